@@ -136,7 +136,7 @@ impl ReadOptions {
     /// Refuses options that say where times stand, or in which unit, for a format that says so
     /// itself and in seconds; `format` names it and `way_out` what else could be done.
     fn refuse_other_clock(&self, format: &str, way_out: &str) -> Result<(), Error> {
-        let other_unit = self.time_unit.is_some_and(|unit| unit != TimeUnit::Second);
+        let other_unit = self.time_unit.is_some_and(|unit| unit != TimeUnit::SECOND);
         if self.time_column.is_none() && !other_unit {
             return Ok(());
         }

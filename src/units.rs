@@ -2,6 +2,7 @@
 
 use crate::error::{Error, ErrorKind};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// Standard gravity [m/s²], exact by definition (3rd CGPM, 1901; ISO 80000-3).
 ///
@@ -228,65 +229,266 @@ fn plain_spelling(text: &str) -> String {
     plain
 }
 
-/// The unit in which a recording states time.
+/// The unit in which a recording states time: a second, a day, or any number of such, as in 10 µs.
+///
+/// A value becomes seconds by a product and a quotient with whole numbers. A division by 1000 keeps
+/// the decimal digits of a printed stamp exact where a product with 1e-3 would not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TimeUnit {
-    /// Second.
-    Second,
-    /// Millisecond.
-    Millisecond,
-    /// Microsecond.
-    Microsecond,
-    /// Nanosecond.
-    Nanosecond,
+pub struct TimeUnit {
+    /// Whole seconds in `parts` units; the two have no divisor in common.
+    times: u64,
+    parts: u64,
 }
 
 impl TimeUnit {
-    /// Lists every unit.
-    pub const ALL: [Self; 4] = [
-        Self::Second,
-        Self::Millisecond,
-        Self::Microsecond,
-        Self::Nanosecond,
+    /// Second.
+    pub const SECOND: Self = Self { times: 1, parts: 1 };
+    /// Millisecond.
+    pub const MILLISECOND: Self = Self {
+        times: 1,
+        parts: 1_000,
+    };
+    /// Microsecond.
+    pub const MICROSECOND: Self = Self {
+        times: 1,
+        parts: 1_000_000,
+    };
+    /// Nanosecond.
+    pub const NANOSECOND: Self = Self {
+        times: 1,
+        parts: 1_000_000_000,
+    };
+    /// Minute.
+    pub const MINUTE: Self = Self {
+        times: 60,
+        parts: 1,
+    };
+    /// Hour.
+    pub const HOUR: Self = Self {
+        times: 3_600,
+        parts: 1,
+    };
+    /// Day of 24 hours, of which spreadsheets count fractions.
+    pub const DAY: Self = Self {
+        times: 86_400,
+        parts: 1,
+    };
+    /// 100 ns, the tick of Windows' clocks.
+    pub const WINDOWS_TICK: Self = Self {
+        times: 1,
+        parts: 10_000_000,
+    };
+
+    /// Lists the units that have a name, the longest first, with the names found in files; the first
+    /// of them is the one that options and cards use.
+    const NAMED: [(Self, &'static [&'static str]); 7] = [
+        (
+            Self::DAY,
+            &[
+                "day", "days", "d", "tag", "tage", "jour", "jours", "dia", "dias", "día", "días",
+                "giorno", "giorni", "dag", "dagen",
+            ],
+        ),
+        (
+            Self::HOUR,
+            &[
+                "h", "hr", "hrs", "hour", "hours", "std", "stunde", "stunden", "heure", "heures",
+                "hora", "horas", "ora", "ore", "uur",
+            ],
+        ),
+        (
+            Self::MINUTE,
+            &[
+                "min", "mins", "minute", "minutes", "minuten", "minuto", "minutos", "minuti",
+                "minuut",
+            ],
+        ),
+        (
+            Self::SECOND,
+            &[
+                "s", "sec", "secs", "second", "seconds", "sek", "sekunde", "sekunden", "seconde",
+                "secondes", "segundo", "segundos", "secondo", "secondi", "seconden",
+            ],
+        ),
+        (
+            Self::MILLISECOND,
+            &[
+                "ms",
+                "msec",
+                "msecs",
+                "millis",
+                "millisec",
+                "millisecond",
+                "milliseconds",
+                "millisekunde",
+                "millisekunden",
+                "milliseconde",
+                "millisecondes",
+                "milisegundo",
+                "milisegundos",
+                "millisecondo",
+                "millisecondi",
+                "milliseconden",
+            ],
+        ),
+        (
+            Self::MICROSECOND,
+            &[
+                "us",
+                "usec",
+                "usecs",
+                "µs",
+                "μs",
+                "µsec",
+                "μsec",
+                "micros",
+                "microsec",
+                "microsecond",
+                "microseconds",
+                "mikrosekunde",
+                "mikrosekunden",
+                "microseconde",
+                "microsecondes",
+                "microsegundo",
+                "microsegundos",
+                "microsecondo",
+                "microsecondi",
+            ],
+        ),
+        (
+            Self::NANOSECOND,
+            &[
+                "ns",
+                "nsec",
+                "nsecs",
+                "nanos",
+                "nanosec",
+                "nanosecond",
+                "nanoseconds",
+                "nanosekunde",
+                "nanosekunden",
+                "nanoseconde",
+                "nanosecondes",
+                "nanosegundo",
+                "nanosegundos",
+                "nanosecondo",
+                "nanosecondi",
+            ],
+        ),
     ];
 
-    /// Returns the factor by which a value in this unit is divided to give seconds.
-    ///
-    /// A division by 1000 keeps the decimal digits of a printed stamp exact where a
-    /// product with 1e-3 would not.
-    #[must_use]
-    pub fn per_second(self) -> f64 {
-        match self {
-            Self::Second => 1.0,
-            Self::Millisecond => 1e3,
-            Self::Microsecond => 1e6,
-            Self::Nanosecond => 1e9,
+    /// Returns the unit of `times`/`parts` seconds; `None` beyond a picosecond and thirty years.
+    fn of_ratio(times: u128, parts: u128) -> Option<Self> {
+        let (mut divisor, mut rest) = (times, parts);
+        while rest > 0 {
+            (divisor, rest) = (rest, divisor % rest);
         }
+        let unit = Self {
+            times: u64::try_from(times.checked_div(divisor)?).ok()?,
+            parts: u64::try_from(parts.checked_div(divisor)?).ok()?,
+        };
+        (1e-12..=1e9).contains(&unit.seconds()).then_some(unit)
     }
 
-    /// Returns the name that options and cards use.
+    /// Returns the length of the unit [s].
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Second => "s",
-            Self::Millisecond => "ms",
-            Self::Microsecond => "us",
-            Self::Nanosecond => "ns",
-        }
+    pub fn seconds(self) -> f64 {
+        self.to_seconds(1.0)
     }
 
-    /// Reads one of the spellings found in files: `s`, `sec`, `ms`, `msec`, `us`, `µs`, `ns`.
+    /// Brings a value in this unit to seconds [s].
+    #[must_use]
+    pub fn to_seconds(self, value: f64) -> f64 {
+        value * self.times as f64 / self.parts as f64
+    }
+
+    /// Reads one of the spellings found in files: `s`, `sec.`, `ms`, `µs`, `min`, `h`, `day`, and any
+    /// of them behind a number, as in `10 us`, `0.1ms`, `1e-4 s`, `1/32768 s`, `100 ns ticks`.
     #[must_use]
     pub fn from_spelling(text: &str) -> Option<Self> {
-        match text.trim().to_lowercase().as_str() {
-            "s" | "sec" | "second" | "seconds" | "sec." => Some(Self::Second),
-            "ms" | "msec" | "millisecond" | "milliseconds" => Some(Self::Millisecond),
-            "us" | "usec" | "µs" | "μs" | "microsecond" | "microseconds" => {
-                Some(Self::Microsecond)
-            }
-            "ns" | "nsec" | "nanosec" | "nanosecond" | "nanoseconds" => Some(Self::Nanosecond),
-            _ => None,
+        let small = text.trim().to_lowercase();
+        let (number, name) = split_number(&small);
+        let name = name.trim_start_matches([' ', '*', '·', '×', '_', '-']);
+        let name = name.trim_end_matches(" ticks").trim_end_matches(" tick");
+        let name = name.trim_end_matches('.');
+        let (unit, _) = Self::NAMED
+            .iter()
+            .find(|(_, names)| names.contains(&name))?;
+        if number.is_empty() {
+            return (name.len() == small.trim_end_matches('.').len()).then_some(*unit);
         }
+        let (above, below) = number.split_once('/').unwrap_or((number, "1"));
+        let (above, below) = (Ratio::from_decimal(above)?, Ratio::from_decimal(below)?);
+        let times = above.above.checked_mul(below.below)?;
+        let parts = above.below.checked_mul(below.above)?;
+        Self::of_ratio(
+            times.checked_mul(u128::from(unit.times))?,
+            parts.checked_mul(u128::from(unit.parts))?,
+        )
+    }
+}
+
+impl fmt::Display for TimeUnit {
+    /// Writes the unit as options and cards take it, in one way only: `ms`, `10us`, `1/32768s`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let counted = |unit: &Self| {
+            let above = u128::from(self.times) * u128::from(unit.parts);
+            let below = u128::from(self.parts) * u128::from(unit.times);
+            (above % below == 0).then_some(above / below)
+        };
+        let whole = Self::NAMED
+            .iter()
+            .find_map(|(unit, names)| Some((counted(unit)?, names[0])));
+        match whole {
+            Some((1, name)) => f.write_str(name),
+            Some((count, name)) => write!(f, "{count}{name}"),
+            None => write!(f, "{}/{}s", self.times, self.parts),
+        }
+    }
+}
+
+/// Splits a text into the number that it begins with, decimals, exponent and stroke included, and the
+/// rest.
+fn split_number(text: &str) -> (&str, &str) {
+    let digit = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
+    let mut end = 0;
+    while let Some(next) = text[end..].chars().next() {
+        let rest = &text[end + next.len_utf8()..];
+        let exponent = next == 'e' && digit(rest.trim_start_matches(['-', '+']));
+        let sign = matches!(next, '-' | '+') && text[..end].ends_with('e') && digit(rest);
+        let mark = end > 0 && matches!(next, '.' | ',' | '/') && digit(rest);
+        if !(next.is_ascii_digit() || mark || (end > 0 && exponent) || sign) {
+            break;
+        }
+        end += next.len_utf8();
+    }
+    text.split_at(end)
+}
+
+/// A decimal number as a quotient of whole ones.
+struct Ratio {
+    above: u128,
+    below: u128,
+}
+
+impl Ratio {
+    /// Reads a number with a decimal point or comma; `None` for zero and for what is longer than a
+    /// number of units is.
+    fn from_decimal(text: &str) -> Option<Self> {
+        let (digits, exponent) = text.split_once('e').unwrap_or((text, "0"));
+        let exponent: i32 = exponent.parse().ok()?;
+        let (whole, decimals) = digits.split_once(['.', ',']).unwrap_or((digits, ""));
+        if whole.len() + decimals.len() > 18 || exponent.abs() > 18 {
+            return None;
+        }
+        let above: u128 = format!("{whole}{decimals}").parse().ok()?;
+        let shift = exponent - i32::try_from(decimals.len()).ok()?;
+        let power = 10_u128.pow(shift.unsigned_abs());
+        let (above, below) = match shift < 0 {
+            true => (above, power),
+            false => (above.checked_mul(power)?, 1),
+        };
+        (above > 0).then_some(Self { above, below })
     }
 }
 

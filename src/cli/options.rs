@@ -108,8 +108,8 @@ pub struct ReadArguments {
         allow_hyphen_values = true
     )]
     pub time_column: Option<String>,
-    /// Unit of the time column [default: as the file states, else s]
-    #[arg(long, value_name = "s|ms|us|ns", hide_possible_values = true, value_parser = ValueWords(parse_time_unit, &["s", "ms", "us", "ns"]))]
+    /// Unit of the time column: s, ms, us, ns, min, h or day, also behind a number: 10us, 0.1ms [default: as the file states, else s]
+    #[arg(long, value_name = "UNIT", hide_possible_values = true, value_parser = ValueWords(parse_time_unit, &["s", "ms", "us", "ns", "min", "h", "day"]))]
     pub time_unit: Option<TimeUnit>,
     /// Whose clock tells the time of a log's messages: the stamp in them, or when they were logged or
     /// published [default: header where the messages have stamps, else log]
@@ -124,7 +124,7 @@ pub struct ReadArguments {
     /// Decimal mark of a text table; the other mark may then separate thousands [default: found]
     #[arg(long, value_name = ".|,", hide_possible_values = true, value_parser = ValueWords(parse_decimal, &[".", ","]))]
     pub decimal: Option<DecimalMark>,
-    /// Sample rate where the file holds no time [Hz]
+    /// Sample rate where the file holds no time, or no unit of it; held against its steps [Hz]
     #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_hyphen_values = true)]
     pub rate_hz: Option<f64>,
     /// Instant of first contact on the file's clock [s]; MCAP: also from the first sample on, as times

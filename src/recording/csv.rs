@@ -8,36 +8,39 @@
 //! and so is a header that does not fit its rows. Units never come from a comment.
 //!
 //! - `begin`: where a table begins, and what separates its cells;
+//! - `clock`: clocks: which column holds the time, and in which unit;
+//! - `clocks_beside`: clocks beside the one that is used, held against it;
 //! - `counter`: columns that count the rows: where no stamp tells the time, they alone show a
 //!   missing row;
-//! - `date`: stamps that are dates: `2024-05-01T10:00:00.0001`, as ISO 8601 writes them, with a
-//!   `T` or a blank between date and time, and with a zone or without;
 //! - `layout`: layouts: which rows are header, which column is time, which one is the lateral
 //!   acceleration;
 //! - `records`: rows as cells, by the table reader of the `csv` crate;
 //! - `rows`: rows: the stamps and the samples of the wanted columns;
+//! - `stamp`: stamps as words: dates, times of day, lengths of time, numbers with their unit;
 //! - `status`: what a table says of its samples in words: comment lines, and columns that hold
 //!   the state of a channel or notes row by row.
 
 mod begin;
+mod clock;
+mod clocks_beside;
 mod counter;
-pub mod date;
 mod dialect;
 pub(super) mod header;
 mod layout;
 mod records;
 mod rows;
+pub mod stamp;
 mod status;
 
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held;
 use super::source::Reader;
-use super::time_base::TimeBase;
+use super::time_base::{self, MEND, TimeBase};
 use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection};
 use crate::error::{Error, ErrorKind, Place};
-use crate::units::SampleRate;
+use crate::units::{SampleRate, TimeUnit};
 pub use layout::TableMapping;
-use layout::{TableLayout, TimeSource};
+use layout::{TableLayout, TimeSource, UnitOrigin};
 use rows::{ColumnResult, Rows, WantedColumns};
 use status::AllSaid;
 
@@ -112,7 +115,7 @@ impl<'a> TableText<'a> {
             lines: u64::from(named.or(options.skip_lines).unwrap_or(0)),
             named: named.is_some(),
         };
-        let lines = dialect::scan_lines(&mut text, above, asked.limits)?;
+        let mut lines = dialect::scan_lines(&mut text, above, asked.limits)?;
         // The table reader takes a comment without a line end for an empty row.
         let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
         if text.get(last) == Some(&b'#') {
@@ -122,7 +125,10 @@ impl<'a> TableText<'a> {
         if separator == dialect::Separator::Blanks {
             dialect::collapse_blanks(&mut text);
         }
-        let layout = TableLayout::find(&text, separator, asked)?;
+        let mut layout = TableLayout::find(&text, separator, asked)?;
+        if let Some(unit) = clock::take_unit_above(&mut lines.words, above.lines) {
+            layout.take_time_unit(&unit);
+        }
         if text.last() != Some(&b'\n') {
             let cut = std::str::from_utf8(&text).ok().and_then(held::cut_line);
             let start = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
@@ -163,11 +169,30 @@ impl<'a> TableText<'a> {
             samples: choice.columns.len(),
             columns: choice.columns.iter().copied().chain(counting).collect(),
         };
+        clocks_beside::refuse_unread(&self.text, layout, &time, &choice.columns, self.asked)?;
         let mut rows = rows::read(&self.text, layout, &time, &wanted, self.asked)?;
+        let mut time = time;
+        if let Some(rate) = options.rate_hz
+            && rows.drop_date(rate)
+        {
+            time = TimeSource::Rate(SampleRate::from_hertz(rate)?);
+            self.refuse_lost_rows(&time, findings)?;
+        }
         let counts = rows.values.split_off(choice.columns.len());
         let mut values = std::mem::take(&mut rows.values).into_iter();
+        let mut of_clock = Vec::new();
+        let mut base = self.find_base(&mut rows, &time, &mut of_clock)?;
         findings.extend(self.row_findings(&rows, &time));
-        let mut base = self.find_base(&rows, &time, findings)?;
+        findings.append(&mut of_clock);
+        let instant = |row: usize| instant_of(row, &rows, &base);
+        let beside = clocks_beside::Clocks {
+            text: &self.text,
+            layout,
+            time: &time,
+            judged: &choice.columns,
+            interval_s: base.rate.interval().seconds(),
+        };
+        findings.extend(beside.contradictions(instant, self.asked)?);
         let counts = self.count_findings(&counters, counts, &rows, &base);
         let (remarks, flags) = self.said(&choice.columns, &time, &rows, &base)?;
         base.findings.extend(counts);
@@ -285,6 +310,7 @@ impl<'a> TableText<'a> {
         base: &TimeBase,
     ) -> Vec<Finding> {
         let stamped = !rows.stamps_s.is_empty();
+        let stated_hz = (!stamped).then(|| base.rate.hertz());
         let place = |row: usize| {
             let line = line_of_row(&self.text, self.layout.header_rows + row + 1);
             let line = line.filter(|_| rows.repeated.is_none());
@@ -293,7 +319,7 @@ impl<'a> TableText<'a> {
         let finding = |(&(column, named), counts): (&(usize, bool), ColumnResult)| {
             let name = &self.layout.columns[column].name;
             match counts {
-                Ok(counts) => counter::finding(name, &counts, (named, stamped), place),
+                Ok(counts) => counter::finding(name, &counts, named, stated_hz, place),
                 Err(why) => (named && !stamped).then(|| {
                     let text = format!("`{name}` could not be held against the rows: {why}");
                     Finding::warning("index-gap", text)
@@ -310,16 +336,20 @@ impl<'a> TableText<'a> {
             let text = "the numbers are written with a decimal comma";
             findings.push(Finding::info("decimal-comma", text));
         }
-        if let TimeSource::Column {
-            dated: true, index, ..
-        } = time
-        {
-            let said = format!(
-                "the stamps of `{}` are dates; time was counted from the first of them, and the \
-                 setting `time_zero` is meant so as well",
-                self.layout.columns[*index].name
+        if let (Some(index), true) = (time.column(), rows.stamp_facts.is_absolute) {
+            let name = &self.layout.columns[index].name;
+            let text = format!(
+                "the stamps of `{name}` are dates or times of day; time was counted from the first \
+                 of them, and the setting `time_zero` is meant so as well"
             );
-            findings.push(Finding::info("time-absolute", said));
+            findings.push(Finding::info("time-absolute", text));
+            if rows.stamp_facts.order_is_assumed {
+                let text = format!(
+                    "the dates of `{name}` do not say whether the day or the month comes first; it \
+                     was read so that the next date follows sooner"
+                );
+                findings.push(Finding::warning("date-order-assumed", text));
+            }
         }
         if let Some((count, line)) = rows.repeated {
             let text = format!(
@@ -334,12 +364,12 @@ impl<'a> TableText<'a> {
     /// Finds the time base: that of the stamps, or the stated one.
     fn find_base(
         &self,
-        rows: &Rows,
+        rows: &mut Rows,
         time: &TimeSource,
         findings: &mut Vec<Finding>,
     ) -> Result<TimeBase, Error> {
-        let options = self.asked.options;
-        let (column, unit_stated) = match time {
+        let (options, limits) = (self.asked.options, self.asked.limits);
+        let (column, unit, origin, worded) = match time {
             TimeSource::Rate(_) if rows.count < 2 => {
                 return Err(Error::too_short("a recording", 2, rows.count));
             }
@@ -347,18 +377,49 @@ impl<'a> TableText<'a> {
                 return Ok(TimeBase::stated(0.0, *rate, rows.count, Vec::new()));
             }
             TimeSource::Column {
-                index, unit_stated, ..
-            } => (*index, *unit_stated),
+                index,
+                unit,
+                origin,
+                worded,
+            } => (*index, *unit, *origin, *worded),
         };
         let name = &self.layout.columns[column].name;
         if let (Some(digits), Some(stated)) = (&rows.coarse_digits_s, options.rate_hz) {
             let rate = SampleRate::from_hertz(stated)?;
-            return coarse_base(&rows.stamps_s, digits, name, rate);
+            let from_first = rows.stamp_facts.count_from_first;
+            return coarse_base(&rows.stamps_s, digits, (name, from_first), rate);
         }
-        let fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, self.asked.limits)?;
+        if unit == TimeUnit::DAY && !worded {
+            rows.count_days_from_first(1.0 / unit.seconds());
+        }
+        let mut fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)?;
+        let in_seconds = fitted.rate.hertz();
+        if let (Some(stated), true) = (options.rate_hz, origin != UnitOrigin::Stated) {
+            let agrees = time_base::rates_agree(stated, in_seconds);
+            let first = rows.stamps_s.first().copied().unwrap_or(0.0);
+            let unit_s = clock::unit_by_rate(in_seconds, stated, origin, first);
+            if let Some(unit_s) = unit_s.filter(|_| !agrees) {
+                rows.scale_stamps(unit_s);
+                rows.count_days_from_first(1.0 / unit_s);
+                fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)?;
+                let text = format!(
+                    "no unit of the time column `{name}` is read; by the stated rate one of it is \
+                     {} s",
+                    time_base::brief(unit_s)
+                );
+                findings.push(Finding::warning("time-unit-assumed", text));
+            } else {
+                findings.push(clock::seconds_assumed(name));
+            }
+        }
+        if !worded && origin == UnitOrigin::Stated {
+            let (first_s, rate_hz) = (rows.stamps_s[0], fitted.rate.hertz());
+            findings.extend(clock::unit_contradiction(name, first_s, rate_hz, unit));
+        }
         let by = format!("the time column `{name}`");
-        let mend = "state its unit with the setting `time_unit` = s|ms|us|ns";
-        findings.extend(options.check_rate(fitted.rate.hertz(), (&by, !unit_stated), mend)?);
+        let mend = if worded { MEND } else { clock::STATE_UNIT };
+        let assumed = origin == UnitOrigin::Assumed;
+        findings.extend(options.check_rate(fitted.rate.hertz(), (&by, assumed), mend)?);
         Ok(fitted)
     }
 }
@@ -399,7 +460,7 @@ fn line_of_row(text: &[u8], row: usize) -> Option<u64> {
 fn coarse_base(
     stamps_s: &[f64],
     digits_s: &[f64],
-    name: &str,
+    (name, from_first): (&str, bool),
     rate: SampleRate,
 ) -> Result<TimeBase, Error> {
     let interval = rate.interval().seconds();
@@ -438,7 +499,10 @@ fn coarse_base(
     let first = stamps_s[0];
     let on_grid = (first / interval).round() * interval;
     let start_s = [first, on_grid].into_iter().find(fits);
-    let start_s = start_s.unwrap_or(0.5 * (low + high));
+    let start_s = match from_first {
+        true => 0.0,
+        false => start_s.unwrap_or(0.5 * (low + high)),
+    };
     let text = format!(
         "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which \
          they follow to their printed digits, so that the start is known to {} s",

@@ -340,7 +340,7 @@ impl TestReader<'_, '_> {
         let unit = times.header.value("Unit").unwrap_or("s");
         let Some(unit) = TimeUnit::from_spelling(unit) else {
             return Err(placed(Error::malformed(
-                "a time in s, ms or us",
+                "a time in a unit that is read, such as s, ms or 10 us",
                 format!("`{}`", text::shown(unit)),
                 "mend the header of the channel of times",
             )));
@@ -353,7 +353,7 @@ impl TestReader<'_, '_> {
                 "fetch or export the test again",
             )));
         }
-        let seconds = |stamp: &f64| stamp / unit.per_second();
+        let seconds = |stamp: &f64| unit.to_seconds(*stamp);
         let stamps_s: Vec<f64> = stamps.values.iter().map(seconds).collect();
         let digit_s = seconds(&stamps.last_digit);
         findings.extend(header.clock_finding(&stamps_s, digit_s));

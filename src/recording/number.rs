@@ -208,6 +208,12 @@ pub(super) struct PrintedDigits {
     decades: [(i32, u32); 48],
 }
 
+impl Default for PrintedDigits {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl PrintedDigits {
     /// Stamps below which a decade is not trusted.
     const ENOUGH: u32 = 10;

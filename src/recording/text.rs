@@ -58,7 +58,7 @@ pub(super) fn bad_cell(cell: &[u8], fault: NumberFault) -> Error {
 fn hint_for(cell: &str) -> &'static str {
     let digits = cell.chars().any(|c| c.is_ascii_digit());
     if digits && (cell.contains(':') || cell.matches('/').count() == 2) {
-        DATES
+        STAMPS
     } else if digits && cell.contains([',', ';', '|', '\t']) {
         ONE_CELL
     } else if cell.replacen(['D', 'd'], "e", 1).parse::<f64>().is_ok() {
@@ -68,8 +68,8 @@ fn hint_for(cell: &str) -> &'static str {
     }
 }
 
-/// What to do where a date is of a form that is not read.
-const DATES: &str = "dates are read as 2024-05-01T10:00:00.0001, date and time of day in one column; export them so, or as seconds, or leave the column out and state the setting `rate_hz`";
+/// What to do where a stamp is of a form that is not read.
+pub(super) const STAMPS: &str = "times are read as seconds, as 10:00:00.0001 and as 2024-05-01T10:00:00.0001, date and time in one column; export them so";
 
 /// What to do where a row is one cell.
 pub(super) const ONE_CELL: &str = "the row is one cell: export with a comma, a semicolon or a tab between cells, and without quotes around whole rows";
@@ -89,12 +89,12 @@ fn hidden(cell: &str) -> String {
     format!(", which holds {}", names.join(", "))
 }
 
-/// Says that a cell of a column of dates holds none.
-pub(super) fn no_date(cell: &[u8]) -> Error {
+/// Says that a cell of a column of stamps as words holds none.
+pub(super) fn no_stamp(cell: &[u8]) -> Error {
     Error::malformed(
-        "a date and time such as 2024-05-01T10:00:00.0001, as in the rows before",
+        "a time as it is read here",
         format!("`{}`", shown(cell)),
-        "mend the cell, or name another column with the setting `time_column`",
+        STAMPS,
     )
 }
 

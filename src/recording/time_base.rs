@@ -553,12 +553,12 @@ fn plain_rates(interval: f64, slack: f64, most_digits: usize) -> impl Iterator<I
 }
 
 /// Rounds to a number of significant decimal digits.
-fn round_to_digits(value: f64, digits: usize) -> f64 {
+pub(super) fn round_to_digits(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// Writes a number with six significant digits.
-fn brief(value: f64) -> String {
+pub(super) fn brief(value: f64) -> String {
     format!("{}", round_to_digits(value, 6))
 }
 

@@ -165,7 +165,7 @@ fn all(request: &Request) -> Entries {
     put(Setting::TimeColumn, text(&request.time_column));
     put(
         Setting::TimeUnit,
-        request.time_unit.map(|unit| json!(unit.name())),
+        request.time_unit.map(|unit| json!(unit.to_string())),
     );
     put(
         Setting::TimeSource,

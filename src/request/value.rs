@@ -165,8 +165,10 @@ pub fn parse_unit(text: &str) -> Result<AccelerationUnit, String> {
 ///
 /// As [`parse_number`].
 pub fn parse_time_unit(text: &str) -> Result<TimeUnit, String> {
-    let known = TimeUnit::ALL.map(|unit| (unit, unit.name()));
-    TimeUnit::from_spelling(text).map_or_else(|| one_of(text, &known), Ok)
+    let spelled = TimeUnit::from_spelling(text);
+    spelled.ok_or_else(|| {
+        "expected s, ms, us, ns, min, h or day, or a number with one, as in 10us".into()
+    })
 }
 
 /// Reads whose clock tells the time of a log's messages.

@@ -90,7 +90,7 @@ async function mapped(page, colorScheme) {
   assert.equal(await page.locator('#channels tbody tr:visible').count(), 6);
   assert.match(page.url(), /search=acc_y/);
   // What is overridden is read so.
-  await page.locator('select[name=time_unit]').selectOption('s');
+  await page.locator('input[name=time_unit]').fill('s');
   await page.locator('select[name=input_format]').selectOption('csv');
   await page.getByRole('button', { name: 'Read again' }).click();
   await page.waitForURL(/time_unit=s/);

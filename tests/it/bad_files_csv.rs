@@ -181,24 +181,29 @@ fn val_bad_time() {
         ":4, column 1",
         "expected a number, found an empty cell",
     );
-    check_refused_after("time_s", "x_s", "", "no time column and no sample rate");
     check_refused_after(
         "time_s",
-        "Time (min)",
+        "x_s",
         "",
-        "expected a time in s, ms, us or ns, found `Time (min)`; state its unit with the setting `time_unit` = s|ms|us|ns",
+        "no time column by name; `x_s` rises by 0.0001 from row to row, 10000 Hz if in seconds",
+    );
+    check_refused_after(
+        "time_s",
+        "Time (ticks)",
+        "",
+        "expected a time in a unit that is read, such as s, ms, 10 us or day, found `Time (ticks)`; state its unit with the setting `time_unit` = s|ms|us|ns|min|h|day, behind a number if need be, as in 10us, or its rate with the setting `rate_hz`",
     );
     check_refused(
         "date_time,a_g\n2020-01-01 10:00:00,1\n2020-01-01 10:00:01,2\n2020-01-32 10:00:02,2\n",
         &none(),
         ":4, column 1",
-        "expected a date and time such as 2024-05-01T10:00:00.0001, as in the rows before, found `2020-01-32 10:00:02`",
+        "expected a time as it is read here, found `2020-01-32 10:00:02`; times are read as seconds, as 10:00:00.0001",
     );
     check_refused(
-        "date_time,a_g\n01.02.2020 10:00:00,1\n01.02.2020 10:00:01,2\n",
+        "date_time,a_g\n1 o'clock,1\n2 o'clock,2\n",
         &none(),
         ":2, column 1",
-        "expected a number, found `01.02.2020 10:00:00`",
+        "expected a time as it is read here, found `1 o'clock`",
     );
     check_refused(
         "time_1,a_g,time_2\n0,1,0\n1,2,1\n",
@@ -624,7 +629,7 @@ fn prop_mutated_files_never_panic() {
             "1 2 3\n4 5 6\n7 8 9\n",
             ReadOptions {
                 channel: Some("2".into()),
-                time_unit: Some(TimeUnit::Microsecond),
+                time_unit: Some(TimeUnit::MICROSECOND),
                 ..unnamed(Some("1"))
             },
         ),

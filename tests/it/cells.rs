@@ -1,9 +1,11 @@
 //! Cells of tables and channel files: marks in numbers, dates, and columns that count the rows.
 
 use crate::csv::read_table;
+use crate::support::Random;
 use latchgate::error::Error;
-use latchgate::recording::csv::date::{DateClock, nanoseconds};
+use latchgate::recording::csv::stamp::{StampClock, nanoseconds};
 use latchgate::recording::{self, Limits, ReadOptions, Recording, Selection, Source};
+use latchgate::units::TimeUnit;
 
 /// Reads numbers as the channel file of a test, one a line.
 fn read_numbers(cells: &[&str]) -> Result<Recording, Error> {
@@ -84,22 +86,205 @@ fn val_dates() {
         "2024-13-01T00:00:00",
         "2024-05-01",
         "2024-05-01T24:00:00",
-        "2024-05-01T10:00",
         "2024-05-01T10:00:00.",
         "2024-05-01T10:00:00 CET",
         "2024-05-01T10:00:00+1",
         "2024-05-01T10:00:00+01:",
         "24-05-01T10:00:00",
-        "2024/05/01T10:00:00",
         "0.5",
         "",
     ] {
         assert_eq!(nanoseconds(text.as_bytes()), None, "{text}");
     }
-    let mut clock = DateClock::default();
-    assert_eq!(clock.seconds(b"2024-12-31T23:59:59.9999"), Some(0.0));
-    assert_eq!(clock.seconds(b"2025-01-01T00:00:00.0001"), Some(0.0002));
 }
+
+/// Reads stamps one after the other; checks the times that they tell [s].
+#[track_caller]
+fn check_stamps(cells: &[&str], expected: &[Option<f64>]) {
+    let mut clock = StampClock::default();
+    let times: Vec<Option<f64>> = cells
+        .iter()
+        .map(|cell| clock.seconds(cell.as_bytes()))
+        .collect();
+    assert_eq!(times, expected, "{cells:?}");
+}
+
+/// What a reader of each stamp would say: seconds from the first, or from the zero of its own.
+#[test]
+fn val_stamps_as_words() {
+    let two = |first: &str, second: &str, seconds: f64| {
+        check_stamps(&[first, second], &[Some(0.0), Some(seconds)]);
+    };
+    two(
+        "2024-12-31T23:59:59.9999",
+        "2025-01-01T00:00:00.0001",
+        0.0002,
+    );
+    two("23:59:59.9999", "00:00:00.0001", 0.0002);
+    two("59:59.9999", "00:00.0001", 0.0002);
+    two("11:59:59 AM", "12:00:01 p.m.", 2.0);
+    two("12:59:59 am", "1:00:00 am", 1.0);
+    two("28/02/2024 23:59:59", "29/02/2024 00:00:00", 1.0);
+    two("02/28/2023 23:59:59", "03/01/2023 00:00:00", 1.0);
+    two("01/05/2024 23:59:59", "02/05/2024 00:00:00", 1.0);
+    two("05/01/2024 23:59:59", "05/02/2024 00:00:00", 1.0);
+    two("12-Feb-2024 23:59:59", "13-FEB-2024 00:00:00", 1.0);
+    two("29. Feb. 2024 10:00:00", "1. März 2024 10:00:00", 86_400.0);
+    two("05/01/2024 10:00", "05/01/2024 10:01", 60.0);
+    two(
+        "2024-05-01T10:00:00+02:00",
+        "2024-05-01T09:00:00+01:00",
+        0.0,
+    );
+    check_stamps(
+        &[
+            "-1 days +23:59:59.95",
+            "0 days",
+            "0 days 00:00:00.1",
+            "1 days 00:00:00",
+        ],
+        &[Some(-0.05), Some(0.0), Some(0.1), Some(86_400.0)],
+    );
+    check_stamps(
+        &["900 us", "1 ms", "0.0011 s", "1e-3min"],
+        &[Some(9e-4), Some(1e-3), Some(0.0011), Some(0.06)],
+    );
+    check_stamps(&["-00:00:01.5", "00:00:00"], &[Some(-1.5), Some(0.0)]);
+    // A date among times, a month that is none, and what is no time at all.
+    check_stamps(&["10:00:00", "2024-05-01 10:00:01"], &[Some(0.0), None]);
+    for text in [
+        "10:00",
+        "10:60:00",
+        "10:00:60",
+        "10:00:00:12",
+        "13:00:00 PM",
+        "0:30 AM",
+        "1.13.2024 10:00:00",
+        "13/13/2024 10:00:00",
+        "1-Foo-2024 10:00:00",
+        "10h00m01s",
+        "0.1 g",
+        "5 m",
+        "12",
+        "ms",
+        "1:2:3:4:5",
+        "",
+    ] {
+        let expected = (text == "10:00").then_some(0.0);
+        check_stamps(&[text], &[expected]);
+    }
+}
+
+/// Cells of any such characters neither panic nor give a time that is none, and units are read back as they are
+/// written.
+#[test]
+fn prop_stamps_and_units_never_panic() {
+    const PARTS: [&str; 28] = [
+        "0",
+        "1",
+        "12",
+        "59",
+        "2024",
+        "000100",
+        ":",
+        ":",
+        ":",
+        ".",
+        ",",
+        "-",
+        "+",
+        "/",
+        " ",
+        "T",
+        "Z",
+        "am",
+        "PM",
+        "day",
+        "days",
+        "ms",
+        "us",
+        "May",
+        "µ",
+        "e",
+        "99999999999999999999",
+        "min",
+    ];
+    let seed = 36;
+    let mut random = Random(seed);
+    let mut read = 0;
+    for round in 0..40_000 {
+        let cells: Vec<String> = (0..3)
+            .map(|_| {
+                (0..1 + random.below(9))
+                    .map(|_| PARTS[random.below(PARTS.len())])
+                    .collect()
+            })
+            .collect();
+        let mut clock = StampClock::default();
+        for cell in &cells {
+            if let Some(seconds) = clock.seconds(cell.as_bytes()) {
+                assert!(seconds.is_finite(), "seed {seed} round {round}: {cells:?}");
+                read += 1;
+            }
+            if let Some(unit) = TimeUnit::from_spelling(cell) {
+                let again = TimeUnit::from_spelling(&unit.to_string());
+                assert_eq!(again, Some(unit), "seed {seed} round {round}: {cell}");
+            }
+        }
+    }
+    assert!(read > 400, "{read} stamps were read");
+}
+
+/// Seconds of units of time, by their definitions.
+#[test]
+fn val_units_of_time() {
+    for (text, seconds, name) in [
+        ("s", 1.0, "s"),
+        ("Sek.", 1.0, "s"),
+        ("msec", 1e-3, "ms"),
+        ("µs", 1e-6, "us"),
+        ("10us", 1e-5, "10us"),
+        ("0.01ms", 1e-5, "10us"),
+        ("0,1 ms", 1e-4, "100us"),
+        ("1e-4 s", 1e-4, "100us"),
+        ("1E-7s", 1e-7, "100ns"),
+        ("100 ns ticks", 1e-7, "100ns"),
+        ("100-ns", 1e-7, "100ns"),
+        ("12.5ns", 1.25e-8, "1/80000000s"),
+        ("1/32768 s", 1.0 / 32_768.0, "1/32768s"),
+        ("1000 ms", 1.0, "s"),
+        ("min", 60.0, "min"),
+        ("15 Minuten", 900.0, "15min"),
+        ("h", 3600.0, "h"),
+        ("Tage", 86_400.0, "day"),
+    ] {
+        let unit = TimeUnit::from_spelling(text).unwrap_or_else(|| panic!("{text}"));
+        assert_eq!(unit.seconds(), seconds, "{text}");
+        assert_eq!(unit.to_string(), name, "{text}");
+        assert_eq!(TimeUnit::from_spelling(name), Some(unit), "{name}");
+    }
+    for text in [
+        "",
+        "10",
+        "m",
+        "0 us",
+        "-1 ms",
+        "1//2 s",
+        "1e s",
+        "100 g",
+        "us ticks",
+        "1e40 s",
+        "1e-30 s",
+        "ticks",
+        "99999999999999999999 s",
+        ". s",
+        "s2",
+        "m/s",
+    ] {
+        assert_eq!(TimeUnit::from_spelling(text), None, "{text}");
+    }
+}
+
 /// Reads counts beside a channel at a stated rate; checks which finding they give, and in which row.
 #[track_caller]
 fn check_counts(counts: &[f64], named: bool, expected: Option<(&str, Option<u64>)>) {

@@ -427,7 +427,11 @@ fn cli_wrong_usage_is_told_before_any_file_is_opened() {
         "did you mean `csv`?",
     );
     with(&["--input-format", "mpac"], "did you mean `mcap`?");
-    with(&["--time-unit", "h"], "expected s, ms, us or ns");
+    with(
+        &["--time-unit", "fortnight"],
+        "expected s, ms, us, ns, min, h or day, or a number with one",
+    );
+    with(&["--time-unit", "0us"], "as in 10us");
     with(
         &["--time-column", "t", "--rate-hz", "1000"],
         "cannot be used with",

@@ -364,7 +364,7 @@ fn val_findings_of_the_reader() {
     let si = with_unit(AccelerationUnit::MetrePerSecondSquared);
     let none = ReadOptions::default();
     let in_ms = ReadOptions {
-        time_unit: Some(TimeUnit::Millisecond),
+        time_unit: Some(TimeUnit::MILLISECOND),
         ..in_g()
     };
     check_codes(&format!("time_s,a_g\n{rows}"), &none, &[]);

@@ -7,6 +7,7 @@
 //! What comes out is held against the samples as they were written, by their hash, so that no
 //! value, rate or start can be misread in silence. The expectations come from the files alone.
 
+mod clocks;
 mod labview;
 mod logs;
 mod mme;
@@ -497,6 +498,11 @@ fn val_golden_tables() {
 }
 
 #[test]
+fn val_golden_clocks() {
+    check("clocks", &clocks::cases());
+}
+
+#[test]
 fn val_golden_names() {
     check("names", &names::cases());
 }
@@ -536,6 +542,7 @@ fn val_golden_faults_in_samples() {
 fn tidy_the_golden_set_is_whole() {
     let tables = [
         tables::cases(),
+        clocks::cases(),
         names::cases(),
         labview::cases(),
         nhtsa::cases(),

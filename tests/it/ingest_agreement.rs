@@ -249,7 +249,7 @@ fn val_a_rate_beyond_belief_is_asked_for_in_every_format() {
         };
         // The unit alone confirms no rate.
         let in_seconds = ReadOptions {
-            time_unit: Some(latchgate::units::TimeUnit::Second),
+            time_unit: Some(latchgate::units::TimeUnit::SECOND),
             rate_hz: None,
             ..confirmed.clone()
         };

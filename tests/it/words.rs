@@ -84,6 +84,12 @@ const SHARED: &[(&str, &str, &[&str], &str)] = &[
     ),
     ("name-negations", "name-plain", &["no"], "none, and number"),
     (
+        "name-other-clocks",
+        "name-time-plain",
+        &["elapsed"],
+        "a clock by itself, and plain in a name for time",
+    ),
+    (
         "name-negations",
         "status-well",
         &["no", "none", "off"],

@@ -29,9 +29,13 @@ const READING: &[(&str, &str, &str)] = &[
 /// Settings that take one of a few words.
 const CHOICES: &[(&str, &[&str])] = &[
     ("input_format", &["csv", "lvm", "ev5", "iso-mme", "mcap"]),
-    ("time_unit", &["s", "ms", "us", "ns"]),
     ("time_source", &["header", "log", "publish"]),
     ("decimal", &[".", ","]),
+];
+
+/// Units of time that the form suggests; any number may stand before one.
+const TIME_UNITS: &[&str] = &[
+    "s", "ms", "us", "ns", "10us", "100us", "100ns", "min", "day",
 ];
 
 /// Settings of judging that the form offers: key, label, choices.
@@ -165,10 +169,12 @@ fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool
                                 option value="" { (left(key, otherwise)) }
                                 @for choice in *choices { option value=(choice) selected[*choice == own] { (choice) } }
                             },
-                            None => input name=(key) placeholder=(left(key, otherwise)) value=(own);
+                            None => input name=(key) placeholder=(left(key, otherwise)) value=(own)
+                                list=[(*key == "time_unit").then_some("time-units")];
                         }
                     }
                 }
+                datalist id="time-units" { @for unit in TIME_UNITS { option value=(unit) {} } }
                 @if let Some(search) = settings.get("search") { input type="hidden" name="search" value=(search); }
                 button { "Read again" }
             }

@@ -1,9 +1,9 @@
 //! Where a table begins, and what separates its cells: the longest run of rows with as many cells
 //! each, numbers among them. Above it stand names, or a preamble of which a person is asked.
 
-use super::date;
 use super::dialect::{Separator, is_row, uncommented};
 use super::header::{Column, is_known_unit};
+use super::stamp;
 use crate::recording::number;
 use crate::units::DecimalMark;
 
@@ -171,7 +171,7 @@ fn numbers(line: &[u8], separator: Separator) -> Option<(usize, usize)> {
     if (cells.len() < 2) != one {
         return None;
     }
-    let is_number = |cell: &&&[u8]| number::is_numeric(cell) || date::is_date(cell);
+    let is_number = |cell: &&&[u8]| number::is_numeric(cell) || stamp::is_stamp(cell);
     let found = cells.iter().filter(is_number).count();
     (found > 0).then_some((found, cells.len()))
 }

@@ -48,13 +48,21 @@ impl Column {
         if cell.is_empty() {
             return Self::unnamed(number);
         }
+        // What pandas calls a column without a name.
+        let unnamed = cell.strip_prefix("Unnamed: ");
+        if unnamed.is_some_and(|rest| rest.bytes().all(|byte| byte.is_ascii_digit())) {
+            return Self {
+                name: cell.to_string(),
+                ..Self::default()
+            };
+        }
         let mut column = Self {
             name: cell.to_string(),
             label: cell.to_string(),
             ..Self::default()
         };
         match bracketed_units(cell).as_slice() {
-            [] => match unit_at_the_end(cell) {
+            [] => match time_unit_at_the_end(cell).or_else(|| unit_at_the_end(cell)) {
                 Some((label, unit)) if names_alone(&label, &unit) => {
                     column.label = label;
                     column.take_unit(&unit, "header");
@@ -90,7 +98,7 @@ impl Column {
             return self;
         }
         let acceleration = AccelerationUnit::from_spelling(text);
-        let stated = (acceleration, TimeUnit::from_spelling(text));
+        let stated = (acceleration, time_unit_of(text, &self.label));
         let own = (self.unit, self.time_unit);
         let known = stated != (None, None);
         if (self.unit_text.is_some() && own != stated) || (known && spoils_unit(&self.label)) {
@@ -109,7 +117,7 @@ impl Column {
     fn take_unit(&mut self, text: &str, source: &'static str) {
         self.unit_text = Some(text.to_string());
         self.unit = AccelerationUnit::from_spelling(text);
-        self.time_unit = TimeUnit::from_spelling(text);
+        self.time_unit = time_unit_of(text, &self.label);
         self.unit_source = source;
     }
 
@@ -123,9 +131,39 @@ impl Column {
         says_time(&self.label)
     }
 
+    /// Tells whether the header names a unit that is not read: beside the name, or as a word such as
+    /// `ticks`.
+    pub(in crate::recording) fn names_unread_unit(&self) -> bool {
+        let scale = |word: &String| SCALES.contains(&word.as_str());
+        let text = self.unit_text.is_some() || self.name.contains(['(', '[']);
+        text || words(&self.label).iter().any(scale)
+    }
+
     /// Tells whether the name is one for a running number.
     pub(in crate::recording) fn says_index(&self) -> bool {
         INDEX.contains(&words(&self.label).join(" ").as_str()) || self.label == "#"
+    }
+
+    /// Tells whether the name is one for a clock that stands beside the column of times.
+    pub(in crate::recording) fn says_other_clock(&self) -> bool {
+        let words = words(&self.label);
+        let other = |word: &String| OTHER_CLOCKS.contains(&word.as_str());
+        words.iter().any(other) && words.iter().all(|word| other(word) || is_time_word(word))
+    }
+
+    /// Returns the rate [Hz] at which a column counts, where its name is that of a running number with
+    /// the rate behind it: `Sample (10 kHz)`, `n @ 10000 Hz`.
+    pub(in crate::recording) fn counts_at_hz(&self) -> Option<f64> {
+        let small = self.name.to_lowercase();
+        let before = &small[..small.find("hz")?];
+        let (factor, before) = match before.strip_suffix('k') {
+            Some(before) => (1e3, before.trim_end()),
+            None => (1.0, before.trim_end()),
+        };
+        let name = before.trim_end_matches(|c: char| c.is_ascii_digit() || c == '.');
+        let is_index = INDEX.contains(&words(name).join(" ").as_str());
+        let hertz: f64 = before[name.len()..].parse().ok()?;
+        (is_index && hertz > 0.0).then_some(factor * hertz)
     }
 
     /// Tells whether some words of the name say lateral acceleration, whatever the others say.
@@ -241,6 +279,7 @@ static PLAIN: Words = word_list!("name-plain");
 static FOREIGN_UNITS: Words = word_list!("name-other-units");
 static SCALES: Words = word_list!("name-scales");
 static INDEX: Words = word_list!("name-index");
+static OTHER_CLOCKS: Words = word_list!("name-other-clocks");
 static TIMES: Words = word_list!("name-time");
 static TIMES_ALONE: Words = word_list!("name-time-alone");
 static PLAIN_TIMES: Words = word_list!("name-time-plain");
@@ -368,10 +407,23 @@ pub(in crate::recording) fn code_in(label: &str) -> Option<Code> {
         })
 }
 
-/// Tells whether a text is a unit of acceleration or time.
+/// Tells whether a text is a unit of acceleration or, whatever stands beside it, of time.
 pub(in crate::recording) fn is_known_unit(text: &str) -> bool {
     let text = strip_brackets(text.trim());
-    AccelerationUnit::from_spelling(text).is_some() || TimeUnit::from_spelling(text).is_some()
+    AccelerationUnit::from_spelling(text).is_some() || is_plain_time_unit(text)
+}
+
+/// Tells whether a text is a unit of time that means nothing else: `min`, `d` and `3 ms` may be a least
+/// value, a distance and a length of averages, and are units beside a name for time alone.
+fn is_plain_time_unit(text: &str) -> bool {
+    let unit = TimeUnit::from_spelling(text);
+    unit.is_some_and(|unit| unit.seconds() <= 1.0) && !text.contains(|c: char| c.is_ascii_digit())
+}
+
+/// Returns the unit of time that a text beside a name is.
+fn time_unit_of(text: &str, label: &str) -> Option<TimeUnit> {
+    let unit = TimeUnit::from_spelling(text)?;
+    (is_plain_time_unit(text) || says_time(label)).then_some(unit)
 }
 
 fn strip_brackets(text: &str) -> &str {
@@ -399,7 +451,8 @@ fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
                     continue;
                 };
                 let content = cell[start + 1..index].trim();
-                if is_known_unit(content) || FOREIGN_UNITS.contains(&content) {
+                let of_time = time_unit_of(content, &cell[..start]).is_some();
+                if is_known_unit(content) || of_time || FOREIGN_UNITS.contains(&content) {
                     found.push((&cell[..start], content, &cell[index + 1..]));
                 }
             }
@@ -434,7 +487,7 @@ fn spoils_unit(label: &str) -> bool {
     let odd = |index: &usize| match of_time {
         true => {
             let word = words[*index].as_str();
-            TimeUnit::from_spelling(word).is_some() || !is_time_word(word)
+            is_plain_time_unit(word) || !is_time_word(word)
         }
         false => !is_plain(&words, *index),
     };
@@ -469,6 +522,20 @@ const SUFFIXES: &[(&str, &str)] = &[
     ("_m/s^2", "m/s2"),
     ("_g", "g"),
 ];
+
+/// Finds `time_ms`, `t/s`, `Zeit in 0.1 ms` and `time 100 us`. A whole number behind a blank may count
+/// clocks, as in `time 2 s`, unless it is a power of ten.
+fn time_unit_at_the_end(cell: &str) -> Option<(String, String)> {
+    let marks = cell.char_indices().filter(|(_, c)| " _/,".contains(*c));
+    let (label, unit) = marks
+        .map(|(at, mark)| (&cell[..at], cell[at + mark.len_utf8()..].trim()))
+        .find(|(label, unit)| says_time(label) && TimeUnit::from_spelling(unit).is_some())?;
+    let number = unit.trim_end_matches(|c: char| !c.is_ascii_digit());
+    let power = number.trim_end_matches('0') == "1";
+    let counts = !power && !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    let label = label.trim().trim_end_matches(" in").to_string();
+    (!counts).then(|| (label, unit.to_string()))
+}
 
 /// Finds `a / m/s^2`, `t/s`, `a in g`, `a, g`, `Acceleration y g`, `acc_y_g` and `time_ms`.
 fn unit_at_the_end(cell: &str) -> Option<(String, String)> {

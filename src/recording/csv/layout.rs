@@ -4,13 +4,13 @@
 //! called, which holds the time, which the samples. Each answer needs the one before.
 
 use super::begin::{self, Begin};
-use super::date;
 use super::dialect::Separator;
 use super::header::{Column, is_known_unit};
 use super::records::{self, Records};
+use super::stamp;
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::recording::lateral::{self, ChannelOffer};
-use crate::recording::number;
+use crate::recording::number::{self, Decimal};
 use crate::recording::text::{ONE_CELL, shown};
 use crate::recording::{Finding, Limits, ReadOptions, ReadTask, Selection};
 use crate::units::{DecimalMark, SampleRate, TimeUnit};
@@ -33,13 +33,24 @@ pub(super) enum TimeSource {
         index: usize,
         /// The unit of its stamps.
         unit: TimeUnit,
-        /// Whether option, card or file state that unit.
-        unit_stated: bool,
-        /// Whether they are dates.
-        dated: bool,
+        /// What states that unit.
+        origin: UnitOrigin,
+        /// Whether its stamps are words, such as dates and times of day.
+        worded: bool,
     },
     /// A stated rate.
     Rate(SampleRate),
+}
+
+/// What states the unit of a column of times.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum UnitOrigin {
+    /// Option, card or file.
+    Stated,
+    /// Nothing: seconds are assumed.
+    Assumed,
+    /// The file, in a way that is not read.
+    Unread,
 }
 
 impl TimeSource {
@@ -74,7 +85,7 @@ pub struct TableMapping {
     /// The column of time.
     pub time_column: Option<String>,
     /// Its unit.
-    pub time_unit: Option<&'static str>,
+    pub time_unit: Option<String>,
 }
 
 /// How a table is laid out.
@@ -89,11 +100,14 @@ pub(super) struct TableLayout {
     /// Cells of each data row, empty ones after the last column included.
     cells: usize,
     /// Whether at least half of a column's first cells are numbers; the others are then faults.
-    numeric: Vec<bool>,
-    /// Whether they are dates.
-    dated: Vec<bool>,
+    pub(super) numeric: Vec<bool>,
+    /// Whether they are stamps as words, and whether such with a date.
+    pub(super) worded: Vec<bool>,
+    pub(super) dated: Vec<bool>,
+    /// The usual step of columns of numbers that rise steadily over the first rows.
+    pub(super) steps: Vec<Option<f64>>,
     /// Whether a header names the columns.
-    named: bool,
+    pub(super) named: bool,
 }
 
 impl TableLayout {
@@ -130,7 +144,9 @@ impl TableLayout {
             header_rows,
             cells: first.len(),
             numeric: mostly(&columns, data, number::is_numeric),
-            dated: mostly(&columns, data, date::is_date),
+            worded: mostly(&columns, data, stamp::is_stamp),
+            dated: mostly(&columns, data, stamp::is_dated),
+            steps: (0..columns.len()).map(|i| usual_step(data, i)).collect(),
             columns,
             named,
         })
@@ -156,7 +172,7 @@ impl TableLayout {
         let (time_column, time_unit) = match time {
             Ok(Some(TimeSource::Column { index, unit, .. })) => {
                 let name = self.columns.get(index).map(|column| column.name.clone());
-                (name, Some(unit.name()))
+                (name, Some(unit.to_string()))
             }
             _ => (None, None),
         };
@@ -198,74 +214,6 @@ impl TableLayout {
         (self.columns.len(), self.cells)
     }
 
-    /// Finds where the time comes from; without it, `None` and a finding if every channel was
-    /// asked for.
-    pub(super) fn time_or_left_out(
-        &self,
-        options: &ReadOptions,
-        selection: Selection,
-        findings: &mut Vec<Finding>,
-    ) -> Result<Option<TimeSource>, Error> {
-        if let Some(index) = self.find_time_column(options)? {
-            return self.time_column(index, options, findings).map(Some);
-        }
-        if let Some(rate) = options.rate_hz {
-            return Ok(Some(TimeSource::Rate(SampleRate::from_hertz(rate)?)));
-        }
-        if selection == Selection::Lateral {
-            return Err(ErrorKind::MissingTime.into());
-        }
-        let text = format!(
-            "no time column and no sample rate, so no channel can be read; the columns are: {}; \
-             name the time with the setting `time_column` = NAME or state the setting `rate_hz` = \
-             HZ",
-            self.list(0..self.columns.len())
-        );
-        findings.push(Finding::warning("time-missing", text));
-        Ok(None)
-    }
-
-    fn find_time_column(&self, options: &ReadOptions) -> Result<Option<usize>, Error> {
-        if let Some(wanted) = &options.time_column {
-            return self.find_column(wanted, "time column").map(Some);
-        }
-        let of = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
-            (0..self.columns.len()).filter(|i| wanted(*i)).collect()
-        };
-        let is_clock = |i: usize| {
-            let column = &self.columns[i];
-            self.dated[i] || (self.numeric[i] && (column.says_time() || column.time_unit.is_some()))
-        };
-        let mut found = of(&is_clock);
-        if found.is_empty() && options.rate_hz.is_none() {
-            // Stamps that are neither numbers nor dates: reading them says so, at the cell.
-            found = of(&|i| self.columns[i].says_time());
-        }
-        if let [only] = found.as_slice() {
-            found = of(&|i| i == *only || self.is_twin_of_time(i, *only));
-        }
-        match found.as_slice() {
-            [only] => Ok(Some(*only)),
-            [] => Ok(None),
-            several => Err(Error::malformed(
-                "one time column",
-                self.list(several.iter().copied()),
-                "choose one with the setting `time_column` = NAME: each may be the clock of the \
-                 channels beside it",
-            )),
-        }
-    }
-
-    /// Tells whether a column beside the one of times may be another clock, by a name that is that of
-    /// the first with a number or a word behind it, such as `t.1`.
-    fn is_twin_of_time(&self, index: usize, time: usize) -> bool {
-        let column = &self.columns[index];
-        let [first, own] = [time, index].map(|index| self.columns[index].label.to_lowercase());
-        let rest = own.strip_prefix(&first).filter(|_| !first.is_empty());
-        let suffixed = rest.is_some_and(|rest| !rest.starts_with(char::is_alphabetic));
-        suffixed && self.numeric[index] && column.unit_text.is_none()
-    }
-
     /// Returns the columns that count the rows and are not read for anything else: those whose
     /// names say so, and without stamps also those whose numbers do; each with whether its name
     /// says so.
@@ -284,59 +232,6 @@ impl TableLayout {
         all.sort_by_key(|(_, named)| !named);
         all.truncate(MOST);
         all
-    }
-
-    fn time_column(
-        &self,
-        index: usize,
-        options: &ReadOptions,
-        findings: &mut Vec<Finding>,
-    ) -> Result<TimeSource, Error> {
-        if self.dated[index] {
-            return Ok(TimeSource::Column {
-                index,
-                unit: TimeUnit::Second,
-                unit_stated: true,
-                dated: true,
-            });
-        }
-        let column = &self.columns[index];
-        if let (Some(stated), Some(own)) = (options.time_unit, column.time_unit)
-            && stated != own
-        {
-            let text = format!(
-                "the {} says `{}` for `{}`, the option says `{}`, which was used",
-                column.unit_source,
-                own.name(),
-                column.name,
-                stated.name()
-            );
-            findings.push(Finding::warning("time-unit-overridden", text));
-        }
-        let unit = options.time_unit.or(column.time_unit);
-        let silent = column.unit_text.is_none() && !column.doubtful;
-        if unit.is_none() && (!silent || column.name.contains(['(', '['])) {
-            let text = column.unit_text.as_ref();
-            let text = text.map_or(String::new(), |text| format!(" in `{text}`"));
-            return Err(Error::malformed(
-                "a time in s, ms, us or ns",
-                format!("`{}`{text}", column.name),
-                "state its unit with the setting `time_unit` = s|ms|us|ns",
-            ));
-        }
-        if unit.is_none() {
-            let text = format!(
-                "nothing states the unit of the time column `{}`; seconds were assumed",
-                column.name
-            );
-            findings.push(Finding::info("time-unit-assumed", text));
-        }
-        Ok(TimeSource::Column {
-            index,
-            unit: unit.unwrap_or(TimeUnit::Second),
-            unit_stated: unit.is_some(),
-            dated: false,
-        })
     }
 
     /// Chooses the columns to read.
@@ -371,7 +266,8 @@ impl TableLayout {
         }
         // One that says that it is the one, or alone could be, is read though its first cells are
         // faults: reading it says what is wrong, and where.
-        let others = (0..self.columns.len()).filter(|i| Some(*i) != time && !self.is_index(*i));
+        let is_clock = |i: usize| Some(i) == time || self.is_other_clock(i);
+        let others = (0..self.columns.len()).filter(|i| !is_clock(*i) && !self.is_index(*i));
         let alone = others.clone().count() == 1;
         let meant = others
             .filter(|i| alone || self.numeric[*i] || self.columns[*i].says_lateral_acceleration());
@@ -388,7 +284,7 @@ impl TableLayout {
 
     /// Finds a column by its name (as it stands, then without unit, then whatever its case) or
     /// by its number, counted from 1.
-    fn find_column(&self, wanted: &str, what: &'static str) -> Result<usize, Error> {
+    pub(super) fn find_column(&self, wanted: &str, what: &'static str) -> Result<usize, Error> {
         let small = wanted.trim().to_lowercase();
         let ways: [&dyn Fn(&Column) -> bool; 3] = [
             &|column| column.name == wanted,
@@ -431,14 +327,14 @@ impl TableLayout {
 
     /// Tells whether a column is a running number: by its name, or as the first one where only others
     /// are named.
-    fn is_index(&self, index: usize) -> bool {
+    pub(super) fn is_index(&self, index: usize) -> bool {
         let column = &self.columns[index];
         let alone = self.columns.len() == 1;
         column.says_index() || (index == 0 && self.named && !alone && column.label.is_empty())
     }
 
     /// Lists columns for a message, at most a screenful; equal names get their number.
-    fn list(&self, indices: impl IntoIterator<Item = usize>) -> String {
+    pub(super) fn list(&self, indices: impl IntoIterator<Item = usize>) -> String {
         let one = |index: usize| {
             let name = shown(&self.columns[index].name);
             let same = |other: &&Column| other.name == self.columns[index].name;
@@ -460,6 +356,24 @@ fn mostly(columns: &[Column], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> V
     (0..columns.len()).map(is_mostly).collect()
 }
 
+/// Returns the usual step of a column of numbers, if it rises by like steps but for one of ten.
+fn usual_step(data: &[ByteRecord], index: usize) -> Option<f64> {
+    let mut decimal = Decimal::Unknown;
+    let cells = data.iter().map(|row| row.get(index).unwrap_or_default());
+    let numbers = cells.map(|cell| number::parse(cell, &mut decimal));
+    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>().ok()?;
+    let mut steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let middle = steps.len() / 2;
+    let usual = match steps.len() {
+        0 | 1 => return None,
+        _ => *steps.select_nth_unstable_by(middle, f64::total_cmp).1,
+    };
+    let alike = steps
+        .iter()
+        .filter(|step| (**step - usual).abs() <= 0.5 * usual);
+    (usual > 0.0 && 10 * alike.count() >= 9 * steps.len()).then_some(usual)
+}
+
 fn first_rows(mut records: Records<'_>) -> Result<Vec<ByteRecord>, Error> {
     let (mut rows, mut bytes) = (Vec::new(), 0);
     while let Some(row) = records.next()? {
@@ -477,8 +391,13 @@ fn has_number(row: &ByteRecord) -> bool {
 }
 
 fn has_unit(row: &ByteRecord) -> bool {
-    row.iter()
-        .any(|cell| is_known_unit(&String::from_utf8_lossy(cell)))
+    // A unit of time beside a number, such as `10 us`, is none of another column.
+    let counted = |text: &str| text.contains(|c: char| c.is_ascii_digit());
+    let of_time = |text: &str| counted(text) && TimeUnit::from_spelling(text).is_some();
+    row.iter().any(|cell| {
+        let text = String::from_utf8_lossy(cell);
+        is_known_unit(&text) || of_time(&text)
+    })
 }
 
 fn no_rows(found: &str) -> Error {

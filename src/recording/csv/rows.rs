@@ -1,14 +1,16 @@
 //! Rows: the stamps and the samples of the wanted columns.
 
-use super::date;
+use super::clock;
 use super::dialect::{self, Separator};
 use super::layout::{TableLayout, TimeSource};
 use super::records;
+use super::stamp::{self, StampClock};
 use crate::error::{Error, ErrorKind, Place};
-use crate::recording::number::{self, Decimal, Marks, PrintedDigits};
-use crate::recording::text::{ColumnMarks, bad_cell, no_date};
+use crate::recording::number::{self, Decimal, Marks, NumberFault, PrintedDigits};
+use crate::recording::text::{ColumnMarks, bad_cell, no_stamp};
+use crate::recording::time_base::round_to_digits;
 use crate::recording::{Limits, ReadTask, Selection};
-use crate::units::DecimalMark;
+use crate::units::{DecimalMark, TimeUnit};
 use ::csv::ByteRecord;
 
 /// What became of a wanted column: its samples, in its own unit, or why it holds no channel, which is so
@@ -43,9 +45,67 @@ pub(super) struct Rows {
     pub(super) coarse_digits_s: Option<Vec<f64>>,
     /// Whether the numbers have a decimal comma.
     pub(super) decimal_comma: bool,
+    /// Whether stamps are words, and what is to be said of them.
+    of_words: bool,
+    pub(super) stamp_facts: StampFacts,
+}
+
+/// What is to be said of stamps as words.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct StampFacts {
+    /// Whether time is counted from the first of them, and whether that is an instant of a day.
+    pub(super) count_from_first: bool,
+    pub(super) is_absolute: bool,
+    /// Whether the order of day and month was told by the date that follows alone.
+    pub(super) order_is_assumed: bool,
 }
 
 impl Rows {
+    /// Takes the stamps for so many seconds [s].
+    pub(super) fn scale_stamps(&mut self, unit_s: f64) {
+        // A quotient with a plain number of parts keeps the digits of a stamp.
+        let parts = round_to_digits(1.0 / unit_s, 12);
+        let seconds = |stamp: f64| match unit_s < 1.0 {
+            true => stamp / parts,
+            false => stamp * unit_s,
+        };
+        self.stamps_s
+            .iter_mut()
+            .for_each(|stamp| *stamp = seconds(*stamp));
+        self.printed_digit_s *= unit_s;
+    }
+
+    /// Counts from the first stamp if that is a day of this century, `per_second` days being a second.
+    pub(super) fn count_days_from_first(&mut self, per_second: f64) {
+        let first = self.stamps_s.first().copied().unwrap_or(0.0);
+        let unit = clock::absolute_unit(first * per_second);
+        if unit == Some(TimeUnit::DAY) && per_second < 2.0 / TimeUnit::DAY.seconds() {
+            self.stamps_s.iter_mut().for_each(|stamp| *stamp -= first);
+            // What was rounded to a number of days stays so.
+            self.printed_digit_s = self.printed_digit_s.max(2.0 * f64::EPSILON * first);
+            self.stamp_facts.is_absolute = true;
+        }
+    }
+
+    /// Tells whether all stamps are the same.
+    fn stand_still(&self) -> bool {
+        self.stamps_s.first() == self.stamps_s.last()
+    }
+
+    /// Drops stamps as words that are the same in every row and would have to change by the stated rate
+    /// [Hz]: they are a date of the recording. Returns whether they were.
+    pub(super) fn drop_date(&mut self, stated_hz: f64) -> bool {
+        let span_s = self.count.saturating_sub(1) as f64 / stated_hz;
+        let coarse = self.coarse_digits_s.is_some() && self.coarsest_digit_s() < span_s;
+        let dropped = coarse && self.of_words && self.stand_still();
+        if dropped {
+            self.stamps_s.clear();
+            self.coarse_digits_s = None;
+            self.stamp_facts = StampFacts::default();
+        }
+        dropped
+    }
+
     /// Returns the size of the coarsest stamp's last digit [s]; 0 unless stamps repeat.
     fn coarsest_digit_s(&self) -> f64 {
         let digits = self.coarse_digits_s.iter().flatten();
@@ -70,12 +130,11 @@ pub(super) fn read(
     };
     check_counts(text, layout, wanted, asked.limits)?;
     let rows = table.pass(wanted, false);
-    let stamps_are_numbers = !matches!(time, TimeSource::Column { dated: true, .. });
-    if let (Err(error), true, Some(rate)) = (&rows, stamps_are_numbers, asked.options.rate_hz)
+    if let (Err(error), Some(rate)) = (&rows, asked.options.rate_hz)
         && is_repeated(error)
         // Stamps of too few digits: the stated rate is held against them later.
         && let Ok(again) = table.pass(wanted, true)
-        && again.coarsest_digit_s() * rate > 1.01
+        && (again.coarsest_digit_s() * rate > 1.01 || again.stand_still())
     {
         return Ok(again);
     }
@@ -123,10 +182,10 @@ struct Gathering<'a> {
     table: RowTable<'a>,
     wanted: &'a WantedColumns,
     rows: Rows,
-    /// The column of stamps, with their number per second.
-    stamped: Option<(usize, f64)>,
-    /// The clock of stamps that are dates.
-    dates: Option<date::DateClock>,
+    /// The column of stamps, with their unit.
+    stamped: Option<(usize, TimeUnit)>,
+    /// The clock of stamps that are words.
+    words: Option<StampClock>,
     /// Mark of stamps and samples.
     decimal: Decimal,
     digits: PrintedDigits,
@@ -138,10 +197,13 @@ struct Gathering<'a> {
 
 impl<'a> Gathering<'a> {
     fn new(table: RowTable<'a>, wanted: &'a WantedColumns, repeating: bool) -> Self {
-        let (stamped, dated) = match table.time {
+        let (stamped, worded) = match table.time {
             TimeSource::Column {
-                index, unit, dated, ..
-            } => (Some((*index, unit.per_second())), *dated),
+                index,
+                unit,
+                worded,
+                ..
+            } => (Some((*index, *unit)), *worded),
             TimeSource::Rate(_) => (None, false),
         };
         // Between commas only quotes can hold a number with a comma together.
@@ -159,7 +221,7 @@ impl<'a> Gathering<'a> {
                 ..Rows::default()
             },
             stamped,
-            dates: dated.then(date::DateClock::default),
+            words: worded.then(StampClock::default),
             decimal,
             digits: PrintedDigits::new(),
             stamp_marks: ColumnMarks::default(),
@@ -178,21 +240,25 @@ impl<'a> Gathering<'a> {
                 ..place
             })
         })?;
-        if let Some((column, per_second)) = self.stamped {
-            let stamp = self.stamp(row, column, per_second)?;
+        if let Some((column, unit)) = self.stamped {
+            let stamp = self.stamp(row, column, unit)?;
             if self.repeats_row(row, column, stamp)? {
                 return Ok(());
             }
-            if self.dates.is_none() {
-                self.digits.count(&row[column]);
+            let number = match self.words.is_some() {
+                true => stamp::amount(&row[column]).map(|(number, _)| number),
+                false => Some(&row[column]),
+            };
+            if let Some(number) = number {
+                self.digits.count(number);
                 self.stamp_marks
-                    .look(&row[column], || self.table.place(row, column));
-                if let Some(digits) = &mut self.rows.coarse_digits_s {
-                    // Zero has the digits of its neighbours.
-                    let own = PrintedDigits::of_cell(&row[column]) / per_second;
-                    let before = digits.last().copied().unwrap_or(0.0);
-                    digits.push(if own > 0.0 { own } else { before });
-                }
+                    .look(number, || self.table.place(row, column));
+            }
+            if let (Some(digits), None) = (&mut self.rows.coarse_digits_s, &self.words) {
+                // Zero has the digits of its neighbours.
+                let own = unit.to_seconds(PrintedDigits::of_cell(&row[column]));
+                let before = digits.last().copied().unwrap_or(0.0);
+                digits.push(if own > 0.0 { own } else { before });
             }
             self.rows.stamps_s.push(stamp);
             self.last_byte = records::byte_of(row);
@@ -230,15 +296,26 @@ impl<'a> Gathering<'a> {
     }
 
     /// Reads a stamp [s].
-    fn stamp(&mut self, row: &ByteRecord, column: usize, per_second: f64) -> Result<f64, Error> {
+    fn stamp(&mut self, row: &ByteRecord, column: usize, unit: TimeUnit) -> Result<f64, Error> {
         let cell = &row[column];
-        match &mut self.dates {
+        match &mut self.words {
             Some(clock) => clock
-                .seconds(cell)
-                .ok_or_else(|| no_date(cell).at(self.table.place(row, column))),
+                .read(cell, &mut self.decimal)
+                .ok_or_else(|| no_stamp(cell).at(self.table.place(row, column))),
             None => number::parse(cell, &mut self.decimal)
-                .map(|stamp| stamp / per_second)
-                .map_err(|fault| self.table.bad_cell(row, column, fault)),
+                .map(|stamp| unit.to_seconds(stamp))
+                .map_err(|fault| {
+                    // Stamps of a form that is not read; marks of cells tell of rows that are one cell.
+                    let others = !self.table.layout.numeric[column]
+                        && cell.iter().any(u8::is_ascii_digit)
+                        && !cell.iter().any(|byte| b",;|".contains(byte));
+                    match fault {
+                        NumberFault::Text if others => {
+                            no_stamp(cell).at(self.table.place(row, column))
+                        }
+                        fault => self.table.bad_cell(row, column, fault),
+                    }
+                }),
         }
     }
 
@@ -285,11 +362,22 @@ impl<'a> Gathering<'a> {
                 }
             }
         }
-        let per_second = self.stamped.map_or(1.0, |(_, per_second)| per_second);
-        self.rows.printed_digit_s = match &self.dates {
+        let unit = self.stamped.map_or(TimeUnit::SECOND, |(_, unit)| unit);
+        self.rows.printed_digit_s = match &self.words {
             Some(clock) => clock.last_digit(),
-            None => self.digits.last_digit() / per_second,
+            None => unit.to_seconds(self.digits.last_digit()),
         };
+        if let Some(clock) = &self.words {
+            self.rows.of_words = true;
+            self.rows.stamp_facts = StampFacts {
+                count_from_first: clock.counts_from_first(),
+                is_absolute: clock.is_absolute(),
+                order_is_assumed: clock.order_is_assumed(),
+            };
+            if let Some(digits) = &mut self.rows.coarse_digits_s {
+                digits.resize(self.rows.stamps_s.len(), clock.last_digit());
+            }
+        }
         self.rows.decimal_comma =
             self.decimal == Decimal::Comma || self.decimal == Decimal::Stated(DecimalMark::Comma);
         Ok(self.rows)

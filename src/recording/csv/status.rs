@@ -74,6 +74,11 @@ fn about(column: &Column) -> Option<About> {
     }
 }
 
+/// Tells whether a column holds the state of samples or notes.
+pub(super) fn is_of_words(column: &Column) -> bool {
+    about(column).is_some()
+}
+
 /// A column of words.
 pub(super) struct StatusColumn {
     index: usize,

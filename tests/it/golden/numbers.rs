@@ -6,7 +6,9 @@
 //! `schema`), `run`, what is null or empty, and every text with a blank in it, which is written for
 //! people; numbers, codes of findings and reasons, instants, names and hashes stay.
 
-use super::{Case, Folder, labview, latchgate, logs, mme, names, nhtsa, samples, tables, topics};
+use super::{
+    Case, Folder, clocks, labview, latchgate, logs, mme, names, nhtsa, samples, tables, topics,
+};
 use crate::support::signal_file;
 use crate::tidy::{files_below, text_of};
 use latchgate::pipeline::NUMBERS_REVISION;
@@ -123,6 +125,7 @@ fn regress_numbers_move_with_their_revision_alone() {
         });
         for (table, cases) in [
             ("tables", tables::cases()),
+            ("clocks", clocks::cases()),
             ("names", names::cases()),
             ("labview", labview::cases()),
             ("nhtsa", nhtsa::cases()),

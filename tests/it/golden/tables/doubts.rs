@@ -185,9 +185,7 @@ pub(super) fn counts() -> Vec<Case> {
         )
         .finds(&["info channel-chosen"]),
         faulty(
-            with("stamps-unknown.csv", "Zeitstempel,acc_y_g", &|k| {
-                100 * gap(k)
-            }),
+            with("stamps-unknown.csv", "Taktgeber,acc_y_g", &|k| 100 * gap(k)),
             "from 29900",
         )
         .finds(&["info channel-chosen"]),
@@ -363,13 +361,13 @@ pub(super) fn odd_cells() -> Vec<Case> {
         ),
         refused(
             "times-of-day.csv",
-            clock(&|k| format!("10:00:04.{k:04}")),
-            &["`10:00:04.0000`", "2024-05-01T10:00:00.0001"],
+            clock(&|k| format!("10:61:04.{k:04}")),
+            &["`10:61:04.0000`", "2024-05-01T10:00:00.0001"],
         ),
         refused(
             "dates-with-slashes.csv",
-            clock(&|k| format!("05/01/2024 10:00:04.{k:04}")),
-            &["05/01/2024", "2024-05-01T10:00:00.0001"],
+            clock(&|k| format!("05/32/2024 10:00:04.{k:04}")),
+            &["05/32/2024", "2024-05-01T10:00:00.0001"],
         ),
         refused(
             "rows-quoted.csv",

@@ -76,11 +76,11 @@ pub(super) fn doubtful_units() -> Vec<Case> {
 pub(super) fn doubtful_times() -> Vec<Case> {
     let mut cases = Vec::new();
     for (index, name) in [
-        "time 100 us",
-        "time in 0.1 ms",
-        "time_100us",
-        "time_min",
-        "time_h",
+        "time x100 us",
+        "time in 2 ms",
+        "time_2us",
+        "time_cycles",
+        "time_h2",
         "Timestamp ticks",
     ]
     .iter()
@@ -89,7 +89,7 @@ pub(super) fn doubtful_times() -> Vec<Case> {
         cases.push(refused(
             &format!("doubtful-time-{index}.csv"),
             plain(&format!("{name},acc_y_g")),
-            &["a time in s, ms, us or ns", "--time-unit"],
+            &["a time in a unit that is read", "--time-unit"],
         ));
     }
     // Seconds that the header calls nanoseconds.
