@@ -341,7 +341,7 @@ pub enum ErrorKind {
     },
     /// Nothing states the unit of acceleration.
     #[error(
-        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g"
+        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = g|mg|m/s2|cm/s2|mm/s2|mm/ms2|ft/s2|in/s2|kilo-g"
     )]
     MissingUnit,
     /// Nothing states the time of the samples.

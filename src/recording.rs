@@ -65,7 +65,8 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::parallel::Control;
 use crate::setting::Setting;
 use crate::units::{
-    AccelerationUnit, DecimalMark, MessageClock, STANDARD_GRAVITY, SampleRate, TimeUnit,
+    AccelerationUnit, DecimalMark, MessageClock, STANDARD_GRAVITY, SampleRate, SensorSensitivity,
+    TimeUnit,
 };
 use remarks::{Remark, Span};
 use serde::{Deserialize, Serialize};
@@ -87,6 +88,10 @@ pub struct ReadOptions {
     pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
     pub header_line: Option<u32>,
+    /// Line of a text table that holds the units of its columns.
+    pub unit_line: Option<u32>,
+    /// Last line of a text table; what stands below is no sample.
+    pub last_line: Option<u32>,
     /// Lines at the start of a text table that are passed over.
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table.
@@ -97,7 +102,9 @@ pub struct ReadOptions {
     pub time_zero_s: Option<f64>,
     /// Unit of acceleration.
     pub unit: Option<AccelerationUnit>,
-    /// Whether a card, not an option, states `unit`.
+    /// What one of the samples means as an acceleration, where they are another quantity.
+    pub sensitivity: Option<SensorSensitivity>,
+    /// Whether a card, not an option, states `unit` or `sensitivity`.
     pub unit_from_card: bool,
     /// Format name of [`FORMATS`]; detected if absent.
     pub input_format: Option<String>,
@@ -121,15 +128,36 @@ impl ReadOptions {
                 format!("leave out {}", Setting::TimeSource),
             ));
         }
-        let stated = self.header_line.is_some() || self.skip_lines.is_some();
-        if format == "csv" || !(stated || self.decimal.is_some()) {
+        let stated = [
+            (Setting::HeaderLine, self.header_line.is_some()),
+            (Setting::SkipLines, self.skip_lines.is_some()),
+            (Setting::UnitLine, self.unit_line.is_some()),
+            (Setting::LastLine, self.last_line.is_some()),
+            (Setting::Decimal, self.decimal.is_some()),
+        ];
+        let stated = stated.iter().filter(|(_, is_stated)| *is_stated);
+        let stated: Vec<String> = stated.map(|(setting, _)| setting.to_string()).collect();
+        if format == "csv" || stated.is_empty() {
             return Ok(());
         }
-        let (line, lines, mark) = (Setting::HeaderLine, Setting::SkipLines, Setting::Decimal);
         Err(Error::malformed(
             "a text table, as settings of lines and decimal marks are for",
             format!("the format {format}"),
-            format!("leave out {line}, {lines} and {mark}"),
+            format!("leave out {}", stated.join(" and ")),
+        ))
+    }
+
+    /// Refuses a column of times for a format that says itself where its times are; `format` names it.
+    fn refuse_time_column(&self, format: &str) -> Result<(), Error> {
+        if self.time_column.is_none() {
+            return Ok(());
+        }
+        let expected = format!("{format}, which says where its times are");
+        let (found, setting) = ("an option that says otherwise", Setting::TimeColumn);
+        Err(Error::malformed(
+            expected,
+            found,
+            format!("leave out {setting}"),
         ))
     }
 

@@ -16,8 +16,9 @@ pub use map::{MarginRequest, parse_grid};
 pub use value::{
     MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias, parse_count,
     parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_method, parse_model,
-    parse_number, parse_phi0, parse_polarity, parse_positive, parse_resample, parse_standard,
-    parse_time_source, parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
+    parse_number, parse_phi0, parse_polarity, parse_positive, parse_resample, parse_sensitivity,
+    parse_standard, parse_time_source, parse_time_unit, parse_tolerance, parse_unit,
+    parse_velocity, parse_window,
 };
 
 use crate::conditioning::{BiasWindow, ConditioningOptions, FilterChoice, FilterStandard};
@@ -28,7 +29,9 @@ use crate::recording::card::CardPolarity;
 use crate::recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions};
 use crate::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
 use crate::setting::Setting;
-use crate::units::{AccelerationUnit, DecimalMark, MessageClock, OpensWhen, TimeUnit};
+use crate::units::{
+    AccelerationUnit, DecimalMark, MessageClock, OpensWhen, SensorSensitivity, TimeUnit,
+};
 use crate::verdict::{ModelChoice, Polarity, Policy, ensemble};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -66,6 +69,10 @@ pub struct Request {
     pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
     pub header_line: Option<u32>,
+    /// Line of a text table that holds the units of its columns.
+    pub unit_line: Option<u32>,
+    /// Last line of a text table; what stands below is no sample.
+    pub last_line: Option<u32>,
     /// Lines at the start of a text table that are passed over.
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table.
@@ -76,6 +83,8 @@ pub struct Request {
     pub time_zero: Option<f64>,
     /// Unit of acceleration.
     pub unit: Option<AccelerationUnit>,
+    /// What one of the samples means as an acceleration, where they are another quantity.
+    pub sensitivity: Option<SensorSensitivity>,
     /// Remarks that a person has read and accepts, as they are shown; those of the card join them.
     pub accepted_remarks: Vec<String>,
     /// Sign of the recorded acceleration that opens the lever.
@@ -117,11 +126,14 @@ impl Default for Request {
             time_unit: None,
             time_source: None,
             header_line: None,
+            unit_line: None,
+            last_line: None,
             skip_lines: None,
             decimal: None,
             rate_hz: None,
             time_zero: None,
             unit: None,
+            sensitivity: None,
             accepted_remarks: Vec::new(),
             opens_when: None,
             bias: BiasWindow::PreEvent,
@@ -209,6 +221,16 @@ impl Request {
                 "both",
             ));
         }
+        if self.unit.is_some() && self.sensitivity.is_some() {
+            return Err(Error::out_of_range(
+                Setting::Unit.to_string(),
+                format!(
+                    "absent where {} says what the samples are",
+                    Setting::Sensitivity
+                ),
+                "both",
+            ));
+        }
         let stated = BTreeMap::<String, Value>::from(self.clone());
         if Self::try_from(stated)? == *self {
             return Ok(());
@@ -287,6 +309,12 @@ impl Request {
     /// Returns how the recording is read: as asked, else as its card says.
     #[must_use]
     pub fn read_options(&self, card: &Card) -> ReadOptions {
+        // Unit and sensitivity are one statement: that of the request counts, or that of the card.
+        let asked = self.unit.is_some() || self.sensitivity.is_some();
+        let (unit, sensitivity) = match asked {
+            true => (self.unit, &self.sensitivity),
+            false => (card.unit, &card.sensitivity),
+        };
         ReadOptions {
             channel: self.channel.clone().or_else(|| card.channel.clone()),
             time_column: self.time_column.clone(),
@@ -299,11 +327,14 @@ impl Request {
             skip_lines: self
                 .skip_lines
                 .or(card.skip_lines.filter(|_| self.header_line.is_none())),
+            unit_line: self.unit_line.or(card.unit_line),
+            last_line: self.last_line.or(card.last_line),
             decimal: self.decimal.or(card.decimal),
             rate_hz: self.rate_hz.or(card.rate),
             time_zero_s: self.time_zero,
-            unit: self.unit.or(card.unit),
-            unit_from_card: self.unit.is_none() && card.unit.is_some(),
+            unit,
+            sensitivity: sensitivity.clone(),
+            unit_from_card: !asked && (unit.is_some() || sensitivity.is_some()),
             input_format: self.input_format.clone(),
             accepted_remarks: self.accepted_remarks(card),
         }

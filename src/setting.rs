@@ -43,6 +43,10 @@ settings! {
     TimeSource = "time_source",
     /// Line of a text table that names its columns.
     HeaderLine = "header_line",
+    /// Line of a text table that holds the units of its columns.
+    UnitLine = "unit_line",
+    /// Last line of a text table.
+    LastLine = "last_line",
     /// Lines of a text table that are passed over.
     SkipLines = "skip_lines",
     /// Decimal mark of a text table.
@@ -53,6 +57,8 @@ settings! {
     TimeZero = "time_zero",
     /// Unit of acceleration.
     Unit = "unit",
+    /// What one of the samples means as an acceleration, where they are another quantity.
+    Sensitivity = "sensitivity",
     /// Remarks that a person has read and accepts.
     AcceptedRemarks = "accepted_remarks",
     /// Sign of the recorded acceleration that opens the lever.

@@ -114,18 +114,27 @@ pub enum AccelerationUnit {
     MillimetrePerMillisecondSquared,
     /// Foot per second squared, 0.3048 m/s².
     FootPerSecondSquared,
+    /// Inch per second squared, 0.0254 m/s².
+    InchPerSecondSquared,
+    /// Centimetre per second squared, 0.01 m/s²; as Gal the unit of geophysicists.
+    CentimetrePerSecondSquared,
+    /// A thousandth of standard gravity; `mg` is a milligram as well.
+    MilliStandardGravity,
     /// A thousand times standard gravity; never a kilogram, so that it is spelt out.
     ThousandStandardGravity,
 }
 
 impl AccelerationUnit {
     /// Lists every unit with the name that options, cards and reports use.
-    pub const ALL: [(Self, &'static str); 6] = [
+    pub const ALL: [(Self, &'static str); 9] = [
         (Self::StandardGravity, "g"),
+        (Self::MilliStandardGravity, "mg"),
         (Self::MetrePerSecondSquared, "m/s2"),
+        (Self::CentimetrePerSecondSquared, "cm/s2"),
         (Self::MillimetrePerSecondSquared, "mm/s2"),
         (Self::MillimetrePerMillisecondSquared, "mm/ms2"),
         (Self::FootPerSecondSquared, "ft/s2"),
+        (Self::InchPerSecondSquared, "in/s2"),
         (Self::ThousandStandardGravity, "kilo-g"),
     ];
 
@@ -147,28 +156,42 @@ impl AccelerationUnit {
             Self::MillimetrePerSecondSquared => 1e-3,
             Self::MillimetrePerMillisecondSquared => 1e3,
             Self::FootPerSecondSquared => 0.3048,
+            Self::InchPerSecondSquared => 0.0254,
+            Self::CentimetrePerSecondSquared => 1e-2,
+            Self::MilliStandardGravity => 1e-3 * STANDARD_GRAVITY,
             Self::ThousandStandardGravity => 1e3 * STANDARD_GRAVITY,
         }
     }
 
-    /// Reads one of the spellings found in files: `g`, `G'S`, `m/s^2`, `m/s²`, `m/(s*s)`,
-    /// `m s-2`, `mm/ms^2`, `ft/s2` and their like; `None` for anything else, a product with a
-    /// number or with another unit among it.
+    /// Reads one of the spellings found in files: `g`, `G'S`, `milli-g`, `m/s^2`, `m/s²`,
+    /// `m/(s*s)`, `m s-2`, `mm/ms^2`, `ft/s2`, `Gal` and their like; `None` for anything else, a
+    /// product with a number or with another unit among it.
     #[must_use]
     pub fn from_spelling(text: &str) -> Option<Self> {
         let plain = plain_spelling(text);
-        if matches!(plain.as_str(), "g" | "gs" | "g's" | "g'" | "gn" | "g0") {
-            return Some(Self::StandardGravity);
-        }
-        if matches!(plain.as_str(), "kilo-g" | "kilo*g") {
-            return Some(Self::ThousandStandardGravity);
+        match plain.as_str() {
+            "g" | "gs" | "g's" | "g'" | "gn" | "g0" => return Some(Self::StandardGravity),
+            "kilo-g" | "kilo*g" => return Some(Self::ThousandStandardGravity),
+            // A megagram, or nobody knows what.
+            "mg" if text.contains("Mg") => return None,
+            "mg" | "mgs" | "mg's" | "mgn" | "mg0" | "millig" | "milli-g" | "milli*g"
+            | "milligs" | "milli-gs" | "milli*gs" | "milli-g's" | "milli*g's" => {
+                return Some(Self::MilliStandardGravity);
+            }
+            "gal" | "gals" => return Some(Self::CentimetrePerSecondSquared),
+            _ => {}
         }
         let (unit, rest) = [
             (Self::MillimetrePerSecondSquared, "mm"),
+            (Self::CentimetrePerSecondSquared, "cm"),
             (Self::MetrePerSecondSquared, "meters"),
             (Self::MetrePerSecondSquared, "metre"),
             (Self::MetrePerSecondSquared, "m"),
             (Self::FootPerSecondSquared, "ft"),
+            (Self::FootPerSecondSquared, "feet"),
+            (Self::InchPerSecondSquared, "inches"),
+            (Self::InchPerSecondSquared, "inch"),
+            (Self::InchPerSecondSquared, "in"),
         ]
         .into_iter()
         .find_map(|(unit, length)| Some((unit, plain.strip_prefix(length)?)))?;
@@ -184,6 +207,13 @@ impl AccelerationUnit {
             ) => Some(Self::MillimetrePerMillisecondSquared),
             _ => None,
         }
+    }
+
+    /// Tells whether a spelling is that of another quantity's unit as well: `mg` of a mass, `gal` of
+    /// a volume.
+    #[must_use]
+    pub fn is_ambiguous(text: &str) -> bool {
+        matches!(plain_spelling(text).as_str(), "mg" | "mgs" | "gal" | "gals")
     }
 }
 
@@ -227,6 +257,174 @@ fn plain_spelling(text: &str) -> String {
         plain.push('*');
     }
     plain
+}
+
+/// What a number of another quantity means as an acceleration: `20 g/V`, or the other way round
+/// `10 mV/g`, as data sheets of sensors have it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorSensitivity {
+    number: f64,
+    unit: AccelerationUnit,
+    /// The other quantity's unit, as it is written.
+    quantity: String,
+    /// Whether the number counts the other quantity for one of `unit`.
+    inverse: bool,
+}
+
+impl SensorSensitivity {
+    /// Reads NUMBER UNIT/UNIT, one of the units being one of acceleration and the other none.
+    ///
+    /// # Errors
+    ///
+    /// Says what was expected.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// # use latchgate::units::SensorSensitivity;
+    /// let scope = SensorSensitivity::from_text("20 g/V").unwrap();
+    /// assert_eq!(scope.scale_of("mV"), Some(0.02));
+    /// let sheet = SensorSensitivity::from_text("10 mV/g").unwrap();
+    /// assert_eq!(sheet.scale_of("Volt"), Some(100.0));
+    /// assert_eq!(sheet.scale_of("counts"), None);
+    /// assert!(SensorSensitivity::from_text("20").is_err());
+    /// ```
+    pub fn from_text(text: &str) -> Result<Self, String> {
+        let expected = || {
+            "expected NUMBER UNIT/UNIT with one unit of acceleration, for example 20 g/V or 10 mV/g"
+                .to_string()
+        };
+        let text = text.trim();
+        // The longest number: in `1e-3 g/V` the `e` is its own.
+        let ends = text.char_indices().map(|(end, _)| end).rev();
+        let (number, ratio) = ends
+            .filter_map(|end| Some((text[..end].trim().parse::<f64>().ok()?, text[end..].trim())))
+            .next()
+            .ok_or_else(expected)?;
+        if !(number.is_finite() && number > 0.0) {
+            return Err("must be positive; which sign opens is stated by itself".into());
+        }
+        let parts = || {
+            let strokes = ratio.match_indices('/');
+            strokes.map(|(at, _)| (ratio[..at].trim(), ratio[at + 1..].trim()))
+        };
+        let other = |text: &str| {
+            (!text.is_empty() && AccelerationUnit::from_spelling(text).is_none())
+                .then(|| text.to_string())
+        };
+        let direct = parts().find_map(|(unit, quantity)| {
+            Some((AccelerationUnit::from_spelling(unit)?, other(quantity)?))
+        });
+        let inverse = || {
+            parts().find_map(|(quantity, unit)| {
+                Some((AccelerationUnit::from_spelling(unit)?, other(quantity)?))
+            })
+        };
+        let is_inverse = direct.is_none();
+        let (unit, quantity) = direct.or_else(inverse).ok_or_else(expected)?;
+        Ok(Self {
+            number,
+            unit,
+            quantity,
+            inverse: is_inverse,
+        })
+    }
+
+    /// Returns the unit of the accelerations that it gives.
+    #[must_use]
+    pub fn unit(&self) -> AccelerationUnit {
+        self.unit
+    }
+
+    /// Returns the unit of the other quantity, as it was written.
+    #[must_use]
+    pub fn quantity(&self) -> &str {
+        &self.quantity
+    }
+
+    /// Returns the acceleration in [`Self::unit`] that one of the other quantity is.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        match self.inverse {
+            true => 1.0 / self.number,
+            false => self.number,
+        }
+    }
+
+    /// As [`Self::scale`] for a quantity in the unit `text`; `None` if it is another one.
+    #[must_use]
+    pub fn scale_of(&self, text: &str) -> Option<f64> {
+        let (wanted, given) = (OtherUnit::read(&self.quantity), OtherUnit::read(text));
+        let exponent = (wanted.name == given.name).then(|| given.exponent - wanted.exponent)?;
+        // A quotient keeps decimals that a product with 1e-3 does not.
+        let power = |exponent: i32| format!("1e{}", exponent.max(0)).parse::<f64>().ok();
+        let (up, down) = (power(exponent)?, power(-exponent)?);
+        Some(match self.inverse {
+            true => up / (self.number * down),
+            false => self.number * up / down,
+        })
+    }
+}
+
+impl std::fmt::Display for SensorSensitivity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (number, unit, quantity) = (self.number, self.unit.name(), &self.quantity);
+        match self.inverse {
+            true => write!(f, "{number} {quantity}/{unit}"),
+            false => write!(f, "{number} {unit}/{quantity}"),
+        }
+    }
+}
+
+/// A unit of another quantity than acceleration, as far as two of them are compared.
+#[derive(Debug, PartialEq)]
+struct OtherUnit {
+    name: String,
+    /// Power of ten of the unit.
+    exponent: i32,
+}
+
+impl OtherUnit {
+    /// Reads a unit. Volts, coulombs and their parts are known, counts under their names; anything else is
+    /// compared as it is written, brackets, blanks and case aside.
+    fn read(text: &str) -> Self {
+        let bare: String = text
+            .trim_matches(|c: char| "()[]{}<>".contains(c))
+            .chars()
+            .filter(|c| !c.is_whitespace())
+            .collect();
+        let parts = [
+            ("m", -3),
+            ("\u{b5}", -6),
+            ("\u{3bc}", -6),
+            ("u", -6),
+            ("n", -9),
+            ("p", -12),
+        ];
+        let symbol = |symbol: &str| {
+            let prefix = bare.strip_suffix(symbol)?;
+            let part = parts.iter().find(|(part, _)| *part == prefix);
+            part.map(|(_, exponent)| *exponent)
+                .or(prefix.is_empty().then_some(0))
+        };
+        let symbols = ["V", "C"].into_iter();
+        if let Some((name, exponent)) = symbols.filter_map(|one| Some((one, symbol(one)?))).next() {
+            let name = name.to_string();
+            return Self { name, exponent };
+        }
+        let small = bare.to_lowercase();
+        let (name, exponent) = match small.as_str() {
+            "volt" | "volts" => ("V", 0),
+            "mvolt" | "mvolts" | "millivolt" | "millivolts" => ("V", -3),
+            "coulomb" | "coulombs" => ("C", 0),
+            "cnt" | "cnts" | "count" | "counts" => ("count", 0),
+            "lsb" | "lsbs" => ("lsb", 0),
+            "digit" | "digits" => ("digit", 0),
+            other => (other, 0),
+        };
+        let name = name.to_string();
+        Self { name, exponent }
+    }
 }
 
 /// The unit in which a recording states time: a second, a day, or any number of such, as in 10 µs.

@@ -12,10 +12,10 @@ use crate::recording::{Limits, Source};
 use crate::request::{
     MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias,
     parse_count, parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_phi0,
-    parse_polarity, parse_positive, parse_standard, parse_time_source, parse_time_unit,
-    parse_tolerance, parse_unit, parse_velocity, parse_window,
+    parse_polarity, parse_positive, parse_sensitivity, parse_standard, parse_time_source,
+    parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
 };
-use crate::units::{AccelerationUnit, DecimalMark, MessageClock, TimeUnit};
+use crate::units::{AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit};
 use crate::verdict::ensemble::MEMBERS_MAX;
 use clap::Args;
 use std::collections::{BTreeMap, BTreeSet};
@@ -118,6 +118,12 @@ pub struct ReadArguments {
     /// Line of a text table that names its columns; lines above it are no samples [default: found]
     #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_hyphen_values = true)]
     pub header_line: Option<u32>,
+    /// Line of a text table that holds the units of its columns, where it is not beside the names
+    #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), allow_hyphen_values = true)]
+    pub unit_line: Option<u32>,
+    /// Last line of a text table; lines below it are no samples [default: the file's last line]
+    #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), allow_hyphen_values = true)]
+    pub last_line: Option<u32>,
     /// Lines at the start of a text table to pass over [default: found]
     #[arg(long, value_name = "N", value_parser = count(0, u32::MAX), allow_hyphen_values = true)]
     pub skip_lines: Option<u32>,
@@ -132,8 +138,12 @@ pub struct ReadArguments {
     #[arg(long, value_name = "S", value_parser = parse_finite, allow_hyphen_values = true)]
     pub time_zero: Option<f64>,
     /// Unit of acceleration [default: as header, units row, card or format states]
-    #[arg(long, value_name = "g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g", hide_possible_values = true, value_parser = ValueWords(parse_unit, &["g", "m/s2", "mm/s2", "mm/ms2", "ft/s2", "kilo-g"]))]
+    #[arg(long, value_name = "g|mg|m/s2|cm/s2|mm/s2|mm/ms2|ft/s2|in/s2|kilo-g", hide_possible_values = true, value_parser = ValueWords(parse_unit, &["g", "mg", "m/s2", "cm/s2", "mm/s2", "mm/ms2", "ft/s2", "in/s2", "kilo-g"]))]
     pub unit: Option<AccelerationUnit>,
+    /// What one of the samples means as an acceleration, where they are volts, counts or another
+    /// quantity: '20 g/V', or '10 mV/g'
+    #[arg(long, value_name = "NUMBER UNIT/UNIT", value_parser = parse_sensitivity, conflicts_with = "unit")]
+    pub sensitivity: Option<SensorSensitivity>,
     /// Remark that a person has read and accepts, by its text as it is shown; it does not block any
     /// more, and that is told. May be given several times
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
@@ -169,11 +179,14 @@ impl ReadArguments {
             time_unit: self.time_unit,
             time_source: self.time_source,
             header_line: self.header_line,
+            unit_line: self.unit_line,
+            last_line: self.last_line,
             skip_lines: self.skip_lines,
             decimal: self.decimal,
             rate_hz: self.rate_hz,
             time_zero: self.time_zero,
             unit: self.unit,
+            sensitivity: self.sensitivity.clone(),
             accepted_remarks: {
                 // Their order asks nothing else.
                 let texts = self.accept_remark.iter().map(String::as_str);

@@ -5,25 +5,33 @@ use super::limits::Limits;
 use super::source::{Source, sha256};
 use super::text::line_at;
 use crate::error::{Error, ErrorKind, Place, with_article};
-use crate::units::{AccelerationUnit, DecimalMark, MessageClock, OpensWhen, SampleRate};
+use crate::units::{
+    AccelerationUnit, DecimalMark, MessageClock, OpensWhen, SampleRate, SensorSensitivity,
+};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
 /// The keys a card may hold beside those of texts, as they are listed.
-const KEYS: [&str; 11] = [
+const KEYS: [&str; 14] = [
     "channel",
     "unit",
+    "sensitivity",
     "opens_when",
     "rate",
     "time_source",
     "header_line",
+    "unit_line",
+    "last_line",
     "skip_lines",
     "decimal",
     "range_g",
     "synthetic",
     "accepted_remarks",
 ];
+
+/// What to do where a value is wrong.
+const MEND: &str = "mend the card";
 
 /// What a card says about the recording beside it. Every key is optional.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -32,6 +40,8 @@ pub struct Card {
     pub channel: Option<String>,
     /// Unit of acceleration.
     pub unit: Option<AccelerationUnit>,
+    /// What one of the samples means as an acceleration, where they are another quantity.
+    pub sensitivity: Option<SensorSensitivity>,
     /// Sign of the recorded acceleration that swings the lever open: `negative`, `positive`, `both`.
     pub opens_when: Option<CardPolarity>,
     /// Sample rate [Hz].
@@ -40,6 +50,10 @@ pub struct Card {
     pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns, counted from 1.
     pub header_line: Option<u32>,
+    /// Line of a text table that holds the units of its columns.
+    pub unit_line: Option<u32>,
+    /// Last line of a text table; what stands below is no sample.
+    pub last_line: Option<u32>,
     /// Lines at the start of a text table that are passed over.
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table.
@@ -119,6 +133,13 @@ impl Card {
                 let unit = AccelerationUnit::from_spelling(&name);
                 self.unit = Some(unit.ok_or_else(|| Error::unknown("unit", name, &known))?);
             }
+            "sensitivity" => {
+                let text: String = take(key, value, "a text such as \"20 g/V\"")?;
+                let stated = SensorSensitivity::from_text(&text).map_err(|wrong| {
+                    Error::malformed(format!("`{key}`: {wrong}"), format!("`{text}`"), MEND)
+                })?;
+                self.sensitivity = Some(stated);
+            }
             "opens_when" => {
                 let name: String = take(key, value, "\"negative\", \"positive\" or \"both\"")?;
                 let known = CardPolarity::ALL.map(CardPolarity::name);
@@ -138,9 +159,14 @@ impl Card {
                 let unknown = || Error::unknown("clock", name, &known);
                 self.time_source = Some(clock.ok_or_else(unknown)?);
             }
-            "header_line" => {
+            "header_line" | "unit_line" | "last_line" => {
                 let line: NonZeroU32 = take(key, value, "a whole number from 1")?;
-                self.header_line = Some(line.get());
+                let place = match key {
+                    "header_line" => &mut self.header_line,
+                    "unit_line" => &mut self.unit_line,
+                    _ => &mut self.last_line,
+                };
+                *place = Some(line.get());
             }
             "skip_lines" => self.skip_lines = Some(take(key, value, "a whole number from 0")?),
             "decimal" => {
@@ -288,6 +314,6 @@ impl CardPolarity {
 fn take<T: DeserializeOwned>(key: &str, value: &toml::Value, expected: &str) -> Result<T, Error> {
     value.clone().try_into().map_err(|_| {
         let found = with_article(value.type_str());
-        Error::malformed(format!("`{key}` to be {expected}"), found, "mend the card")
+        Error::malformed(format!("`{key}` to be {expected}"), found, MEND)
     })
 }

@@ -32,7 +32,7 @@ mod rows;
 pub mod stamp;
 mod status;
 
-use super::draft::{self, Draft, UniformSamples, Unit};
+use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
 use super::held;
 use super::source::Reader;
 use super::time_base::{self, MEND, TimeBase};
@@ -214,10 +214,7 @@ impl<'a> TableText<'a> {
             let read = values.next().expect("one result for each column");
             let channel = read.and_then(|values| {
                 let mut findings = choice.findings.clone();
-                let unit = unit_of(column, options, &mut findings);
-                if unit.unit.is_none() && selection == Selection::Lateral {
-                    return Err(ErrorKind::MissingUnit.into());
-                }
+                let unit = unit_of(column, options, selection, &mut findings)?;
                 let clock = UniformSamples {
                     start_s: base.start_s,
                     rate: base.rate,
@@ -425,15 +422,24 @@ impl<'a> TableText<'a> {
 }
 
 /// Returns the unit of a column, and what states it.
-fn unit_of(column: &header::Column, options: &ReadOptions, findings: &mut Vec<Finding>) -> Unit {
-    let own = column.unit.map(|unit| (unit, column.unit_source));
-    Unit::find(own, options, findings, |source, used| {
-        let text = column.unit_text.as_ref()?;
-        Some(format!(
-            "the {} says `{text}` for `{}`, the {source} says `{used}`, which was used",
-            column.unit_source, column.name
-        ))
-    })
+fn unit_of(
+    column: &header::Column,
+    options: &ReadOptions,
+    selection: Selection,
+    findings: &mut Vec<Finding>,
+) -> Result<Unit, Error> {
+    let source = match column.unit_text {
+        Some(_) => column.unit_source,
+        None => "header",
+    };
+    let text = column.stated_unit();
+    let statement = UnitStatement {
+        unit: column.unit,
+        source,
+        text: text.as_deref(),
+        place: &format!("the {source} of `{}`", column.name),
+    };
+    Unit::find(statement, options, selection, findings)
 }
 
 /// Returns the instant of a row on the file's clock [s]; of rows that repeat others none later

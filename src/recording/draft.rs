@@ -1,11 +1,11 @@
 //! A channel as a reader found it, made into one that is delivered: the last mile of all readers.
 
-use super::csv::header::Column;
+use super::csv::header::{Column, strip_brackets};
 use super::remarks::{self, Remark, Span};
 use super::time_base::TimeBase;
 use super::{Channel, Finding, Limits, ReadOptions, ReadOutcome, Selection, Stated, text};
 use crate::error::{Error, ErrorKind, Place};
-use crate::units::{AccelerationUnit, SampleRate};
+use crate::units::{AccelerationUnit, SampleRate, SensorSensitivity};
 
 /// A channel as it was found.
 #[derive(Debug)]
@@ -57,6 +57,13 @@ impl Draft {
         }
         self.stated.remarks = remarks::shown(&self.remarks);
         remarks::tell_of_filters(&self.remarks, &mut self.stated, &mut self.findings);
+        let scale = self.unit.scale;
+        if scale.total_cmp(&1.0).is_ne() {
+            self.stated.full_scale = self.stated.full_scale.map(|full| full * scale);
+            for value in &mut self.clock.values {
+                *value *= scale;
+            }
+        }
         // First what a person says.
         let mut findings = remarks::findings(&self.remarks, &options.accepted_remarks, span);
         findings.append(&mut self.findings);
@@ -90,65 +97,178 @@ pub(super) fn move_instants(findings: &mut [Finding], zero_s: f64) {
 pub(super) struct Unit {
     pub(super) unit: Option<AccelerationUnit>,
     pub(super) source: &'static str,
+    /// What one of the file's numbers is [`unit`]; 1 unless they are another quantity.
+    scale: f64,
+}
+
+/// What a file states of a channel's unit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct UnitStatement<'a> {
+    /// The unit, if it is one of acceleration beyond doubt.
+    pub(super) unit: Option<AccelerationUnit>,
+    /// What states it, as documents have it.
+    pub(super) source: &'static str,
+    /// The unit as it is written, be it one of acceleration or not.
+    pub(super) text: Option<&'a str>,
+    /// Where that stands, in a message.
+    pub(super) place: &'a str,
+}
+
+impl UnitStatement<'_> {
+    /// Returns the unit of another quantity than an acceleration, if the file states one.
+    fn other_quantity(&self) -> Option<&str> {
+        let is_other =
+            |text: &&str| AccelerationUnit::from_spelling(strip_brackets(text)).is_none();
+        self.text
+            .map(str::trim)
+            .filter(|text| self.unit.is_none() && !says_nothing(text))
+            .filter(is_other)
+    }
+
+    /// Refuses to take another quantity for an acceleration; `by` says who wants that.
+    fn refused(&self, quantity: &str, by: &str) -> Error {
+        let quantity = text::shown(quantity);
+        Error::malformed(
+            "a unit of acceleration",
+            format!("`{quantity}` in {}{by}", self.place),
+            format!(
+                "choose another channel, or say what one of that unit means: the setting \
+                 `sensitivity` = '20 g/{quantity}', with the sensor's own number for 20"
+            ),
+        )
+    }
+
+    /// Says that the stated sensitivity is that of another quantity than the file's.
+    fn not_of(&self, found: &str, sensitivity: &SensorSensitivity) -> Error {
+        Error::malformed(
+            format!(
+                "samples in {}, as the setting `sensitivity` = '{sensitivity}' is for",
+                sensitivity.quantity()
+            ),
+            format!("`{}` in {}", text::shown(found), self.place),
+            "leave the setting out, or state it for that unit",
+        )
+    }
+}
+
+/// Tells whether a cell for a unit says that nothing is known of it.
+fn says_nothing(text: &str) -> bool {
+    let small = text.to_lowercase();
+    let word = small.trim_matches(|c: char| !c.is_alphanumeric() && c != '%' && c != '°');
+    word.is_empty() || matches!(word, "n/a" | "na" | "none" | "novalue" | "null" | "unknown")
 }
 
 impl Unit {
-    /// Takes the unit that option or card state, else that of the file with what states it there.
-    /// Where the file says another one, `differs` words it, from the name of what overrides it
-    /// and the unit that is used; where it says nothing, `differs` gives nothing.
+    /// Takes the unit that option or card state, else that of the file, which `statement` tells. The
+    /// one channel that is meant needs a unit.
     pub(super) fn find(
-        own: Option<(AccelerationUnit, &'static str)>,
+        statement: UnitStatement<'_>,
         options: &ReadOptions,
+        selection: Selection,
         findings: &mut Vec<Finding>,
-        differs: impl FnOnce(&str, &str) -> Option<String>,
-    ) -> Self {
-        let Some(said) = options.unit else {
-            return Self {
-                unit: own.map(|(unit, _)| unit),
-                source: own.map_or("none", |(_, source)| source),
-            };
+    ) -> Result<Self, Error> {
+        let is_meant = selection == Selection::Lateral;
+        let other = statement.other_quantity();
+        let from_file = Self {
+            unit: statement.unit,
+            source: statement.unit.map_or("none", |_| statement.source),
+            scale: 1.0,
         };
         let source = match options.unit_from_card {
             true => "card",
             false => "option",
         };
-        if own.is_none_or(|(unit, _)| unit != said) {
-            let text = differs(source, said.name());
-            findings.extend(text.map(|text| Finding::warning("unit-overridden", text)));
+        if let Some(sensitivity) = &options.sensitivity {
+            let found = other.or(statement.unit.map(AccelerationUnit::name));
+            let scale = match found {
+                None => Some(sensitivity.scale()),
+                Some(found) => sensitivity.scale_of(found),
+            };
+            return match (scale, found) {
+                (Some(scale), found) => {
+                    findings.push(sensitivity_finding(sensitivity, source, found, &statement));
+                    let unit = Some(sensitivity.unit());
+                    Ok(Self {
+                        unit,
+                        source,
+                        scale,
+                    })
+                }
+                (None, Some(found)) if is_meant => Err(statement.not_of(found, sensitivity)),
+                (None, _) => Ok(from_file),
+            };
         }
-        Self {
-            unit: Some(said),
-            source,
+        match (options.unit, other) {
+            (Some(said), None) => {
+                if let Some(text) = statement.text.filter(|text| !says_nothing(text))
+                    && statement.unit != Some(said)
+                {
+                    let text = format!(
+                        "{} says `{}`, the {source} says `{}`, which was used",
+                        statement.place,
+                        text::shown(text),
+                        said.name()
+                    );
+                    findings.push(Finding::warning("unit-overridden", text));
+                }
+                Ok(Self {
+                    unit: Some(said),
+                    source,
+                    scale: 1.0,
+                })
+            }
+            (said, Some(quantity)) if is_meant => {
+                let by = said.map_or(String::new(), |said| {
+                    format!(", which no {} is, as the {source} says", said.name())
+                });
+                Err(statement.refused(quantity, &by))
+            }
+            _ if is_meant && statement.unit.is_none() => Err(ErrorKind::MissingUnit.into()),
+            _ => Ok(from_file),
         }
     }
+}
 
-    /// As [`Self::find`], for a header: `place` says where its `text` stands, in a message. The one
-    /// channel that is meant needs a unit.
-    pub(super) fn of_header(
-        own: Option<(AccelerationUnit, &'static str)>,
-        (place, text): (&str, Option<&str>),
-        options: &ReadOptions,
-        selection: Selection,
-        findings: &mut Vec<Finding>,
-    ) -> Result<Self, Error> {
-        let text = text.map(text::shown).filter(|text| !text.is_empty());
-        let unit = Self::find(own, options, findings, |source, used| {
-            let text = text.as_ref()?;
-            Some(format!(
-                "{place} says `{text}`, the {source} says {used}, which was used"
-            ))
-        });
-        if unit.unit.is_some() || selection == Selection::Every {
-            return Ok(unit);
-        }
-        Err(text.map_or(ErrorKind::MissingUnit.into(), |text| {
-            Error::malformed(
-                "a unit of acceleration",
-                format!("`{text}` in {place}"),
-                "choose another channel, or state the unit with the setting `unit`",
-            )
-        }))
+/// Checks the unit of the channel that is meant, read before it was known which one that is.
+pub(super) fn check_unit(channel: &Channel, options: &ReadOptions) -> Result<(), Error> {
+    let is_overridden = matches!(channel.unit_source, "option" | "card");
+    if options.sensitivity.is_none() && options.unit.is_none() {
+        return channel
+            .unit
+            .map_or(Err(ErrorKind::MissingUnit.into()), |_| Ok(()));
     }
+    if channel.unit.is_some() && is_overridden {
+        return Ok(());
+    }
+    let statement = UnitStatement {
+        unit: channel.unit,
+        source: channel.unit_source,
+        text: channel.unit.map(AccelerationUnit::name),
+        place: "the message type or the field's name",
+    };
+    let found = statement.text.unwrap_or("another quantity");
+    Err(match &options.sensitivity {
+        Some(sensitivity) => statement.not_of(found, sensitivity),
+        None => statement.refused(found, ""),
+    })
+}
+
+/// Says by which sensitivity samples became accelerations.
+fn sensitivity_finding(
+    sensitivity: &SensorSensitivity,
+    source: &str,
+    found: Option<&str>,
+    statement: &UnitStatement<'_>,
+) -> Finding {
+    let stated = found.map_or("no unit".to_string(), |found| {
+        format!("`{}`", text::shown(found))
+    });
+    let text = format!(
+        "{} says {stated}; each number was turned into an acceleration by {sensitivity}, as the \
+         {source} says",
+        statement.place
+    );
+    Finding::info("sensitivity-used", text)
 }
 
 /// Samples on a uniform clock, the file's.

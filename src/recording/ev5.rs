@@ -17,7 +17,7 @@
 mod curve;
 mod header;
 
-use super::draft::{self, Draft, UniformSamples, Unit};
+use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
 use super::lateral::{self, ChannelOffer};
 use super::mme::names::{has_suffix, is_shadow, number_of};
 use super::source::Reader;
@@ -328,11 +328,13 @@ fn channel(
 ) -> Result<Channel, Error> {
     let options = asked.options;
     let mut findings = Vec::new();
-    let own = entry
-        .and_then(CurveEntry::unit)
-        .map(|unit| (unit, "format"));
-    let text = ("the .EV5", entry.map(|entry| entry.of(header::Y_UNIT)));
-    let unit = Unit::of_header(own, text, options, selection, &mut findings)?;
+    let statement = UnitStatement {
+        unit: entry.and_then(CurveEntry::unit),
+        source: "format",
+        text: entry.map(|entry| entry.of(header::Y_UNIT)),
+        place: "the .EV5",
+    };
+    let unit = Unit::find(statement, options, selection, &mut findings)?;
     if let Some(entry) = entry
         && selection == Selection::Lateral
     {

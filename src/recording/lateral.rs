@@ -129,7 +129,10 @@ pub(super) fn take(
     if offered.is_empty() {
         let why = match all {
             [] => "",
-            _ => " (by its unit or code none is an acceleration)",
+            _ => {
+                " (by its unit or code none is an acceleration; of volts, counts and their like \
+                 the setting `sensitivity` = '20 g/V' makes one)"
+            }
         };
         let known = format!("{known}{why}");
         return Err(ErrorKind::NoChannel { known });

@@ -13,8 +13,8 @@
 
 mod header;
 
-use super::csv::header::Column;
-use super::draft::{self, Draft, UniformSamples, Unit};
+use super::csv::header::{Column, mark_columns};
+use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
 use super::held::Statement;
 use super::lateral::ChannelOffer;
 use super::number::{Decimal, Marks, PrintedDigits};
@@ -27,7 +27,8 @@ use super::{
     lateral, text,
 };
 use crate::error::{Error, ErrorKind, Place};
-use crate::units::SampleRate;
+use crate::setting::Setting;
+use crate::units::{SampleRate, TimeUnit};
 use header::{Header, TimeColumns};
 
 /// Tells whether the file begins as LabVIEW's do.
@@ -46,10 +47,16 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`], [`ErrorKind::NoChannel`],
 /// - [`ErrorKind::Empty`] without samples, [`ErrorKind::LimitExceeded`] beyond a limit.
 pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
-    asked.options.refuse_other_clock("a LabVIEW file", "")?;
+    asked.options.refuse_time_column("a LabVIEW file")?;
     let bytes = source.read_text(asked.limits)?;
     let (content, mut findings) = encoding::text_of(bytes, asked.limits)?;
-    let (header, first_row) = Header::read(&content, asked.limits)?;
+    let (mut header, first_row) = Header::read(&content, asked.limits)?;
+    header.take_time_units(asked.options.time_unit)?;
+    let columns = header
+        .channels
+        .iter_mut()
+        .map(|channel| &mut channel.column);
+    mark_columns(columns.collect(), asked.options);
     findings.extend(header.findings.iter().cloned());
     let file = LabviewFile {
         content: &content,
@@ -239,9 +246,13 @@ impl ChannelTable {
         check_shape(header, number, &cells)?;
         let cell = |column: usize| cells.get(column).copied().filter(|cell| !cell.is_empty());
         let mut instant = None;
-        for ((stamps, digits), column) in self.stamps.iter_mut().zip(header.time_columns()) {
+        let columns = header.time_columns().into_iter().zip(&header.channels);
+        for ((stamps, digits), (column, channel)) in self.stamps.iter_mut().zip(columns) {
             let Some(cell) = cell(column) else { continue };
             stamps.take(cell, &mut self.decimal, at(number, column))?;
+            if let Some(stamp) = stamps.values.last_mut() {
+                *stamp /= channel.time_unit.per_second();
+            }
             time_base::check_rising(&stamps.values).map_err(|e| e.at(at(number, column)))?;
             stamps.count += 1;
             digits.count(cell.as_bytes());
@@ -342,9 +353,14 @@ impl LabviewFile<'_> {
             stamps.map_or(Ok(()), |stamps| stamps.check_marks(header.decimal))?;
             numbers.check_marks(header.decimal)?;
         }
-        let own = column.unit.map(|unit| (unit, "header"));
-        let text = ("the header", column.unit_text.as_deref());
-        let unit = Unit::of_header(own, text, options, selection, &mut findings)?;
+        let text = column.stated_unit();
+        let statement = UnitStatement {
+            unit: column.unit,
+            source: "header",
+            text: text.as_deref(),
+            place: "the header",
+        };
+        let unit = Unit::find(statement, options, selection, &mut findings)?;
         let count = numbers.values.len();
         let clock = self.on_clock(table, index, numbers.values, &mut findings)?;
         let end_s = clock.span().end_s;
@@ -371,10 +387,17 @@ impl LabviewFile<'_> {
         if let Some(slot) = header.time_slot(index) {
             let (numbers, digits) = &table.stamps[slot];
             let stamps = &numbers.values[..values.len().min(numbers.values.len())];
-            let digit = digits.last_digit();
+            let digit = digits.last_digit() / described.time_unit.per_second();
             let mut odd = Vec::new();
             let limits = self.asked.limits;
-            let clock = UniformSamples::by_stamps(stamps, digit, values, limits, &mut odd)?;
+            let mut clock = UniformSamples::by_stamps(stamps, digit, values, limits, &mut odd)?;
+            if described.counts_samples(clock.rate) {
+                let (rate, finding) = self.untimed(clock.rate)?;
+                clock.start_s *= clock.rate.hertz() / rate.hertz();
+                clock.rate = rate;
+                findings.push(finding);
+                return Ok(clock);
+            }
             findings.extend(check(clock.rate, "the file's time column")?);
             findings.append(&mut odd);
             let stated = described.stated("Delta_X", &described.interval);
@@ -386,6 +409,11 @@ impl LabviewFile<'_> {
             return Ok(clock);
         }
         let rate = match (described.interval(), options.rate_hz) {
+            (Some(rate), _) if described.counts_samples(rate) => {
+                let (rate, finding) = self.untimed(rate)?;
+                findings.push(finding);
+                rate
+            }
             (Some(rate), _) => {
                 findings.extend(check(rate, "Delta_X in the header")?);
                 rate
@@ -393,7 +421,29 @@ impl LabviewFile<'_> {
             (None, Some(hertz)) => SampleRate::from_hertz(hertz)?,
             (None, None) => return Err(ErrorKind::MissingTime.into()),
         };
-        UniformSamples::stated(described.start_s, rate, values)
+        let start_s = match described.counts_samples(described.interval().unwrap_or(rate)) {
+            true => described.start / rate.hertz(),
+            false => described.start / described.time_unit.per_second(),
+        };
+        UniformSamples::stated(start_s, rate, values)
+    }
+
+    /// Returns the rate of a file that has none, as a person states it, else one sample a second as the
+    /// header has it, and says so.
+    fn untimed(&self, by_file: SampleRate) -> Result<(SampleRate, Finding), Error> {
+        let setting = Setting::RateHz;
+        let (rate, used) = match self.asked.options.rate_hz {
+            Some(hertz) => {
+                let used = format!("the stated {hertz} Hz were used");
+                (SampleRate::from_hertz(hertz)?, used)
+            }
+            None => (by_file, format!("state the rate with {setting} = HZ")),
+        };
+        let text = format!(
+            "Delta_X in the header is 1, as LabVIEW writes it where no timing is attached to the \
+             samples; {used}"
+        );
+        Ok((rate, Finding::warning("timing-absent", text)))
     }
 }
 
@@ -451,6 +501,18 @@ impl header::Described {
     fn interval(&self) -> Option<SampleRate> {
         let cell = self.interval.as_deref()?;
         let interval = text::header_number(cell)?;
-        time_base::rate_of_interval(interval, text::last_digit(cell)).ok()
+        let per_second = self.time_unit.per_second();
+        let digit = text::last_digit(cell) / per_second;
+        time_base::rate_of_interval(interval / per_second, digit).ok()
+    }
+
+    /// Tells whether header and table, at that rate, only count the samples: by ones of no stated unit.
+    fn counts_samples(&self, rate: SampleRate) -> bool {
+        let is_one = |one: f64| (one - 1.0).abs() < 1e-9;
+        let stated = self.interval.as_deref().and_then(text::header_number);
+        self.time_label.is_none()
+            && self.time_unit == TimeUnit::Second
+            && stated.is_some_and(is_one)
+            && is_one(rate.hertz())
     }
 }

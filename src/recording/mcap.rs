@@ -692,9 +692,8 @@ impl<'a> LogReader<'a> {
             }
         }
         let name = &field.words.name;
-        if channel.unit.is_none() {
-            return Err(Error::from(ErrorKind::MissingUnit).at(Place::default().channel(name)));
-        }
+        let place = || Place::default().channel(name);
+        draft::check_unit(&channel, self.asked.options).map_err(|error| error.at(place()))?;
         if named.is_none() {
             let text = format!(
                 "{name} is the one lateral acceleration in the file; its y axis points to the left \

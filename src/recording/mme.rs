@@ -19,7 +19,7 @@ pub(super) mod names;
 mod package;
 
 use super::code::VehicleSide;
-use super::draft::{self, Draft, UniformSamples, Unit};
+use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
 use super::lateral::ChannelOffer;
 use super::source::Reader;
 use super::time_base::MEND;
@@ -193,10 +193,14 @@ impl TestReader<'_, '_> {
         let placed = |error: Error| error.at(place.clone());
         header.check_repeated_keys().map_err(placed)?;
         let mut findings = Vec::new();
-        let own = header.unit_of_acceleration().map(|unit| (unit, "header"));
-        let text = ("the channel's header", header.value("Unit"));
-        let own = own.filter(|_| header.code().is_none() || header.is_acceleration());
-        let unit = Unit::of_header(own, text, self.options, selection, &mut findings)?;
+        let unit = header.unit_of_acceleration();
+        let statement = UnitStatement {
+            unit: unit.filter(|_| header.code().is_none() || header.is_acceleration()),
+            source: "header",
+            text: header.value("Unit"),
+            place: "the channel's header",
+        };
+        let unit = Unit::find(statement, self.options, selection, &mut findings)?;
         let samples = self.samples(&entry.file, outcome)?.map_err(placed)?;
         let (clock, stamped) = self.clock(index, &samples, outcome, &mut findings)?;
         let span = clock.span();

@@ -129,8 +129,8 @@ impl Remark {
         let (shown, quoted) = (self.shown(), self.quoted());
         let says = format!("{}: \"{shown}\"", self.teller);
         let Some((doubt, from)) = self.doubt() else {
-            let told =
-                !read.is_empty && (self.place != RemarkPlace::Apart || read.instant.is_some());
+            let is_apart = self.place == RemarkPlace::Apart;
+            let told = !read.is_empty && (!is_apart || read.denies || read.instant.is_some());
             let at_s = match self.place {
                 RemarkPlace::Beside(at_s) => at_s,
                 _ => None,

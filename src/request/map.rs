@@ -119,11 +119,14 @@ const OF_REPLAY: &[Setting] = &[
     Setting::TimeUnit,
     Setting::TimeSource,
     Setting::HeaderLine,
+    Setting::UnitLine,
+    Setting::LastLine,
     Setting::SkipLines,
     Setting::Decimal,
     Setting::RateHz,
     Setting::TimeZero,
     Setting::Unit,
+    Setting::Sensitivity,
     Setting::AcceptedRemarks,
     Setting::OpensWhen,
     Setting::Bias,
@@ -173,6 +176,8 @@ fn all(request: &Request) -> Entries {
     );
     let count = |count: Option<u32>| count.map(|count| json!(count));
     put(Setting::HeaderLine, count(request.header_line));
+    put(Setting::UnitLine, count(request.unit_line));
+    put(Setting::LastLine, count(request.last_line));
     put(Setting::SkipLines, count(request.skip_lines));
     put(
         Setting::Decimal,
@@ -181,6 +186,11 @@ fn all(request: &Request) -> Entries {
     put(Setting::RateHz, number(request.rate_hz));
     put(Setting::TimeZero, number(request.time_zero));
     put(Setting::Unit, request.unit.map(|unit| json!(unit.name())));
+    let sensitivity = request.sensitivity.as_ref();
+    put(
+        Setting::Sensitivity,
+        sensitivity.map(|sensitivity| json!(sensitivity.to_string())),
+    );
     put(
         Setting::AcceptedRemarks,
         (!request.accepted_remarks.is_empty()).then(|| json!(request.accepted_remarks)),
@@ -289,11 +299,16 @@ fn set(
         Setting::TimeUnit => request.time_unit = Some(value::parse_time_unit(text(value)?)?),
         Setting::TimeSource => request.time_source = Some(value::parse_time_source(text(value)?)?),
         Setting::HeaderLine => request.header_line = Some(count(value, 1, u32::MAX)?),
+        Setting::UnitLine => request.unit_line = Some(count(value, 1, u32::MAX)?),
+        Setting::LastLine => request.last_line = Some(count(value, 1, u32::MAX)?),
         Setting::SkipLines => request.skip_lines = Some(count(value, 0, u32::MAX)?),
         Setting::Decimal => request.decimal = Some(value::parse_decimal(text(value)?)?),
         Setting::RateHz => request.rate_hz = Some(value::positive(number(value)?)?),
         Setting::TimeZero => request.time_zero = Some(value::finite(number(value)?)?),
         Setting::Unit => request.unit = Some(value::parse_unit(text(value)?)?),
+        Setting::Sensitivity => {
+            request.sensitivity = Some(value::parse_sensitivity(text(value)?)?);
+        }
         Setting::AcceptedRemarks => request.accepted_remarks = texts(value)?,
         Setting::OpensWhen => request.opens_when = Some(value::parse_polarity(text(value)?)?),
         Setting::Bias => request.bias = value::parse_bias(text(value)?)?,

@@ -7,7 +7,7 @@ use crate::margin::MapAxis;
 use crate::model::stop::StopModel;
 use crate::recording::card::CardPolarity;
 use crate::replay::Method;
-use crate::units::{AccelerationUnit, DecimalMark, MessageClock, TimeUnit};
+use crate::units::{AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit};
 use crate::verdict::ModelChoice;
 
 /// Largest ensemble unless a request says otherwise.
@@ -157,6 +157,15 @@ fn one_of<T: Copy>(text: &str, known: &[(T, &str)]) -> Result<T, String> {
 /// As [`parse_number`].
 pub fn parse_unit(text: &str) -> Result<AccelerationUnit, String> {
     AccelerationUnit::from_spelling(text).map_or_else(|| one_of(text, &AccelerationUnit::ALL), Ok)
+}
+
+/// Reads what one of a quantity that is no acceleration means.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_sensitivity(text: &str) -> Result<SensorSensitivity, String> {
+    SensorSensitivity::from_text(text)
 }
 
 /// Reads a unit of time.

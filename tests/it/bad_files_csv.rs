@@ -505,7 +505,7 @@ fn val_bad_choice() {
         wide,
         &channel("t_oil"),
         ", channel t_oil (°C)",
-        "no unit of acceleration beyond doubt in header",
+        "expected a unit of acceleration, found `°C` in the header of `t_oil (°C)`",
     );
     check_refused(
         "time_s,a,a\n0.0,1,2\n0.1,4,5\n",
@@ -529,7 +529,7 @@ fn val_bad_choice() {
         "# unit: g\nt,a\n0.0,1\n0.1,4\n",
         &none(),
         ", channel a",
-        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = g|m/s2|mm/s2|mm/ms2|ft/s2|kilo-g",
+        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = g|mg|m/s2|cm/s2|mm/s2|mm/ms2|ft/s2|in/s2|kilo-g",
     );
     check_refused(
         "0.0 1.5\n0.1 2.5\n",

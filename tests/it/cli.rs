@@ -442,7 +442,20 @@ fn cli_wrong_usage_is_told_before_any_file_is_opened() {
     with(&["--time-zero", "inf"], "must be finite");
     with(
         &["--unit", "furlong"],
-        "expected g, m/s2, mm/s2, mm/ms2, ft/s2 or kilo-g",
+        "expected g, mg, m/s2, cm/s2, mm/s2, mm/ms2, ft/s2, in/s2 or kilo-g",
+    );
+    for (value, why) in [
+        ("20", "expected NUMBER UNIT/UNIT"),
+        ("20 V", "for example 20 g/V or 10 mV/g"),
+        ("g/V", "expected NUMBER UNIT/UNIT"),
+        ("20 g/m/s2", "expected NUMBER UNIT/UNIT"),
+        ("0 g/V", "must be positive"),
+    ] {
+        with(&["--sensitivity", value], why);
+    }
+    with(
+        &["--sensitivity", "20 g/V", "--unit", "g"],
+        "cannot be used with",
     );
     with(
         &["--opens-when", "up"],

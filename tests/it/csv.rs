@@ -7,7 +7,7 @@ use latchgate::recording::{
     self, Card, Channel, Limits, ReadOptions, Recording, Selection, Severity, Source, card,
 };
 use latchgate::request::Request;
-use latchgate::units::{AccelerationUnit, DecimalMark, SampleRate, TimeUnit};
+use latchgate::units::{AccelerationUnit, DecimalMark, SampleRate, SensorSensitivity, TimeUnit};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -248,7 +248,8 @@ fn check_header(header: &str, unit: Option<AccelerationUnit>, time_scale: f64) {
 #[test]
 fn val_units_in_header_cells() {
     use AccelerationUnit::{
-        FootPerSecondSquared, MetrePerSecondSquared, MillimetrePerMillisecondSquared,
+        CentimetrePerSecondSquared, FootPerSecondSquared, InchPerSecondSquared,
+        MetrePerSecondSquared, MilliStandardGravity, MillimetrePerMillisecondSquared,
         MillimetrePerSecondSquared, StandardGravity,
     };
     let (g, si) = (Some(StandardGravity), Some(MetrePerSecondSquared));
@@ -275,7 +276,9 @@ fn val_units_in_header_cells() {
         ("time;a (g) or (m/s2)", None, 1.0),
         ("time;mass (kg)", None, 1.0),
         ("time;g", None, 1.0),
-        ("time;a (mg)", None, 1.0),
+        ("time;a (mg)", Some(MilliStandardGravity), 1.0),
+        ("time;a_cm_s2", Some(CentimetrePerSecondSquared), 1.0),
+        ("time;a (in/s^2)", Some(InchPerSecondSquared), 1.0),
     ] {
         check_header(header, unit, scale);
     }
@@ -371,14 +374,11 @@ fn val_findings_of_the_reader() {
     check_codes(&format!("time_s,a_g\n{rows}"), &in_g(), &[]);
     check_codes(&format!("time_s,a_g\n{rows}"), &si, &["unit-overridden"]);
     let of_volts = ReadOptions {
-        channel: Some("a [mV]".into()),
-        ..si.clone()
+        sensitivity: SensorSensitivity::from_text("20 g/V").ok(),
+        ..none.clone()
     };
-    check_codes(
-        &format!("time_s,a [mV]\n{rows}"),
-        &of_volts,
-        &["channel-not-lateral", "unit-overridden"],
-    );
+    let volts = format!("time_s,a [mV]\n{rows}");
+    check_codes(&volts, &of_volts, &["sensitivity-used"]);
     check_codes(&format!("time,a_g\n{rows}"), &none, &["time-unit-assumed"]);
     check_codes(
         &format!("time_s,acc_x_g\n{rows}"),

@@ -321,7 +321,7 @@ fn val_the_lateral_acceleration_of_the_structure_is_found() {
         &path,
         &with_channel("2"),
         |kind| matches!(kind, ErrorKind::Malformed { .. }),
-        &["NWT", "`unit`"],
+        &["NWT", "`sensitivity`"],
     );
     check_refused(
         &path,

@@ -220,7 +220,8 @@ fn val_what_cannot_be_read_is_refused_with_its_place() {
         check_refused(&path, &ReadOptions::default(), kind, &words);
     }
     let path = folder.file("a.lvm", plain());
-    check_refused(&path, &with_channel("Kraft"), malformed, &["`N`", "`unit`"]);
+    let words = ["`N`", "`sensitivity`"];
+    check_refused(&path, &with_channel("Kraft"), malformed, &words);
     check_refused(
         &path,
         &with_channel("b"),

@@ -300,7 +300,7 @@ fn verif_acceptance_is_part_of_the_question() {
 #[test]
 fn cli_remarks_are_accepted_by_option_and_card() {
     let folder = Folder::new("accept-remark");
-    let path = folder.write("a.csv", table("# Overload: no\n# N.G.\ntime_s,acc_y_g"));
+    let path = folder.write("a.csv", table("# Overload: 2\n# N.G.\ntime_s,acc_y_g"));
     let out = folder.path().join("out");
     let out = out.to_str().unwrap();
     let asked = [
@@ -316,19 +316,19 @@ fn cli_remarks_are_accepted_by_option_and_card() {
     let refused = latchgate(&asked);
     assert_eq!(refused.code, 4);
     for part in [
-        "--accept-remark \"Overload: no\"",
-        "accepted_remarks = [\"Overload: no\"]",
+        "--accept-remark \"Overload: 2\"",
+        "accepted_remarks = [\"Overload: 2\"]",
     ] {
         assert!(refused.out.contains(part), "{}", refused.out);
     }
-    let both = ["--accept-remark", "Overload: no", "--accept-remark", "N.G."];
+    let both = ["--accept-remark", "Overload: 2", "--accept-remark", "N.G."];
     let accepted = latchgate(&[&asked[..], &both].concat());
     assert_eq!(accepted.code, 0, "{}", accepted.err);
     assert!(accepted.out.contains("remark-accepted"), "{}", accepted.out);
     let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
-    assert!(page.contains("Overload: no") && page.contains("N.G."));
+    assert!(page.contains("Overload: 2") && page.contains("N.G."));
 
-    let lines = "accepted_remarks = [\n  \"Overload: no\",\n  \"N.G.\",\n]\n";
+    let lines = "accepted_remarks = [\n  \"Overload: 2\",\n  \"N.G.\",\n]\n";
     folder.write("a.csv.toml", lines);
     assert_eq!(latchgate(&asked).code, 0);
     folder.write("a.csv.toml", "accepted_remarks = \"N.G.\"\n");

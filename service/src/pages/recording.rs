@@ -20,9 +20,12 @@ const READING: &[(&str, &str, &str)] = &[
     ("time_source", "Clock of a log", "header"),
     ("rate_hz", "Sample rate [Hz]", "from the time"),
     ("header_line", "Line of the names", "found"),
+    ("unit_line", "Line of the units", "beside the names"),
+    ("last_line", "Last line of the table", "the file's"),
     ("skip_lines", "Lines to pass over", "0"),
     ("decimal", "Decimal mark", "found"),
     ("unit", "Unit of acceleration", "as stated"),
+    ("sensitivity", "Sensitivity, as 20 g/V", "none"),
     ("time_zero", "Time of first contact [s]", "0"),
 ];
 

@@ -118,6 +118,8 @@ impl TableLayout {
         findings: &mut Vec<Finding>,
     ) -> Result<Option<TimeSource>, Error> {
         if let Some(index) = self.find_time_column(options)? {
+            let wanted = options.time_column.iter();
+            findings.extend(wanted.filter_map(|wanted| self.by_name_finding(wanted, index)));
             return self.time_column(index, options, findings).map(Some);
         }
         if let Some(rate) = options.rate_hz {

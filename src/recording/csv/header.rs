@@ -9,7 +9,7 @@ pub(in crate::recording) mod filtered;
 
 use crate::recording::code::Code;
 use crate::recording::words::{Words, word_list};
-use crate::recording::{Finding, Stated};
+use crate::recording::{Finding, ReadOptions, Stated};
 use crate::units::{AccelerationUnit, TimeUnit};
 use filtered::Filtered;
 
@@ -31,6 +31,10 @@ pub(in crate::recording) struct Column {
     /// Whether the header holds what looks like a unit and does not say for sure what one of the
     /// column's numbers is, such as `100 us`, `mV / g` or `_min`.
     pub(in crate::recording) doubtful: bool,
+    /// Whether a stated sensitivity makes accelerations of the unit.
+    converted: bool,
+    /// The acceleration beside which the `g` of the name is that of a turning rate.
+    rival: Option<String>,
 }
 
 impl Column {
@@ -78,7 +82,8 @@ impl Column {
             },
             [(before, content, after)] => {
                 column.label = format!("{before} {after}").trim().to_string();
-                if spoils_unit(&column.label) {
+                // Nothing beside it makes an acceleration of a volt.
+                if spoils_unit(&column.label) && !is_other_unit(content) {
                     column.doubtful = true;
                 } else {
                     column.take_unit(content, "header");
@@ -102,7 +107,14 @@ impl Column {
         let own = (self.unit, self.time_unit);
         let known = stated != (None, None);
         if (self.unit_text.is_some() && own != stated) || (known && spoils_unit(&self.label)) {
+            let texts = [self.unit_text.as_deref(), Some(text)];
+            let other = texts.into_iter().flatten().find(|text| is_other_unit(text));
             return Self {
+                unit_text: other.map(String::from),
+                unit_source: match other == Some(text) {
+                    true => source,
+                    false => self.unit_source,
+                },
                 name: self.name,
                 label: self.label,
                 doubtful: true,
@@ -123,7 +135,28 @@ impl Column {
 
     /// Tells whether the header states a unit that is not one of acceleration.
     pub(in crate::recording) fn has_foreign_unit(&self) -> bool {
-        self.unit_text.is_some() && self.unit.is_none()
+        self.unit_text.is_some() && self.unit.is_none() && !self.converted
+    }
+
+    /// Returns the unit as it stands, or, where none of acceleration is stated, the word of the name
+    /// that is one of another quantity: `ay counts`.
+    pub(in crate::recording) fn stated_unit(&self) -> Option<String> {
+        let word = || {
+            let whole = self.label.split(|c: char| !c.is_alphanumeric());
+            let mut words = whole.map(str::to_lowercase).chain(words(&self.label));
+            words.find(|word| OTHER_QUANTITIES.contains(&word.as_str()))
+        };
+        self.unit_text.clone().or_else(word)
+    }
+
+    /// Returns the unit if another quantity has it as well and no word says which is meant.
+    fn ambiguous_unit(&self) -> Option<&str> {
+        let text = self.unit_text.as_deref()?;
+        let says = |word: &String| is_lateral(word) || listed(&ACCELERATION, word);
+        let is_open = self.unit.is_some()
+            && AccelerationUnit::is_ambiguous(text)
+            && !words(&self.label).iter().any(says);
+        is_open.then_some(text)
     }
 
     /// Tells whether the name is one for time.
@@ -182,11 +215,17 @@ impl Column {
 
     /// Tells whether unit or words say acceleration.
     fn accelerates(&self, words: &[String]) -> bool {
-        let says =
-            |word: &String| listed(&ACCELERATION, word) || listed(&LATERAL_ACCELERATION, word);
         // `g lat`, as loggers of cars write it.
-        let force = words.first().is_some_and(|word| word == "g");
-        self.unit.is_some() || force || words.iter().any(says)
+        let force = self.rival.is_none() && words.first().is_some_and(|word| word == "g");
+        self.unit.is_some() || self.converted || force || words.iter().any(|w| accelerates(w))
+    }
+
+    /// Tells whether the name is a `g` and an axis, which may be a turning rate as well as an
+    /// acceleration.
+    fn is_g_of_an_axis(&self) -> bool {
+        let words = words(&self.label);
+        let axis = |word: &String| ["x", "y", "z"].contains(&word.as_str());
+        matches!(words.as_slice(), [g, word] if g == "g" && axis(word))
     }
 
     /// Returns the first word or sign of the name that a plain name does not hold.
@@ -199,6 +238,16 @@ impl Column {
     pub(in crate::recording) fn contradiction(&self) -> Option<String> {
         if let Some(unit) = self.unit_text.as_ref().filter(|_| self.has_foreign_unit()) {
             return Some(format!("the unit `{unit}`"));
+        }
+        if let Some(unit) = self.ambiguous_unit() {
+            return Some(format!(
+                "the unit `{unit}`, which other quantities have as well"
+            ));
+        }
+        if let Some(rival) = &self.rival {
+            return Some(format!(
+                "its `g` beside `{rival}`, as turning rates are named"
+            ));
         }
         if let Some(word) = self.odd_word() {
             return Some(format!("`{word}`"));
@@ -271,12 +320,37 @@ impl Column {
     }
 }
 
+/// Finds in the columns of a table what one of them alone does not say: which are turning rates, and which
+/// become accelerations by a stated sensitivity.
+pub(in crate::recording) fn mark_columns(columns: Vec<&mut Column>, options: &ReadOptions) {
+    let says = |column: &&&mut Column| {
+        let words = words(&column.label);
+        let own = words
+            .iter()
+            .any(|word| accelerates(word) || word == "ax" || word == "az");
+        own && !column.has_foreign_unit()
+    };
+    let rival = columns.iter().find(says).map(|column| column.name.clone());
+    for column in columns {
+        if column.unit.is_none() && column.is_g_of_an_axis() {
+            column.rival.clone_from(&rival);
+        }
+        let converts = |unit: String| {
+            let sensitivity = options.sensitivity.as_ref()?;
+            sensitivity.scale_of(&unit)
+        };
+        column.converted =
+            column.unit.is_none() && column.stated_unit().and_then(converts).is_some();
+    }
+}
+
 // What each list holds is told at its head.
 static ACCELERATION: Words = word_list!("name-acceleration");
 static LATERAL: Words = word_list!("name-lateral");
 static LATERAL_ACCELERATION: Words = word_list!("name-lateral-acceleration");
 static PLAIN: Words = word_list!("name-plain");
 static FOREIGN_UNITS: Words = word_list!("name-other-units");
+static OTHER_QUANTITIES: Words = word_list!("name-other-quantities");
 static SCALES: Words = word_list!("name-scales");
 static INDEX: Words = word_list!("name-index");
 static OTHER_CLOCKS: Words = word_list!("name-other-clocks");
@@ -290,6 +364,11 @@ const ATTACHMENTS: [&str; 9] = ["ap", "bp", "cp", "do", "dr", "ds", "pi", "pl", 
 /// Tells whether a word, or one with a number behind it (`acc_y2`), is on a list.
 fn listed(list: &[&str], word: &str) -> bool {
     list.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit()))
+}
+
+/// Tells whether a word says acceleration.
+fn accelerates(word: &str) -> bool {
+    listed(&ACCELERATION, word) || listed(&LATERAL_ACCELERATION, word)
 }
 
 fn is_lateral(word: &str) -> bool {
@@ -426,7 +505,13 @@ fn time_unit_of(text: &str, label: &str) -> Option<TimeUnit> {
     (is_plain_time_unit(text) || says_time(label)).then_some(unit)
 }
 
-fn strip_brackets(text: &str) -> &str {
+/// Tells whether a text is a unit of another quantity.
+fn is_other_unit(text: &str) -> bool {
+    let text = strip_brackets(text.trim());
+    FOREIGN_UNITS.contains(&text) || OTHER_QUANTITIES.contains(&text.to_lowercase().as_str())
+}
+
+pub(in crate::recording) fn strip_brackets(text: &str) -> &str {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
         if let Some(inner) = text.strip_prefix(open).and_then(|t| t.strip_suffix(close)) {
             return inner.trim();
@@ -452,7 +537,7 @@ fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
                 };
                 let content = cell[start + 1..index].trim();
                 let of_time = time_unit_of(content, &cell[..start]).is_some();
-                if is_known_unit(content) || of_time || FOREIGN_UNITS.contains(&content) {
+                if is_known_unit(content) || of_time || is_other_unit(content) {
                     found.push((&cell[..start], content, &cell[index + 1..]));
                 }
             }
@@ -477,8 +562,9 @@ fn spoils_unit(label: &str) -> bool {
             "t" | "time" => word.len() <= stem.len() + 1,
             _ => AXES.contains(&stem) && !lateral,
         };
-        let unit =
-            is_known_unit(word) || FOREIGN_UNITS.iter().any(|one| one.to_lowercase() == *word);
+        let unit = is_known_unit(word)
+            || OTHER_QUANTITIES.contains(&word.as_str())
+            || FOREIGN_UNITS.iter().any(|one| one.to_lowercase() == *word);
         (mixed && !counted)
             || (stem == "x" && lateral)
             || SCALES.contains(&word.as_str())
@@ -514,6 +600,8 @@ const AXES: [&str; 4] = ["x", "z", "ax", "az"];
 const SUFFIXES: &[(&str, &str)] = &[
     ("_mm_ms2", "mm/ms2"),
     ("_mm_s2", "mm/s2"),
+    ("_cm_s2", "cm/s2"),
+    ("_in_s2", "in/s2"),
     ("_ft_s2", "ft/s2"),
     ("_m_s2", "m/s2"),
     ("_m_per_s2", "m/s2"),

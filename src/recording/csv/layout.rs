@@ -5,7 +5,7 @@
 
 use super::begin::{self, Begin};
 use super::dialect::Separator;
-use super::header::{Column, is_known_unit};
+use super::header::{self, Column, is_known_unit};
 use super::records::{self, Records};
 use super::stamp;
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
@@ -123,8 +123,11 @@ impl TableLayout {
         };
         let (header, data) = rows.split_at(header_rows);
         let first = &data[0];
+        if let Some(names) = header.first().filter(|_| separator == Separator::None) {
+            check_one_column(text, names, first)?;
+        }
         let named = !header.is_empty();
-        let columns = match named {
+        let mut columns: Vec<Column> = match named {
             false => (1..=filled_cells(first)).map(Column::unnamed).collect(),
             true => name_columns(header, first).map_err(|found| {
                 let found = format!("{found} header cells over rows of {}", first.len());
@@ -132,6 +135,7 @@ impl TableLayout {
                 where_it_begins(text, &rows[0], expected, &found)
             })?,
         };
+        header::mark_columns(columns.iter_mut().collect(), options);
         let ragged = data.iter().any(|row| row.len() != first.len());
         let data_line = line_of(text, first).line.unwrap_or(0);
         if !stated && ragged && begin::find(text).is_some_and(|found| found.data > data_line) {
@@ -259,6 +263,7 @@ impl TableLayout {
                 ));
             }
             let findings = self.columns[index].not_lateral_finding().into_iter();
+            let findings = findings.chain(self.by_name_finding(wanted, index));
             return Ok(ColumnChoice {
                 columns: vec![index],
                 findings: findings.filter(|_| self.named).collect(),
@@ -323,6 +328,20 @@ impl TableLayout {
             found: wanted,
             known,
         }))
+    }
+
+    /// Says that a number which a person states is the name of another column than the one of that
+    /// number.
+    pub(super) fn by_name_finding(&self, wanted: &str, index: usize) -> Option<Finding> {
+        let number: usize = wanted.trim().parse().ok()?;
+        let other = self.columns.get(number.checked_sub(1)?)?;
+        let text = format!(
+            "`{number}` is the name of column {}, which was taken; column number {number} is called \
+             `{}`",
+            index + 1,
+            shown(&other.name)
+        );
+        (number != index + 1).then(|| Finding::warning("column-by-name", text))
     }
 
     /// Tells whether a column is a running number: by its name, or as the first one where only others
@@ -402,6 +421,28 @@ fn has_unit(row: &ByteRecord) -> bool {
 
 fn no_rows(found: &str) -> Error {
     Error::empty(found, "rows of numbers")
+}
+
+/// Refuses names of several columns above rows of one cell.
+fn check_one_column(text: &[u8], names: &ByteRecord, first: &ByteRecord) -> Result<(), Error> {
+    let cell = text_of(names, 0);
+    let separators = [',', ';', '\t', '|'];
+    let names = separators.map(|separator| cell.split(separator).map(str::trim));
+    let names = names.map(|names| names.filter(|name| !name.is_empty()).collect());
+    let longest: Option<Vec<&str>> = names.into_iter().max_by_key(Vec::len);
+    let names = longest.unwrap_or_default();
+    // `a, g` is a name with its unit.
+    let unit = matches!(names.as_slice(), [_, unit] if is_known_unit(unit));
+    if names.len() < 2 || unit {
+        return Ok(());
+    }
+    let error = Error::malformed(
+        format!("rows of {} cells, as the header names them", names.len()),
+        format!("rows of one cell, such as `{}`", shown(&first[0])),
+        "the samples are missing below the other names: export them, or the one column with its \
+         own name alone",
+    );
+    Err(error.at(line_of(text, first)))
 }
 
 /// Counts the rows before the data where a person states the line of the names: these, and what

@@ -7,6 +7,7 @@ use crate::recording::number::Decimal;
 use crate::recording::remarks::{self, Remark, RemarkPlace};
 use crate::recording::words::{Words, word_list};
 use crate::recording::{Finding, Limits, text};
+use crate::units::TimeUnit;
 
 /// What closes each header.
 const END: &str = "***End_of_Header***";
@@ -36,10 +37,14 @@ pub(super) struct Described {
     pub(super) column: Column,
     /// Number of samples as printed.
     pub(super) samples: Option<String>,
-    /// Time of the first sample [s], where there is no time column.
-    pub(super) start_s: f64,
-    /// Interval as printed [s].
+    /// Time of the first sample as printed, where there is no time column.
+    pub(super) start: f64,
+    /// Interval as printed.
     pub(super) interval: Option<String>,
+    /// What the header calls the unit of both and of stamps.
+    pub(super) time_label: Option<String>,
+    /// The unit of both and of stamps.
+    pub(super) time_unit: TimeUnit,
 }
 
 impl Described {
@@ -139,6 +144,37 @@ impl Header {
         Ok((header, line + 1))
     }
 
+    /// Takes the unit of times that the header states, or the one that a person does.
+    pub(super) fn take_time_units(&mut self, stated: Option<TimeUnit>) -> Result<(), Error> {
+        let mut overridden = None;
+        for channel in &mut self.channels {
+            let label = channel.time_label.as_deref();
+            let own = label.and_then(TimeUnit::from_spelling);
+            channel.time_unit = match (stated, own, label) {
+                (Some(stated), ..) => stated,
+                (None, Some(own), _) => own,
+                (None, None, None) => TimeUnit::Second,
+                (None, None, Some(label)) => {
+                    let found = format!("X_Unit_Label `{}`", text::shown(label));
+                    let hint = "state it with the setting `time_unit` = s|ms|us|ns";
+                    return Err(Error::malformed("a unit of time", found, hint));
+                }
+            };
+            if let Some(label) = label.filter(|_| own != Some(channel.time_unit)) {
+                overridden.get_or_insert_with(|| (label.to_string(), channel.time_unit));
+            }
+        }
+        self.findings.extend(overridden.map(|(label, used)| {
+            let text = format!(
+                "X_Unit_Label says `{}`, the option says `{}`, which was used",
+                text::shown(&label),
+                used.name()
+            );
+            Finding::warning("time-unit-overridden", text)
+        }));
+        Ok(())
+    }
+
     /// Tells whether a row of the table is the start of another header.
     pub(super) fn begins_again(cells: &[&str]) -> bool {
         let begins = |cell: &&str| {
@@ -209,17 +245,20 @@ impl Header {
             if let Some(unit) = cell("Y_Unit_Label", index) {
                 column = column.with_unit(&unit, "header");
             }
-            let start = cell("X0", index).unwrap_or_else(|| "0".into());
-            let Some(start_s) = text::header_number(&start) else {
-                let found = format!("`{}`", text::shown(&start));
+            let start_text = cell("X0", index).unwrap_or_else(|| "0".into());
+            let Some(start) = text::header_number(&start_text) else {
+                let found = format!("`{}`", text::shown(&start_text));
                 return Err(Error::malformed("X0 as a number", found, "mend the header"));
             };
             self.channels.push(Described {
                 index,
                 column,
                 samples: cell("Samples", index),
-                start_s,
+                start,
                 interval: cell("Delta_X", index),
+                // One clock serves all channels.
+                time_label: cell("X_Unit_Label", index).or_else(|| cell("X_Unit_Label", 1)),
+                time_unit: TimeUnit::Second,
             });
         }
         let mut dimensions = (1..columns).filter_map(|index| cell("X_Dimension", index));

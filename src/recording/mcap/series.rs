@@ -8,9 +8,9 @@ use super::types::{Leaf, damaged_message, hash};
 use super::{cdr, json, protobuf};
 use crate::error::{Error, ErrorKind, Place};
 use crate::recording::csv::header::Column as Named;
-use crate::recording::draft::{Draft, UniformSamples, Unit};
+use crate::recording::draft::{Draft, UniformSamples, Unit, UnitStatement};
 use crate::recording::remarks::Remark;
-use crate::recording::{Channel, Limits, ReadOptions};
+use crate::recording::{Channel, Limits, ReadOptions, Selection};
 use crate::units::AccelerationUnit;
 use std::rc::Rc;
 
@@ -415,13 +415,15 @@ impl FieldColumn {
         if options.channel.is_some() {
             told.extend(words.not_lateral_finding());
         }
-        let own = self.unit.map(|unit| (unit, "format"));
-        let unit = Unit::find(own, options, &mut told, |_, used| {
-            let own = self.unit?.name();
-            Some(format!(
-                "the message type prescribes {own}; {used} was stated and is used"
-            ))
-        });
+        let named = words.stated_unit();
+        let statement = UnitStatement {
+            unit: self.unit,
+            source: "format",
+            text: self.unit.map(AccelerationUnit::name).or(named.as_deref()),
+            place: "the message type",
+        };
+        // Which channel is meant is not known here: see `draft::check_unit`.
+        let unit = Unit::find(statement, options, Selection::Every, &mut told)?;
         let samples = UniformSamples {
             start_s: clock.base.start_s,
             rate: clock.base.rate,

@@ -15,6 +15,8 @@ pub(super) struct Gist {
     pub(super) fault: Option<String>,
     /// Whether an instant is named, and from when on the samples are bad if that is plain.
     pub(super) instant: Option<NamedInstant>,
+    /// Whether fault words stand there and each is counted as none: "skipped samples: 0".
+    pub(super) denies: bool,
     /// Whether the text says nothing, such as "no comments".
     pub(super) is_empty: bool,
 }
@@ -31,7 +33,11 @@ pub(super) enum NamedInstant {
 /// Reads a text.
 pub(super) fn read(text: &str) -> Gist {
     let told = RemarkTokens::of(text);
-    let faults = told.faults();
+    let mut faults = told.faults();
+    let denies = !faults.is_empty() && denies(text, &told, &faults);
+    if denies {
+        faults.clear();
+    }
     let fault = faults.iter().min().and_then(|(from, to)| {
         let of_it = &told.tokens[told.within(*from, *to)];
         Some(text[of_it.first()?.at.0..of_it.last()?.at.1].to_string())
@@ -43,8 +49,70 @@ pub(super) fn read(text: &str) -> Gist {
     Gist {
         fault,
         instant: told.instant(&faulty),
+        denies,
         is_empty: told.letters.is_empty() || EMPTY.contains(&told.letters),
     }
+}
+
+/// Tells whether each fault word of a text is counted as none: in cells parted by commas and their
+/// like, each from the first fault word on nothing but that word and `0`, `none` or `no` right
+/// behind it, perhaps with a key before them.
+fn denies(text: &str, told: &RemarkTokens, faults: &[(usize, usize)]) -> bool {
+    let mut cells: Vec<Range<usize>> = Vec::new();
+    let mut start = 0;
+    for cell in text.split_inclusive([',', ';', '\t', '|']) {
+        let from = start;
+        start += cell.len();
+        if cells.is_empty() && RemarkTokens::of(cell).faults().is_empty() {
+            continue;
+        }
+        let cell = cell.trim_end_matches([',', ';', '\t', '|']);
+        if cell.trim().is_empty() {
+            continue;
+        }
+        let value = cell.split_once([':', '=']).map(|(_, value)| value);
+        let none = [Some(cell), value]
+            .into_iter()
+            .flatten()
+            .find(|one| counts_none(one));
+        let Some(none) = none else {
+            return false;
+        };
+        let end = from + cell.len();
+        cells.push(end - none.len()..end);
+    }
+    // A fault word may be made of the words of two cells.
+    faults.iter().all(|(from, to)| {
+        let tokens = &told.tokens[told.within(*from, *to)];
+        let ends = tokens.first().zip(tokens.last());
+        ends.is_some_and(|(first, last)| {
+            let holds = |cell: &Range<usize>| cell.start <= first.at.0 && last.at.1 <= cell.end;
+            cells.iter().any(holds)
+        })
+    })
+}
+
+/// Tells whether a text is a fault word, or what is counted by one, and behind it `0`, `none` or `no`.
+fn counts_none(text: &str) -> bool {
+    let told = RemarkTokens::of(text);
+    let faults = told.faults();
+    let ends = faults.iter().filter(|(from, _)| *from == 0);
+    // Where two words fit, the one that says more: OVERFLOW in OVERFLOWS.
+    let Some((_, to)) = ends.max() else {
+        return false;
+    };
+    let mut last = told.within(0, *to).end;
+    let next = told.tokens.get(last).filter(|token| !token.parted);
+    if next.is_some_and(|token| COUNTED.iter().any(|word| word == told.word(token))) {
+        last += 1;
+    }
+    let Some(named) = last.checked_sub(1).and_then(|index| told.tokens.get(index)) else {
+        return false;
+    };
+    let rest = text[named.at.1..].trim_matches(|c: char| c.is_whitespace() || ":=\"".contains(c));
+    ["0", "none", "no"]
+        .iter()
+        .any(|none| rest.eq_ignore_ascii_case(none))
 }
 
 /// A fault word, as it is compared.
@@ -84,6 +152,7 @@ macro_rules! folded_list {
 
 // What each list holds is told at its head.
 static EMPTY: Folded = folded_list!("remark-empty");
+static COUNTED: Folded = folded_list!("fault-counted");
 static AFTER: Folded = folded_list!("instant-after");
 static BESIDE: Folded = folded_list!("instant-beside");
 

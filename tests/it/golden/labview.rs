@@ -79,7 +79,106 @@ fn read(name: &str, file: &Lvm) -> Case {
     good(name, file.text()).channel("acc y")
 }
 
+/// The unit of times that the header states, and files without times.
+fn clocks() -> Vec<Case> {
+    let labelled = |columns: &'static str, label: &str, per_second: f64, delta: &'static str| {
+        let file = Lvm {
+            columns,
+            delta,
+            ..PLAIN
+        };
+        let text = file.text().replace(
+            "X0\t-2.0E-2\t-2.0E-2",
+            &format!(
+                "X_Unit_Label\t{label}\t{label}\nX0\t{0}\t{0}",
+                -0.02 * per_second
+            ),
+        );
+        (FROM..TO).fold(text, |text, k| {
+            let stamp = format!("{:.4}", k as f64 / 1e4 * per_second);
+            text.replacen(&format!("\n{}\t", s(k)), &format!("\n{stamp}\t"), 1)
+        })
+    };
+    let read = |name: &str, text: String| good(name, text).channel("acc y");
+    let mut cases = vec![
+        read("ms.lvm", labelled("One", "ms", 1e3, "0.1")),
+        read(
+            "ms-no-column.lvm",
+            labelled("No", "Milliseconds", 1e3, "0.1"),
+        ),
+        read("us.lvm", labelled("One", "usec", 1e6, "100")),
+        read("s.lvm", labelled("One", "s", 1.0, "1.0E-4")),
+        refused(
+            "fortnights.lvm",
+            labelled("One", "fortnights", 1e3, "0.1"),
+            &["X_Unit_Label `fortnights`", "--time-unit"],
+        ),
+        read(
+            "fortnights-told.lvm",
+            labelled("One", "fortnights", 1e3, "0.1"),
+        )
+        .options(&["--time-unit", "ms"])
+        .finds(&["warning time-unit-overridden"]),
+        read("unit-told.lvm", labelled("One", "s", 1e3, "0.1"))
+            .options(&["--time-unit", "ms"])
+            .finds(&["warning time-unit-overridden"]),
+    ];
+    // Delta_X is 1 where no timing was attached, and the first column counts.
+    let counted = |columns: &'static str| {
+        let file = Lvm {
+            columns,
+            delta: "1.000000",
+            ..PLAIN
+        };
+        let text = file.text().replace("X0\t-2.0E-2\t-2.0E-2", "X0\t0.0\t0.0");
+        (FROM..TO).fold(text, |text, k| {
+            let count = format!("{}.000000", k - FROM);
+            text.replacen(&format!("\n{}\t", s(k)), &format!("\n{count}\t"), 1)
+        })
+    };
+    for columns in ["One", "No", "Multi"] {
+        let text = match columns {
+            "Multi" => (FROM..TO).fold(counted(columns), |text, k| {
+                let count = format!("\t{}.000000\t", k - FROM);
+                text.replacen(
+                    &format!("\t{}\t{}\n", s(k), g(k)),
+                    &format!("{count}{}\n", g(k)),
+                    1,
+                )
+            }),
+            _ => counted(columns),
+        };
+        let untimed = read(&format!("untimed-{columns}.lvm"), text.clone());
+        cases.push(
+            untimed
+                .options(&["--rate-hz", "10000", "--time-zero", "0.02"])
+                .finds(&["warning timing-absent"]),
+        );
+        cases.push(
+            read(&format!("untimed-slow-{columns}.lvm"), text)
+                .clock(1.0, 0.0)
+                .unusable(
+                    &[
+                        "blocking low-rate",
+                        "warning timing-absent",
+                        "warning rate-below-default-filter",
+                        "warning implausible-velocity",
+                        "warning no-pre-event-data",
+                    ],
+                    &["250 Hz"],
+                ),
+        );
+    }
+    cases
+}
+
 pub(super) fn cases() -> Vec<Case> {
+    let mut cases = tables();
+    cases.extend(clocks());
+    cases
+}
+
+fn tables() -> Vec<Case> {
     let plain = PLAIN.text();
     let no_time = Lvm {
         columns: "No",
@@ -472,15 +571,22 @@ pub(super) fn cases() -> Vec<Case> {
             .options(&["--rate-hz", "10000"])
             .channel("acc y"),
         refused(
-            "time-unit.lvm",
+            "time-column.lvm",
             plain.clone(),
-            &["leave out --time-column and --time-unit"],
+            &["leave out --time-column"],
         )
-        .options(&["--time-unit", "ms"]),
+        .options(&["--time-column", "1"]),
         good("by-number.lvm", plain.clone())
-            .options(&["--channel", "1", "--unit", "g"])
+            .options(&["--channel", "1", "--sensitivity", "1 g/N"])
             .channel("Force")
             .values(numbers(|k| g(k + 9)))
-            .finds(&["warning unit-overridden", "warning channel-not-lateral"]),
+            .finds(&["info sensitivity-used", "warning channel-not-lateral"]),
+        // A force is none, whatever a person calls it.
+        refused(
+            "force-as-g.lvm",
+            plain.clone(),
+            &["`N` in the header", "--sensitivity '20 g/N'"],
+        )
+        .options(&["--channel", "1", "--unit", "g"]),
     ]
 }

@@ -410,6 +410,11 @@ fn filters() -> Vec<Case> {
 }
 
 fn units() -> Vec<Case> {
+    // Counts need more than a unit.
+    let way_on = |name: &str| match name.contains("counts") || name.contains("LSB") {
+        true => "--sensitivity",
+        false => "--unit",
+    };
     let mut cases = Vec::new();
     for (index, name) in [
         "ay x10 (g)",
@@ -432,10 +437,8 @@ fn units() -> Vec<Case> {
         let text = table(&format!("time_s,{name}"));
         let file = |kind: &str| format!("spoilt-unit-{kind}{index}.csv");
         cases.push(refused(&file(""), text.clone(), &[name, "--channel"]));
-        cases.push(
-            refused(&file("told-"), text, &["no unit of acceleration", "--unit"])
-                .options(&["--channel", "2"]),
-        );
+        let told = ["unit of acceleration", way_on(name)];
+        cases.push(refused(&file("told-"), text, &told).options(&["--channel", "2"]));
     }
     for (index, name) in [
         "ay x10",
@@ -451,15 +454,13 @@ fn units() -> Vec<Case> {
         let text = table(&format!("time,{name}\ns,g"));
         let file = |kind: &str| format!("spoilt-row-{kind}{index}.csv");
         cases.push(refused(&file(""), text.clone(), &["--channel"]));
-        cases.push(
-            refused(&file("told-"), text, &["no unit of acceleration", "--unit"])
-                .options(&["--channel", "2"]),
-        );
+        let told = ["unit of acceleration", way_on(name)];
+        cases.push(refused(&file("told-"), text, &told).options(&["--channel", "2"]));
     }
     cases.push(refused(
         "contradicted-row.csv",
         table("time,acc y (V)\ns,g"),
-        &["no unit of acceleration", "--unit"],
+        &["none is an acceleration", "--sensitivity"],
     ));
     for (index, name) in ["acc y", "acc y (2)", "ay 2"].iter().enumerate() {
         let text = table(&format!("time,{name}\ns,g"));
@@ -469,7 +470,6 @@ fn units() -> Vec<Case> {
         ("acc y (g)", "m/s^2"),
         ("acc_y_g", "m/s^2"),
         ("acc_y_g", "mm/s^2"),
-        ("acc y (V)", "g"),
     ]
     .iter()
     .enumerate()
@@ -480,6 +480,11 @@ fn units() -> Vec<Case> {
             &["no unit of acceleration", "--unit"],
         ));
     }
+    cases.push(refused(
+        "spoilt-volts.lvm",
+        labview("acc y (V)", "g"),
+        &["none is an acceleration", "--sensitivity"],
+    ));
     for (index, name) in ["acc y (100 g)", "acc y x10", "acc y counts"]
         .iter()
         .enumerate()
@@ -494,7 +499,7 @@ fn units() -> Vec<Case> {
             refused(
                 &file("told-"),
                 labview(name, "g"),
-                &["no unit of acceleration", "--unit"],
+                &["unit of acceleration", way_on(name)],
             )
             .options(&["--channel", "1"]),
         );

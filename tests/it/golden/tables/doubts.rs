@@ -273,21 +273,21 @@ pub(super) fn words_on_samples() -> Vec<Case> {
             "comment-setting.csv",
             "Clipping level of the channel: 200 g",
         ),
-        asks("comment-denied.csv", "Overload: no"),
+        said("comment-denied.csv", "Overload: no").finds(&shown),
         asks("comment-name.csv", "spike_1k fs=10000"),
-        said("comment-accepted.csv", "Overload: no")
-            .options(&["--accept-remark", "Overload:  no "])
+        said("comment-accepted.csv", "Overload: 2")
+            .options(&["--accept-remark", "Overload:  2 "])
             .finds(&["warning remark-accepted"]),
-        said("comment-in-the-card.csv", "Overload: no")
+        said("comment-in-the-card.csv", "Overload: 2")
             .beside(
                 "comment-in-the-card.csv.toml",
-                "accepted_remarks = [\"Overload: no\"]\n",
+                "accepted_remarks = [\"Overload: 2\"]\n",
             )
             .finds(&["warning remark-accepted"]),
-        said("comment-accepted-otherwise.csv", "Overload: no")
+        said("comment-accepted-otherwise.csv", "Overload: 2")
             .options(&["--accept-remark", "Overload: none"])
             .finds(&["warning accepted-remark-not-found"])
-            .unusable(&remarked, &["Overload: no"]),
+            .unusable(&remarked, &["Overload: 2"]),
         said("comment-airbag.csv", "Airbag fired at 12 ms").finds(&shown),
         said("comment-of-another.csv", "time_s: clipped"),
         said("comment-trigger.csv", "trigger at 20 ms").finds(&shown),

@@ -38,9 +38,13 @@ pub(super) fn doubtful_units() -> Vec<Case> {
     {
         let text = plain(&format!("time_s,{name}"));
         let file = |kind: &str| format!("doubtful-unit-{kind}{index}.csv");
+        let way_on = match name.contains("counts") || name.contains("mV") {
+            true => "--sensitivity",
+            false => "--unit",
+        };
         cases.push(refused(&file(""), text.clone(), &[]).says(&[name, "could be", "--channel"]));
         cases.push(
-            refused(&file("told-"), text, &["no unit of acceleration", "--unit"])
+            refused(&file("told-"), text, &["unit of acceleration", way_on])
                 .options(&["--channel", "2"]),
         );
     }
