@@ -12,8 +12,10 @@
 //! - `clocks_beside`: clocks beside the one that is used, held against it;
 //! - `counter`: columns that count the rows: where no stamp tells the time, they alone show a
 //!   missing row;
+//! - `ends`: where a table seems to end, if a line behind it stops the reading;
 //! - `layout`: layouts: which rows are header, which column is time, which one is the lateral
 //!   acceleration;
+//! - `preamble`: preambles: rows above the names that say what the columns are;
 //! - `records`: rows as cells, by the table reader of the `csv` crate;
 //! - `rows`: rows: the stamps and the samples of the wanted columns;
 //! - `stamp`: stamps as words: dates, times of day, lengths of time, numbers with their unit;
@@ -25,8 +27,10 @@ mod clock;
 mod clocks_beside;
 mod counter;
 mod dialect;
+mod ends;
 pub(super) mod header;
 mod layout;
+mod preamble;
 mod records;
 mod rows;
 pub mod stamp;
@@ -38,9 +42,11 @@ use super::source::Reader;
 use super::time_base::{self, MEND, TimeBase};
 use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection};
 use crate::error::{Error, ErrorKind, Place};
+use crate::setting::Setting;
 use crate::units::{SampleRate, TimeUnit};
 pub use layout::TableMapping;
-use layout::{TableLayout, TimeSource, UnitOrigin};
+use layout::{TableLayout, TableStart, TimeSource, UnitOrigin};
+use preamble::HeldAgainst;
 use rows::{ColumnResult, Rows, WantedColumns};
 use status::AllSaid;
 
@@ -110,28 +116,49 @@ impl<'a> TableText<'a> {
     fn open(bytes: Vec<u8>, asked: ReadTask<'a>) -> Result<Self, Error> {
         let options = asked.options;
         let (mut text, mut findings) = super::encoding::decode(bytes, asked.limits)?;
-        let named = options.header_line.map(|line| line.saturating_sub(1));
-        let above = dialect::Above {
-            lines: u64::from(named.or(options.skip_lines).unwrap_or(0)),
-            named: named.is_some(),
+        let bounds = |header_line: Option<u32>| {
+            let above = header_line.map(|line| line.saturating_sub(1));
+            dialect::TableBounds {
+                above: u64::from(above.or(options.skip_lines).unwrap_or(0)),
+                named: above.is_some(),
+                last: options.last_line.map_or(u64::MAX, u64::from),
+            }
         };
-        let mut lines = dialect::scan_lines(&mut text, above, asked.limits)?;
+        let stated = bounds(options.header_line);
+        let mut lines = dialect::scan_lines(&mut text, stated, asked.limits)?;
+        let separator = begin::find_separator(&text, options.decimal);
+        let is_stated = options.header_line.is_some() || options.skip_lines.is_some();
+        let found = (!is_stated).then(|| begin::below_preamble(&text)).flatten();
+        if found.is_some() {
+            lines = dialect::scan_lines(&mut text, bounds(found), asked.limits)?;
+        }
         // The table reader takes a comment without a line end for an empty row.
         let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
         if text.get(last) == Some(&b'#') {
             text.push(b'\n');
         }
-        let separator = begin::find_separator(&text, options.decimal);
         if separator == dialect::Separator::Blanks {
             dialect::collapse_blanks(&mut text);
         }
-        let mut layout = TableLayout::find(&text, separator, asked)?;
-        if let Some(unit) = clock::take_unit_above(&mut lines.words, above.lines) {
+        let start = TableStart {
+            separator,
+            found,
+            lines: &lines,
+        };
+        let mut layout = TableLayout::find(&text, start, asked)?;
+        let used = if found.is_some() { bounds(found) } else { stated };
+        if let Some(unit) = clock::take_unit_above(&mut lines.words, used.above) {
             layout.take_time_unit(&unit);
         }
         if text.last() != Some(&b'\n') {
-            let cut = std::str::from_utf8(&text).ok().and_then(held::cut_line);
             let start = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
+            // What holds no number is no row that was cut.
+            let is_row = dialect::is_row(&text[start..])
+                && begin::cells(&text[start..], separator)
+                    .iter()
+                    .any(|cell| cell.first().is_some_and(|byte| dialect::begins_row(*byte)));
+            let whole = std::str::from_utf8(&text).ok().filter(|_| is_row);
+            let cut = whole.and_then(held::cut_line);
             match cut {
                 // What is left of its number is none that was measured.
                 Some(_) => text.truncate(start),
@@ -170,7 +197,8 @@ impl<'a> TableText<'a> {
             columns: choice.columns.iter().copied().chain(counting).collect(),
         };
         clocks_beside::refuse_unread(&self.text, layout, &time, &choice.columns, self.asked)?;
-        let mut rows = rows::read(&self.text, layout, &time, &wanted, self.asked)?;
+        let rows = rows::read(&self.text, layout, &time, &wanted, self.asked);
+        let mut rows = rows.map_err(|error| ends::named(error, &self.text, layout))?;
         let mut time = time;
         if let Some(rate) = options.rate_hz
             && rows.drop_date(rate)
@@ -194,6 +222,7 @@ impl<'a> TableText<'a> {
         };
         findings.extend(beside.contradictions(instant, self.asked)?);
         let counts = self.count_findings(&counters, counts, &rows, &base);
+        let samples = self.held_against(&time, &rows, &base);
         let (remarks, flags) = self.said(&choice.columns, &time, &rows, &base)?;
         base.findings.extend(counts);
         if self.lines.more_words {
@@ -226,6 +255,9 @@ impl<'a> TableText<'a> {
                 let flags = flags.iter().filter(|(of, _)| is_of_it(*of));
                 let flags = flags.map(|(_, finding)| finding.clone());
                 draft.findings.extend(flags);
+                draft
+                    .findings
+                    .extend(layout.preamble.findings(index, &samples));
                 draft.remarks.extend(of(Some(index)));
                 draft.finish(options.zero_s(), options)
             });
@@ -248,6 +280,7 @@ impl<'a> TableText<'a> {
         let statuses = status::read(&self.text, layout, self.asked.limits)?;
         let at_s = |row: usize| instant_of(row, rows, base);
         let (mut remarks, flags) = status::of_columns(&statuses, layout, &passed, at_s);
+        remarks.extend(layout.preamble.remarks(layout.columns.len()));
         let lines = self.lines.words.iter();
         remarks.extend(lines.map(|(line, text)| status::of_comment(*line, text, &layout.columns)));
         Ok((remarks, flags))
@@ -326,6 +359,26 @@ impl<'a> TableText<'a> {
         counters.iter().zip(counts).filter_map(finding).collect()
     }
 
+    /// Returns what the rows above the table are held against.
+    fn held_against(&self, time: &TimeSource, rows: &Rows, base: &TimeBase) -> HeldAgainst {
+        let by = match time {
+            TimeSource::Column { index, .. } => {
+                format!("the time column `{}`", self.layout.columns[*index].name)
+            }
+            TimeSource::Rate(_) => "what option or card say".to_string(),
+        };
+        let interval_s = base.rate.interval().seconds();
+        HeldAgainst {
+            rate: base.rate,
+            by,
+            start_s: base.start_s,
+            end_s: base.start_s + base.samples.saturating_sub(1) as f64 * interval_s,
+            samples: (rows.ended.is_none()).then_some(rows.count),
+            is_stamped: time.column().is_some(),
+            zero_s: self.asked.options.time_zero_s,
+        }
+    }
+
     /// Says what is odd about the rows as they were written.
     fn row_findings(&self, rows: &Rows, time: &TimeSource) -> Vec<Finding> {
         let mut findings = Vec::new();
@@ -347,6 +400,19 @@ impl<'a> TableText<'a> {
                 );
                 findings.push(Finding::warning("date-order-assumed", text));
             }
+        }
+        findings.extend(
+            rows.ended
+                .as_ref()
+                .map(|ended| ended.finding(time, &self.layout)),
+        );
+        if self.lines.rows_below > 0 {
+            let text = format!(
+                "{} rows of numbers behind the last line of the table, as {} has it, were left out",
+                self.lines.rows_below,
+                Setting::LastLine
+            );
+            findings.push(Finding::warning("rows-left-out", text));
         }
         if let Some((count, line)) = rows.repeated {
             let text = format!(
@@ -371,7 +437,8 @@ impl<'a> TableText<'a> {
                 return Err(Error::too_short("a recording", 2, rows.count));
             }
             TimeSource::Rate(rate) => {
-                return Ok(TimeBase::stated(0.0, *rate, rows.count, Vec::new()));
+                let start_s = self.layout.preamble.start_s(*rate);
+                return Ok(TimeBase::stated(start_s, *rate, rows.count, Vec::new()));
             }
             TimeSource::Column {
                 index,

@@ -206,7 +206,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
     t.add(
         "twice.csv",
         with_row("0.0099,0.1"),
-        &[&format!(".csv:{LINE}"), "time must increase"],
+        &[&format!("on line {LINE}"), "twice"],
     );
     t.add(
         "cut-row.csv",

@@ -292,7 +292,7 @@ fn val_bad_shape() {
         "# one\n\n  # two\ntime_s,a_g\n0.0,1\n\n# three\n0.1\n",
         &none(),
         ":8",
-        "found 1; a row is ragged",
+        "found 1; mend the export; if the table ends on line 5, state the setting `last_line` = 5",
     );
     check_refused(
         "time_s,a_g,b_g\n0.0,1\n0.1,2\n",
@@ -319,10 +319,10 @@ fn val_bad_shape() {
         "expected nothing after the last column, found `3`",
     );
     check_refused(
-        "Test 7\n\ntime_s,a_g\n0.0,1\n",
+        "Test 7\n\nwhen,a_g\n0.0,1\n",
         &none(),
         ":3",
-        "expected numbers or a row of units after the header, found `time_s`; the columns seem to be named on line 3",
+        "expected numbers or a row of units after the header, found `when`; the columns seem to be named on line 3",
     );
     check_refused(
         "time,a\ns,g\nleft,right\n0.0,1\n",

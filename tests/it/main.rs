@@ -53,6 +53,7 @@ mod orbit;
 mod pictures;
 mod pipeline;
 mod polynomial;
+mod preambles;
 mod recordings;
 mod reference;
 mod remark_words;

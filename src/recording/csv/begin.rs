@@ -73,8 +73,7 @@ pub(super) fn find(text: &[u8]) -> Option<Begin> {
         .map(|(number, line)| (*number, is_row(line), words(uncommented(line))))
         .filter(|(_, _, cells)| cells.len() == count)
         .collect();
-    let says_time =
-        |cell: &String| !is_known_unit(cell) && Column::from_header(cell, 1).says_time();
+    let says_time = |cell: &String| says_time(cell.as_bytes());
     let names = fitting.iter().find(|one| one.2.iter().any(says_time));
     let no_units =
         |one: &&(u64, bool, Vec<String>)| one.1 && !one.2.iter().any(|cell| is_known_unit(cell));
@@ -96,8 +95,44 @@ pub(super) fn has_rows(text: &[u8]) -> bool {
     width(start).is_some() && width(start) == width(start + 1)
 }
 
+/// Finds the line that names the columns below a preamble, where nothing else can be meant: right above
+/// the samples or their units, with a name above each cell, a word for time among them, and above it
+/// nothing but rows that begin with a word.
+pub(super) fn below_preamble(text: &[u8]) -> Option<u32> {
+    let rows = rows(text);
+    let (separator, start) = best_run(&rows, false);
+    let (_, first) = rows.get(start)?;
+    let width = cells(first, separator).len();
+    let words = |index: usize| cells(rows[index].1, separator);
+    let is_word =
+        |cell: &[u8]| !cell.is_empty() && !number::is_numeric(cell) && !date::is_date(cell);
+    let is_unit = |cell: &&[u8]| is_known_unit(&String::from_utf8_lossy(cell));
+    let has_units = |index: usize| words(index).iter().any(is_unit);
+    let names = match start.checked_sub(1)? {
+        above if has_units(above) && !words(above).iter().any(|cell| says_time(cell)) => {
+            above.checked_sub(1)?
+        }
+        above => above,
+    };
+    let cells = words(names);
+    let is_header = cells.len() == width
+        && width > 1
+        && cells.iter().all(|cell| is_word(cell))
+        && cells.iter().any(|cell| says_time(cell));
+    let first_cell = |index: usize| words(index).first().copied().unwrap_or_default();
+    let is_preamble = |index: usize| is_word(first_cell(index)) || words(index) == [b""];
+    let found = names > 0 && is_header && (0..names).all(is_preamble);
+    found.then(|| u32::try_from(rows[names].0).ok()).flatten()
+}
+
+/// Tells whether a cell is a name for time, with a unit or without.
+fn says_time(cell: &[u8]) -> bool {
+    let cell = String::from_utf8_lossy(cell);
+    !is_known_unit(&cell) && Column::from_header(&cell, 1).says_time()
+}
+
 /// Splits a row, quotes taken off its cells; empty cells at its end are left out.
-fn cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
+pub(super) fn cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
     let mark = separator.byte();
     let mut quoted = false;
     let separates = |byte: &u8| {

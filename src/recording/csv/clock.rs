@@ -125,6 +125,13 @@ impl TableLayout {
         if let Some(rate) = options.rate_hz {
             return Ok(Some(TimeSource::Rate(SampleRate::from_hertz(rate)?)));
         }
+        if let Some(rate) = self.preamble.rate_hz() {
+            let text = format!(
+                "no column holds the time; the rows above the table state {rate} Hz, which was used"
+            );
+            findings.push(Finding::info("rate-above-table", text));
+            return Ok(Some(TimeSource::Rate(SampleRate::from_hertz(rate)?)));
+        }
         let offer = self.clock_to_offer(options);
         if selection == Selection::Lateral {
             return Err(offer.unwrap_or_else(|| ErrorKind::MissingTime.into()));

@@ -54,7 +54,7 @@ impl Separator {
 const COMMENT_BYTES: usize = 1 << 20;
 
 /// Tells whether a line that begins with `byte` is a row without a further look.
-fn begins_row(byte: u8) -> bool {
+pub(super) fn begins_row(byte: u8) -> bool {
     matches!(byte, b'0'..=b'9' | b'-' | b'.' | b'+')
 }
 
@@ -75,6 +75,10 @@ pub(super) struct Interruptions {
 pub(super) struct LineScan {
     /// Whether a line is no row.
     interrupted: bool,
+    /// Lines above the table that are no comments, as they stand.
+    pub(super) above: Vec<(u64, String)>,
+    /// Lines of numbers behind the last one of the table.
+    pub(super) rows_below: usize,
     /// The text of comments that are words, with their lines; of very many the first.
     pub(super) words: Vec<(u64, String)>,
     /// Whether more are there.
@@ -119,10 +123,24 @@ impl LineScan {
         found
     }
 
+    /// Keeps a line above the table.
+    fn keep_above(&mut self, line: u64, text: &[u8]) {
+        if self.kept + text.len() > COMMENT_BYTES {
+            self.more_words = true;
+            return;
+        }
+        self.kept += text.len() + 64;
+        let text = String::from_utf8_lossy(text.trim_ascii_end()).into_owned();
+        self.above.push((line, text));
+    }
+
     /// Keeps what a comment says.
     fn keep(&mut self, line: u64, comment: &[u8]) {
         let comment = uncommented(comment);
-        if !comment.iter().any(u8::is_ascii_alphabetic) {
+        if !comment
+            .iter()
+            .any(|byte| byte.is_ascii_alphabetic() || !byte.is_ascii())
+        {
             return;
         }
         if self.kept + comment.len() > COMMENT_BYTES {
@@ -176,13 +194,15 @@ fn names_separator(line: &[u8]) -> bool {
             .is_some_and(|key| key.eq_ignore_ascii_case(b"sep="))
 }
 
-/// What a person says of the lines above the samples.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Above {
-    /// Lines that are passed over.
-    pub(super) lines: u64,
+/// What a person says, or a look at the table has found, of the lines around the samples.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TableBounds {
+    /// Lines above the table.
+    pub(super) above: u64,
     /// Whether the line behind them names the columns, be it a comment or not.
     pub(super) named: bool,
+    /// Last line of the table.
+    pub(super) last: u64,
 }
 
 /// Takes the marks of a comment off a line.
@@ -198,7 +218,7 @@ fn uncomment(line: &mut [u8]) {
 /// no samples by a person's word. Returns what the lines are.
 pub(super) fn scan_lines(
     text: &mut [u8],
-    above: Above,
+    bounds: TableBounds,
     limits: &Limits,
 ) -> Result<LineScan, Error> {
     let mut marked = LineScan::default();
@@ -218,21 +238,20 @@ pub(super) fn scan_lines(
                 .over("line_bytes", "a longer line")
                 .at(place(limits.line_bytes)));
         }
-        let skipped = index <= above.lines;
-        if above.named && index == above.lines + 1 {
+        let (above, below) = (index <= bounds.above, index > bounds.last);
+        if bounds.named && index == bounds.above + 1 {
             uncomment(line);
         }
         // Most lines begin with a digit, a sign or a point, and are rows.
-        if seen_row && begins_row(line[0]) {
+        if seen_row && !below && begins_row(line[0]) {
             continue;
         }
         let start = line.trim_ascii_start();
-        let no_row = start.is_empty()
-            || skipped
-            || start.starts_with(b"#")
-            || start.starts_with(b"%")
-            || start.starts_with(b"//");
-        marked.interrupted |= no_row && !skipped;
+        let comment = [b"#".as_slice(), b"%", b"//"]
+            .iter()
+            .any(|mark| start.starts_with(mark));
+        let no_row = start.is_empty() || above || below || comment;
+        marked.interrupted |= no_row && !above && !below;
         if start.is_empty() {
             // The table reader skips a bare line end by itself, and it must stay one.
             if !matches!(line[0], b'\r' | b'\n') {
@@ -241,7 +260,14 @@ pub(super) fn scan_lines(
             continue;
         }
         if no_row {
-            marked.keep(index, start);
+            match (
+                above && !comment,
+                below && !start.iter().any(u8::is_ascii_alphabetic),
+            ) {
+                (true, _) => marked.keep_above(index, start),
+                (_, true) => marked.rows_below += 1,
+                _ => marked.keep(index, start),
+            }
             line[0] = b'#';
             continue;
         }

@@ -33,6 +33,10 @@ pub(in crate::recording) struct Column {
     pub(in crate::recording) doubtful: bool,
     /// Whether a stated sensitivity makes accelerations of the unit.
     converted: bool,
+    /// What the rows above the table call it, in place of the words of its header.
+    described: Option<String>,
+    /// What the rows above the table state of its samples.
+    above: Stated,
     /// The acceleration beside which the `g` of the name is that of a turning rate.
     rival: Option<String>,
 }
@@ -106,7 +110,7 @@ impl Column {
         let stated = (acceleration, time_unit_of(text, &self.label));
         let own = (self.unit, self.time_unit);
         let known = stated != (None, None);
-        if (self.unit_text.is_some() && own != stated) || (known && spoils_unit(&self.label)) {
+        if (self.unit_text.is_some() && own != stated) || (known && spoils_unit(self.words())) {
             let texts = [self.unit_text.as_deref(), Some(text)];
             let other = texts.into_iter().flatten().find(|text| is_other_unit(text));
             return Self {
@@ -115,15 +119,38 @@ impl Column {
                     true => source,
                     false => self.unit_source,
                 },
-                name: self.name,
-                label: self.label,
+                unit: None,
+                time_unit: None,
                 doubtful: true,
-                ..Self::default()
+                ..self
             };
         }
         self.doubtful = false;
         self.take_unit(text, source);
         self
+    }
+
+    /// Takes what the rows above the table call the column.
+    pub(in crate::recording) fn describe(&mut self, words: String) {
+        self.described = Some(words);
+    }
+
+    /// Takes what the rows above the table state of its samples.
+    pub(in crate::recording) fn say(&mut self, stated: Stated) {
+        self.above = stated;
+    }
+
+    /// Tells whether a person's word means the column by what the rows above the table call it.
+    pub(in crate::recording) fn is_described_as(&self, wanted: &str) -> bool {
+        let described = self.described.as_deref().unwrap_or_default().to_lowercase();
+        let mut words = described.split_whitespace();
+        let is_name = described == wanted || described.ends_with(&format!(" {wanted}"));
+        !wanted.is_empty() && (is_name || words.any(|w| w == wanted && Code::new(w).is_some()))
+    }
+
+    /// Returns the words by which it is judged.
+    fn words(&self) -> &str {
+        self.described.as_deref().unwrap_or(&self.label)
     }
 
     fn take_unit(&mut self, text: &str, source: &'static str) {
@@ -142,9 +169,9 @@ impl Column {
     /// that is one of another quantity: `ay counts`.
     pub(in crate::recording) fn stated_unit(&self) -> Option<String> {
         let word = || {
-            let whole = self.label.split(|c: char| !c.is_alphanumeric());
-            let mut words = whole.map(str::to_lowercase).chain(words(&self.label));
-            words.find(|word| OTHER_QUANTITIES.contains(&word.as_str()))
+            let whole = self.words().split(|c: char| !c.is_alphanumeric());
+            let mut words = whole.map(String::from).chain(words(self.words()));
+            words.find(|word| OTHER_QUANTITIES.contains(&word.to_lowercase().as_str()))
         };
         self.unit_text.clone().or_else(word)
     }
@@ -155,7 +182,7 @@ impl Column {
         let says = |word: &String| is_lateral(word) || listed(&ACCELERATION, word);
         let is_open = self.unit.is_some()
             && AccelerationUnit::is_ambiguous(text)
-            && !words(&self.label).iter().any(says);
+            && !words(self.words()).iter().any(says);
         is_open.then_some(text)
     }
 
@@ -201,15 +228,15 @@ impl Column {
 
     /// Tells whether some words of the name say lateral acceleration, whatever the others say.
     pub(in crate::recording) fn says_lateral_acceleration(&self) -> bool {
-        let words = words(&self.label);
-        let code = code_in(&self.label).is_some_and(|code| code.is_lateral());
+        let words = words(self.words());
+        let code = code_in(self.words()).is_some_and(|code| code.is_lateral());
         !self.has_foreign_unit()
             && (code || (words.iter().any(|word| is_lateral(word)) && self.accelerates(&words)))
     }
 
     /// Tells whether the unit is one of acceleration, or a word says so or names the axis.
     pub(in crate::recording) fn hints_at_acceleration(&self) -> bool {
-        let words = words(&self.label);
+        let words = words(self.words());
         self.accelerates(&words) || words.iter().any(|word| is_lateral(word))
     }
 
@@ -230,7 +257,7 @@ impl Column {
 
     /// Returns the first word or sign of the name that a plain name does not hold.
     pub(in crate::recording) fn odd_word(&self) -> Option<String> {
-        odd_word(&self.label)
+        odd_word(self.words())
     }
 
     /// Returns what speaks against a lateral acceleration of the struck vehicle's structure: the
@@ -253,7 +280,7 @@ impl Column {
             return Some(format!("`{word}`"));
         }
         // `ay1-ay2`, `acc y left - acc y right`.
-        let sides = self.label.split(['-', '−', '–', '/']);
+        let sides = self.words().split(['-', '−', '–', '/']);
         let lateral = |side: &&str| words(side).iter().any(|word| is_lateral(word));
         (sides.filter(lateral).count() > 1).then(|| "a difference or ratio".into())
     }
@@ -261,9 +288,9 @@ impl Column {
     /// Returns why this is not plainly a lateral acceleration of the struck vehicle's structure:
     /// what speaks against it, or what no word says. `None` for a name that is taken.
     pub(in crate::recording) fn doubt(&self) -> Option<String> {
-        let words = words(&self.label);
+        let words = words(self.words());
         let silent = || {
-            if code_in(&self.label).is_some() {
+            if code_in(self.words()).is_some() {
                 return None;
             }
             let lateral = words.iter().any(|word| is_lateral(word));
@@ -285,24 +312,29 @@ impl Column {
 
     /// Returns what the name says of the filter that was applied.
     fn filter(&self) -> Option<Filtered> {
-        let coded = code_in(&self.name).and_then(|code| code.filter_class());
-        let stated = coded.map(|class| Filtered::Class(class.to_string()));
-        stated.or_else(|| filtered::filter_in(&self.name))
+        let texts = [Some(&self.name), self.described.as_ref()];
+        texts.into_iter().flatten().find_map(|text| {
+            let coded = code_in(text).and_then(|code| code.filter_class());
+            let stated = coded.map(|class| Filtered::Class(class.to_string()));
+            stated.or_else(|| filtered::filter_in(text))
+        })
     }
 
     /// Tells whether the name says that the samples were filtered.
     pub(in crate::recording) fn says_filtered(&self) -> bool {
-        self.filter().is_some()
+        self.filter().is_some() || self.above.filter_class.is_some()
     }
 
     /// Returns what the name states beside axis and unit.
     pub(in crate::recording) fn stated(&self) -> Stated {
+        let above = self.above.clone();
+        let filter_class = match self.filter() {
+            Some(Filtered::Class(class)) => Some(class),
+            _ => above.filter_class,
+        };
         Stated {
-            filter_class: match self.filter() {
-                Some(Filtered::Class(class)) => Some(class),
-                _ => None,
-            },
-            ..Stated::default()
+            filter_class,
+            ..above
         }
     }
 
@@ -315,7 +347,7 @@ impl Column {
             "the name of `{name}` says that the channel was filtered, not with which class"
         );
         let filtered = unclassed.then(|| Finding::filtered(&by));
-        let sign = code_in(&self.name).and_then(|code| code.sign_finding());
+        let sign = code_in(self.words()).and_then(|code| code.sign_finding());
         filtered.into_iter().chain(sign).collect()
     }
 }
@@ -401,7 +433,7 @@ fn is_time_word(word: &str) -> bool {
 
 /// Splits a name into lower-case words, at everything but letters and digits and where a
 /// small letter meets a capital one (`accY`).
-fn words(label: &str) -> Vec<String> {
+pub(in crate::recording) fn words(label: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut last_small = false;
     for character in label.chars() {
@@ -503,6 +535,11 @@ fn is_plain_time_unit(text: &str) -> bool {
 fn time_unit_of(text: &str, label: &str) -> Option<TimeUnit> {
     let unit = TimeUnit::from_spelling(text)?;
     (is_plain_time_unit(text) || says_time(label)).then_some(unit)
+}
+
+/// Tells whether a text is a unit, of whatever quantity.
+pub(in crate::recording) fn is_unit(text: &str) -> bool {
+    is_known_unit(text) || is_other_unit(text)
 }
 
 /// Tells whether a text is a unit of another quantity.

@@ -4,8 +4,9 @@
 //! called, which holds the time, which the samples. Each answer needs the one before.
 
 use super::begin::{self, Begin};
-use super::dialect::Separator;
+use super::dialect::{LineScan, Separator};
 use super::header::{self, Column, is_known_unit};
+use super::preamble::Preamble;
 use super::records::{self, Records};
 use super::stamp;
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
@@ -108,16 +109,28 @@ pub(super) struct TableLayout {
     pub(super) steps: Vec<Option<f64>>,
     /// Whether a header names the columns.
     pub(super) named: bool,
+    /// What stands above the names.
+    pub(super) preamble: Preamble,
+}
+
+/// What is known of a table before its layout is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TableStart<'a> {
+    pub(super) separator: Separator,
+    /// The line of the names, where it was found below a preamble.
+    pub(super) found: Option<u32>,
+    pub(super) lines: &'a LineScan,
 }
 
 impl TableLayout {
     /// Finds the layout from the first rows.
-    pub(super) fn find(text: &[u8], separator: Separator, asked: ReadTask) -> Result<Self, Error> {
-        let options = asked.options;
+    pub(super) fn find(text: &[u8], start: TableStart<'_>, asked: ReadTask) -> Result<Self, Error> {
+        let (options, separator) = (asked.options, start.separator);
         let quoted = memchr::memchr(b'"', text).is_some();
         let rows = first_rows(Records::new(text, separator, quoted, asked.limits))?;
-        let stated = options.header_line.is_some() || options.skip_lines.is_some();
-        let header_rows = match options.header_line {
+        let header_line = options.header_line.or(start.found);
+        let stated = header_line.is_some() || options.skip_lines.is_some();
+        let header_rows = match header_line {
             Some(line) => rows_of_header(text, &rows, line)?,
             None => count_header_rows(text, &rows, stated)?,
         };
@@ -129,12 +142,20 @@ impl TableLayout {
         let named = !header.is_empty();
         let mut columns: Vec<Column> = match named {
             false => (1..=filled_cells(first)).map(Column::unnamed).collect(),
-            true => name_columns(header, first).map_err(|found| {
+            true => name_columns(header, first, options.unit_line.is_none()).map_err(|found| {
                 let found = format!("{found} header cells over rows of {}", first.len());
                 let expected = "as many header cells as the rows have";
                 where_it_begins(text, &rows[0], expected, &found)
             })?,
         };
+        let shape = (separator, columns.len());
+        let preamble = Preamble::read(start.lines, shape, start.found);
+        preamble.apply(&mut columns, options.unit_line.is_none());
+        if let Some(line) = options.unit_line {
+            let units = unit_cells(text, start, header, line)?;
+            take_units(&mut columns, &units)
+                .map_err(|error| error.at(Place::default().line(u64::from(line))))?;
+        }
         header::mark_columns(columns.iter_mut().collect(), options);
         let ragged = data.iter().any(|row| row.len() != first.len());
         let data_line = line_of(text, first).line.unwrap_or(0);
@@ -153,6 +174,7 @@ impl TableLayout {
             steps: (0..columns.len()).map(|i| usual_step(data, i)).collect(),
             columns,
             named,
+            preamble,
         })
     }
 
@@ -195,6 +217,15 @@ impl TableLayout {
             time_column,
             time_unit,
         })
+    }
+
+    /// Tells whether cells could be a row of the table.
+    pub(super) fn is_shaped(&self, cells: &[&[u8]]) -> bool {
+        let numeric = self.numeric.iter().zip(cells);
+        (self.columns.len()..=self.cells).contains(&cells.len())
+            && numeric
+                .filter(|(numeric, _)| **numeric)
+                .all(|(_, cell)| number::is_numeric(cell))
     }
 
     /// Checks that a data row has the cells of the first one.
@@ -291,13 +322,14 @@ impl TableLayout {
     /// by its number, counted from 1.
     pub(super) fn find_column(&self, wanted: &str, what: &'static str) -> Result<usize, Error> {
         let small = wanted.trim().to_lowercase();
-        let ways: [&dyn Fn(&Column) -> bool; 3] = [
+        let ways: [&dyn Fn(&Column) -> bool; 4] = [
             &|column| column.name == wanted,
             &|column| !column.label.is_empty() && column.label == wanted.trim(),
             &|column| {
                 column.name.to_lowercase() == small
                     || (!small.is_empty() && column.label.to_lowercase() == small)
             },
+            &|column| column.is_described_as(&small),
         ];
         let all = 0..self.columns.len();
         for way in ways {
@@ -475,6 +507,14 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord], stated: bool) -> Result<u
         return Err(no_rows("the file holds no rows"));
     };
     if has_number(names) {
+        // No row of samples stands above one of units: `x-axis,1,2` over `second,Volt,Volt`.
+        if let [units, row, ..] = &rows[1..]
+            && has_unit(units)
+            && !has_number(units)
+            && has_number(row)
+        {
+            return Ok(2);
+        }
         if stated {
             return Ok(0);
         }
@@ -512,7 +552,11 @@ fn where_it_begins(text: &[u8], row: &ByteRecord, expected: &str, found: &str) -
 }
 
 /// Builds the columns from the header rows; the number of header cells if they do not fit.
-fn name_columns(header: &[ByteRecord], first: &ByteRecord) -> Result<Vec<Column>, usize> {
+fn name_columns(
+    header: &[ByteRecord],
+    first: &ByteRecord,
+    with_units: bool,
+) -> Result<Vec<Column>, usize> {
     let names = &header[0];
     let count = filled_cells(names);
     if count > first.len() || filled_cells(first) > count {
@@ -521,7 +565,8 @@ fn name_columns(header: &[ByteRecord], first: &ByteRecord) -> Result<Vec<Column>
     let name = |index: usize| Column::from_header(&text_of(names, index), index + 1);
     let mut columns: Vec<Column> = (0..count).map(name).collect();
     // Of further rows only one of units is read; descriptions are passed over.
-    if let Some(units) = header[1..].iter().find(|row| has_unit(row)) {
+    let units = header[1..].iter().find(|row| has_unit(row));
+    if let Some(units) = units.filter(|_| with_units) {
         if filled_cells(units) > count {
             return Err(filled_cells(units));
         }
@@ -530,6 +575,50 @@ fn name_columns(header: &[ByteRecord], first: &ByteRecord) -> Result<Vec<Column>
         }
     }
     Ok(columns)
+}
+
+/// Returns the cells of the line that a person states to hold the units.
+fn unit_cells(
+    text: &[u8],
+    start: TableStart<'_>,
+    header: &[ByteRecord],
+    line: u32,
+) -> Result<Vec<String>, Error> {
+    let line = u64::from(line);
+    let above = start.lines.above.iter().chain(&start.lines.words);
+    let above = above.filter(|(number, _)| *number == line);
+    let split = |row: &[u8]| -> Vec<String> {
+        let cells = begin::cells(row, start.separator).into_iter();
+        cells
+            .map(|cell| String::from_utf8_lossy(cell).into_owned())
+            .collect()
+    };
+    let mut above = above.map(|(_, row)| split(row.as_bytes()));
+    let below = header
+        .iter()
+        .find(|row| records::line_of(text, row) == line);
+    let below = || below.map(|row| (0..row.len()).map(|index| text_of(row, index)).collect());
+    above.next().or_else(below).ok_or_else(|| {
+        let expected = format!("the units of the columns on line {line}");
+        let hint = "state another line with the setting `unit_line`";
+        let found = "no line of words above the samples";
+        Error::malformed(expected, found, hint).at(Place::default().line(line))
+    })
+}
+
+/// Gives the columns the units of a row, whose first cell may be its key.
+fn take_units(columns: &mut [Column], units: &[String]) -> Result<(), Error> {
+    if units.len() > columns.len() {
+        let expected = format!("units of {} columns", columns.len());
+        let found = format!("{} cells", units.len());
+        let hint = "state another line with the setting `unit_line`";
+        return Err(Error::malformed(expected, found, hint));
+    }
+    let is_key = units.first().is_some_and(|cell| !header::is_unit(cell));
+    for (column, unit) in columns.iter_mut().zip(units).skip(usize::from(is_key)) {
+        *column = std::mem::take(column).with_unit(unit, "units row");
+    }
+    Ok(())
 }
 
 /// Returns the number of cells, empty ones at the end left out.

@@ -9,7 +9,8 @@ use crate::error::{Error, ErrorKind, Place};
 use crate::recording::number::{self, Decimal, Marks, NumberFault, PrintedDigits};
 use crate::recording::text::{ColumnMarks, bad_cell, no_stamp};
 use crate::recording::time_base::round_to_digits;
-use crate::recording::{Limits, ReadTask, Selection};
+use crate::recording::{Finding, Limits, ReadTask, Selection};
+use crate::setting::Setting;
 use crate::units::{DecimalMark, TimeUnit};
 use ::csv::ByteRecord;
 
@@ -40,6 +41,8 @@ pub(super) struct Rows {
     pub(super) count: usize,
     /// Rows that repeat the one before to the last cell, and the line of the first.
     pub(super) repeated: Option<(usize, u64)>,
+    /// The stamp that repeats the one before, where the usable rows end.
+    pub(super) ended: Option<DoubledStamp>,
     /// Size of each stamp's last digit [s], where stamps repeat those before, so that only a
     /// stated rate can tell the time.
     pub(super) coarse_digits_s: Option<Vec<f64>>,
@@ -58,6 +61,45 @@ pub(super) struct StampFacts {
     pub(super) is_absolute: bool,
     /// Whether the order of day and month was told by the date that follows alone.
     pub(super) order_is_assumed: bool,
+}
+
+/// A stamp that repeats the one before, with other samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct DoubledStamp {
+    at_s: f64,
+    line: Option<u64>,
+}
+
+impl DoubledStamp {
+    /// Says that nothing behind it is used.
+    pub(super) fn finding(&self, time: &TimeSource, layout: &TableLayout) -> Finding {
+        let name = time
+            .column()
+            .map_or("", |index| &layout.columns[index].name);
+        let line = self
+            .line
+            .map_or(String::new(), |line| format!(" on line {line}"));
+        let text = format!(
+            "`{name}` holds {} s twice, the second time{line}: what was recorded from there on has no \
+             known time, and was left out. If only digits are missing, state {} = HZ",
+            self.at_s,
+            Setting::RateHz
+        );
+        Finding::blocking("stamp-doubled", text).at(self.at_s)
+    }
+}
+
+/// Rows before a doubled stamp from which on they are a recording by themselves.
+const FEWEST: usize = 64;
+
+/// What a stamp that repeats the one before does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Repeats {
+    Refused,
+    /// It has too few digits; the stated rate is held against all of them later.
+    Coarse,
+    /// It ends the rows.
+    End,
 }
 
 impl Rows {
@@ -129,16 +171,25 @@ pub(super) fn read(
         asked,
     };
     check_counts(text, layout, wanted, asked.limits)?;
-    let rows = table.pass(wanted, false);
+    let rows = table.pass(wanted, Repeats::Refused);
     if let (Err(error), Some(rate)) = (&rows, asked.options.rate_hz)
         && is_repeated(error)
         // Stamps of too few digits: the stated rate is held against them later.
-        && let Ok(again) = table.pass(wanted, true)
+        && let Ok(again) = table.pass(wanted, Repeats::Coarse)
         && (again.coarsest_digit_s() * rate > 1.01 || again.stand_still())
     {
         return Ok(again);
     }
-    rows
+    match rows {
+        Err(error) if is_repeated(&error) => {
+            let before = table.pass(wanted, Repeats::End)?;
+            match before.count < FEWEST {
+                true => Err(error),
+                false => Ok(before),
+            }
+        }
+        rows => rows,
+    }
 }
 
 /// A table whose rows are read.
@@ -151,12 +202,14 @@ struct RowTable<'a> {
 }
 
 impl RowTable<'_> {
-    /// Goes over the rows; with `repeating` a stamp may be that of the row before.
-    fn pass(self, wanted: &WantedColumns, repeating: bool) -> Result<Rows, Error> {
+    /// Goes over the rows.
+    fn pass(self, wanted: &WantedColumns, repeats: Repeats) -> Result<Rows, Error> {
         let layout = self.layout;
-        let mut gathered = Gathering::new(self, wanted, repeating);
+        let mut gathered = Gathering::new(self, wanted, repeats);
         let mut records = layout.records(self.text, self.asked.limits)?;
-        while let Some(row) = records.next()? {
+        while gathered.rows.ended.is_none()
+            && let Some(row) = records.next()?
+        {
             gathered.take(row)?;
         }
         gathered.finish()
@@ -182,6 +235,7 @@ struct Gathering<'a> {
     table: RowTable<'a>,
     wanted: &'a WantedColumns,
     rows: Rows,
+    repeats: Repeats,
     /// The column of stamps, with their unit.
     stamped: Option<(usize, TimeUnit)>,
     /// The clock of stamps that are words.
@@ -196,7 +250,7 @@ struct Gathering<'a> {
 }
 
 impl<'a> Gathering<'a> {
-    fn new(table: RowTable<'a>, wanted: &'a WantedColumns, repeating: bool) -> Self {
+    fn new(table: RowTable<'a>, wanted: &'a WantedColumns, repeats: Repeats) -> Self {
         let (stamped, worded) = match table.time {
             TimeSource::Column {
                 index,
@@ -217,9 +271,10 @@ impl<'a> Gathering<'a> {
             wanted,
             rows: Rows {
                 values: vec![Ok(Vec::new()); wanted.columns.len()],
-                coarse_digits_s: repeating.then(Vec::new),
+                coarse_digits_s: (repeats == Repeats::Coarse).then(Vec::new),
                 ..Rows::default()
             },
+            repeats,
             stamped,
             words: worded.then(StampClock::default),
             decimal,
@@ -325,7 +380,7 @@ impl<'a> Gathering<'a> {
         let Some(previous) = self.rows.stamps_s.last().copied() else {
             return Ok(false);
         };
-        let repeating = self.rows.coarse_digits_s.is_some();
+        let repeating = self.repeats == Repeats::Coarse;
         if stamp > previous || (stamp >= previous && repeating) {
             return Ok(false);
         }
@@ -336,6 +391,13 @@ impl<'a> Gathering<'a> {
             let known = self.rows.repeated;
             let (rows, first) = known.unwrap_or_else(|| (0, place().line.unwrap_or(0)));
             self.rows.repeated = Some((rows + 1, first));
+            return Ok(true);
+        }
+        if stamp >= previous && self.repeats == Repeats::End {
+            self.rows.ended = Some(DoubledStamp {
+                at_s: previous,
+                line: place().line,
+            });
             return Ok(true);
         }
         let found = stamp;

@@ -411,7 +411,10 @@ fn filters() -> Vec<Case> {
 
 fn units() -> Vec<Case> {
     // Counts need more than a unit.
-    let way_on = |name: &str| match name.contains("counts") || name.contains("LSB") {
+    let way_on = |name: &str| match ["counts", "LSB", "mV"]
+        .iter()
+        .any(|word| name.contains(word))
+    {
         true => "--sensitivity",
         false => "--unit",
     };

@@ -254,7 +254,14 @@ fn columns() -> Vec<Case> {
         .channel("2")
         .finds(&["info time-unit-assumed"]),
         // The name of the samples' column, where that of the times was meant.
-        refused("time-by-name.csv", scope, &[":3", "time must increase"]).options(&[
+        refused(
+            "time-by-name.csv",
+            scope,
+            &[":7, column 2", "time must increase"],
+        )
+        .options(&[
+            "--header-line",
+            "1",
             "--channel",
             "3",
             "--time-column",

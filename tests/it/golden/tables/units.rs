@@ -1,7 +1,7 @@
 //! Units of columns and of times that a header or the stamps themselves make doubtful.
 
-use super::super::{Case, g, good, refused, s};
-use super::{clocked, plain, table, with_row};
+use super::super::{Case, g, good, refused};
+use super::{clocked, plain, table};
 
 /// Header cells that end in a unit which is not that of the column.
 pub(super) fn doubtful_units() -> Vec<Case> {
@@ -125,12 +125,22 @@ pub(super) fn doubtful_times() -> Vec<Case> {
             .options(&["--rate-hz", "12000"])
             .clock(12_000.0, -200.0 / 12_000.0)
             .finds(&["warning stamps-coarse"]),
-        refused(
+        good(
             "stamps-of-three-digits.csv",
             table("time_s,acc_y_g", |k| {
                 format!("{:.2E},{}", k as f64 / 2e3, g(k))
             }),
-            &["time must increase", "--rate-hz"],
+        )
+        .samples(403)
+        .clock(2_000.0, -0.1)
+        .unusable(
+            &[
+                "blocking stamp-doubled",
+                "blocking gap",
+                "warning ends-early",
+                "warning rate-below-default-filter",
+            ],
+            &["holds 0.101 s twice", "--rate-hz"],
         ),
         good(
             "stamps-of-three-digits-rate.csv",
@@ -157,13 +167,6 @@ pub(super) fn doubtful_times() -> Vec<Case> {
                 "",
             ),
             &["repeat and are off"],
-        )
-        .options(&["--rate-hz", "10000"]),
-        // One doubled stamp among fine ones is no matter of digits.
-        refused(
-            "stamp-twice-rate.csv",
-            with_row(&format!("{},1.0", s(99))),
-            &[":302", "time must increase"],
         )
         .options(&["--rate-hz", "10000"]),
         refused(
