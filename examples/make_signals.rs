@@ -65,6 +65,8 @@ struct Recording {
     range_g: u32,
     /// Sets the card's key `synthetic`, which switches the checks for clipping and dead sensors off.
     synthetic: bool,
+    /// What the card states of a push that is weaker than a crash's, by the formula [m/s].
+    velocity_change_m_s: Option<f64>,
     notes: String,
     bytes: Vec<u8>,
 }
@@ -76,8 +78,13 @@ impl Recording {
         } else {
             ""
         };
+        let velocity = self
+            .velocity_change_m_s
+            .map_or_else(String::new, |velocity| {
+                format!("velocity_change_m_s = {velocity}\n")
+            });
         format!(
-            "channel = \"{}\"\nunit = \"{}\"\nopens_when = \"negative\"\nrate = {}.0\nrange_g = {}.0\n{synthetic}\
+            "channel = \"{}\"\nunit = \"{}\"\nopens_when = \"negative\"\nrate = {}.0\nrange_g = {}.0\n{synthetic}{velocity}\
              source = \"computed by examples/make_signals.rs of latchgate; measured nowhere\"\n\
              licence = \"CC0-1.0\"\nnotes = \"\"\"\n{}\"\"\"\n",
             self.channel, self.unit, self.rate_hz, self.range_g, self.notes
@@ -208,6 +215,7 @@ fn burst() -> Recording {
         rate_hz: grid.rate_hz,
         range_g: 2000,
         synthetic: true,
+        velocity_change_m_s: None,
         notes: format!(
             "A burst of 35 ms whose peak is near 1000 g, of the kind that a latch sees in a side impact.\n\
              {BURST_FORMULA}S = {BURST_SCALE_G} g; noise of 0.05 g rms, seed 11.\n"
@@ -230,6 +238,7 @@ fn half_sine() -> Recording {
         rate_hz: grid.rate_hz,
         range_g: 200,
         synthetic: true,
+        velocity_change_m_s: None,
         notes: "A half-sine: a(t) = -30 g sin(pi t/D), 0 <= t <= D = 11 ms, else 0.\n\
                 Noise of 0.03 g rms, seed 12.\n"
             .into(),
@@ -266,6 +275,7 @@ fn sled() -> Recording {
         rate_hz: grid.rate_hz,
         range_g: 200,
         synthetic: true,
+        velocity_change_m_s: None,
         notes: "A pulse like that of a door-latch sled test: above 30 g for more than 30 ms.\n\
                 It is not the pulse of any regulation. Its shape lies inside a corridor known at second hand only:\n\
                 upper (0 ms, 6 g) (20, 36) (60, 36) (100, 0), lower (5, 0) (25, 30) (55, 30) (70, 0).\n\
@@ -298,11 +308,13 @@ fn surviving() -> Recording {
         // The record is noisy enough to stand the checks that the key would switch off, and a
         // damaged copy of it that keeps the card shall be found out.
         synthetic: false,
+        velocity_change_m_s: Some(0.22),
         notes: "A pulse that the paper's lever survives on both stops:\n\
                 a(t) = -5 g sin(pi t/10 ms) for 0 <= t <= 10 ms, then a rebound of\n\
                 +0.5 g sin(pi (t - 10 ms)/30 ms) for 10 <= t <= 40 ms, else 0.\n\
                 Noise of 0.02 g rms, seed 14. The key `synthetic` is left out although the signal is computed:\n\
-                the checks for clipping and dead sensors hold for it, and for any damaged copy.\n"
+                the checks for clipping and dead sensors hold for it, and for any damaged copy. By the formula the\n\
+                velocity changes by 0.2186 m/s.\n"
             .into(),
         bytes: table("time (s),acceleration y (g)", grid, &samples, 4),
     }
@@ -361,6 +373,7 @@ fn burst_imu() -> Result<Recording, Box<dyn Error>> {
         rate_hz: RATE_HZ,
         range_g: 2000,
         synthetic: true,
+        velocity_change_m_s: None,
         notes: format!(
             "The burst of burst.csv at 10 kHz as ROS 2 sensor_msgs/msg/Imu on /door/imu, times 9.80665 m/s^2 per g.\n\
              {BURST_FORMULA}S = {BURST_SCALE_G} g; noise of 0.05 g rms, seeds 15 to 17; z carries 1 g of gravity.\n\
@@ -411,6 +424,7 @@ fn ugly() -> Recording {
         rate_hz: grid.rate_hz,
         range_g: 200,
         synthetic: true,
+        velocity_change_m_s: None,
         notes: "A haversine, a(t) = -40 g sin^2(pi t/20 ms), 0 <= t <= 20 ms, else 0, times 9.80665 m/s^2 per g;\n\
                 noise of 0.03 g rms, seeds 18 and 19. Written the hard way: ISO-8859-1, CRLF, semicolons,\n\
                 decimal commas, comment lines (one of which speaks of g), a units row, time in ms, a column\n\

@@ -1,9 +1,11 @@
 //! Conditioning: units, bias, resampling and channel frequency class, in the order of
 //! good practice: units → faults → bias → resample → filter. Polarity enters last, in the model.
 //!
+//! - `bandwidth`: what a channel holds at high frequencies, against what is said of it;
 //! - `bias`: bias: the mean of the samples before the event, with its standard error;
 //! - `cfc`: channel frequency classes: the two-pass Butterworth low-pass of SAE J211-1 and ISO
 //!   6487;
+//! - `crash`: what tells a record of a crash from another one: velocity change and clock;
 //! - `neighbours`: channels beside one another: lateral sensors of one body move alike, and two
 //!   at one place measure the same;
 //! - `quality`: faults of a raw channel: clipping, dead and frozen sensors, records cut inside
@@ -11,8 +13,10 @@
 //! - `resample`: band-limited resampling with a Kaiser-windowed sinc;
 //! - `spectrum`: amplitude spectra and spectrograms, for reports.
 
+mod bandwidth;
 pub mod bias;
 pub mod cfc;
+mod crash;
 pub mod neighbours;
 pub mod quality;
 pub mod resample;
@@ -23,6 +27,9 @@ use crate::recording::{Channel, Finding};
 use crate::units::{STANDARD_GRAVITY, SampleRate, plain};
 
 pub use crate::signal::Signal;
+pub use crash::velocity_change_m_s;
+use quality::RawQuality;
+pub use quality::SlowClock;
 
 /// Which samples give the bias that is removed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -119,8 +126,14 @@ pub struct ConditioningOptions {
     pub resample_hz: Option<f64>,
     /// Full scale of the sensor, as a card states it [g].
     pub range_g: Option<f64>,
-    /// The signal was made by a formula: no clipping or dead-sensor findings.
+    /// The signal was made by a formula: no findings on sensors, and no person's word is needed.
     pub synthetic: bool,
+    /// Velocity change that a person knows from another source [m/s].
+    pub velocity_change_m_s: Option<f64>,
+    /// Whether a card says that the channel holds what CFC 1000 lets pass, or was not filtered.
+    pub wide_band: bool,
+    /// Whether a person accepts sample rate and length of the record.
+    pub clock_accepted: bool,
 }
 
 impl Default for ConditioningOptions {
@@ -132,6 +145,9 @@ impl Default for ConditioningOptions {
             resample_hz: None,
             range_g: None,
             synthetic: false,
+            velocity_change_m_s: None,
+            clock_accepted: false,
+            wide_band: false,
         }
     }
 }
@@ -157,6 +173,10 @@ pub struct Conditioned {
     pub filter_standard: FilterStandard,
     /// Rate asked for and applied [Hz].
     pub resample_hz: Option<f64>,
+    /// Largest |∫a dt| over any 0.3 s of the record, without bias and unfiltered [m/s].
+    pub velocity_change_m_s: f64,
+    /// The clock that the channel was interpolated from, if it was.
+    pub slow_clock: Option<SlowClock>,
     /// What was found odd, in the raw samples and on the way.
     pub findings: Vec<Finding>,
 }
@@ -164,12 +184,6 @@ pub struct Conditioned {
 /// Largest magnitude that is taken in [m/s²], a hundred million g: no sensor reads it, and sums
 /// of squares stay finite below it.
 const LARGEST_ACCELERATION: f64 = 1e9;
-
-/// Change of velocity above which unit or bias are doubted [m/s].
-const IMPLAUSIBLE_VELOCITY: f64 = 30.0;
-
-/// Largest velocity on the way below which unit or channel are doubted [m/s].
-const FAINT_VELOCITY: f64 = 0.5;
 
 /// Conditions a channel: units → faults → bias → resample → filter.
 ///
@@ -203,25 +217,28 @@ pub fn inspect(channel: &Channel, options: &ConditioningOptions) -> Result<Vec<F
     );
     let (bias, _) = bias::bias(&raw, BiasWindow::PreEvent)?;
     findings.extend(quality::before_event(&raw));
-    let mut used = raw;
-    for sample in &mut used.samples {
-        *sample -= bias.mean_m_s2;
-    }
-    findings.extend(implausible_velocity(&used));
+    let unbiased = without_bias(&raw, bias.mean_m_s2);
+    findings.extend(crash::findings(&unbiased, options, &channel.stated));
+    findings.extend(bandwidth::finding(&raw, channel, options));
     Ok(findings)
 }
 
 fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Conditioned, Error> {
     let raw = in_si(channel)?;
     // What a card declares comes before what the file states.
-    let findings = quality::findings(
+    let quality = quality::examine(
         &raw,
         &ConditioningOptions {
             range_g: options.range_g.or(channel.full_scale_g()),
             ..*options
         },
     );
-    let conditioned = from_raw(raw, options, findings)?;
+    let mut conditioned = from_raw(raw, options, quality)?;
+    let unbiased = without_bias(&conditioned.raw, conditioned.bias_m_s2);
+    let unlike = crash::findings(&unbiased, options, &channel.stated);
+    conditioned.findings.extend(unlike);
+    let empty = bandwidth::finding(&conditioned.raw, channel, options);
+    conditioned.findings.extend(empty);
     tracing::debug!(
         channel = %channel.name,
         bias_m_s2 = conditioned.bias_m_s2,
@@ -241,7 +258,11 @@ pub fn reconditioned(
     conditioned: &Conditioned,
     options: &ConditioningOptions,
 ) -> Result<Conditioned, Error> {
-    from_raw(conditioned.raw.clone(), options, Vec::new())
+    let quality = RawQuality {
+        findings: Vec::new(),
+        slow_clock: conditioned.slow_clock,
+    };
+    from_raw(conditioned.raw.clone(), options, quality)
 }
 
 /// Returns the recording with its bias left in, conditioned alike otherwise, where the bias that was
@@ -268,15 +289,16 @@ pub fn without_doubtful_bias(conditioned: &Conditioned) -> Result<Option<Conditi
 fn from_raw(
     raw: Signal,
     options: &ConditioningOptions,
-    mut findings: Vec<Finding>,
+    quality: RawQuality,
 ) -> Result<Conditioned, Error> {
+    let RawQuality {
+        mut findings,
+        slow_clock,
+    } = quality;
     let (bias, odd) = bias::bias(&raw, options.bias)?;
     findings.extend(odd);
-    let mut used = raw.clone();
-    for sample in &mut used.samples {
-        *sample -= bias.mean_m_s2;
-    }
-    findings.extend(implausible_velocity(&used));
+    let mut used = without_bias(&raw, bias.mean_m_s2);
+    let velocity_change_m_s = velocity_change_m_s(&used);
 
     let resample_hz = match options.resample_hz {
         Some(hertz) => {
@@ -296,7 +318,12 @@ fn from_raw(
         None => None,
     };
 
-    let (filter, odd) = choose_filter(options.filter, used.rate);
+    // What was interpolated carries no more than its own clock does.
+    let own_rate = match slow_clock {
+        Some(clock) if clock.rate_hz < used.rate.hertz() => SampleRate::from_hertz(clock.rate_hz)?,
+        _ => used.rate,
+    };
+    let (filter, odd) = choose_filter(options.filter, own_rate);
     findings.extend(odd);
     if let Some(class) = filter {
         let filter = cfc::CfcFilter::new(class, options.filter_standard);
@@ -320,6 +347,8 @@ fn from_raw(
         filter,
         filter_standard: options.filter_standard,
         resample_hz,
+        velocity_change_m_s,
+        slow_clock,
         findings,
     })
 }
@@ -330,10 +359,7 @@ fn from_raw(
 ///
 /// As [`condition`] for resampling and filter.
 pub fn filtered(conditioned: &Conditioned, filter: Option<Cfc>) -> Result<Signal, Error> {
-    let mut signal = conditioned.raw.clone();
-    for sample in &mut signal.samples {
-        *sample -= conditioned.bias_m_s2;
-    }
+    let signal = without_bias(&conditioned.raw, conditioned.bias_m_s2);
     resampled_and_filtered(signal, conditioned, filter)
 }
 
@@ -383,16 +409,16 @@ pub fn peak(signal: &Signal) -> Option<(f64, f64)> {
     largest.map(|(index, value)| (value, signal.time_s(index)))
 }
 
-/// Returns the change of velocity over the record, ∫a dt [m/s] of a signal that is linear
-/// between its samples.
-#[must_use]
-pub fn velocity_change_m_s(signal: &Signal) -> f64 {
-    let inner: f64 = signal.samples.iter().sum();
-    let ends = match signal.samples.as_slice() {
-        [first, .., last] => 0.5 * (first + last),
-        _ => 0.0,
-    };
-    (inner - ends) / signal.rate.hertz()
+/// Returns a signal with its bias [m/s²] removed.
+fn without_bias(raw: &Signal, bias_m_s2: f64) -> Signal {
+    Signal {
+        samples: raw
+            .samples
+            .iter()
+            .map(|sample| sample - bias_m_s2)
+            .collect(),
+        ..*raw
+    }
 }
 
 /// Returns the change of velocity since the first sample at each sample [m/s], of a signal that is
@@ -495,34 +521,6 @@ fn filter_not_causal(class: Cfc, standard: FilterStandard) -> Option<Finding> {
                  its cause by that much, and short peaks are weakened",
                 class.class(),
                 1e3 / (2.0 * cfc::design_frequency_hz(class, standard))
-            ),
-        )
-    })
-}
-
-/// Looks at the velocity that a signal without bias adds up to.
-fn implausible_velocity(signal: &Signal) -> Option<Finding> {
-    let velocity = velocity_change_m_s(signal);
-    if velocity.abs() > IMPLAUSIBLE_VELOCITY {
-        return Some(Finding::warning(
-            "implausible-velocity",
-            format!(
-                "the acceleration adds up to {velocity:.1} m/s over the record; lateral crashes give 2 \
-                 to 12 m/s. Check unit, channel and bias"
-            ),
-        ));
-    }
-    let (mut reached, mut largest) = (0.0_f64, 0.0_f64);
-    for pair in signal.samples.windows(2) {
-        reached += 0.5 * (pair[0] + pair[1]) / signal.rate.hertz();
-        largest = largest.max(reached.abs());
-    }
-    (largest > 0.0 && largest < FAINT_VELOCITY).then(|| {
-        Finding::warning(
-            "implausible-velocity",
-            format!(
-                "the acceleration nowhere adds up to more than {largest:.3} m/s; lateral crashes give 2 \
-                 to 12 m/s. Check unit and channel, unless the pulse is meant to be weak"
             ),
         )
     })

@@ -57,7 +57,7 @@ pub use crate::error::{Error, ErrorKind};
 pub use crate::model::Design;
 pub use crate::model::stop::StopModel;
 pub use crate::parallel::Control;
-pub use crate::recording::card::CardPolarity;
+pub use crate::recording::card::{AcceptedWord, CardPolarity};
 pub use crate::recording::csv::TableMapping;
 pub use crate::recording::{Card, Finding, Limits, Severity, Source, read_within};
 pub use crate::replay::{Method, Run};

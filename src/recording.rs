@@ -275,8 +275,17 @@ pub struct Stated {
     pub prefilter_hz: Option<f64>,
     /// Channel frequency class that the laboratory has already applied.
     pub filter_class: Option<String>,
+    /// It is said that the channel was not filtered.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unfiltered: bool,
+    /// The samples hold gravity, by the type of the message or by words.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub gravity: bool,
     /// The laboratory's word on the data, in the format's own codes.
     pub status: Option<String>,
+    /// What states the clock beside what it was taken from, and agrees with that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_confirmed_by: Option<String>,
     /// What was written of the channel in free words, as it is shown.
     #[serde(default)]
     pub remarks: Vec<String>,

@@ -49,6 +49,7 @@ use crate::error::Error;
 pub use document::Document;
 pub(crate) use folder::{Unplaced, folder_name};
 pub use margin_document::MarginDocument;
+pub use words::UNSEEN;
 
 use crate::verdict::Evidence;
 use std::path::{Path, PathBuf};

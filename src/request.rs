@@ -14,18 +14,18 @@ mod value;
 
 pub use map::{MarginRequest, parse_grid};
 pub use value::{
-    MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias, parse_count,
-    parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_method, parse_model,
-    parse_number, parse_phi0, parse_polarity, parse_positive, parse_resample, parse_sensitivity,
-    parse_standard, parse_time_source, parse_time_unit, parse_tolerance, parse_unit,
-    parse_velocity, parse_window,
+    MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_accepted, parse_bias,
+    parse_count, parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_method,
+    parse_model, parse_number, parse_phi0, parse_polarity, parse_positive, parse_resample,
+    parse_sensitivity, parse_standard, parse_time_source, parse_time_unit, parse_tolerance,
+    parse_unit, parse_velocity, parse_window,
 };
 
 use crate::conditioning::{BiasWindow, ConditioningOptions, FilterChoice, FilterStandard};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::stop::StopModel;
-use crate::recording::card::CardPolarity;
+use crate::recording::card::{AcceptedWord, CardPolarity};
 use crate::recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions};
 use crate::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
 use crate::setting::Setting;
@@ -87,6 +87,10 @@ pub struct Request {
     pub sensitivity: Option<SensorSensitivity>,
     /// Remarks that a person has read and accepts, as they are shown; those of the card join them.
     pub accepted_remarks: Vec<String>,
+    /// Velocity change that a person knows from another source [m/s].
+    pub velocity_change_m_s: Option<f64>,
+    /// What a person accepts of the recording; that of the card joins it.
+    pub accepted: Vec<AcceptedWord>,
     /// Sign of the recorded acceleration that opens the lever.
     pub opens_when: Option<CardPolarity>,
     /// Samples whose mean is removed.
@@ -135,6 +139,8 @@ impl Default for Request {
             unit: None,
             sensitivity: None,
             accepted_remarks: Vec::new(),
+            velocity_change_m_s: None,
+            accepted: Vec::new(),
             opens_when: None,
             bias: BiasWindow::PreEvent,
             filter: FilterChoice::Default,
@@ -362,6 +368,11 @@ impl Request {
             resample_hz: self.resample_hz,
             range_g: card.range_g,
             synthetic: card.synthetic,
+            wide_band: card.says_wide_band(),
+            velocity_change_m_s: self.velocity_change_m_s.or(card.velocity_change_m_s),
+            clock_accepted: [&self.accepted, &card.accepted]
+                .iter()
+                .any(|words| words.contains(&AcceptedWord::Clock)),
         }
     }
 

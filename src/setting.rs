@@ -61,6 +61,10 @@ settings! {
     Sensitivity = "sensitivity",
     /// Remarks that a person has read and accepts.
     AcceptedRemarks = "accepted_remarks",
+    /// Velocity change that a person knows from another source [m/s].
+    VelocityChange = "velocity_change",
+    /// What a person accepts of a recording that is unlike a crash.
+    Accept = "accept",
     /// Sign of the recorded acceleration that opens the lever.
     OpensWhen = "opens_when",
     /// Window whose mean is removed.

@@ -7,7 +7,8 @@
 //! `interpolation` error, and what bounds prove of them (`proof`); one record of each stop and sign
 //! with all that it came to (`variant`); the ensembles (`looks`, or `early` where only a pass
 //! matters); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the sentences
-//! (`replay_findings`, `reasons`, `ladder`); `series` lays signal and trajectories side by side.
+//! (`replay_findings`, `reasons`, `ladder`); `word` holds a pass back until a person has spoken;
+//! `series` lays signal and trajectories side by side.
 //!
 //! - `assess`: from a conditioned channel to an answer: which runs are made, and what they say
 //!   together.
@@ -35,6 +36,7 @@ mod series;
 pub(crate) mod usable_span;
 mod variant;
 pub mod what_if;
+mod word;
 pub mod wording;
 
 pub use assess::{Assessment, assess, passes};

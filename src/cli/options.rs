@@ -7,13 +7,13 @@ use super::values::{
 use crate::conditioning::{BiasWindow, FilterChoice, FilterStandard};
 use crate::error::Error;
 use crate::margin::{MapAxis, MapRequest};
-use crate::recording::card::CardPolarity;
+use crate::recording::card::{AcceptedWord, CardPolarity};
 use crate::recording::{Limits, Source};
 use crate::request::{
-    MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_bias,
-    parse_count, parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_phi0,
-    parse_polarity, parse_positive, parse_sensitivity, parse_standard, parse_time_source,
-    parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
+    MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT,
+    parse_accepted, parse_bias, parse_count, parse_decimal, parse_filter, parse_finite,
+    parse_map_axis, parse_phi0, parse_polarity, parse_positive, parse_sensitivity, parse_standard,
+    parse_time_source, parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
 };
 use crate::units::{AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit};
 use crate::verdict::ensemble::MEMBERS_MAX;
@@ -205,6 +205,15 @@ pub struct ReplayArguments {
     /// How the recording is read.
     #[command(flatten)]
     pub read: ReadArguments,
+    /// Velocity change of the sensor's place in the event, from another source such as film, another
+    /// sensor or the test report [m/s]; the samples must give that within a factor of two
+    /// [default: the card]
+    #[arg(help_heading = "Signal", long, value_name = "M/S", value_parser = parse_positive, allow_hyphen_values = true)]
+    pub velocity_change: Option<f64>,
+    /// What a person has checked of a recording that is unlike a crash: clock, its sample rate and
+    /// length; several words with commas
+    #[arg(help_heading = "Signal", long, value_name = "WORD", value_delimiter = ',', value_parser = ValueWords(parse_accepted, &["clock"]))]
+    pub accept: Vec<AcceptedWord>,
     /// Sign of the recorded acceleration that opens the lever; both: judge each, the worse counts
     /// [default: the card; else both are judged and must agree]
     #[arg(help_heading = "Signal", long, value_name = "negative|positive|both", hide_possible_values = true, value_parser = ValueWords(parse_polarity, &["negative", "positive", "both"]))]
@@ -273,6 +282,11 @@ impl ReplayArguments {
     /// As [`Common::changed_limits`].
     pub fn request(&self, common: &Common) -> Result<Request, Error> {
         Ok(Request {
+            velocity_change_m_s: self.velocity_change,
+            accepted: {
+                let words: BTreeSet<AcceptedWord> = self.accept.iter().copied().collect();
+                words.into_iter().collect()
+            },
             opens_when: self.opens_when,
             bias: self.bias.unwrap_or(BiasWindow::PreEvent),
             filter: self.filter.unwrap_or(FilterChoice::Default),

@@ -1,22 +1,24 @@
 //! Channels beside one another: lateral sensors of one body move alike, and two at one place
 //! measure the same.
 //!
-//! What differs says that one of them is wrong, not which; so these are warnings.
+//! What differs says that one of them is wrong, not which; so these are warnings. Three axes at rest
+//! feel gravity, which tells their unit.
 
-use super::{BiasWindow, Signal, bias, velocity_change_m_s};
+use super::{BiasWindow, Signal, bias, velocity_m_s, without_bias};
 use crate::recording::{Channel, Finding, Severity, is_lateral};
+use crate::units::{AccelerationUnit, STANDARD_GRAVITY, plain};
 
 /// Correlation from which two channels see the same motion, or its mirror image.
 const ALIKE: f64 = 0.7;
 
-/// Difference of velocity change at one rigid place that is worth a look [m/s].
+/// Difference of velocity at the end of the record at one rigid place that is worth a look [m/s].
 const SAME_PLACE_VELOCITY: f64 = 0.45;
 
-/// Part of the velocity change that may differ at one place on top.
+/// Part of that velocity that may differ at one place on top.
 const SAME_PLACE_PART: f64 = 0.1;
 
 /// Most channels that are compared, each with each.
-const MOST: usize = 64;
+pub const MOST: usize = 64;
 
 /// A lateral channel as it is compared.
 struct Neighbour<'a> {
@@ -58,16 +60,14 @@ fn is_refuted(channel: &Channel) -> bool {
 }
 
 fn neighbour(index: usize, channel: &Channel) -> Option<Neighbour<'_>> {
-    let mut signal = super::in_si(channel).ok()?;
-    let (bias, _) = bias::bias(&signal, BiasWindow::PreEvent).ok()?;
-    for sample in &mut signal.samples {
-        *sample -= bias.mean_m_s2;
-    }
+    let raw = super::in_si(channel).ok()?;
+    let (bias, _) = bias::bias(&raw, BiasWindow::PreEvent).ok()?;
+    let signal = without_bias(&raw, bias.mean_m_s2);
     Some(Neighbour {
         index,
         name: &channel.name,
         place: place(channel),
-        velocity: velocity_change_m_s(&signal),
+        velocity: velocity_m_s(&signal).last().copied()?,
         signal,
     })
 }
@@ -87,6 +87,94 @@ fn place(channel: &Channel) -> String {
         .chars()
         .filter(char::is_ascii_alphabetic)
         .collect()
+}
+
+/// Part by which a resting norm may differ from gravity: tilt and offset of a sound sensor.
+const GRAVITY_PART: f64 = 0.1;
+
+/// Least norm that may be gravity in another unit; below it lie the offsets of sensors set to zero.
+const LEAST_NORM: f64 = 0.85;
+
+/// Holds what the three axes of a channel's sensor read at rest against gravity. It blocks where type or
+/// words say that gravity is in the samples; a crash sensor may read an offset of that size.
+#[must_use]
+pub fn gravity(channels: &[Channel], index: usize) -> Option<Finding> {
+    let channel = channels.get(index)?;
+    let unit = channel.unit?;
+    let norm = resting_norm(&axes(channels, index)?)?;
+    let in_g = |unit: AccelerationUnit| norm * unit.metres_per_second_squared() / STANDARD_GRAVITY;
+    let is_gravity = |unit: AccelerationUnit| (in_g(unit) - 1.0).abs() <= GRAVITY_PART;
+    if is_gravity(unit) || norm < LEAST_NORM {
+        return None;
+    }
+    let mut units = AccelerationUnit::ALL.into_iter();
+    let (_, meant) = units.find(|(other, _)| is_gravity(*other))?;
+    let gravity = STANDARD_GRAVITY / unit.metres_per_second_squared();
+    let text = format!(
+        "at rest the three axes read {} {}, and gravity is {} {}: they seem to be in {meant}. If so, say \
+         the setting `unit` = {meant}",
+        plain(norm, 3),
+        unit.name(),
+        plain(gravity, 3),
+        unit.name(),
+    );
+
+    Some(match channel.stated.gravity {
+        true => Finding::blocking("gravity-contradicts-unit", text),
+        false => Finding::warning("gravity-contradicts-unit", text),
+    })
+}
+
+/// Finds the channels of the three axes of one sensor: those whose names differ by x, y and z alone,
+/// or the three that there are.
+fn axes(channels: &[Channel], index: usize) -> Option<[&Channel; 3]> {
+    let own = &channels[index];
+    let alike = |other: &&Channel| {
+        other.unit == own.unit
+            && other.values.len() == own.values.len()
+            && other.rate == own.rate
+            && other.start_s.total_cmp(&own.start_s).is_eq()
+    };
+    let named = |name: &str| {
+        channels
+            .iter()
+            .filter(alike)
+            .find(|other| other.name == name)
+    };
+    let letters = own.name.char_indices().rev();
+    let by_name = letters.filter_map(|(place, letter)| {
+        let family = [['x', 'y', 'z'], ['X', 'Y', 'Z']];
+        let family = family.iter().find(|family| family.contains(&letter))?;
+        let with = |axis: &char| {
+            let (before, after) = (&own.name[..place], &own.name[place + 1..]);
+            named(&format!("{before}{axis}{after}"))
+        };
+        let [x, y, z] = family;
+        Some([with(x)?, with(y)?, with(z)?])
+    });
+    let mut by_name = by_name;
+    by_name.next().or_else(|| {
+        let all: Vec<&Channel> = channels.iter().filter(alike).collect();
+        <[&Channel; 3]>::try_from(all).ok()
+    })
+}
+
+/// Returns the length of what three axes read at rest, in their unit: before the event, or, where
+/// nothing stands before it, of most samples if these agree.
+fn resting_norm(axes: &[&Channel; 3]) -> Option<f64> {
+    let length = |one: [f64; 3]| one.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let first = super::in_si(axes[0]).ok()?;
+    if let Some(count) = bias::pre_event_samples(&first) {
+        return Some(length(axes.map(|axis| bias::mean(&axis.values[..count]))));
+    }
+    let norm = |index: usize| length(axes.map(|axis| axis.values[index]));
+    let mut norms: Vec<f64> = (0..first.samples.len()).map(norm).collect();
+    norms.sort_unstable_by(f64::total_cmp);
+    let median = norms[norms.len() / 2];
+    let near = norms
+        .iter()
+        .filter(|norm| (*norm - median).abs() <= GRAVITY_PART * median);
+    (2 * near.count() > norms.len()).then_some(median)
 }
 
 /// What is to be said of a channel, given the name of the other one.

@@ -7,18 +7,21 @@
 //! samples without their bias: an offset is no event.
 //!
 //! - `noise`: the channel at rest, and what chance makes on it;
+//! - `interpolated`: a slow channel on a fast raster;
 //! - `held`: stretches in which the motion was lost;
 //! - `top`: sides that were cut off, rectified, or ran over;
 //! - `doubts`: what is odd and proves nothing.
 
 mod doubts;
 mod held;
+mod interpolated;
 mod noise;
 mod top;
 
 use super::{ConditioningOptions, Signal, bias};
 use crate::recording::{Finding, Severity};
-use crate::units::STANDARD_GRAVITY;
+use crate::units::{STANDARD_GRAVITY, plain};
+pub use interpolated::SlowClock;
 use noise::Noise;
 
 /// Quanta above which a level is told from noise around zero: healthy channels repeat
@@ -47,12 +50,33 @@ const FLICKER_G: f64 = 1.0;
 /// declared range and whether the signal was made by a formula.
 #[must_use]
 pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
+    examine(raw, options).findings
+}
+
+/// What a raw signal shows of itself.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RawQuality {
+    /// What is odd in it.
+    pub findings: Vec<Finding>,
+    /// The clock that it was interpolated from, if it was.
+    pub slow_clock: Option<SlowClock>,
+}
+
+/// As [`findings`], with the clock that the signal was interpolated from.
+#[must_use]
+pub fn examine(raw: &Signal, options: &ConditioningOptions) -> RawQuality {
     if raw.samples.is_empty() {
-        return Vec::new();
+        return RawQuality::default();
     }
     let facts = SignalFacts::new(raw, options);
+    // A formula may be made of straight lines.
+    let slow_clock = match options.synthetic {
+        true => None,
+        false => interpolated::slow_clock(facts.samples, &facts.levels, raw.rate),
+    };
     let mut found = Vec::new();
     found.extend(low_rate(raw));
+    found.extend(slow_clock.map(interpolated_finding));
     let dead = dead_sensor(&facts);
     let is_dead = dead.is_some();
     if options.synthetic {
@@ -87,7 +111,10 @@ pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
         found.extend(ends_inside_event(&facts));
         found.extend(doubts::findings(&facts));
     }
-    found
+    RawQuality {
+        findings: found,
+        slow_clock,
+    }
 }
 
 /// What the detectors share.
@@ -221,6 +248,30 @@ fn low_rate(raw: &Signal) -> Option<Finding> {
         );
         Finding::blocking("low-rate", text)
     })
+}
+
+/// A channel that was interpolated is judged by its own clock.
+fn interpolated_finding(clock: SlowClock) -> Finding {
+    let seen = format!(
+        "the channel was interpolated by straight lines from a clock of about {} Hz. {:.0} % of its \
+         motion lies on lines of {} samples",
+        plain(clock.rate_hz, 3),
+        100.0 * clock.part,
+        plain(clock.spacing, 3),
+    );
+    if clock.is_at_most(LEAST_RATE_HZ) {
+        let text = format!(
+            "{seen}. At {LEAST_RATE_HZ} Hz and below this is no crash recording: an impact falls \
+             between its samples. Fetch a channel that was recorded at a crash recorder's rate"
+        );
+        return Finding::blocking("low-rate", text);
+    }
+    let text = format!(
+        "{seen}. Nothing above {} Hz was measured. Export it on its own clock, or fetch a channel that \
+         was recorded at the full rate",
+        plain(0.5 * clock.rate_hz, 3)
+    );
+    Finding::warning("interpolated", text)
 }
 
 /// A record of one value, or one that flickers between two, carries no motion.

@@ -5,7 +5,7 @@ use super::summary::{GateSummary, unwritten};
 use super::text;
 use crate::error::Error;
 use crate::pipeline::Answer;
-use crate::report::{escape, number, page};
+use crate::report::{UNSEEN, escape, number, page};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io;
@@ -74,6 +74,9 @@ pub fn write(
         out.push_str("</ul>");
     }
     counts(&mut out, summary);
+    if summary.counts.pass > 0 {
+        let _ = write!(out, "<p class=\"note\">Not seen: {UNSEEN}.</p>");
+    }
     out.push_str("</section>\n");
     for (id, title, standing) in [
         (

@@ -4,7 +4,7 @@ use super::pairs::{Pair, PairStanding, Pairs};
 use super::summary::GateSummary;
 use crate::error::Error;
 use crate::pipeline::{Answer, DecisionRow};
-use crate::report::{escape, number};
+use crate::report::{UNSEEN, escape, number};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
@@ -70,6 +70,9 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
         "  {:<10} pass {}, fail {}, undecided {}, unusable {}",
         "answers", counts.pass, counts.fail, counts.undecided, counts.unusable
     );
+    if counts.pass > 0 {
+        let _ = writeln!(out, "  {:<10} {UNSEEN}", "not seen");
+    }
     if let Some(folder) = folder {
         let _ = writeln!(out, "  {:<10} {}", "report", escape::terminal(folder));
     }

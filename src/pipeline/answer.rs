@@ -90,7 +90,6 @@ impl RecordingFacts {
             resample_hz: conditioned.resample_hz,
             peak_g: peak.map(|(peak, _)| peak.abs() / STANDARD_GRAVITY),
             peak_time_s: peak.map(|(_, time)| time),
-            velocity_change_m_s: conditioning::velocity_change_m_s(&conditioned.used),
             range_g: self.card.range_g,
             synthetic: self.card.synthetic,
         }
@@ -105,7 +104,8 @@ impl RecordingFacts {
         let of_question = ["design-implausible", "setting-decides"];
         findings.sort_by_key(|finding| {
             let place = of_question.iter().position(|code| *code == finding.code);
-            let place = place.unwrap_or(of_question.len());
+            // Then what a pass waits for.
+            let place = place.unwrap_or(of_question.len() + usize::from(!finding.needs_word));
             (std::cmp::Reverse(finding.severity), place)
         });
         findings

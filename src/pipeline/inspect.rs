@@ -281,7 +281,10 @@ fn choice(
 }
 
 fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOptions) -> Listing {
-    let beside = neighbours::findings(&recording.channels);
+    let mut beside = neighbours::findings(&recording.channels);
+    let gravity = (0..recording.channels.len().min(neighbours::MOST))
+        .filter_map(|index| Some((index, neighbours::gravity(&recording.channels, index)?)));
+    beside.extend(gravity);
     let status = |channel: &Channel| match &choice.taken {
         Some(taken) if taken.name == channel.name && taken.values == channel.values => {
             ChannelStatus::Taken

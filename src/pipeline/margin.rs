@@ -106,6 +106,7 @@ impl Prepared {
         let context = Context {
             report_id: identity::margin_id(&facts.recording, &request, design),
             verdict: assessment.answer,
+            word_missing: assessment.word_missing,
             findings: facts.findings_with(assessment.findings),
             recording: facts.recording.clone(),
             conditioning: Some(facts.conditioning(&self.conditioned)),

@@ -15,7 +15,7 @@ use crate::request::Request;
 use crate::units::STANDARD_GRAVITY;
 use crate::verdict::assess::assess_again;
 use crate::verdict::readings::ReadingCache;
-use crate::verdict::{self, Answer, Assessment, Evidence};
+use crate::verdict::{self, Assessment, Evidence};
 use std::sync::Arc;
 
 /// What is worked out beside the verdict and costs more than it; none of it changes the verdict.
@@ -260,7 +260,7 @@ impl Prepared {
         if !(extras.preload_answer && assessment.whole && affordable) {
             return Ok((assessment, None));
         }
-        let passes = assessment.answer == Answer::Pass;
+        let passes = assessment.passes_with_word();
         let preload = control
             .during(share, 1.0, |control| {
                 let conditioned = &self.conditioned;
@@ -289,6 +289,7 @@ impl Prepared {
         assess_again(conditioned, findings, design, &policy, own, control)
             .and_then(|mut assessment| {
                 self.hold_against_defaults(design, &mut assessment, control)?;
+                assessment.wait_for_word(findings);
                 Ok(assessment)
             })
             .map_err(|error| error.at(self.place()))
@@ -344,10 +345,8 @@ fn read(
     };
     facts.describe(&channel);
     facts.findings.extend(channel.findings.iter().cloned());
-    if several {
-        let every = every.as_ref().map(|every| every.channels.as_slice());
-        facts.findings.extend(neighbours(&channel, every));
-    }
+    let every = every.as_ref().map(|every| every.channels.as_slice());
+    facts.findings.extend(neighbours(&channel, every, several));
     let options = facts.request.conditioning_options(&facts.card);
     let conditioned = conditioning::condition(&channel, &options)
         .map_err(|error| error.at(Place::file(source.name())))?;
@@ -355,15 +354,18 @@ fn read(
         facts.recording.peak_g = Some(peak.abs() / STANDARD_GRAVITY);
         facts.recording.peak_time_s = Some(time);
     }
+    facts.recording.velocity_change_m_s = Some(conditioned.velocity_change_m_s);
     facts.findings.extend(conditioned.findings.iter().cloned());
     Ok(conditioned)
 }
 
-/// Returns what the recording's other channels say against the one that is judged, or that they
-/// could not be read for it, which is no fault of this one.
-fn neighbours(channel: &Channel, every: Result<&[Channel], &Error>) -> Vec<Finding> {
+/// Returns what the recording's other channels say against the one that is judged, if one of `several`
+/// was to be chosen, and what gravity says of its unit; or that they could not be read for it, which is
+/// no fault of this one.
+fn neighbours(channel: &Channel, every: Result<&[Channel], &Error>, several: bool) -> Vec<Finding> {
     let all = match every {
         Ok(all) => all,
+        Err(_) if !several && !channel.stated.gravity => return Vec::new(),
         Err(error) => {
             return vec![Finding::info(
                 "neighbours-unread",
@@ -375,9 +377,12 @@ fn neighbours(channel: &Channel, every: Result<&[Channel], &Error>) -> Vec<Findi
     let Some(index) = all.iter().position(same) else {
         return Vec::new();
     };
-    conditioning::neighbours::findings(all)
-        .into_iter()
-        .filter(|(of, _)| *of == index)
-        .map(|(_, finding)| finding)
+    let beside = match several {
+        true => conditioning::neighbours::findings(all),
+        false => Vec::new(),
+    };
+    let own = beside.into_iter().filter(|(of, _)| *of == index);
+    own.map(|(_, finding)| finding)
+        .chain(conditioning::neighbours::gravity(all, index))
         .collect()
 }

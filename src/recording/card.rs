@@ -1,6 +1,7 @@
 //! Cards: a recording's full name plus `.toml`, saying what the file itself does not.
 
 use super::TestFacts;
+use super::csv::header::filtered::{Filtered, filter_in, says_unfiltered};
 use super::limits::Limits;
 use super::source::{Source, sha256};
 use super::text::line_at;
@@ -13,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
 /// The keys a card may hold beside those of texts, as they are listed.
-const KEYS: [&str; 14] = [
+const KEYS: [&str; 16] = [
     "channel",
     "unit",
     "sensitivity",
@@ -28,6 +29,8 @@ const KEYS: [&str; 14] = [
     "range_g",
     "synthetic",
     "accepted_remarks",
+    "velocity_change_m_s",
+    "accepted",
 ];
 
 /// What to do where a value is wrong.
@@ -64,6 +67,10 @@ pub struct Card {
     pub synthetic: bool,
     /// Remarks that a person has read and accepts, as they are shown.
     pub accepted_remarks: Vec<String>,
+    /// Velocity change of the sensor's place, known from another source [m/s].
+    pub velocity_change_m_s: Option<f64>,
+    /// What a person accepts of the recording.
+    pub accepted: Vec<AcceptedWord>,
     /// What it says of test and sensor.
     pub test: TestFacts,
     /// Where it comes from.
@@ -81,7 +88,8 @@ impl Card {
     ///
     /// - [`ErrorKind::Malformed`] where the text is no TOML or a value has the wrong type,
     /// - [`ErrorKind::UnknownName`] for a key, unit or polarity that is not known,
-    /// - [`ErrorKind::NotPositive`] for a rate or range that is not finite and positive.
+    /// - [`ErrorKind::NotPositive`] for a rate, range or velocity change that is not finite and
+    ///   positive.
     ///
     /// # Examples
     ///
@@ -102,6 +110,16 @@ impl Card {
                 .map_err(|error| error.at(Place::of_key(text, None, key)))?;
         }
         Ok(card)
+    }
+
+    /// Tells whether its words say that the channel holds what CFC 1000 lets pass, or was not
+    /// filtered.
+    #[must_use]
+    pub fn says_wide_band(&self) -> bool {
+        let texts = [&self.test.sensor, &self.source, &self.notes];
+        texts.into_iter().flatten().any(|text| {
+            says_unfiltered(text) || filter_in(text) == Some(Filtered::Class("1000".into()))
+        })
     }
 
     /// Lists the keys of texts with their places.
@@ -177,12 +195,20 @@ impl Card {
                 self.decimal = Some(mark.ok_or_else(unknown)?);
             }
             "range_g" => {
-                let found: f64 = take(key, value, "a number without quotes")?;
-                if !(found.is_finite() && found > 0.0) {
-                    let what = "range_g [g]";
-                    return Err(ErrorKind::NotPositive { what, found }.into());
-                }
-                self.range_g = Some(found);
+                self.range_g = Some(take_positive(key, value, "range_g [g]")?);
+            }
+            "velocity_change_m_s" => {
+                let velocity = take_positive(key, value, "velocity_change_m_s [m/s]")?;
+                self.velocity_change_m_s = Some(velocity);
+            }
+            "accepted" => {
+                let words: Vec<String> = take(key, value, "a list of words in quotes")?;
+                let words = words.iter().map(|word| {
+                    let known = AcceptedWord::ALL.map(AcceptedWord::name);
+                    AcceptedWord::from_name(word)
+                        .ok_or_else(|| Error::unknown("word to accept", word, &known))
+                });
+                self.accepted = words.collect::<Result<_, Error>>()?;
             }
             "synthetic" => self.synthetic = take(key, value, "true or false")?,
             "date" if value.is_datetime() => {
@@ -308,6 +334,43 @@ impl CardPolarity {
         Self::ALL
             .into_iter()
             .find(|one| one.name().eq_ignore_ascii_case(name.trim()))
+    }
+}
+
+/// What a person accepts of a recording that is unlike a crash, by its word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AcceptedWord {
+    /// Sample rate and length of the record.
+    Clock,
+}
+
+impl AcceptedWord {
+    /// Lists every word.
+    pub const ALL: [Self; 1] = [Self::Clock];
+
+    /// Returns the word that options and cards use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clock => "clock",
+        }
+    }
+
+    /// Returns what a word accepts, if it is one.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|one| one.name().eq_ignore_ascii_case(name.trim()))
+    }
+}
+
+fn take_positive(key: &str, value: &toml::Value, what: &'static str) -> Result<f64, Error> {
+    let found: f64 = take(key, value, "a number without quotes")?;
+    match found.is_finite() && found > 0.0 {
+        true => Ok(found),
+        false => Err(ErrorKind::NotPositive { what, found }.into()),
     }
 }
 

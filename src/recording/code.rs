@@ -93,6 +93,11 @@ impl Code {
         class_of(self.0[15])
     }
 
+    /// Tells whether the last character says that the channel is unfiltered.
+    pub(super) fn says_unfiltered(&self) -> bool {
+        self.0[15] == b'0'
+    }
+
     /// Returns the character of the test object that the sensor belongs to.
     pub(super) fn object(&self) -> u8 {
         self.0[0]

@@ -41,9 +41,10 @@ use super::held;
 use super::source::Reader;
 use super::time_base::{self, MEND, TimeBase};
 use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection};
-use crate::error::{Error, ErrorKind, Place};
+use crate::error::{Error, Place};
 use crate::setting::Setting;
 use crate::units::{SampleRate, TimeUnit};
+use header::gravity::says_gravity;
 pub use layout::TableMapping;
 use layout::{TableLayout, TableStart, TimeSource, UnitOrigin};
 use preamble::HeldAgainst;
@@ -146,7 +147,11 @@ impl<'a> TableText<'a> {
             lines: &lines,
         };
         let mut layout = TableLayout::find(&text, start, asked)?;
-        let used = if found.is_some() { bounds(found) } else { stated };
+        let used = if found.is_some() {
+            bounds(found)
+        } else {
+            stated
+        };
         if let Some(unit) = clock::take_unit_above(&mut lines.words, used.above) {
             layout.take_time_unit(&unit);
         }
@@ -231,6 +236,7 @@ impl<'a> TableText<'a> {
                 "the file holds more comments than are read for what they say of the samples",
             ));
         }
+        let gravity = self.lines.words.iter().any(|(_, text)| says_gravity(text));
         let of = |column: Option<usize>| {
             let of_it = remarks.iter().filter(move |(of, _)| *of == column);
             of_it.map(|(_, remark)| remark.clone())
@@ -250,6 +256,7 @@ impl<'a> TableText<'a> {
                     values: base.apply(&rows.stamps_s, values)?,
                 };
                 let mut draft = Draft::of_words(column, unit, clock, findings);
+                draft.stated.gravity |= gravity;
                 draft.findings.extend(base.findings.iter().cloned());
                 let is_of_it = |of: Option<usize>| of.is_none_or(|of| of == index);
                 let flags = flags.iter().filter(|(of, _)| is_of_it(*of));

@@ -353,7 +353,13 @@ fn channel(
     }
     let end_s = clock.span().end_s;
     findings.extend(curve.cut.clone().map(|cut| cut.at(end_s)));
-    let stated = entry.map(CurveEntry::stated).unwrap_or_default();
+    let mut stated = entry.map(CurveEntry::stated).unwrap_or_default();
+    let of_header = entry.and_then(CurveEntry::clock);
+    let agrees = |rate: SampleRate| (rate.hertz() / clock.rate.hertz() - 1.0).abs() < 1e-3;
+    let contradicted = findings.iter().any(|one| one.code == "time-contradicted");
+    if of_header.is_some_and(|(_, rate)| agrees(rate)) && !contradicted {
+        stated.clock_confirmed_by = Some("the .EV5".into());
+    }
     findings.extend(stated.findings(clock.rate));
     let draft = Draft {
         name: label.to_string(),

@@ -38,6 +38,9 @@ pub struct Finding {
     pub text: String,
     /// The instant from which it holds, on the recording's clock [s]; `None` for the whole record.
     pub at_s: Option<f64>,
+    /// A pass needs a person's word on it, and is undecided without; nothing else changes.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub needs_word: bool,
 }
 
 impl Finding {
@@ -66,6 +69,13 @@ impl Finding {
         self
     }
 
+    /// Makes a pass depend on a person's word.
+    #[must_use]
+    pub fn needing_word(mut self) -> Self {
+        self.needs_word = true;
+        self
+    }
+
     /// Says from which instant on it holds, if that is known [s].
     pub(super) fn since(self, at_s: Option<f64>) -> Self {
         Self { at_s, ..self }
@@ -91,6 +101,7 @@ impl Finding {
             severity,
             text,
             at_s: None,
+            needs_word: false,
         }
     }
 }

@@ -251,7 +251,7 @@ impl ChannelTable {
             let Some(cell) = cell(column) else { continue };
             stamps.take(cell, &mut self.decimal, at(number, column))?;
             if let Some(stamp) = stamps.values.last_mut() {
-                *stamp /= channel.time_unit.per_second();
+                *stamp = channel.time_unit.to_seconds(*stamp);
             }
             time_base::check_rising(&stamps.values).map_err(|e| e.at(at(number, column)))?;
             stamps.count += 1;
@@ -368,7 +368,11 @@ impl LabviewFile<'_> {
             stated.count(count, header.time != TimeColumns::No, end_s, &mut findings);
         }
         findings.extend(table.cut.clone().map(|cut| cut.at(end_s)));
-        let draft = Draft::of_words(column, unit, clock, findings);
+        let confirmed = header.time_slot(index).is_some()
+            && described.interval().is_some()
+            && described.interval_finding(clock.rate).is_none();
+        let mut draft = Draft::of_words(column, unit, clock, findings);
+        draft.stated.clock_confirmed_by = confirmed.then(|| "Delta_X".into());
         draft.finish(options.zero_s(), options)
     }
 
@@ -387,7 +391,7 @@ impl LabviewFile<'_> {
         if let Some(slot) = header.time_slot(index) {
             let (numbers, digits) = &table.stamps[slot];
             let stamps = &numbers.values[..values.len().min(numbers.values.len())];
-            let digit = digits.last_digit() / described.time_unit.per_second();
+            let digit = described.time_unit.to_seconds(digits.last_digit());
             let mut odd = Vec::new();
             let limits = self.asked.limits;
             let mut clock = UniformSamples::by_stamps(stamps, digit, values, limits, &mut odd)?;
@@ -423,7 +427,7 @@ impl LabviewFile<'_> {
         };
         let start_s = match described.counts_samples(described.interval().unwrap_or(rate)) {
             true => described.start / rate.hertz(),
-            false => described.start / described.time_unit.per_second(),
+            false => described.time_unit.to_seconds(described.start),
         };
         UniformSamples::stated(start_s, rate, values)
     }
@@ -501,9 +505,8 @@ impl header::Described {
     fn interval(&self) -> Option<SampleRate> {
         let cell = self.interval.as_deref()?;
         let interval = text::header_number(cell)?;
-        let per_second = self.time_unit.per_second();
-        let digit = text::last_digit(cell) / per_second;
-        time_base::rate_of_interval(interval / per_second, digit).ok()
+        let digit = self.time_unit.to_seconds(text::last_digit(cell));
+        time_base::rate_of_interval(self.time_unit.to_seconds(interval), digit).ok()
     }
 
     /// Tells whether header and table, at that rate, only count the samples: by ones of no stated unit.
@@ -511,7 +514,7 @@ impl header::Described {
         let is_one = |one: f64| (one - 1.0).abs() < 1e-9;
         let stated = self.interval.as_deref().and_then(text::header_number);
         self.time_label.is_none()
-            && self.time_unit == TimeUnit::Second
+            && self.time_unit == TimeUnit::SECOND
             && stated.is_some_and(is_one)
             && is_one(rate.hertz())
     }

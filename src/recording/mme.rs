@@ -208,7 +208,8 @@ impl TestReader<'_, '_> {
         findings.extend(samples.cut.clone().map(|cut| cut.at(span.end_s)));
         findings.extend(samples.holes.iter().map(|hole| clock.hole(*hole)));
         findings.extend(header.status_findings(span));
-        let stated = header.stated(&mut findings);
+        let mut stated = header.stated(&mut findings);
+        stated.clock_confirmed_by = header.clock_confirmed_by(&clock, stamped);
         findings.extend(header.contradictions());
         findings.extend(stated.findings(clock.rate));
         findings.extend(header.code().and_then(|code| code.sign_finding()));

@@ -10,7 +10,8 @@
 
 mod reading;
 
-use super::csv::header::filtered::{Filtered, filter_in};
+use super::csv::header::filtered::{Filtered, filter_in, says_unfiltered};
+use super::csv::header::gravity::says_gravity;
 use super::source::sha256;
 use super::words::{Words, word_list};
 use super::{Finding, Severity, Stated};
@@ -281,7 +282,8 @@ pub(super) fn plainly_bad_from(remarks: &[Remark]) -> Option<f64> {
     remarks.iter().filter_map(from).min_by(f64::total_cmp)
 }
 
-/// Takes in what remarks on a channel say of a filter that was applied before it was stored.
+/// Takes in what remarks on a channel say of gravity, and of a filter that was applied before it was
+/// stored.
 pub(super) fn tell_of_filters(
     remarks: &[Remark],
     stated: &mut Stated,
@@ -289,6 +291,8 @@ pub(super) fn tell_of_filters(
 ) {
     let of_channel = |remark: &&Remark| remark.place == RemarkPlace::Channel;
     for remark in remarks.iter().filter(of_channel) {
+        stated.unfiltered |= says_unfiltered(&remark.text);
+        stated.gravity |= says_gravity(&remark.text);
         match filter_in(&remark.text) {
             Some(Filtered::Class(class)) => {
                 if stated.filter_class.as_ref() != Some(&class) {

@@ -46,6 +46,8 @@ pub struct RecordingBlock {
     pub peak_g: Option<f64>,
     /// When [s].
     pub peak_time_s: Option<f64>,
+    /// Largest |∫a dt| over any 0.3 s of the record, without bias and unfiltered [m/s].
+    pub velocity_change_m_s: Option<f64>,
     /// SHA-256 of the card beside the recording; `None` without a card.
     pub card_sha256: Option<String>,
     /// Sign of the recorded acceleration that opens, as declared; `None` where nobody says.
@@ -81,8 +83,6 @@ pub struct ConditioningBlock {
     pub peak_g: Option<f64>,
     /// When [s].
     pub peak_time_s: Option<f64>,
-    /// Change of velocity over the record, ∫a dt as used, in the recording's own sign [m/s].
-    pub velocity_change_m_s: f64,
     /// Full scale that the card declares [g].
     pub range_g: Option<f64>,
     /// The card declares a signal made by a formula: clipping and dead sensors were not

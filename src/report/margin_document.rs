@@ -129,6 +129,8 @@ pub struct Context {
     pub report_id: String,
     /// The verdict.
     pub verdict: Answer,
+    /// That it is undecided because a person has not said what the recording needs.
+    pub word_missing: bool,
     /// Everything odd.
     pub findings: Vec<Finding>,
     /// What was read.
@@ -234,8 +236,12 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
         Basis::NominalRun => "The nearest change is where the nominal peak angle, in the record or the coast after it, meets the limit; no error and no tolerance is counted. Where the verdict changes stands in verdict_at.".to_string(),
         Basis::Verdict => "The nearest change is where the verdict by the whole rule changes, as far as it was found. Where the nominal peak angle meets the limit stands in nominal_at.".to_string(),
     });
+    if context.word_missing {
+        notes.push("The verdict waits for a person's word on the recording; the margins are those with it.".into());
+    }
     let passes = margins.state == NominalAnswer::Pass;
-    if (context.verdict == Answer::Pass) != passes && !margins.spoiled {
+    let verdict_passes = context.verdict == Answer::Pass || context.word_missing;
+    if verdict_passes != passes && !margins.spoiled {
         notes.push(format!(
             "The verdict is {}, while the nominal peak alone is {} the threshold: the doubt counted by the rule lies between them.",
             context.verdict.name(),

@@ -79,6 +79,9 @@ fn judged(out: &mut TerminalLines, document: &Document) {
         out.line("advice", &preload.text);
     }
     out.line("direction", &words::direction(document));
+    if document.verdict == Answer::Pass {
+        out.line("not seen", words::UNSEEN);
+    }
 }
 
 /// Writes the findings: the gravest, or all of them.
@@ -231,11 +234,16 @@ pub fn table(rows: &[TableRow<'_>], look: Look) -> String {
         (number > 0).then(|| format!("{number} {}", answer.name()))
     })
     .collect();
+    let passes = rows.iter().any(|row| row.document.verdict == Answer::Pass);
+    let unseen = match passes {
+        true => format!("not seen: {}\n", words::UNSEEN),
+        false => String::new(),
+    };
     let worst = rows.iter().map(|row| row.document.verdict);
     let worst = worst.min_by_key(|answer| rank(*answer));
     let head = worst.map_or_else(String::new, |worst| look.verdict(worst));
     format!(
-        "{head}  {} recordings: {}\n{table}",
+        "{head}  {} recordings: {}\n{table}{unseen}",
         rows.len(),
         sum.join(", ")
     )

@@ -71,6 +71,9 @@ pub(super) fn headline(document: &Document) -> String {
     }
 }
 
+/// What a pass does not say, since the samples of a recording cannot show it.
+pub const UNSEEN: &str = "no tool can tell a wrong sign, half the scale, half the time, or a wrong axis under a right name";
+
 /// Letters of a headline, at most.
 const HEADLINE_LETTERS: usize = 240;
 

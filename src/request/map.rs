@@ -9,12 +9,13 @@ use crate::conditioning::{BiasWindow, FilterChoice};
 use crate::error::{Error, ErrorKind};
 use crate::margin::{MapAxis, MapRequest, map::GRID_MAX};
 use crate::recording::Limits;
+use crate::recording::card::AcceptedWord;
 use crate::setting::Setting;
 use crate::verdict::ensemble::MEMBERS_MAX;
 use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// Settings by key, as JSON, TOML or a form states them.
@@ -128,6 +129,8 @@ const OF_REPLAY: &[Setting] = &[
     Setting::Unit,
     Setting::Sensitivity,
     Setting::AcceptedRemarks,
+    Setting::VelocityChange,
+    Setting::Accept,
     Setting::OpensWhen,
     Setting::Bias,
     Setting::Filter,
@@ -194,6 +197,11 @@ fn all(request: &Request) -> Entries {
     put(
         Setting::AcceptedRemarks,
         (!request.accepted_remarks.is_empty()).then(|| json!(request.accepted_remarks)),
+    );
+    put(Setting::VelocityChange, number(request.velocity_change_m_s));
+    put(
+        Setting::Accept,
+        (!request.accepted.is_empty()).then(|| json!(request.accepted)),
     );
     put(
         Setting::OpensWhen,
@@ -310,6 +318,10 @@ fn set(
             request.sensitivity = Some(value::parse_sensitivity(text(value)?)?);
         }
         Setting::AcceptedRemarks => request.accepted_remarks = texts(value)?,
+        Setting::VelocityChange => {
+            request.velocity_change_m_s = Some(value::positive(number(value)?)?);
+        }
+        Setting::Accept => request.accepted = accepted(value)?,
         Setting::OpensWhen => request.opens_when = Some(value::parse_polarity(text(value)?)?),
         Setting::Bias => request.bias = value::parse_bias(text(value)?)?,
         Setting::Filter => request.filter = value::parse_filter(text(value)?)?,
@@ -348,6 +360,19 @@ fn texts(value: &Value) -> Result<Vec<String>, String> {
     list.iter()
         .map(|one| text(one).map(str::to_string))
         .collect()
+}
+
+/// Words to accept: a list, or one alone.
+fn accepted(value: &Value) -> Result<Vec<AcceptedWord>, String> {
+    let words = match value {
+        Value::String(word) => vec![word.clone()],
+        list => texts(list)?,
+    };
+    let words: Result<BTreeSet<AcceptedWord>, String> = words
+        .iter()
+        .map(|word| value::parse_accepted(word))
+        .collect();
+    words.map(|words| words.into_iter().collect())
 }
 
 /// A name, or a number that counts from 1.

@@ -5,7 +5,7 @@ use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
 use crate::error::nearest_name;
 use crate::margin::MapAxis;
 use crate::model::stop::StopModel;
-use crate::recording::card::CardPolarity;
+use crate::recording::card::{AcceptedWord, CardPolarity};
 use crate::replay::Method;
 use crate::units::{AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit};
 use crate::verdict::ModelChoice;
@@ -147,7 +147,11 @@ fn one_of<T: Copy>(text: &str, known: &[(T, &str)]) -> Result<T, String> {
     let nearest = near.filter(|name| name.len() > 2 && wanted.len() > 2);
     let meant = nearest.map_or(String::new(), |name| format!("; did you mean {name}?"));
     let (last, others) = names.split_last().ok_or("nothing is known")?;
-    Err(format!("expected {} or {last}{meant}", others.join(", ")))
+    let others = match others {
+        [] => String::new(),
+        others => format!("{} or ", others.join(", ")),
+    };
+    Err(format!("expected {others}{last}{meant}"))
 }
 
 /// Reads a unit of acceleration.
@@ -210,6 +214,15 @@ pub fn parse_decimal(text: &str) -> Result<DecimalMark, String> {
 /// As [`parse_number`].
 pub fn parse_polarity(text: &str) -> Result<CardPolarity, String> {
     one_of(text, &CardPolarity::ALL.map(|sign| (sign, sign.name())))
+}
+
+/// Reads what a person accepts of a recording.
+///
+/// # Errors
+///
+/// As [`parse_number`].
+pub fn parse_accepted(text: &str) -> Result<AcceptedWord, String> {
+    one_of(text, &AcceptedWord::ALL.map(|word| (word, word.name())))
 }
 
 /// Reads a channel frequency class.

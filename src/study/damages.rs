@@ -45,8 +45,10 @@ pub struct Options {
 /// What is said of one recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DamageAnswer {
-    /// Whether it passes.
+    /// Whether the lever passes, a person's word given.
     pub passes: bool,
+    /// Whether a pass needs that word.
+    pub needs_word: bool,
     /// Codes of findings that block.
     pub blocking: Vec<String>,
     /// Codes of warnings.
@@ -71,7 +73,8 @@ pub struct Row {
     pub runs: u32,
     /// Damaged recordings that a finding blocks.
     pub blocked: u32,
-    /// Damaged recordings that do not pass, without a finding that blocks.
+    /// Damaged recordings that do not pass, without a finding that blocks; such as wait for a person's
+    /// word are among them.
     pub not_passed: u32,
     /// Passes with a warning that the undamaged recording does not have.
     pub told: u32,
@@ -102,6 +105,8 @@ pub struct Damages {
     pub sound_blocked: u32,
     /// Undamaged recordings with any warning.
     pub sound_warned: u32,
+    /// Undamaged recordings whose pass needs a person's word.
+    pub sound_asked: u32,
     /// Findings, by code.
     pub findings: Vec<FindingRate>,
     /// What to take away.
@@ -211,12 +216,13 @@ fn batch(options: &Options, index: u64, judge: Judge<'_>) -> Result<Batch, Error
 fn counted(batches: &[Batch]) -> Damages {
     let mut rows = Row::all();
     let mut findings: Vec<FindingRate> = Vec::new();
-    let (mut sound, mut sound_blocked, mut sound_warned) = (0, 0, 0);
+    let (mut sound, mut sound_blocked, mut sound_warned, mut sound_asked) = (0, 0, 0, 0);
     for batch in batches {
         for base in &batch.sound {
             sound += 1;
             sound_blocked += u32::from(!base.blocking.is_empty());
             sound_warned += u32::from(!base.warnings.is_empty());
+            sound_asked += u32::from(base.needs_word);
             for code in base.codes() {
                 FindingRate::of(&mut findings, code).false_alarms += 1;
             }
@@ -240,6 +246,7 @@ fn counted(batches: &[Batch]) -> Damages {
         sound,
         sound_blocked,
         sound_warned,
+        sound_asked,
         findings,
     }
 }
@@ -299,7 +306,7 @@ impl Row {
         self.runs += 1;
         if !judged.blocking.is_empty() {
             self.blocked += 1;
-        } else if !judged.passes {
+        } else if !judged.passes || judged.needs_word {
             self.not_passed += 1;
         } else if judged.warnings.iter().any(|code| !base.has(code)) {
             self.told += 1;

@@ -57,6 +57,8 @@ pub struct Assessment {
     pub ladder: Ladder,
     /// The nominal runs with one input moved by one standard deviation.
     pub what_if: Vec<WhatIf>,
+    /// A pass waits for a person's word, so that the answer is undecided.
+    pub word_missing: bool,
     /// All of the judged window could be judged: no blocking finding took any of it.
     pub whole: bool,
     /// The answer of the nominal runs after each filter.
@@ -341,6 +343,7 @@ impl Assessing<'_> {
             answers: runs.iter().map(of_each).collect(),
             ensemble: nominal.ensemble.clone(),
             ladder,
+            word_missing: false,
             whole: self.span == UsableSpan::Whole,
             what_if,
             filters,

@@ -39,8 +39,8 @@ fail if the peak angle minus U exceeds the threshold; else undecided. \
 const BEFORE_THE_RUNS: &str = "(1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
 (2) Otherwise unusable, if any finding is blocking; one that begins after the judged window, and further away than the filter reaches, does not count. ";
 
-/// Part 4 of the rule.
-const JOINED: &str = "(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts.";
+/// Parts 4 and 5 of the rule.
+const JOINED: &str = "(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts. (5) A pass is undecided while a finding asks for a person's word.";
 
 /// Lists the looks: "128, 512, 2048 and 10000", each number as `written`.
 #[must_use]

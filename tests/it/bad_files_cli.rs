@@ -325,7 +325,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
                 weak(t)
             }
         }),
-        &["unusable: ", "equal samples"],
+        &["unusable: ", "are equal"],
     );
     t.add(
         "starts.csv",

@@ -353,6 +353,8 @@ fn check_answered(folder: &Folder, style: &Style, index: usize, text: &[u8], var
         "--no-report",
         "--members",
         "0",
+        "--accept",
+        "clock",
     ]
     .map(String::from)
     .to_vec();

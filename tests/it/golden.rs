@@ -33,6 +33,9 @@ use std::path::Path;
 const FROM: i64 = -200;
 const TO: i64 = 600;
 
+/// How each case is judged; the push is a shorter record than a crash recorder takes.
+const ASKED: [&str; 4] = ["--members", "0", "--accept", "clock"];
+
 /// Sample `k` [g] at 10 kHz.
 fn push(k: i64) -> f64 {
     let x = k as f64;
@@ -223,9 +226,12 @@ impl Case {
     }
 }
 
-/// Findings that speak of the conditioning and the replay, not of the file.
+/// Findings that speak of the conditioning and the replay, not of the file, and of the push, which is a
+/// short formula.
 const LEFT_ASIDE: &[&str] = &[
+    "band-empty",
     "beyond-geometry",
+    "clock-accepted",
     "filter-not-causal",
     "peak-in-end-padding",
     "polarity-undeclared",
@@ -462,7 +468,10 @@ fn check(table: &str, cases: &[Case]) {
         let with = |own: &[&str], options: &[&str]| {
             latchgate(&[own, options, &["--format", "json"]].concat())
         };
-        let replayed = with(&["replay", path, "--no-report", "--members", "0"], &options);
+        let replayed = with(
+            &[&["replay", path, "--no-report"], &ASKED[..]].concat(),
+            &options,
+        );
         wrong.extend(
             one_reading_differs(Path::new(path))
                 .map(|text| format!("{} ({index}): {text}", case.name)),

@@ -34,6 +34,8 @@ fn conditioned(signal: Signal) -> Conditioned {
         filter: None,
         filter_standard: FilterStandard::Iso6487,
         resample_hz: None,
+        velocity_change_m_s: 0.0,
+        slow_clock: None,
         findings: Vec::new(),
     }
 }

@@ -20,14 +20,14 @@ fn table(head: &str) -> String {
         let noise = 0.05 * (0.91 * x).sin() + 0.03 * (2.3 * x + 1.0).sin();
         format!("{:.4},{:.3}\n", x / 1e4, push + noise)
     };
-    format!("{head}\n{}", (-200..600).map(row).collect::<String>())
+    format!("{head}\n{}", (-200..700).map(row).collect::<String>())
 }
 
 /// The same as a curve of NHTSA with its header: status and comment.
 fn curve(status: &str, comment: &str) -> (Folder, Source) {
     let rows = table("").replace(',', "\t");
     let line = format!(
-        "1|146|AC|NA|DSLF|YG|SEC|G'S|1650||01/01/20|2000|2|0.0|-200|599|100|{status}|P|{comment}"
+        "1|146|AC|NA|DSLF|YG|SEC|G'S|1650||01/01/20|2000|2|0.0|-200|699|100|{status}|P|{comment}"
     );
     // Tests run side by side, and each folder is emptied when it is made.
     static MADE: AtomicU32 = AtomicU32::new(0);

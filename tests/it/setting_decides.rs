@@ -18,6 +18,7 @@ fn shaking(time: f64) -> f64 {
 
 fn replayed(folder: &Folder, of: fn(f64) -> f64, arguments: &[&str]) -> Done {
     let path = folder.file("pulse.csv", table(of).as_bytes());
+    folder.file("pulse.csv.toml", "synthetic = true\n");
     let path = path.to_str().unwrap().to_string();
     let fixed = [
         "replay",

@@ -41,8 +41,10 @@ impl SweepYard {
     /// Writes the recording of that number with that peak [g].
     fn recording(&self, number: usize, peak_g: f64) {
         let pulse = |time: f64| half_sine(time, 0.0, 0.03, -peak_g) + 0.01 * (time * 9_100.0).sin();
+        let name = format!("recordings/r{number:04}.csv");
+        self.folder.write(&name, table(pulse));
         self.folder
-            .write(&format!("recordings/r{number:04}.csv"), table(pulse));
+            .write(&format!("{name}.toml"), "synthetic = true\n");
     }
 
     fn command(&self, more: &[&str]) -> std::process::Command {

@@ -71,6 +71,18 @@ const SHARED: &[(&str, &str, &[&str], &str)] = &[
         "a running number, and steps of a converter",
     ),
     (
+        "name-gravity",
+        "name-plain",
+        &["gravity"],
+        "gravity in the samples, and the centre of gravity as a place",
+    ),
+    (
+        "name-gravity-without",
+        "name-plain",
+        &["center", "centre"],
+        "a place, and no word for gravity in the samples",
+    ),
+    (
         "name-index",
         "name-time-plain",
         &["sample"],
@@ -106,6 +118,12 @@ const SHARED: &[(&str, &str, &[&str], &str)] = &[
         "name-time-plain",
         &["a", "axis", "channel", "in", "of", "sensor", "test", "the"],
         "small words, plain in any name",
+    ),
+    (
+        "name-plain",
+        "name-unfiltered",
+        &["raw", "unfiltered", "ungefiltert"],
+        "what was not filtered raises no doubt of the place",
     ),
     (
         "name-plain",

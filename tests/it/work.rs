@@ -55,6 +55,8 @@ fn judged_with(
         filter: None,
         filter_standard: FilterStandard::Iso6487,
         resample_hz: None,
+        velocity_change_m_s: 0.0,
+        slow_clock: None,
         findings: Vec::new(),
     };
     let policy = Policy {

@@ -106,6 +106,7 @@ fn judged(signal: &Signal, design: &Design) -> Result<DamageAnswer, Error> {
     let passes = blocking.is_empty() && passes(&conditioned, found, design, &policy, &control)?;
     Ok(DamageAnswer {
         passes,
+        needs_word: found.iter().any(|finding| finding.needs_word),
         blocking,
         warnings: codes(Severity::Warning),
     })

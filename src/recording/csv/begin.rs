@@ -105,7 +105,7 @@ pub(super) fn below_preamble(text: &[u8]) -> Option<u32> {
     let width = cells(first, separator).len();
     let words = |index: usize| cells(rows[index].1, separator);
     let is_word =
-        |cell: &[u8]| !cell.is_empty() && !number::is_numeric(cell) && !date::is_date(cell);
+        |cell: &[u8]| !cell.is_empty() && !number::is_numeric(cell) && !stamp::is_stamp(cell);
     let is_unit = |cell: &&[u8]| is_known_unit(&String::from_utf8_lossy(cell));
     let has_units = |index: usize| words(index).iter().any(is_unit);
     let names = match start.checked_sub(1)? {

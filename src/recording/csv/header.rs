@@ -3,9 +3,11 @@
 //! A name is taken where every word of it stands on a short list. Any other word raises a doubt:
 //! the channel is offered, and a person chooses it or not.
 //!
-//! - `filtered`: words that say that a channel was filtered before it was stored.
+//! - `filtered`: words that say that a channel was filtered before it was stored;
+//! - `gravity`: words that say that an acceleration holds gravity.
 
 pub(in crate::recording) mod filtered;
+pub(in crate::recording) mod gravity;
 
 use crate::recording::code::Code;
 use crate::recording::words::{Words, word_list};
@@ -334,6 +336,9 @@ impl Column {
         };
         Stated {
             filter_class,
+            unfiltered: filtered::says_unfiltered(&self.name)
+                || code_in(&self.name).is_some_and(|code| code.says_unfiltered()),
+            gravity: gravity::says_gravity(&self.name),
             ..above
         }
     }

@@ -214,7 +214,7 @@ impl Preamble {
                 unit => unit,
             };
             let samples = match (TimeUnit::from_spelling(unit), unit) {
-                (Some(unit), _) => number / unit.per_second() * rate.hertz(),
+                (Some(unit), _) => unit.to_seconds(number) * rate.hertz(),
                 (None, "") => number,
                 _ => return None,
             };

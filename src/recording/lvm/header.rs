@@ -153,7 +153,7 @@ impl Header {
             channel.time_unit = match (stated, own, label) {
                 (Some(stated), ..) => stated,
                 (None, Some(own), _) => own,
-                (None, None, None) => TimeUnit::Second,
+                (None, None, None) => TimeUnit::SECOND,
                 (None, None, Some(label)) => {
                     let found = format!("X_Unit_Label `{}`", text::shown(label));
                     let hint = "state it with the setting `time_unit` = s|ms|us|ns";
@@ -168,7 +168,7 @@ impl Header {
             let text = format!(
                 "X_Unit_Label says `{}`, the option says `{}`, which was used",
                 text::shown(&label),
-                used.name()
+                used
             );
             Finding::warning("time-unit-overridden", text)
         }));
@@ -258,7 +258,7 @@ impl Header {
                 interval: cell("Delta_X", index),
                 // One clock serves all channels.
                 time_label: cell("X_Unit_Label", index).or_else(|| cell("X_Unit_Label", 1)),
-                time_unit: TimeUnit::Second,
+                time_unit: TimeUnit::SECOND,
             });
         }
         let mut dimensions = (1..columns).filter_map(|index| cell("X_Dimension", index));

@@ -13,6 +13,10 @@ use crate::units::MessageClock;
 /// Ratio of the spans of two clocks from which on one of them is wrong [-].
 const SPANS_DIFFER: f64 = 1.5;
 
+/// Part by which the times of logging may span another time than the stamps and agree: transport
+/// trembles.
+const SPANS_AGREE: f64 = 0.1;
+
 /// Times of a topic's messages by each clock [ns].
 #[derive(Debug, Default)]
 pub(super) struct MessageTimes {
@@ -219,6 +223,20 @@ impl MessageTimes {
                 Finding::blocking("time-contradicted", text)
             })
         })
+    }
+
+    /// Tells whether the stamps in the messages and the times of logging span the same, as clocks of
+    /// sensor and recorder do that are right.
+    pub(super) fn log_confirms(&self) -> bool {
+        let (Some((first, last)), Some((from, to))) = (
+            self.header.first().zip(self.header.last()),
+            self.log.first().zip(self.log.last()),
+        ) else {
+            return false;
+        };
+        let span = *last as f64 - *first as f64;
+        let logged = *to as f64 - *from as f64;
+        span > 0.0 && (logged / span - 1.0).abs() < SPANS_AGREE
     }
 
     /// Tells of a gap that the stamps in the messages show and the clock that is used does not.

@@ -14,9 +14,14 @@ use std::rc::Rc;
 /// Message types whose lateral acceleration is known, with the path to it. REP 103: x
 /// forward, y to the left, z up.
 const LATERAL: [(&str, &str); 2] = [
-    ("sensor_msgs/Imu", "linear_acceleration.y"),
+    ("sensor_msgs/Imu", IMU_PATH),
     ("geometry_msgs/AccelStamped", "accel.linear.y"),
 ];
+
+/// The lateral acceleration of an IMU, and the field of all three, which hold gravity: REP 145 has
+/// drivers publish what the sensor feels.
+pub(super) const IMU_PATH: &str = "linear_acceleration.y";
+pub(super) const IMU_FIELD: &str = "linear_acceleration.";
 
 /// Fields that a message type is asked for.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]

@@ -2,7 +2,8 @@
 
 use super::clock::{MessageBase, MessageTimes};
 use super::layout::{
-    self, Contents, ESTIMATE, FRAME, Laid, MessageLayout, Messages, Unfit, WantedFields, name_of,
+    self, Contents, ESTIMATE, FRAME, IMU_FIELD, IMU_PATH, Laid, MessageLayout, Messages, Unfit,
+    WantedFields, name_of,
 };
 use super::types::{Leaf, damaged_message, hash};
 use super::{cdr, json, protobuf};
@@ -351,6 +352,7 @@ impl TopicSeries {
             Some(error) => Err(error),
             None => self.times.base(&self.topic, options, limits),
         };
+        let confirmed = self.times.log_confirms();
         let layout = self.layout.take();
         let is_read = layout.is_some();
         let asked = self.wanted.path.as_deref().zip(layout);
@@ -379,6 +381,11 @@ impl TopicSeries {
                 (None, Err(error)) => Err(error.clone()),
                 (None, Ok(base)) => column.into_channel((&words, &remarks), base, options),
             };
+            let channel = channel.map(|mut channel: Channel| {
+                channel.stated.clock_confirmed_by = confirmed.then(|| "log times".into());
+                channel.stated.gravity |= known == Some(IMU_PATH) && path.starts_with(IMU_FIELD);
+                channel
+            });
             let place = Place::default().channel(&words.name);
             let channel = channel.map_err(|error| error.at(place));
             TopicField {

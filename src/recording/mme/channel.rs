@@ -23,8 +23,17 @@ static STATED_ONCE: Words = word_list!("iso-mme-once");
 static MEASURED: Words = word_list!("iso-mme-measured");
 static COMPUTED: Words = word_list!("iso-mme-computed");
 
+/// Channel frequency classes that are none.
+const UNFILTERED: [&str; 3] = ["0", "NONE", "UNFILTERED"];
+
 /// Part of the largest magnitude by which a stated extreme may be off [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;
+
+/// Part by which two statements of a rate may differ and agree [-].
+const CLOCK_AGREEMENT: f64 = 1e-3;
+
+/// Samples from the first one to an instant that tells the interval.
+const FAR_SAMPLES: f64 = 20.0;
 
 /// Words from which on a line is text that goes on, where it has no key.
 const WORDS_OF_TEXT: usize = 3;
@@ -327,9 +336,10 @@ impl ChannelHeader {
         let prefilter_hz = positive("Pre-filter type");
         let class = self.stated_class();
         let is_one = |class: &String| CLASSES.contains(&class.as_str());
+        let unfiltered = |class: &String| UNFILTERED.contains(&class.as_str());
         if let (Some(class), Some(stated)) = (&class, self.statement("Channel frequency class"))
             && !is_one(class)
-            && !["0", "NONE", "UNFILTERED"].contains(&class.as_str())
+            && !unfiltered(class)
         {
             findings.push(stated.unread());
         }
@@ -338,6 +348,8 @@ impl ChannelHeader {
             location: self.value("Name of the channel").map(ToString::to_string),
             full_scale,
             prefilter_hz,
+            unfiltered: class.as_ref().is_some_and(unfiltered)
+                || self.code.is_some_and(|code| code.says_unfiltered()),
             filter_class: class.filter(is_one).or_else(of_code),
             status: self.value("Data status").map(ToString::to_string),
             test: self.test_facts(),
@@ -364,6 +376,32 @@ impl ChannelHeader {
     /// Returns a statement of the header, if it says something.
     fn statement<'a>(&'a self, key: &'a str) -> Option<Statement<'a>> {
         self.value(key).map(|text| Statement { key, text })
+    }
+
+    /// Names what states the clock beside what it was taken from, and agrees with it: the interval
+    /// beside a channel of times, the instant of an extreme beside the interval.
+    pub(super) fn clock_confirmed_by(
+        &self,
+        clock: &UniformSamples,
+        stamped: bool,
+    ) -> Option<String> {
+        if stamped {
+            let rate = self.interval().ok().flatten()?;
+            let agrees = (rate.hertz() / clock.rate.hertz() - 1.0).abs() < CLOCK_AGREEMENT;
+            return agrees.then(|| "Sampling interval".into());
+        }
+        let far_s = FAR_SAMPLES / clock.rate.hertz();
+        [("maximum", 1.0), ("minimum", -1.0)]
+            .into_iter()
+            .find_map(|(word, sign)| {
+                let key = format!("Time of {word} value");
+                let time = self.statement(&key)?;
+                let time_s = text::header_number(time.text)?;
+                let signed = clock.values.iter().map(|value| sign * value);
+                let extreme = sign * signed.fold(f64::MIN, f64::max);
+                let there = instant_finding(time, clock, extreme, 0.0).is_none();
+                (there && (time_s - clock.start_s).abs() >= far_s).then_some(key)
+            })
     }
 
     /// Holds what the header states of the samples against them; `stamped` if a channel of times

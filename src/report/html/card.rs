@@ -120,6 +120,9 @@ fn rests_on(page: &mut Page, document: &Document) {
     if let Some(preload) = &document.preload_answer {
         lines.push(words::sentence(&preload.text));
     }
+    if document.verdict == Answer::Pass {
+        lines.push(format!("{}.", words::capital(words::UNSEEN)));
+    }
     page.raw("<ul class=\"why\">\n");
     for line in lines {
         page.element("li", "", &line);

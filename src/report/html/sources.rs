@@ -27,10 +27,10 @@ pub(super) fn judged(page: &mut Page, document: &Document) {
     page.fact("Opening direction", &words::direction(document));
     if let Some(block) = &document.conditioning {
         page.fact("Signal", &words::conditioned(block));
-        page.fact(
-            "Velocity change",
-            &format!("{}\u{00A0}m/s", trimmed(block.velocity_change_m_s, 3)),
-        );
+    }
+    if let Some(velocity) = recording.velocity_change_m_s {
+        let velocity = format!("{}\u{00A0}m/s", trimmed(velocity, 3));
+        page.fact("Velocity change", &velocity);
     }
     page.end_table();
     page.raw("</div>\n<div class=\"sign\">");
@@ -83,6 +83,13 @@ pub(super) fn recording(page: &mut Page, document: &Document) {
             _ => ABSENT.into(),
         },
     );
+    if let Some(velocity) = recording.velocity_change_m_s {
+        let velocity = significant(velocity, DIGITS);
+        page.fact(
+            "Velocity change",
+            &format!("{velocity}\u{00A0}m/s, the largest |∫a dt| over any 0.3\u{00A0}s, as recorded without bias"),
+        );
+    }
     if let Some(sha256) = &recording.content_sha256 {
         page.code_fact("SHA-256 of the channel's signal", sha256);
     }
@@ -119,13 +126,6 @@ pub(super) fn conditioning(page: &mut Page, document: &Document) {
             &format!("{}\u{00A0}g at {}", significant(peak, DIGITS), instant(at)),
         );
     }
-    page.fact(
-        "Change of velocity as used",
-        &format!(
-            "{}\u{00A0}m/s, ∫a dt over the record in the recording’s own sign",
-            significant(block.velocity_change_m_s, DIGITS)
-        ),
-    );
     page.fact(
         "Full scale, by the card",
         &block.range_g.map_or_else(

@@ -57,6 +57,7 @@ fn cli_init_writes_a_gate_that_judges() {
     let folder = Folder::new("init-gate");
     fs::create_dir(folder.path().join("recordings")).unwrap();
     folder.write("recordings/one.csv", table(weak));
+    folder.write("recordings/one.csv.toml", "opens_when = \"negative\"\n");
     let done = finish(init(&folder, &mut program(), &["gate"]));
     assert_eq!(done.code, 0, "{}", done.err);
     let done = finish(program().current_dir(folder.path()).args([

@@ -45,7 +45,12 @@ fn recording(random: &mut Random) -> Source {
         let value = (pulses + ringing + noise * random.normal()).clamp(-range, range);
         let _ = writeln!(text, "{t:.5},{value:.3}");
     }
-    Source::bytes("made.csv", text.into_bytes())
+    let made = Source::bytes("made.csv", text.into_bytes());
+    // What a formula makes needs no person's word.
+    match random.one_in(2) {
+        true => made.with_card(*b"synthetic = true"),
+        false => made,
+    }
 }
 
 fn request(random: &mut Random) -> Request {

@@ -331,6 +331,7 @@ fn tables() -> Vec<Case> {
             },
         )
         .unit("m/s2", g)
+        .exit(3)
         .finds(&["warning implausible-peak", "warning implausible-velocity"]),
         // Only its unit tells, so that a person chooses it.
         refused(

@@ -550,6 +550,7 @@ fn readings() -> Vec<Case> {
             },
         )
         .unit("m/s2", value)
+        .exit(3)
         .finds(&["warning implausible-peak", "warning implausible-velocity"]),
         read(
             "soft filter",

@@ -66,11 +66,8 @@ fn of_cases(table: &str, cases: &[Case], hashes: &mut BTreeMap<String, String>) 
         }
         let path = folder.path().join(index.to_string()).join(&case.opened);
         let options: Vec<&str> = case.options.iter().map(String::as_str).collect();
-        let call = [
-            &["replay", path.to_str().unwrap(), "--members", "0"],
-            &*options,
-        ]
-        .concat();
+        let replay = ["replay", path.to_str().unwrap()];
+        let call = [&replay[..], &super::ASKED, &options].concat();
         hashes.insert(format!("{table} {index:03} {}", case.name), hash_of(&call));
     }
 }

@@ -115,7 +115,11 @@ fn stretches() -> Vec<Case> {
             &["what came before is missing"],
         ),
         case("ends-inside.csv", "", |k| push(k - TO + 100)).unusable(
-            &["blocking ends-inside-event", "warning ends-early"],
+            &[
+                "blocking ends-inside-event",
+                "warning ends-early",
+                "warning implausible-velocity",
+            ],
             &["what came after is missing"],
         ),
     ]
@@ -123,17 +127,26 @@ fn stretches() -> Vec<Case> {
 
 fn suspicions() -> Vec<Case> {
     vec![
-        // 6 g, and 0.75 m/s: less than a crash gives, and legitimate.
+        // 6 g, and 0.75 m/s: less than a crash gives, and legitimate if a person says so.
         case("weak.csv", "", |k| {
             (push(k) - noise(k)) / 5.0 + noise(k) / 20.0
-        }),
+        })
+        .exit(3)
+        .finds(&["warning implausible-velocity"]),
+        case("weak-stated.csv", "velocity_change_m_s = 0.8\n", |k| {
+            (push(k) - noise(k)) / 5.0 + noise(k) / 20.0
+        })
+        .finds(&["info velocity-stated"]),
         case("gravity.csv", "", |k| push(k) + 1.0).finds(&["warning gravity-suspected"]),
         case("zero-shift.csv", "", |k| {
             if k > 100 { push(k) + 3.0 } else { push(k) }
         })
         .finds(&["warning zero-shift"]),
-        case("g-for-ms2.csv", "", |k| push(k) * 9.806_65).finds(&["warning implausible-velocity"]),
+        case("g-for-ms2.csv", "", |k| push(k) * 9.806_65)
+            .exit(3)
+            .finds(&["warning implausible-velocity"]),
         case("ms2-for-g.csv", "", |k| push(k) / 9.806_65)
+            .exit(3)
             .finds(&["warning implausible-peak", "warning implausible-velocity"]),
         case("aliased.csv", "", |k| {
             let ringing = if (20..180).contains(&k) { 25.0 } else { 0.0 };

@@ -295,7 +295,7 @@ fn units() -> Vec<Case> {
             &["acc y (gram) (by its unit or code none is", "--channel"],
         ),
         spelled("millig.csv", "mg", "mg", 1e3),
-        // The option counts, and 294 "g" are the price of it.
+        // The option counts, and a pass on 294 "g" needs a person's word.
         good(
             "unit-overridden.csv",
             table("time_s,acc_y (m/s2)", |k| format!("{},{}", s(k), si(k))),
@@ -303,6 +303,7 @@ fn units() -> Vec<Case> {
         .options(&["--unit", "g"])
         .channel("acc_y (m/s2)")
         .unit("g", si)
+        .exit(3)
         .finds(&["warning unit-overridden", "warning implausible-velocity"]),
     ]
 }
@@ -425,9 +426,13 @@ fn clocks() -> Vec<Case> {
         good("9600hz.csv", clocked(9_600.0, 6))
             .clock(9_600.0, start(9_600.0))
             .finds(&["warning rate-below-default-filter"]),
-        good("25600hz.csv", clocked(25_600.0, 7)).clock(25_600.0, start(25_600.0)),
+        good("25600hz.csv", clocked(25_600.0, 7))
+            .clock(25_600.0, start(25_600.0))
+            .exit(3)
+            .finds(&["warning implausible-velocity"]),
         good("1024hz.csv", clocked(1024.0, 6))
             .clock(1024.0, start(1024.0))
+            .exit(3)
             .finds(&[
                 "warning rate-below-default-filter",
                 "warning implausible-velocity",
@@ -441,6 +446,7 @@ fn clocks() -> Vec<Case> {
         )
         .clock(1.0 / 0.000_977, -0.1954)
         .samples(800)
+        .exit(3)
         .finds(&[
             "warning rate-below-default-filter",
             "warning implausible-velocity",

@@ -421,6 +421,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             end_s: Some(raw.end_s()),
             peak_g: Some(raw.samples[peak_index].abs() / STANDARD_GRAVITY),
             peak_time_s: Some(raw.time_s(peak_index)),
+            velocity_change_m_s: Some(4.1),
             card_sha256: Some("0c9a71e2".repeat(8)),
             opens_when: (polarities.len() == 1).then_some(CardPolarity::Negative),
             opens_when_source: if polarities.len() > 1 {
@@ -443,7 +444,6 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             resample_hz: None,
             peak_g: Some(0.97 * raw.samples[peak_index].abs() / STANDARD_GRAVITY),
             peak_time_s: Some(raw.time_s(peak_index)),
-            velocity_change_m_s: used.samples.iter().sum::<f64>() / RATE_HZ,
             range_g: Some(2000.0),
             synthetic: true,
         }),

@@ -29,8 +29,10 @@ pub(crate) fn half_sine(time: f64, start: f64, length: f64, peak: f64) -> f64 {
     }
 }
 
-/// A pulse that the paper's lever survives if a negative acceleration opens it, with noise
-/// that keeps the samples from standing still.
+/// A pulse that the paper's lever survives if a negative acceleration opens it, a push of 2.2 m/s
+/// that holds the lever, as a crash has one, and noise that keeps the samples from standing still.
 pub(crate) fn weak(time: f64) -> f64 {
-    half_sine(time, 0.0, 0.005, -5.0) + 0.01 * (time * 9_100.0).sin()
+    half_sine(time, 0.0, 0.005, -5.0)
+        + half_sine(time, 0.01, 0.06, 6.0)
+        + 0.01 * (time * 9_100.0).sin()
 }

@@ -433,7 +433,14 @@ fn verif_tolerances_that_leave_what_is_physical_are_refused() {
 fn cli_tolerances_that_leave_what_is_physical() {
     let folder = Folder::new("wide-tolerances");
     let file = folder.write("a.csv", table(weak));
-    let set = ["replay", &file, "--no-report", "--set"];
+    let set = [
+        "replay",
+        &file,
+        "--no-report",
+        "--opens-when",
+        "negative",
+        "--set",
+    ];
     let wide = "tolerance.mass_kg=0.06";
     let refused = latchgate(&[&set[..], &[wide]].concat());
     assert_eq!(refused.code, 2);

@@ -6,6 +6,7 @@ use crate::recording::words::{Words, word_list};
 
 // What each list holds is told at its head.
 static FILTERS: Words = word_list!("name-filters");
+static UNFILTERED: Words = word_list!("name-unfiltered");
 static NEGATIONS: Words = word_list!("name-negations");
 
 /// What a text says of a filter.
@@ -15,6 +16,13 @@ pub(in crate::recording) enum Filtered {
     Class(String),
     /// A filter whose class is not stated.
     Unclassed,
+}
+
+/// Tells whether a name or a comment says that nothing was filtered: `unfiltered`, `ohne Filter`.
+pub(in crate::recording) fn says_unfiltered(text: &str) -> bool {
+    let words = words(text);
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
+    has(&UNFILTERED) || (has(&FILTERS) && has(&NEGATIONS))
 }
 
 /// Finds a filter in a name or a comment: `CFC60`, `SAE 180`, `class 60`, `filtered`.

@@ -177,7 +177,7 @@ impl PreambleRow {
         };
         let rates = match (per_second, TimeUnit::from_spelling(unit), self.topic) {
             (Some(factor), ..) => vec![number * factor],
-            (None, Some(unit), _) => vec![unit.per_second() / number],
+            (None, Some(unit), _) => vec![1.0 / unit.to_seconds(number)],
             (None, None, Some(PreambleTopic::Interval)) => {
                 [1.0, 1e3, 1e6].map(|one| one / number).into()
             }
