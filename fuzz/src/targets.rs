@@ -233,7 +233,9 @@ pub fn any(data: &[u8]) {
             Selection::Lateral,
             &ReadOptions::default(),
         );
-        if let Some(recording) = read {
+        // What an archive is shows in its entries, which only the reader lists.
+        let is_archive = head.bytes.starts_with(b"PK");
+        if let Some(recording) = read.filter(|_| !is_archive) {
             assert_eq!(
                 Some(recording.format),
                 format,

@@ -394,7 +394,7 @@ fn val_messages_that_cannot_be_read_are_refused() {
         "10^9 ns",
         cdr(&[nanoseconds]),
         MALFORMED,
-        "header.stamp, message 1",
+        "channel /imu, message 1: expected a stamp of whole seconds",
     );
 
     let recursive = "Imu again\nfloat64 x";

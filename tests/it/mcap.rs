@@ -427,7 +427,7 @@ string NAME = \"x # y\"
 string<=5 label
 bool flag
 Empty nothing
-int16[] counts
+int16[] levels
 my_msgs/msg/Part[<=4] parts
 Part[2] pair
 float32[3] triple 1.0 2.0 3.0 # with defaults
@@ -456,7 +456,7 @@ MSG: my_msgs/Empty
         cdr.f32(0.5).f32(1.5).f32(2.5).u8(200).finish()
     };
     let expectations = [
-        ("counts[1]", vec![-2.0; 3]),
+        ("levels[1]", vec![-2.0; 3]),
         ("parts[0].value", vec![10.0, 11.0, 12.0]),
         ("parts[1].value", vec![11.0, 12.0, 13.0]),
         ("pair[0].value", vec![12.0, 13.0, 14.0]),

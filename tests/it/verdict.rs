@@ -714,7 +714,7 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
         )
         .unwrap();
         let sign = undeclared.nominal.opens_when;
-        let change = own - peak_alone(used, stop, sign.reversed());
+        let change = peak_alone(used, stop, sign) - peak_alone(used, stop, sign.reversed());
         assert_eq!(undeclared.budget.polarity, Some(change.abs()));
         assert!(change > 0.0, "the nominal run is the larger");
     }

@@ -46,6 +46,10 @@ fn last_line(text: &[u8], layout: &TableLayout, odd: u64) -> Option<(u64, bool)>
             rows += 1;
             last = Some(number);
         } else if number == odd {
+            // Where stamps are words a row with a wrong one is a row all the same.
+            if layout.worded.first() == Some(&true) && layout.is_shaped(&cells) {
+                return None;
+            }
             seems_clear = !cells.first().is_some_and(|cell| number::is_numeric(cell));
             // A row of words alone is none, whatever follows.
             if !cells.iter().any(|cell| number::is_numeric(cell)) {

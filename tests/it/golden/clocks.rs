@@ -372,6 +372,7 @@ fn units() -> Vec<Case> {
         let text = stamped("time", ticks(seconds, decimals));
         cases.push(
             good(&format!("unit-above-{index}.csv"), above + &text)
+                .finds(&["info preamble"])
                 .options(&["--header-line", "4"]),
         );
     }
@@ -654,6 +655,7 @@ fn beside() -> Vec<Case> {
             }),
         )
         .clock(100_000.0, -0.002)
+        .exit(3)
         .finds(&SHORT),
         good(
             "beside-whole-seconds-slow.csv",
@@ -689,6 +691,7 @@ fn beside() -> Vec<Case> {
             }),
         )
         .clock(100_000.0, -0.002)
+        .exit(3)
         .finds(&SHORT),
         good(
             "rate-beside-a-count.csv",

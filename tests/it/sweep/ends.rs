@@ -184,10 +184,12 @@ fn cli_what_changed_since_the_submission_is_refused() {
     );
     // A card is part of the recording.
     yard.recording(1, 4.0 + 30.0 / 4.0);
-    yard.folder
-        .write("recordings/r0001.csv.toml", "range_g = 1000\n");
+    yard.folder.write(
+        "recordings/r0001.csv.toml",
+        "synthetic = true\nrange_g = 1000\n",
+    );
     assert_eq!(yard.part("1/1", &["--submission", &id]).code, 4);
-    fs::remove_file(yard.path("recordings/r0001.csv.toml")).unwrap();
+    yard.recording(1, 4.0 + 30.0 / 4.0);
     assert_eq!(yard.part("1/1", &["--submission", &id]).code, 0);
     // Of another design nothing is judged, and an older submission's tasks end.
     yard.folder

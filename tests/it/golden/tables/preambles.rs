@@ -90,6 +90,7 @@ fn slices() -> Vec<Case> {
         read("slice-overridden.csv", &[])
             .options(&["--unit", "m/s2"])
             .unit("m/s2", g)
+            .exit(3)
             .finds(&SLICE)
             .finds(&[
                 "warning unit-overridden",
@@ -305,6 +306,7 @@ fn styles() -> Vec<Case> {
         )
         .channel("acc y")
         .unit("m/s2", g)
+        .exit(3)
         .finds(&[
             "info preamble",
             "warning implausible-peak",
@@ -560,6 +562,7 @@ fn doubled_stamps() -> Vec<Case> {
                 "blocking stamp-doubled",
                 "blocking ends-inside-event",
                 "warning ends-early",
+                "warning implausible-velocity",
             ],
             &["holds 0.0049 s twice"],
         ),
