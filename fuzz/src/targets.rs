@@ -184,12 +184,13 @@ pub fn ev5(data: &[u8]) {
     both("v01.146", "ev5", data);
 }
 
+fn is_archive(data: &[u8]) -> bool {
+    data.starts_with(b"PK") || data.starts_with(b"\x1F\x8B") || data.get(257..262) == Some(b"ustar")
+}
+
 /// ISO-MME: single files and archives. The name of an archive is looked at nowhere.
 pub fn iso_mme(data: &[u8]) {
-    let archive = data.starts_with(b"PK")
-        || data.starts_with(b"\x1F\x8B")
-        || data.get(257..262) == Some(b"ustar");
-    let names: &[&str] = if archive {
+    let names: &[&str] = if is_archive(data) {
         &["t.zip"]
     } else {
         &["t.001", "t.mme", "t.chn", "t.zip"]
@@ -234,7 +235,7 @@ pub fn any(data: &[u8]) {
             &ReadOptions::default(),
         );
         // What an archive is shows in its entries, which only the reader lists.
-        let is_archive = head.bytes.starts_with(b"PK");
+        let is_archive = is_archive(data);
         if let Some(recording) = read.filter(|_| !is_archive) {
             assert_eq!(
                 Some(recording.format),

@@ -13,7 +13,7 @@ fn opening(time: f64) -> f64 {
 /// A vibration at 200 Hz that shakes the lever open and adds up to no velocity.
 fn shaking(time: f64) -> f64 {
     let hump = half_sine(time, 0.0, 0.1, 1.0);
-    120.0 * hump * hump * (std::f64::consts::TAU * 200.0 * time).sin()
+    160.0 * hump * hump * (std::f64::consts::TAU * 200.0 * time).sin()
         + 0.01 * (time * 9_100.0).sin()
 }
 
