@@ -175,7 +175,7 @@ pub fn inspect(
 /// let mapping = table_mapping(&source, &request, &limits, &Control::default())?.unwrap();
 /// assert_eq!((mapping.separator, mapping.decimal), ("semicolon", Some(",")));
 /// assert_eq!((mapping.header_line, mapping.data_line), (Some(1), Some(2)));
-/// assert_eq!(mapping.time_unit, Some("ms"));
+/// assert_eq!(mapping.time_unit.as_deref(), Some("ms"));
 /// # Ok::<(), latchgate::error::Error>(())
 /// ```
 ///
