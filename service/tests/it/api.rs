@@ -540,10 +540,13 @@ fn cli_a_table_says_how_it_was_understood() {
     check(german, "%7B%22header_line%22:2%7D", &found);
     let stated = "%7B%22header_line%22:2,%22time_unit%22:%22s%22%7D";
     check(german, stated, &json!({"time_unit": "s"}));
-    // Lines above the names are asked about; where they seem to end is told.
+    // Lines above the names are found where they begin with a word.
+    check(german, "%7B%7D", &found);
+    // A number alone may be a sample, so it is asked about; where the names seem to stand is told.
     let seems =
         json!({"separator": "semicolon", "header_line": 2, "data_line": 3, "time_column": null});
-    check(german, "%7B%7D", &seems);
+    let numbered = german.replace("Pr\u{fc}fstand 3", "3");
+    check(&numbered, "%7B%7D", &seems);
     let bare = "1.5\t3\n1.6\t4\n1.7\t5\n";
     let found =
         json!({"separator": "tab", "header_line": null, "data_line": 1, "time_column": null});
