@@ -6,6 +6,7 @@
 //! cargo bench --bench gate -- 1000 20 0     # the same without ensembles
 //! ```
 
+#![allow(clippy::disallowed_methods, reason = "benches read the clock")]
 #![expect(clippy::print_stdout, reason = "a bench prints")]
 
 use std::error::Error;

@@ -1,6 +1,7 @@
 //! Times of the kernel, of batches and of the paper's method as ratios, measured in turns.
 //! Run with `cargo bench --bench ratios`; `benches/peer` adds another program to the same tables.
 
+#![allow(clippy::disallowed_methods, reason = "benches read the clock")]
 #![allow(
     missing_docs,
     unreachable_pub,

@@ -17,18 +17,18 @@ mod scenes;
 
 use divan::counter::{BytesCount, ItemsCount};
 use divan::{Bencher, black_box};
-use latchgate::conditioning::{
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::excitation::Harmonic;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::{self, Method, RunOptions, Section, Strobe};
+use latchgate_kernel::replay::{batch, strobe_batch};
+use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
+use latchgate_recording::{Limits, ReadOptions, Recording, Selection, Source};
+use latchgate_verdict::conditioning::{
     self, Cfc, ConditioningOptions, FilterStandard, Signal, cfc::CfcFilter, resample,
 };
-use latchgate::model::Design;
-use latchgate::model::excitation::Harmonic;
-use latchgate::model::stop::StopModel;
-use latchgate::parallel::Control;
-use latchgate::recording::{self, Limits, ReadOptions, Recording, Selection, Source};
-use latchgate::replay::{self, Method, RunOptions, Section, Strobe};
-use latchgate::replay::{batch, strobe_batch};
-use latchgate::units::{AccelerationUnit, OpensWhen};
-use latchgate::verdict::{AssessExtras, ModelChoice, Polarity, Policy, assess};
+use latchgate_verdict::{AssessExtras, ModelChoice, Polarity, Policy, assess};
 use std::fmt::Write as _;
 
 fn main() {
@@ -252,7 +252,7 @@ fn read(source: &Source) -> Recording {
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         ..ReadOptions::default()
     };
-    recording::read(source, &options, Selection::Lateral, &Limits::default()).unwrap()
+    latchgate_recording::read(source, &options, Selection::Lateral, &Limits::default()).unwrap()
 }
 
 fn file(name: &str, bytes: Vec<u8>) -> Source {

@@ -4,6 +4,7 @@
 //! The readers hash what they read and check it; the bare crate streams the messages and looks
 //! at none. Both run in turns, and the fastest of each counts.
 
+#![allow(clippy::disallowed_methods, reason = "benches read the clock")]
 #![allow(
     missing_docs,
     unreachable_pub,
@@ -15,7 +16,7 @@
 #[path = "../examples/support/imu.rs"]
 mod imu;
 
-use latchgate::recording::{self, Limits, ReadOptions, Selection, Source};
+use latchgate_recording::{Limits, ReadOptions, Selection, Source};
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -53,7 +54,7 @@ fn csv_file(rows: u32, columns: u32) -> Vec<u8> {
 }
 
 fn read(path: &Path) {
-    let recording = recording::read(
+    let recording = latchgate_recording::read(
         &Source::File(path.to_path_buf()),
         &ReadOptions::default(),
         Selection::Lateral,

@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut stiffer = Design::reference();
     stiffer.name = "stiffer".into();
-    stiffer.set("lever.preload_torque_nm=3.5")?;
+    stiffer.override_number("lever.preload_torque_nm", 3.5)?;
     for design in [Design::reference(), stiffer] {
         let document = prepared
             .judge(&design, Extras::default(), &control)

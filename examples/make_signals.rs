@@ -9,6 +9,8 @@
 //! contact (time 0), carry a little sensor noise from the first sample to the last, and have
 //! died away at their end.
 
+#![allow(clippy::disallowed_methods, reason = "a program of its own")]
+
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::f64::consts::PI;

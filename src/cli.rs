@@ -25,6 +25,11 @@
 //! - `values`: values of options that only the command line knows, and how they are read;
 //! - `verify`: `latchgate verify`: the run inside a verdict made again, and compared.
 
+#![allow(
+    clippy::disallowed_methods,
+    reason = "the command line has clock and environment"
+)]
+
 pub mod args;
 mod command_line;
 pub mod compare;
@@ -97,7 +102,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn refuse_usage(error: &crate::error::Error) -> ExitCode {
+fn refuse_usage(error: &latchgate_recording::error::Error) -> ExitCode {
     output::talk(&format!(
         "latchgate: {error}\n\nFor more information, try 'latchgate --help'."
     ));

@@ -5,8 +5,8 @@
 //! [`Prepared`](pipeline::Prepared) recording is read and conditioned once and judged with as many
 //! designs as one likes, and every answer is a [`Document`](pipeline::Document) that can be
 //! written, read back and verified. Names there keep their meaning from version to version; the
-//! modules that are not listed below are the parts it is made of, public for the project's own
-//! tests and benches alone, and may change with any commit.
+//! crates below it (`latchgate-kernel`, `-recording`, `-verdict`, `-document`, `-report`, `-study`)
+//! are the parts it is made of and may change with any commit.
 //!
 //! The lever model is that of Warmiński, Mitura and Jankowski, "Regular and chaotic
 //! vibrations of a preloaded pendulum system": a lever pressed against a stop by a
@@ -32,38 +32,10 @@
 pub mod gate;
 pub mod pipeline;
 
-#[doc(inline)]
-pub use latchgate_kernel::{error, setting, units};
-
-// The line of the program, in reading order:
-// recording → channel → conditioned signal → replay → verdict → report.
-
 #[doc(hidden)]
-pub use latchgate_kernel::{parallel, signal};
-
+pub use latchgate_document as document;
 #[doc(hidden)]
-pub mod recording;
-
-#[doc(hidden)]
-pub mod conditioning;
-
-#[doc(hidden)]
-pub use latchgate_kernel::{model, numerics, replay};
-
-#[doc(hidden)]
-pub mod study;
-
-#[doc(hidden)]
-pub mod verdict;
-
-#[doc(hidden)]
-pub mod margin;
-
-#[doc(hidden)]
-pub mod request;
-
-#[doc(hidden)]
-pub mod report;
+pub use latchgate_report as report;
 
 #[doc(hidden)]
 pub mod cli;

@@ -4,20 +4,19 @@
 //! [`Prepared::open`] reads and conditions a recording once, as a [`Request`] asks;
 //! [`Prepared::judge`] answers for one design after another; [`judge`] does both for one. A
 //! recording that cannot be read, or a design that cannot be judged, is answered with a document,
-//! too ([`Outcome::refusal`] says why). [`crate::report::files`] turns an answer into named bytes.
+//! too ([`Outcome::refusal`] says why). [`latchgate_report::files`] turns an answer into named bytes.
 //! [`inspect`] lists what a recording holds, [`Prepared::margin`] says how far its verdict is from
 //! changing, [`verify`] makes the run inside a stored verdict again.
 //!
 //! Nothing here reads a clock or prints; who calls adds the time it took
-//! ([`crate::report::document::RunBlock::elapsed_s`]).
+//! ([`latchgate_document::blocks::RunBlock::elapsed_s`]).
 //!
 //! - `prepared`: the recording, read and conditioned once;
 //! - `answer`: what was known and found, put together as a document;
 //! - `row`: the decision alone, for gates;
-//! - `identity`: the hash that names a report;
 //! - `defaults`: settings that decide, held against the defaults;
 //! - `candidates`: the channels to choose from where several could be meant;
-//! - `design_file`, `inspect`, `margin`, `verify` with `compare`: the other answers.
+//! - `inspect`, `margin`, `verify` with `compare`: the other answers.
 //!
 //! # Examples
 //!
@@ -44,33 +43,34 @@ mod answer;
 mod candidates;
 mod compare;
 mod defaults;
-mod design_file;
-mod identity;
 mod inspect;
 mod margin;
 mod prepared;
 mod row;
 pub mod verify;
 
-pub use crate::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
-pub use crate::error::{Error, ErrorKind};
-pub use crate::model::Design;
-pub use crate::model::stop::StopModel;
-pub use crate::parallel::Control;
-pub use crate::recording::card::{AcceptedWord, CardPolarity};
-pub use crate::recording::csv::TableMapping;
-pub use crate::recording::{Card, Finding, Limits, Severity, Source, read_within};
-pub use crate::replay::{Method, Run};
-pub use crate::report::{Document, MarginDocument, document};
-pub use crate::request::{MarginRequest, PolaritySource, Request};
-pub use crate::verdict::{Answer, Evidence, ModelChoice, Reason};
 pub use candidates::Offer;
 pub use compare::{Difference, DifferenceKind};
-pub use design_file::design_from_bytes;
-pub use identity::NUMBERS_REVISION;
 pub use inspect::{
     ChannelStatus, Choice, ListedChannel, ListedFile, ListedSeries, Listing, inspect, table_mapping,
 };
+pub use latchgate_document::design_file::{apply_override, design_from_bytes};
+pub use latchgate_document::identity::NUMBERS_REVISION;
+pub use latchgate_document::{
+    Document, MarginDocument, MarginRequest, PolaritySource, Request, blocks,
+};
+pub use latchgate_kernel::error::Error as KernelError;
+pub use latchgate_kernel::model::Design;
+pub use latchgate_kernel::model::stop::StopModel;
+pub use latchgate_kernel::parallel::Control;
+pub use latchgate_kernel::replay::{Method, Run};
+pub use latchgate_kernel::units;
+pub use latchgate_recording::card::{AcceptedWord, CardPolarity};
+pub use latchgate_recording::csv::TableMapping;
+pub use latchgate_recording::error::{Error, ErrorKind};
+pub use latchgate_recording::{Card, Finding, Limits, Severity, Source, read_within};
+pub use latchgate_verdict::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
+pub use latchgate_verdict::{Answer, Evidence, ModelChoice, Reason};
 pub use margin::{MarginOutcome, margin};
 pub use prepared::{Extras, Outcome, Prepared, Refused};
 pub use row::DecisionRow;

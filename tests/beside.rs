@@ -11,7 +11,7 @@
 use latchgate::pipeline::{
     self, Answer, Control, Design, Extras, Limits, Outcome, Request, Source,
 };
-use latchgate::recording::{Selection, read};
+use latchgate_recording::{Selection, read};
 use std::path::Path;
 
 fn source(name: &str) -> Source {

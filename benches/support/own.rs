@@ -2,12 +2,12 @@
 
 use super::contest::{Entry, Off, Table, race};
 use super::scenes;
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::batch::{self, MemberPeak};
-use latchgate::replay::{self, Method, Run, RunOptions};
-use latchgate::units::OpensWhen;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::batch::{self, MemberPeak};
+use latchgate_kernel::replay::{self, Method, Run, RunOptions};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::OpensWhen;
 use std::hint::black_box;
 use std::ops::Range;
 

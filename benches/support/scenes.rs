@@ -1,12 +1,12 @@
 //! What is timed: recordings, levers and options, the same for every program in `benches/`.
 
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::batch::{AskedPeaks, BatchOptions, Member};
-use latchgate::replay::{Method, RunOptions};
-use latchgate::study::cases;
-use latchgate::units::OpensWhen;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::batch::{AskedPeaks, BatchOptions, Member};
+use latchgate_kernel::replay::{Method, RunOptions};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::OpensWhen;
+use latchgate_study::cases;
 
 /// What one g is in the scenes [m/s²].
 const GRAVITY: f64 = 9.81;

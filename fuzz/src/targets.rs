@@ -2,9 +2,10 @@
 //!
 //! Fuzzers call them, and so does the test that replays what was once found.
 
-use latchgate::model::Design;
-use latchgate::recording::{self, Card, Head, Limits, ReadOptions, Recording, Selection, Source};
-use latchgate::units::AccelerationUnit;
+use latchgate_document::design_file::apply_override;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::units::AccelerationUnit;
+use latchgate_recording::{Card, Head, Limits, ReadOptions, Recording, Selection, Source};
 
 /// A target with its name.
 pub type Target = (&'static str, fn(&[u8]));
@@ -48,7 +49,7 @@ fn read(
         ..options.clone()
     };
     let limits = limits();
-    match recording::read(&source, &options, selection, &limits) {
+    match latchgate_recording::read(&source, &options, selection, &limits) {
         Err(error) => {
             let text = error.to_string();
             assert!(
@@ -217,7 +218,7 @@ pub fn any(data: &[u8]) {
             is_archive: false,
             entries: &[],
         };
-        let format = recording::FORMATS
+        let format = latchgate_recording::FORMATS
             .iter()
             .find(|format| (format.recognises)(&head))
             .map(|format| format.name);
@@ -251,12 +252,12 @@ pub fn settings(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else {
         return;
     };
-    if let Ok(design) = Design::from_toml(text) {
+    if let Ok(design) = latchgate_document::design_file::from_toml(text) {
         let _ = design.validate();
     }
     let mut design = Design::reference();
     for line in text.lines().take(20) {
-        if design.set(line).is_ok() && design.validate().is_ok() {
+        if apply_override(&mut design, line).is_ok() && design.validate().is_ok() {
             let lever = &design.lever;
             assert!(
                 lever.moment_of_inertia_kg_m2 > 0.0,

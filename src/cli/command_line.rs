@@ -1,6 +1,6 @@
 //! Words of a shell's command line, written and read.
 
-pub(super) use crate::report::escape::shell as quoted;
+pub(super) use latchgate_report::escape::shell as quoted;
 
 /// Splits a command line as a POSIX shell would where only single quotes and `\'` quote.
 pub(super) fn words(line: &str) -> Option<Vec<String>> {

@@ -5,11 +5,12 @@ use super::options::{Common, CompareArguments};
 use super::output;
 use super::values::OutputFormat;
 use super::verify::{place, read};
-use crate::error::{Error, ErrorKind};
-use crate::recording::{Limits, read_within};
-use crate::report::html::DifferenceRow;
-use crate::report::series::SeriesTable;
-use crate::report::{self, Document, escape, number, terminal};
+use latchgate_document::{Document, number};
+use latchgate_recording::error::{Error, ErrorKind};
+use latchgate_recording::{Limits, read_within};
+use latchgate_report::html::DifferenceRow;
+use latchgate_report::series::SeriesTable;
+use latchgate_report::{escape, terminal};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::borrow::Cow;
@@ -74,7 +75,7 @@ pub(super) fn command(own: &CompareArguments, common: &Common) -> Result<u8, Fai
             let id = |document: &Map<String, Value>| {
                 document.get("report_id")?.as_str().map(String::from)
             };
-            report::json::render(&VerdictComparison {
+            latchgate_document::json::render(&VerdictComparison {
                 differences: found.clone(),
                 report_ids: documents.each_ref().map(id),
                 same: found.is_empty(),
@@ -112,7 +113,7 @@ fn page(
                 })
                 .at(place(path))
             })?;
-        let beside = path.with_file_name(report::SERIES_FILE);
+        let beside = path.with_file_name(latchgate_report::SERIES_FILE);
         // Nothing was replayed where there is no nominal run.
         if document.nominal.is_some() && beside.exists() {
             let shown = beside.display().to_string();
@@ -135,7 +136,7 @@ fn page(
     let folder = own.out.clone().unwrap_or_else(default);
     let tables = <[SeriesTable; 2]>::try_from(tables).ok();
     let tables = tables.as_ref().map(|tables| tables.each_ref());
-    report::write_comparison(&folder, [&documents[0], &documents[1]], tables, &rows)
+    latchgate_report::write_comparison(&folder, [&documents[0], &documents[1]], tables, &rows)
 }
 
 fn short(id: &str) -> String {

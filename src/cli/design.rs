@@ -2,11 +2,12 @@
 
 use super::failure::Failure;
 use super::options::{Common, ReplayArguments};
-use crate::error::{Error, Place};
-use crate::model::Design;
 use crate::pipeline::{design_from_bytes, read_within};
-use crate::recording::Limits;
-use crate::request::Request;
+use latchgate_document::design_file::apply_override;
+use latchgate_document::request::Request;
+use latchgate_kernel::model::Design;
+use latchgate_recording::Limits;
+use latchgate_recording::error::{Error, Place};
 use std::path::Path;
 
 /// Returns the design that the options ask for, checked together with the question.
@@ -35,12 +36,16 @@ pub(super) fn design(
     let mut design = Design::reference();
     override_keys(&mut design, overrides).map_err(Failure::Usage)?;
     match file {
-        None => design.validate().map_err(Failure::Usage)?,
+        None => design
+            .validate()
+            .map_err(|error| Failure::Usage(error.into()))?,
         Some(path) => {
             design = read(path, limits).map_err(Failure::Data)?;
             override_keys(&mut design, overrides).map_err(Failure::Usage)?;
             // Here it takes the file to see that the values do not go together.
-            design.validate().map_err(Failure::Data)?;
+            design
+                .validate()
+                .map_err(|error| Failure::Data(error.into()))?;
         }
     }
     Ok(design)
@@ -49,7 +54,7 @@ pub(super) fn design(
 fn override_keys(design: &mut Design, overrides: &[String]) -> Result<(), Error> {
     overrides
         .iter()
-        .try_for_each(|assignment| design.set(assignment))
+        .try_for_each(|assignment| apply_override(design, assignment))
         .map_err(|error| error.at(Place::file("--set")))
 }
 

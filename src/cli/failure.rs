@@ -1,6 +1,7 @@
 //! Why a command ended without an answer of its own.
 
-use crate::error::{Error, ErrorKind};
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_recording::error::{Error, ErrorKind};
 
 /// Exit code for wrong usage: known to be wrong from the command line alone.
 pub(super) const WRONG_USAGE: u8 = 2;
@@ -27,7 +28,7 @@ impl Failure {
     /// stopped.
     pub(super) fn of_data(error: Error) -> Self {
         match error.kind() {
-            ErrorKind::Stopped => Self::Interrupted,
+            ErrorKind::Kernel(KernelError::Stopped) => Self::Interrupted,
             _ => Self::Data(error),
         }
     }

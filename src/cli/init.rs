@@ -2,8 +2,8 @@
 
 use super::failure::Failure;
 use super::output;
-use crate::error::Error;
 use clap::{Args, ValueEnum};
+use latchgate_recording::error::Error;
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ pub(super) fn command(own: &InitArguments) -> Result<u8, Failure> {
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] if it is, or cannot be written.
+/// [`latchgate_recording::error::ErrorKind::Io`] if it is, or cannot be written.
 pub(super) fn create(path: &Path, text: &str) -> Result<(), Error> {
     OpenOptions::new()
         .write(true)

@@ -6,11 +6,12 @@ use super::options::{Common, InspectArguments};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
-use crate::error::Error;
 use crate::pipeline::{self, ChannelStatus, ListedChannel, Listing};
-use crate::recording::{Finding, Limits};
-use crate::report::{escape, number};
-use crate::units::short;
+use latchgate_document::number;
+use latchgate_kernel::units::short;
+use latchgate_recording::error::Error;
+use latchgate_recording::{Finding, Limits};
+use latchgate_report::escape;
 use std::fmt::Write as _;
 use std::path::Path;
 

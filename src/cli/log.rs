@@ -2,7 +2,7 @@
 
 use super::options::Common;
 use super::values::LogFormat;
-use crate::error::Error;
+use latchgate_recording::error::Error;
 use std::io::IsTerminal;
 use tracing::level_filters::LevelFilter;
 
@@ -10,7 +10,7 @@ use tracing::level_filters::LevelFilter;
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] if tracing was started before in this process.
+/// [`latchgate_recording::error::ErrorKind::Io`] if tracing was started before in this process.
 pub(super) fn start(common: &Common) -> Result<(), Error> {
     let asked = common.log.map_or(LevelFilter::OFF, |log| log.level);
     let level = match common.verbose {

@@ -3,8 +3,8 @@
 use super::args::{Arguments, CompletionsArguments, ManArguments};
 use super::failure::Failure;
 use super::output;
-use crate::error::Error;
 use clap::CommandFactory;
+use latchgate_recording::error::Error;
 
 /// Prints the completions for a shell.
 pub(super) fn completions(own: &CompletionsArguments) -> Result<u8, Failure> {

@@ -7,8 +7,7 @@ use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
 use crate::pipeline;
-use crate::recording::Limits;
-use crate::report;
+use latchgate_recording::Limits;
 use std::path::Path;
 use std::time::Instant;
 
@@ -34,18 +33,24 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
     document.run.elapsed_s = started.elapsed().as_secs_f64();
     let folder = (!own.replay.no_report).then(|| {
         let folder = || {
-            let name =
-                report::folder_name(&document.recording.file, &design.name, &document.report_id);
+            let name = latchgate_report::folder_name(
+                &document.recording.file,
+                &design.name,
+                &document.report_id,
+            );
             Path::new("reports/out").join(name)
         };
         own.replay.out.clone().unwrap_or_else(folder)
     });
     if let Some(folder) = &folder {
-        report::margin::write(folder, &document, &margins).map_err(Failure::Data)?;
+        latchgate_report::margin::write(folder, &document, &margins).map_err(Failure::Data)?;
     }
     match common.format {
-        OutputFormat::Json => output::document(&report::json::render(&document)),
-        OutputFormat::Text => output::text(&report::margin::text(&document, folder.as_deref())),
+        OutputFormat::Json => output::document(&latchgate_document::json::render(&document)),
+        OutputFormat::Text => output::text(&latchgate_report::margin::text(
+            &document,
+            folder.as_deref(),
+        )),
     }
     .map_err(Failure::Data)?;
     if margins.stopped {

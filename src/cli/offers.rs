@@ -2,7 +2,7 @@
 
 use super::command_line::quoted;
 use crate::pipeline::Offer;
-use crate::report::escape;
+use latchgate_report::escape;
 use std::path::Path;
 
 /// Returns a line for each channel to choose: the command that takes it, its shape, and what

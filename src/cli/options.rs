@@ -4,20 +4,22 @@ use super::values::{
     ColorArgument, Grid, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample,
     ValueWords, parse_grid, parse_limit, parse_log, parse_resample,
 };
-use crate::conditioning::{BiasWindow, FilterChoice, FilterStandard};
-use crate::error::Error;
-use crate::margin::{MapAxis, MapRequest};
-use crate::recording::card::{AcceptedWord, CardPolarity};
-use crate::recording::{Limits, Source};
-use crate::request::{
+use clap::Args;
+use latchgate_document::request::{
     MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT,
     parse_accepted, parse_bias, parse_count, parse_decimal, parse_filter, parse_finite,
     parse_map_axis, parse_phi0, parse_polarity, parse_positive, parse_sensitivity, parse_standard,
     parse_time_source, parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
 };
-use crate::units::{AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit};
-use crate::verdict::ensemble::MEMBERS_MAX;
-use clap::Args;
+use latchgate_kernel::units::{
+    AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit,
+};
+use latchgate_recording::card::{AcceptedWord, CardPolarity};
+use latchgate_recording::error::Error;
+use latchgate_recording::{Limits, Source};
+use latchgate_verdict::conditioning::{BiasWindow, FilterChoice, FilterStandard};
+use latchgate_verdict::ensemble::MEMBERS_MAX;
+use latchgate_verdict::margin::{MapAxis, MapRequest};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 

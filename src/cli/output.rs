@@ -2,9 +2,9 @@
 
 use super::options::Common;
 use super::values::ColorArgument;
-use crate::error::{Error, Place};
-use crate::report::terminal::Look;
-use crate::setting::Setting;
+use latchgate_recording::error::{Error, Place};
+use latchgate_recording::setting::Setting;
+use latchgate_report::terminal::Look;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -107,7 +107,7 @@ pub(super) fn text(text: &str) -> Result<(), Error> {
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] if the data could not be written for another reason, for example
+/// [`latchgate_recording::error::ErrorKind::Io`] if the data could not be written for another reason, for example
 /// a full disk: an answer that nobody got must not end with the exit code of one.
 pub(super) fn document(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();

@@ -2,8 +2,8 @@
 
 use super::failure::{COULD_NOT, INTERRUPTED};
 use super::output;
-use crate::parallel::Control;
-use crate::report::escape;
+use latchgate_kernel::parallel::Control;
+use latchgate_report::escape;
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -10,10 +10,9 @@ use super::options::{Common, ReplayCommand, source_of};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
-use crate::error::Error;
 use crate::pipeline::{self, Extras, Outcome};
-use crate::recording::Limits;
-use crate::report;
+use latchgate_recording::Limits;
+use latchgate_recording::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -72,7 +71,7 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
     for (recording, judged) in recordings.iter().zip(&judged) {
         answer::say(recording, judged);
         if let (true, Some(report)) = (own.open, &judged.report) {
-            output::open(&report.join(report::REPORT_FILE));
+            output::open(&report.join(latchgate_report::REPORT_FILE));
         }
     }
     Ok(answer::exit_code(&judged))
@@ -86,13 +85,13 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
         unwritten: None,
     };
     if let (Some(path), Some(evidence)) = (&own.series, &judged.outcome.evidence) {
-        judged.unwritten = report::series::write(path, &evidence.series).err();
+        judged.unwritten = latchgate_report::series::write(path, &evidence.series).err();
     }
     let document = &judged.outcome.document;
     if own.replay.no_report || judged.outcome.refusal.is_some() {
         return judged;
     }
-    let name = report::folder_name(
+    let name = latchgate_report::folder_name(
         &document.recording.file,
         &document.design.name,
         &document.report_id,
@@ -104,8 +103,8 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
     };
     let evidence = judged.outcome.evidence.as_ref();
     let path = (recording != Path::new("-")).then_some(recording);
-    let earlier = report::id_in(&folder);
-    match report::write(&folder, document, evidence, path) {
+    let earlier = latchgate_report::id_in(&folder);
+    match latchgate_report::write(&folder, document, evidence, path) {
         Ok(_) => {
             if earlier.is_some_and(|earlier| earlier != document.report_id) {
                 let folder = folder.display();

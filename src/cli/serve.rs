@@ -2,7 +2,7 @@
 
 use super::args::ServeArguments;
 use super::failure::Failure;
-use crate::error::Error;
+use latchgate_recording::error::Error;
 use std::path::PathBuf;
 use std::process::Command;
 

@@ -36,10 +36,9 @@ use super::options::{Common, StudyCommon};
 use super::output;
 use super::progress;
 use super::values::OutputFormat;
-use crate::report;
-use crate::report::study::{StudyFiles, Summary};
 use analysis::{Analysis, Session};
 use clap::Subcommand;
+use latchgate_study::files::{StudyFiles, Summary};
 use std::path::PathBuf;
 
 /// The studies.
@@ -123,7 +122,7 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
     let written = files.write(&folder).map_err(Failure::Data)?;
     match common.format {
         OutputFormat::Json => output::document(&files.json),
-        OutputFormat::Text => output::text(&report::study::text(&summary, &written)),
+        OutputFormat::Text => output::text(&latchgate_study::files::text(&summary, &written)),
     }
     .map_err(Failure::Data)?;
     if !complete {

@@ -1,12 +1,12 @@
 //! Values of options that only the command line knows, and how they are read.
 
-use crate::model::stop::StopModel;
-use crate::recording::Limits;
-use crate::replay::Method;
-use crate::request;
-use crate::verdict::ModelChoice;
 use clap::ValueEnum;
 use clap::builder::{PossibleValue, TypedValueParser};
+use latchgate_document::request;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::Method;
+use latchgate_recording::Limits;
+use latchgate_verdict::ModelChoice;
 use std::ffi::OsStr;
 use tracing::level_filters::LevelFilter;
 

@@ -6,13 +6,14 @@ use super::options::{Common, ReplayArguments, VerifyArguments};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
-use crate::error::{Error, Place};
-use crate::model::Design;
 use crate::pipeline::{self, Difference, Stored, Verification};
-use crate::recording::{Limits, Source, read_within};
-use crate::report::{self, escape};
-use crate::request::Request;
 use clap::Parser;
+use latchgate_document::design_file::apply_override;
+use latchgate_document::request::Request;
+use latchgate_kernel::model::Design;
+use latchgate_recording::error::{Error, Place};
+use latchgate_recording::{Limits, Source, read_within};
+use latchgate_report::escape;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -52,7 +53,7 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
     drop(progress);
     let verification = verification.map_err(Failure::of_data)?;
     match common.format {
-        OutputFormat::Json => output::document(&report::json::render(&verification)),
+        OutputFormat::Json => output::document(&latchgate_document::json::render(&verification)),
         OutputFormat::Text => output::text(&text(&verification)),
     }
     .map_err(Failure::Data)?;
@@ -150,7 +151,7 @@ fn asked_by_command(stored: &Stored) -> Result<Request, Error> {
         Design::reference()
     };
     for assignment in &replay.set {
-        given.set(assignment)?;
+        apply_override(&mut given, assignment)?;
     }
     if given != *stored.design() {
         return Err(Error::malformed(
@@ -202,7 +203,7 @@ fn recording(own: &VerifyArguments, stored: &Stored) -> Result<PathBuf, Error> {
 fn noted(folder: &Path, name: &std::ffi::OsStr) -> Vec<PathBuf> {
     const PATH_BYTES: u64 = 4096;
     let mut note = String::new();
-    let read = std::fs::File::open(folder.join(report::SOURCE_FILE))
+    let read = std::fs::File::open(folder.join(latchgate_report::SOURCE_FILE))
         .and_then(|file| file.take(PATH_BYTES).read_to_string(&mut note));
     let path = Path::new(note.trim_end_matches('\n'));
     if read.is_err() || path.file_name() != Some(name) {

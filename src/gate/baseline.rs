@@ -2,8 +2,8 @@
 
 use super::pairs::{Pair, PairStanding};
 use super::summary::{Changes, GateSummary, Moved};
-use crate::error::{Error, Place};
 use crate::pipeline::{Answer, DecisionRow};
+use latchgate_recording::error::{Error, Place};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// An earlier summary.
@@ -19,7 +19,7 @@ impl Baseline {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Malformed`] if it is none.
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] if it is none.
     pub fn from_json(name: &str, bytes: &[u8]) -> Result<Self, Error> {
         let summary: GateSummary = serde_json::from_slice(bytes).map_err(|error| {
             Error::malformed(

@@ -11,8 +11,8 @@ use super::share::ShareDone;
 use super::store::{self, BlockRows, RowAddress, Store};
 use super::submission::Submission;
 use super::summary::GateSummary;
-use crate::error::{Error, Place};
 use crate::pipeline::{Control, Limits};
+use latchgate_recording::error::{Error, Place};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -59,9 +59,9 @@ impl<'a> Collection<'a> {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Malformed`] if the plan is no longer the one that was submitted,
-    /// [`crate::error::ErrorKind::Io`] if the store cannot be read,
-    /// [`crate::error::ErrorKind::Stopped`].
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] if the plan is no longer the one that was submitted,
+    /// [`latchgate_recording::error::ErrorKind::Io`] if the store cannot be read,
+    /// [`Stopped`](latchgate_kernel::error::Error::Stopped).
     pub fn of(
         plan: &'a Plan,
         folder: &'a Path,
@@ -108,8 +108,8 @@ impl<'a> Collection<'a> {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Malformed`] that names one that is not,
-    /// [`crate::error::ErrorKind::Stopped`].
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] that names one that is not,
+    /// [`Stopped`](latchgate_kernel::error::Error::Stopped).
     pub fn check_unchanged(&self, limits: &Limits, control: &Control<'_>) -> Result<(), Error> {
         if self.shares.is_none() {
             // They were read just now.
@@ -181,8 +181,8 @@ impl<'a> Collection<'a> {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Malformed`] if a pair is missing or its block damaged,
-    /// [`crate::error::ErrorKind::Io`] if a column cannot be written.
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] if a pair is missing or its block damaged,
+    /// [`latchgate_recording::error::ErrorKind::Io`] if a column cannot be written.
     pub fn summary(
         mut self,
         asked: Asked<'_>,
@@ -203,7 +203,7 @@ impl<'a> Collection<'a> {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Malformed`] if a pair is missing or its block damaged.
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] if a pair is missing or its block damaged.
     pub fn judged(mut self) -> Result<(Arc<Store>, Vec<JudgedRecording>), Error> {
         let store = self.store();
         let numbers = 0..self.plan.recordings.len();

@@ -4,9 +4,9 @@
 //!
 //! NumPy Enhancement Proposal 1, "A Simple File Format for NumPy Arrays", version 1.0.
 
-use crate::error::{Error, Place};
 use crate::pipeline::DecisionRow;
-use crate::report::Unplaced;
+use latchgate_recording::error::{Error, Place};
+use latchgate_report::Unplaced;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -44,7 +44,7 @@ impl Columns {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if they cannot be written.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if they cannot be written.
     pub fn beside(folder: &Path, recordings: &[String], designs: &[String]) -> Result<Self, Error> {
         let beside = Unplaced::beside(folder)?;
         let shape = (recordings.len(), designs.len());
@@ -77,7 +77,7 @@ impl Columns {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if it cannot be written.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written.
     pub fn add(&mut self, row: &DecisionRow) -> Result<(), Error> {
         let mut written = self.verdicts.write_all(&[row.verdict.exit_code()]);
         for ((_, number), out) in NUMBERS.iter().zip(&mut self.numbers) {
@@ -91,7 +91,7 @@ impl Columns {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if that fails, [`crate::error::ErrorKind::Malformed`] where
+    /// [`latchgate_recording::error::ErrorKind::Io`] if that fails, [`latchgate_recording::error::ErrorKind::Malformed`] where
     /// anything else stands there.
     pub fn settle(mut self, folder: &Path) -> Result<(), Error> {
         for out in self.numbers.iter_mut().chain([&mut self.verdicts]) {

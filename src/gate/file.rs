@@ -3,8 +3,8 @@
 //! Tables and keys are read one by one, so that all that is wrong is told at once, each at its
 //! place. What the words lead to, files and designs, is looked up by `plan`.
 
-use crate::error::{Error, ErrorKind, Place, with_article};
 use crate::pipeline::{Answer, Limits, Request};
+use latchgate_recording::error::{Error, ErrorKind, Place, with_article};
 use serde_json::Value;
 use std::collections::BTreeMap;
 

@@ -4,9 +4,10 @@ use super::pairs::Pair;
 use super::plan::Plan;
 use super::summary::{GateSummary, unwritten};
 use super::{junit, markdown, page};
-use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Control, Extras, Limits, Prepared, Source};
-use crate::report::{self, Unplaced};
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_recording::error::{Error, Place};
+use latchgate_report::Unplaced;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
@@ -37,7 +38,7 @@ pub enum Reports {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if something cannot be written, [`ErrorKind::Stopped`].
+/// [`ErrorKind::Io`] if something cannot be written, [`Stopped`](latchgate_kernel::error::Error::Stopped).
 pub fn write(
     folder: &Path,
     plan: &Plan,
@@ -118,7 +119,7 @@ fn full(
         Err(refused) => refused.outcome(design),
     };
     if outcome.was_stopped() {
-        return Err(ErrorKind::Stopped.into());
+        return Err(KernelError::Stopped.into());
     }
     if outcome.document.report_id != pair.row.report_id {
         let error = Error::malformed(
@@ -130,7 +131,7 @@ fn full(
     }
     let id: String = pair.row.report_id.chars().take(12).collect();
     let own = format!("{REPORTS}/{id}");
-    report::write(
+    latchgate_report::write(
         &folder.join(&own),
         &outcome.document,
         outcome.evidence.as_ref(),

@@ -3,7 +3,7 @@
 use super::block::{self, BlockHead, BlockKind, Key, key_of_bytes};
 use super::question::{hex, key_of_hex};
 use super::store::damage;
-use crate::error::Error;
+use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -121,7 +121,7 @@ impl StoreIndex {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if the store cannot be read.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if the store cannot be read.
     pub(super) fn open(
         folder: &Path,
         paths: Vec<PathBuf>,
@@ -326,7 +326,7 @@ impl KnownDesigns {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if it cannot be written.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written.
     pub(super) fn keep(&self, folder: &Path) -> Result<(), Error> {
         let path = list_path(folder, self.list);
         let lines: Vec<String> = self.keys.iter().map(|key| hex(key)).collect();

@@ -1,8 +1,8 @@
 //! A first gate file, from what a folder holds.
 
 use super::plan::is_recording;
-use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Control, Limits, Prepared, Request, Source};
+use latchgate_recording::error::{Error, Place};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ name = \"paper\"
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Io`] if the folder cannot be listed, [`ErrorKind::Stopped`], and
+/// [`ErrorKind::Io`] if the folder cannot be listed, [`Stopped`](latchgate_kernel::error::Error::Stopped), and
 /// [`ErrorKind::Empty`] if it holds no file.
 pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<String, Error> {
     let mut paths = Vec::new();
@@ -60,7 +60,7 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
         control.unmeasured(|control| {
             match Prepared::open(&source, &Request::default(), limits, control) {
                 Ok(_) => Ok(None),
-                Err(refused) if *refused.error.kind() == ErrorKind::Stopped => Err(refused.error),
+                Err(refused) if refused.error.is_stopped() => Err(refused.error),
                 Err(refused) => Ok(Some(refused.error.to_string())),
             }
         })

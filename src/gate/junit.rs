@@ -8,8 +8,8 @@
 use super::pairs::{Pair, PairStanding, Pairs};
 use super::summary::{GateSummary, unwritten};
 use super::text;
-use crate::error::Error;
 use crate::pipeline::Answer;
+use latchgate_recording::error::Error;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
 use std::collections::BTreeMap;
@@ -54,7 +54,7 @@ enum TestOutcome {
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] if it cannot be written, or a decision no longer be read.
+/// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written, or a decision no longer be read.
 pub fn write(summary: &GateSummary, out: &mut dyn io::Write) -> Result<(), Error> {
     let suites = suites(summary);
     let mut writer = Writer::new_with_indent(out, b' ', 1);

@@ -3,7 +3,7 @@
 use super::pairs::PairStanding;
 use super::summary::GateSummary;
 use super::text;
-use crate::error::Error;
+use latchgate_recording::error::Error;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -24,7 +24,7 @@ const ANNOTATIONS_MAX: usize = 10;
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] if a decision can no longer be read.
+/// [`latchgate_recording::error::ErrorKind::Io`] if a decision can no longer be read.
 pub fn render(summary: &GateSummary) -> Result<String, Error> {
     let mut out = String::new();
     let mark = if summary.exit_code == 0 { "✅" } else { "❌" };
@@ -225,7 +225,7 @@ fn cut(text: String) -> String {
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] if a decision can no longer be read.
+/// [`latchgate_recording::error::ErrorKind::Io`] if a decision can no longer be read.
 pub fn annotations(summary: &GateSummary) -> Result<String, Error> {
     let problems = summary.problems.iter();
     let mut lines: Vec<String> = problems

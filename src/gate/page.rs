@@ -3,9 +3,10 @@
 use super::pairs::{Pair, PairStanding};
 use super::summary::{GateSummary, unwritten};
 use super::text;
-use crate::error::Error;
 use crate::pipeline::Answer;
-use crate::report::{UNSEEN, escape, number, page};
+use latchgate_document::number;
+use latchgate_recording::error::Error;
+use latchgate_report::{UNSEEN, escape, page};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::io;
@@ -35,7 +36,7 @@ pub type ReportFolders = BTreeMap<usize, String>;
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] if it cannot be written, or a decision no longer be read.
+/// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written, or a decision no longer be read.
 pub fn write(
     summary: &GateSummary,
     reports: &ReportFolders,

@@ -2,8 +2,8 @@
 //! wanted.
 
 use super::store::{RowAddress, Store};
-use crate::error::Error;
 use crate::pipeline::{Answer, DecisionRow};
+use latchgate_recording::error::Error;
 use serde::ser::{Error as _, SerializeSeq};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::cmp::Reverse;
@@ -369,7 +369,7 @@ impl Pairs {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if its row can no longer be read.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if its row can no longer be read.
     pub fn get(&self, index: usize) -> Result<Pair, Error> {
         let mut found = self.some(index..index + 1)?;
         Ok(found.remove(0))

@@ -4,9 +4,10 @@
 //! needs the one before, and what matches nothing is an error. No recording is opened.
 
 use super::file::{DesignEntry, Exception, GateFile, RecordingsEntry};
-use crate::error::{Error, Place};
 use crate::pipeline::{Answer, Design, Limits, Request, design_from_bytes, read_within};
 use glob::{MatchOptions, Pattern};
+use latchgate_document::design_file::apply_override;
+use latchgate_recording::error::{Error, Place};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -463,7 +464,7 @@ fn design(entry: &DesignEntry, folder: &Path, limits: &Limits) -> Result<Design,
         }
     };
     for assignment in &entry.set {
-        design.set(assignment)?;
+        apply_override(&mut design, assignment)?;
     }
     if let Some(name) = &entry.name {
         design.name.clone_from(name);

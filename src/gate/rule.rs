@@ -6,8 +6,8 @@ use super::plan::Plan;
 use super::run::JudgedRecording;
 use super::store::Store;
 use super::summary::{Counts, GateProblem, GateSummary, SummaryRecording};
-use crate::error::Error;
 use crate::pipeline::{Answer, NUMBERS_REVISION};
+use latchgate_recording::error::Error;
 use std::sync::Arc;
 
 /// What is asked of a summary beside its gate.
@@ -27,7 +27,7 @@ pub struct Asked<'a> {
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] if a decision can no longer be read.
+/// [`latchgate_recording::error::ErrorKind::Io`] if a decision can no longer be read.
 pub fn hold(
     plan: &Plan,
     judged: Vec<JudgedRecording>,

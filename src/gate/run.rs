@@ -2,8 +2,8 @@
 
 use super::plan::{Plan, PlannedRecording};
 use super::store::{RowAddress, Store};
-use crate::error::{Error, ErrorKind};
 use crate::pipeline::{Control, DecisionRow, Design, Limits, Prepared, Source};
+use latchgate_recording::error::Error;
 
 /// Rows of a recording that are kept together: what a kill costs, and what is read again for one.
 const KEPT_TOGETHER: usize = 64;
@@ -28,7 +28,7 @@ pub struct JudgedRecording {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Stopped`] if `control` ends the work, [`ErrorKind::Io`] if the store cannot be
+/// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work, [`ErrorKind::Io`] if the store cannot be
 /// written. A recording that cannot be read is no error: its rows say so.
 pub fn run(
     plan: &Plan,
@@ -55,7 +55,7 @@ fn judged(
     let source = Source::File(recording.path.clone());
     let prepared = match Prepared::open(&source, &recording.request, limits, control) {
         Ok(prepared) => prepared,
-        Err(refused) if *refused.error.kind() == ErrorKind::Stopped => return Err(refused.error),
+        Err(refused) if refused.error.is_stopped() => return Err(refused.error),
         // It takes no time to find out again, and may be mended until then.
         Err(refused) => {
             let mut rows = Vec::with_capacity(designs.len());

@@ -9,8 +9,9 @@ use super::plan::{Plan, PlannedRecording};
 use super::question::Questions;
 use super::store::{self, BlockRows, Store};
 use super::submission::Submission;
-use crate::error::{Error, ErrorKind, Place};
 use crate::pipeline::{Answer, Control, DecisionRow, Design, Limits, Prepared, Reason, Source};
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_recording::error::{Error, ErrorKind, Place};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
@@ -86,7 +87,7 @@ fn done_path(folder: &Path, share: Share) -> PathBuf {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Stopped`] if `control` ends the work; what is done is kept. [`ErrorKind::Io`] if the
+/// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work; what is done is kept. [`ErrorKind::Io`] if the
 /// store cannot be read or written, [`ErrorKind::Malformed`] if the designs are not those that were
 /// submitted.
 pub fn judge_share(
@@ -145,7 +146,7 @@ pub fn judge_share(
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Stopped`] if `control` ends the work.
+/// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work.
 pub fn judge_pair(
     recording: &PlannedRecording,
     design: &Design,
@@ -155,7 +156,7 @@ pub fn judge_pair(
     let source = Source::File(recording.path.clone());
     match Prepared::open(&source, &recording.request, limits, control) {
         Ok(prepared) => prepared.row(design, control),
-        Err(refused) if *refused.error.kind() == ErrorKind::Stopped => Err(refused.error),
+        Err(refused) if refused.error.is_stopped() => Err(refused.error),
         Err(refused) => Ok(refused.row(design)),
     }
 }
@@ -237,8 +238,8 @@ impl ShareDesk<'_> {
         }
         let read = match &prepared {
             Ok(prepared) => prepared.recording(),
-            Err(refused) if *refused.error.kind() == ErrorKind::Stopped => {
-                return Err(ErrorKind::Stopped.into());
+            Err(refused) if refused.error.is_stopped() => {
+                return Err(KernelError::Stopped.into());
             }
             Err(refused) => refused.recording(),
         };

@@ -9,8 +9,8 @@
 //! put aside as blocks in memory.
 
 use super::block::{self, BlockHead, BlockKind, BlockOf, Key};
-use crate::error::Error;
 use crate::pipeline::DecisionRow;
+use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -112,7 +112,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if the folder cannot be made, listed or read.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if the folder cannot be made, listed or read.
     pub fn open(folder: &Path) -> Result<Self, Error> {
         make(folder)?;
         let paths = files(folder)?;
@@ -169,7 +169,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if that fails.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if that fails.
     pub(super) fn sync(&self) -> Result<(), Error> {
         match (&self.blocks().own, &self.folder) {
             (Some(own), Some(folder)) => own
@@ -198,7 +198,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if it cannot be written.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written.
     pub fn put(&self, rows: &[DecisionRow]) -> Result<Vec<RowAddress>, Error> {
         if self.folder.is_none() {
             return self.put_aside(rows);
@@ -220,7 +220,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if it cannot be written; what was written of it is taken
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written; what was written of it is taken
     /// back where possible.
     pub(super) fn append(
         &self,
@@ -265,7 +265,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if they are too many for a block.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if they are too many for a block.
     pub fn put_aside(&self, rows: &[DecisionRow]) -> Result<Vec<RowAddress>, Error> {
         if rows.is_empty() {
             return Ok(Vec::new());
@@ -288,7 +288,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if a block is no longer there, or no longer fits its
+    /// [`latchgate_recording::error::ErrorKind::Io`] if a block is no longer there, or no longer fits its
     /// checksum.
     pub fn rows(&self, addresses: &[RowAddress]) -> Result<Vec<DecisionRow>, Error> {
         let mut found = Vec::with_capacity(addresses.len());

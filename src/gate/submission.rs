@@ -5,8 +5,8 @@ use super::index::put_in_place;
 use super::plan::Plan;
 use super::question::{Questions, design_key, hex, key_of_hex};
 use super::store;
-use crate::error::{Error, Place};
 use crate::pipeline::{Control, Design, Limits, NUMBERS_REVISION};
+use latchgate_recording::error::{Error, Place};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -33,7 +33,7 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Stopped`] if `control` ends the work.
+    /// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work.
     pub(super) fn recording_keys(
         &self,
         limits: &Limits,
@@ -49,7 +49,7 @@ impl Submission {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Stopped`] if `control` ends the work.
+    /// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work.
     pub fn of(
         plan: &Plan,
         shares: u32,
@@ -84,7 +84,7 @@ impl Submission {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Malformed`] that names what differs.
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] that names what differs.
     pub fn check(&self, plan: &Plan) -> Result<(), Error> {
         let hint = "submit the sweep again";
         let differs = |expected: String, found: &str| {
@@ -132,7 +132,7 @@ impl Submission {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if it cannot be written.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written.
     pub fn keep(&self, folder: &Path, gate: &str) -> Result<(), Error> {
         store::make(folder)?;
         let path = Self::path(folder, gate);
@@ -146,7 +146,7 @@ impl Submission {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if it cannot be read or is none.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be read or is none.
     pub fn read(folder: &Path, gate: &str) -> Result<Option<Self>, Error> {
         let path = Self::path(folder, gate);
         match fs::read(&path) {
@@ -162,7 +162,7 @@ impl Submission {
     ///
     /// # Errors
     ///
-    /// As [`Self::read`]; [`crate::error::ErrorKind::Malformed`] if it is another one, or none is there.
+    /// As [`Self::read`]; [`latchgate_recording::error::ErrorKind::Malformed`] if it is another one, or none is there.
     pub fn read_as(folder: &Path, gate: &str, id: &str) -> Result<Self, Error> {
         match Self::read(folder, gate)? {
             Some(submission) if submission.id() == id => Ok(submission),

@@ -1,8 +1,8 @@
 //! What became of each pair and of the whole: the document of a gate.
 
 use super::pairs::{COULD_NOT, PairStanding, Pairs, severity};
-use crate::error::Error;
 use crate::pipeline::Design;
+use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
 use std::io;
 
@@ -146,7 +146,7 @@ impl GateSummary {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Io`] if it cannot be written, or a row no longer be read.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written, or a row no longer be read.
     pub fn write_json(&self, mut out: &mut dyn io::Write) -> Result<(), Error> {
         serde_json::to_writer_pretty(&mut out, self)
             .map_err(io::Error::from)

@@ -2,9 +2,10 @@
 
 use super::pairs::{Pair, PairStanding, Pairs};
 use super::summary::GateSummary;
-use crate::error::Error;
 use crate::pipeline::{Answer, DecisionRow};
-use crate::report::{UNSEEN, escape, number};
+use latchgate_document::number;
+use latchgate_recording::error::Error;
+use latchgate_report::{UNSEEN, escape};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
@@ -18,7 +19,7 @@ const TEXT_MAX: usize = 240;
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] if a decision can no longer be read.
+/// [`latchgate_recording::error::ErrorKind::Io`] if a decision can no longer be read.
 pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Error> {
     let mut out = String::new();
     let counts = &summary.counts;

@@ -1,15 +1,15 @@
 //! What is known of a recording and what was found, put together as a document.
 
-use super::identity;
-use crate::conditioning::{self, Conditioned, cfc};
-use crate::error::{Error, ErrorKind};
-use crate::margin::PreloadAnswer;
-use crate::model::Design;
-use crate::recording::{Card, Channel, Finding, Severity, Source, TestFacts};
-use crate::report::document::{ConditioningBlock, Document, RecordingBlock, RunBlock};
-use crate::request::Request;
-use crate::units::{AccelerationUnit, STANDARD_GRAVITY};
-use crate::verdict::{
+use latchgate_document::blocks::{ConditioningBlock, Document, RecordingBlock, RunBlock};
+use latchgate_document::identity;
+use latchgate_document::request::Request;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::units::{AccelerationUnit, STANDARD_GRAVITY};
+use latchgate_recording::error::Error;
+use latchgate_recording::{Card, Channel, Finding, Severity, Source, TestFacts};
+use latchgate_verdict::conditioning::{self, Conditioned, cfc};
+use latchgate_verdict::margin::PreloadAnswer;
+use latchgate_verdict::{
     Answer, Assessment, DECISION_RULE, ErrorBudget, NOMINAL_DECISION_RULE, Polarity, Reason,
     Screens, screen, wording,
 };
@@ -183,7 +183,7 @@ pub(super) fn refused(
         findings,
         ..empty(facts, conditioned, design)
     };
-    if *error.kind() == ErrorKind::Stopped {
+    if error.is_stopped() {
         // No answer to the question: it must not be found under the question's name.
         document.report_id = String::new();
     }

@@ -1,8 +1,8 @@
 //! The channels to choose from where several could be meant, each with its shape.
 
-use crate::error::{Candidate, Error, ErrorKind};
-use crate::recording::Channel;
-use crate::report::sparkline;
+use latchgate_recording::Channel;
+use latchgate_recording::error::{Candidate, Error, ErrorKind};
+use latchgate_report::sparkline;
 use serde::{Deserialize, Serialize};
 
 /// Width of a sparkline in characters.

@@ -1,15 +1,15 @@
 //! Settings that decide: a pass by the settings asked for is held against what the defaults say.
 
 use super::prepared::Prepared;
-use crate::conditioning::{self, BiasWindow, Conditioned, FilterChoice};
-use crate::error::{Error, ErrorKind};
-use crate::model::Design;
-use crate::parallel::Control;
-use crate::recording::Finding;
-use crate::replay::Method;
-use crate::request::Request;
-use crate::setting::Setting;
-use crate::verdict::{self, Answer, AssessDetail, AssessExtras, Assessment, Policy, Reason};
+use latchgate_document::request::Request;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::Method;
+use latchgate_recording::Finding;
+use latchgate_recording::error::Error;
+use latchgate_recording::setting::Setting;
+use latchgate_verdict::conditioning::{self, BiasWindow, Conditioned, FilterChoice};
+use latchgate_verdict::{Answer, AssessDetail, AssessExtras, Assessment, Policy, Reason};
 
 /// One departure from the defaults: how messages name it, and the way back.
 struct Departure {
@@ -151,7 +151,7 @@ impl Prepared {
         let answer = conditioning::reconditioned(&self.conditioned, &options)
             .and_then(|conditioned| self.answer_on(&conditioned, &policy, design, control));
         match answer {
-            Err(error) if *error.kind() == ErrorKind::Stopped => Err(error),
+            Err(error) if error.is_stopped() => Err(error),
             answer => Ok(answer.unwrap_or(Answer::Unusable)),
         }
     }
@@ -170,7 +170,7 @@ impl Prepared {
         let findings = &self.facts.findings;
         control
             .unmeasured(|control| {
-                verdict::assess(conditioned, findings, design, policy, extras, control)
+                latchgate_verdict::assess(conditioned, findings, design, policy, extras, control)
             })
             .map(|assessment| assessment.answer)
     }

@@ -1,16 +1,16 @@
 //! What a recording holds, channel by channel; judges nothing.
 
 use super::candidates::{self, Offer};
-use crate::conditioning::{self, ConditioningOptions, neighbours};
-use crate::error::{Error, ErrorKind, Place};
-use crate::parallel::Control;
-use crate::recording::csv::TableMapping;
-use crate::recording::{
+use latchgate_document::request::Request;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::units::AccelerationUnit;
+use latchgate_recording::csv::TableMapping;
+use latchgate_recording::error::{Error, ErrorKind, Place};
+use latchgate_recording::setting::Setting;
+use latchgate_recording::{
     self, Card, Channel, Finding, Limits, Part, ReadOptions, Reading, Recording, Source, Stated,
 };
-use crate::request::Request;
-use crate::setting::Setting;
-use crate::units::AccelerationUnit;
+use latchgate_verdict::conditioning::{self, ConditioningOptions, neighbours};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -131,13 +131,13 @@ pub struct ListedChannel {
 /// let listing = inspect(&source, &Request::default(), &Limits::default(), &Control::default())?;
 /// assert_eq!(listing.replay.channel.as_deref(), Some("acceleration y (g)"));
 /// assert_eq!(listing.channels[0].samples, 6001);
-/// # Ok::<(), latchgate::error::Error>(())
+/// # Ok::<(), latchgate_recording::error::Error>(())
 /// ```
 ///
 /// # Errors
 ///
 /// Any [`ErrorKind`] of reading; [`ErrorKind::NoChannel`] where nothing carries numbers;
-/// [`ErrorKind::Stopped`] if `control` ends the work.
+/// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work.
 pub fn inspect(
     source: &Source,
     request: &Request,
@@ -146,11 +146,12 @@ pub fn inspect(
 ) -> Result<Listing, Error> {
     request.check()?;
     let limits = &request.limits(limits)?;
-    let card =
-        recording::card::read_beside(source, limits)?.map_or_else(Card::default, |(card, _)| card);
+    let card = latchgate_recording::card::read_beside(source, limits)?
+        .map_or_else(Card::default, |(card, _)| card);
     let options = request.read_options(&card);
     control.check()?;
-    let Reading { chosen, every } = recording::read_both(source, &options, limits, control);
+    let Reading { chosen, every } =
+        latchgate_recording::read_both(source, &options, limits, control);
     control.check()?;
     let every = every?;
     if every.channels.is_empty() {
@@ -176,7 +177,7 @@ pub fn inspect(
 /// assert_eq!((mapping.separator, mapping.decimal), ("semicolon", Some(",")));
 /// assert_eq!((mapping.header_line, mapping.data_line), (Some(1), Some(2)));
 /// assert_eq!(mapping.time_unit.as_deref(), Some("ms"));
-/// # Ok::<(), latchgate::error::Error>(())
+/// # Ok::<(), latchgate_recording::error::Error>(())
 /// ```
 ///
 /// # Errors
@@ -190,10 +191,12 @@ pub fn table_mapping(
 ) -> Result<Option<TableMapping>, Error> {
     request.check()?;
     let limits = &request.limits(limits)?;
-    let card =
-        recording::card::read_beside(source, limits)?.map_or_else(Card::default, |(card, _)| card);
+    let card = latchgate_recording::card::read_beside(source, limits)?
+        .map_or_else(Card::default, |(card, _)| card);
     let options = request.read_options(&card);
-    Ok(recording::table_mapping(source, &options, limits, control))
+    Ok(latchgate_recording::table_mapping(
+        source, &options, limits, control,
+    ))
 }
 
 /// Says why a recording holds no channel.

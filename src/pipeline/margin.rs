@@ -1,16 +1,17 @@
 //! How far a verdict is from changing, as a document.
 
+use super::answer;
 use super::prepared::Prepared;
-use super::{answer, identity};
-use crate::error::{Error, Place};
-use crate::margin::{Basis, MarginOptions, Margins, margins};
-use crate::model::Design;
-use crate::parallel::Control;
-use crate::recording::{Limits, Source};
-use crate::report::MarginDocument;
-use crate::report::margin_document::Context;
-use crate::request::MarginRequest;
-use crate::verdict::{AssessDetail, AssessExtras};
+use latchgate_document::MarginDocument;
+use latchgate_document::identity;
+use latchgate_document::margin_document::Context;
+use latchgate_document::request::MarginRequest;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::parallel::Control;
+use latchgate_recording::error::{Error, Place};
+use latchgate_recording::{Limits, Source};
+use latchgate_verdict::margin::{Basis, MarginOptions, Margins, margins};
+use latchgate_verdict::{AssessDetail, AssessExtras};
 
 /// A margin with what its report draws.
 #[derive(Debug, Clone)]
@@ -33,7 +34,7 @@ pub struct MarginOutcome {
 /// let (limits, control) = (Limits::default(), Control::unwatched(2));
 /// let outcome = margin(&source, &request, &Design::reference(), &limits, &control)?;
 /// assert!(outcome.document.scale_to_flip.is_some_and(|factor| factor > 1.0));
-/// # Ok::<(), latchgate::error::Error>(())
+/// # Ok::<(), latchgate_recording::error::Error>(())
 /// ```
 ///
 /// # Errors
@@ -57,8 +58,8 @@ impl Prepared {
     ///
     /// # Errors
     ///
-    /// As [`margins`] and [`crate::verdict::assess()`]; those of
-    /// [`crate::margin::MapRequest::check`].
+    /// As [`margins`] and [`latchgate_verdict::assess()`]; those of
+    /// [`latchgate_verdict::margin::MapRequest::check`].
     pub fn margin(
         &self,
         design: &Design,

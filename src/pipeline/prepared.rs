@@ -2,20 +2,20 @@
 
 use super::answer::{self, RecordingFacts};
 use super::candidates::{self, Offer};
-use crate::conditioning::{self, Conditioned};
-use crate::error::{Error, ErrorKind, Place};
-use crate::margin::{self, PreloadAnswer};
-use crate::model::Design;
-use crate::parallel::Control;
-use crate::recording::card::CardFile;
-use crate::recording::{self, Channel, Finding, Limits, Reading, Source};
-use crate::report::document::RecordingBlock;
-use crate::report::{self, Document};
-use crate::request::Request;
-use crate::units::STANDARD_GRAVITY;
-use crate::verdict::assess::assess_again;
-use crate::verdict::readings::ReadingCache;
-use crate::verdict::{self, Assessment, Evidence};
+use latchgate_document::Document;
+use latchgate_document::blocks::RecordingBlock;
+use latchgate_document::request::Request;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::units::STANDARD_GRAVITY;
+use latchgate_recording::card::CardFile;
+use latchgate_recording::error::{Error, ErrorKind, Place};
+use latchgate_recording::{Channel, Finding, Limits, Reading, Source};
+use latchgate_verdict::assess::assess_again;
+use latchgate_verdict::conditioning::{self, Conditioned};
+use latchgate_verdict::margin::{self, PreloadAnswer};
+use latchgate_verdict::readings::ReadingCache;
+use latchgate_verdict::{Assessment, Evidence};
 use std::sync::Arc;
 
 /// What is worked out beside the verdict and costs more than it; none of it changes the verdict.
@@ -70,14 +70,14 @@ impl Outcome {
         if self.was_stopped() {
             return Vec::new();
         }
-        report::files(&self.document, self.evidence.as_ref())
+        latchgate_report::files(&self.document, self.evidence.as_ref())
     }
 
     /// Tells whether the work was stopped before its end: there is no answer, and the document,
     /// which has no identity, is not to be kept.
     #[must_use]
     pub fn was_stopped(&self) -> bool {
-        let stopped = |error: &Error| *error.kind() == ErrorKind::Stopped;
+        let stopped = |error: &Error| error.is_stopped();
         self.refusal.as_ref().is_some_and(stopped)
     }
 }
@@ -132,7 +132,7 @@ impl Prepared {
     /// # Errors
     ///
     /// [`Refused`] with any [`ErrorKind`] of reading and conditioning, or of [`Request::check`];
-    /// [`ErrorKind::Stopped`] if `control` ends the work.
+    /// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work.
     ///
     /// # Examples
     ///
@@ -188,7 +188,7 @@ impl Prepared {
     /// heavier.set("lever.mass_kg=0.16")?;
     /// assert_eq!(prepared.report_id(&paper), prepared.report_id(&paper));
     /// assert_ne!(prepared.report_id(&paper), prepared.report_id(&heavier));
-    /// # Ok::<(), latchgate::error::Error>(())
+    /// # Ok::<(), latchgate_recording::error::Error>(())
     /// ```
     #[must_use]
     pub fn report_id(&self, design: &Design) -> String {
@@ -237,10 +237,10 @@ impl Prepared {
         extras: Extras,
         control: &Control<'_>,
     ) -> Result<(Assessment, Option<PreloadAnswer>), Error> {
-        let own = verdict::AssessExtras {
+        let own = latchgate_verdict::AssessExtras {
             filter_table: extras.filter_table,
             evidence: extras.evidence,
-            ..verdict::AssessExtras::default()
+            ..latchgate_verdict::AssessExtras::default()
         };
         // The search for a preload makes more runs than the verdict.
         let share = if extras.preload_answer { 0.3 } else { 1.0 };
@@ -274,7 +274,7 @@ impl Prepared {
     pub(super) fn decide(
         &self,
         design: &Design,
-        extras: verdict::AssessExtras,
+        extras: latchgate_verdict::AssessExtras,
         control: &Control<'_>,
     ) -> Result<Assessment, Error> {
         let RecordingFacts {
@@ -322,7 +322,8 @@ fn read(
     }
     control.check()?;
     let options = facts.request.read_options(&facts.card);
-    let Reading { chosen, every } = recording::read_both(source, &options, limits, control);
+    let Reading { chosen, every } =
+        latchgate_recording::read_both(source, &options, limits, control);
     control.check()?;
     let recording = chosen.inspect_err(|error| {
         let channels = every.as_ref().map_or(&[][..], |every| &every.channels);

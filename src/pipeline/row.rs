@@ -2,11 +2,11 @@
 
 use super::answer;
 use super::prepared::{Prepared, Refused};
-use crate::error::{Error, ErrorKind};
-use crate::model::Design;
-use crate::parallel::Control;
-use crate::report::Document;
-use crate::verdict::{Answer, AssessDetail, AssessExtras, Reason};
+use latchgate_document::Document;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::parallel::Control;
+use latchgate_recording::error::Error;
+use latchgate_verdict::{Answer, AssessDetail, AssessExtras, Reason};
 use serde::{Deserialize, Serialize};
 
 /// The decision of one recording and one design. What a report adds (what-ifs, error budget,
@@ -51,7 +51,7 @@ impl DecisionRow {
         let usable = document.verdict != Answer::Unusable;
         let nominal = document.nominal.as_ref().filter(|_| usable);
         let answered = nominal.and_then(|run| {
-            let own = |answer: &&crate::verdict::RunAnswer| {
+            let own = |answer: &&latchgate_verdict::RunAnswer| {
                 answer.model == run.model && answer.opens_when == run.opens_when
             };
             document.answers.iter().find(own)
@@ -78,7 +78,7 @@ impl Prepared {
     ///
     /// # Errors
     ///
-    /// [`crate::error::ErrorKind::Stopped`] if `control` ends the work. Anything else that leaves
+    /// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work. Anything else that leaves
     /// nothing to judge is a row that says `unusable`.
     pub fn row(&self, design: &Design, control: &Control<'_>) -> Result<DecisionRow, Error> {
         let extras = AssessExtras {
@@ -88,7 +88,7 @@ impl Prepared {
         let conditioned = &self.conditioned;
         let document = match self.decide(design, extras, control) {
             Ok(assessment) => answer::answered(&self.facts, conditioned, design, assessment, None),
-            Err(error) if *error.kind() == ErrorKind::Stopped => return Err(error),
+            Err(error) if error.is_stopped() => return Err(error),
             Err(error) => answer::refused(&self.facts, Some(conditioned), design, &error),
         };
         Ok(DecisionRow::of(&document))

@@ -1,12 +1,14 @@
 //! The run inside a stored verdict made again, and compared key by key.
 
 use super::compare::{self, Difference};
-use super::identity;
 use super::prepared::Extras;
 use super::{Control, Design, Limits, Request, Source, judge};
-use crate::error::{Error, ErrorKind};
-use crate::report::document::RecordingBlock;
-use crate::report::json;
+use latchgate_document::blocks::RecordingBlock;
+use latchgate_document::design_file::apply_override;
+use latchgate_document::identity;
+use latchgate_document::json;
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_recording::error::Error;
 use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -79,7 +81,7 @@ impl Stored {
     /// let stored = Stored::from_json(&text)?;
     /// assert_eq!(stored.file(), "burst.csv");
     /// assert!(Stored::from_json(b"{}").is_err());
-    /// # Ok::<(), latchgate::error::Error>(())
+    /// # Ok::<(), latchgate_recording::error::Error>(())
     /// ```
     ///
     /// # Errors
@@ -214,7 +216,7 @@ fn design(document: &Value) -> Result<Design, Error> {
                 raised_from_rad = Some(number);
                 continue;
             }
-            design.set(&format!("{section}.{key}={number}"))?;
+            apply_override(&mut design, &format!("{section}.{key}={number}"))?;
         }
     }
     design.criterion.raised_from_rad = raised_from_rad;
@@ -239,7 +241,7 @@ fn design(document: &Value) -> Result<Design, Error> {
 ///
 /// # Errors
 ///
-/// [`ErrorKind::Stopped`] if `control` ends the work. A recording that is refused is no error: the
+/// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work. A recording that is refused is no error: the
 /// document that says so is compared.
 pub fn verify(
     stored: &Stored,
@@ -259,7 +261,7 @@ pub fn verify(
         control,
     );
     if outcome.was_stopped() {
-        return Err(ErrorKind::Stopped.into());
+        return Err(KernelError::Stopped.into());
     }
     let now = json::render(&outcome.document)
         .parse::<Value>()

@@ -2,9 +2,9 @@
 
 use crate::csv::read_table;
 use crate::support::Random;
-use latchgate::error::ErrorKind;
-use latchgate::recording::{self, Limits, ReadOptions, Selection, Source};
-use latchgate::units::{AccelerationUnit, TimeUnit};
+use latchgate_kernel::units::{AccelerationUnit, TimeUnit};
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::{Limits, ReadOptions, Selection, Source};
 
 fn none() -> ReadOptions {
     ReadOptions::default()
@@ -556,7 +556,7 @@ fn val_bad_choice() {
 fn check_limit(bytes: Vec<u8>, limits: &Limits, selection: Selection, name: &str) {
     let source = Source::bytes("table.csv", bytes);
     let options = unnamed(Some("1"));
-    let error = recording::read(&source, &options, selection, limits).unwrap_err();
+    let error = latchgate_recording::read(&source, &options, selection, limits).unwrap_err();
     match error.kind() {
         ErrorKind::LimitExceeded { limit, .. } => assert_eq!(*limit, name),
         other => panic!("expected limit {name}, found {other}"),

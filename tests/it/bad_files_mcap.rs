@@ -3,8 +3,9 @@
 
 use crate::mcap::*;
 use crate::support::Random;
-use latchgate::error::{Candidates, ErrorKind};
-use latchgate::recording::{Limits, ReadOptions, Selection, read};
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_recording::error::{Candidates, ErrorKind};
+use latchgate_recording::{Limits, ReadOptions, Selection, read};
 use std::mem::{Discriminant, discriminant};
 
 fn kinds() -> [Discriminant<ErrorKind>; 4] {
@@ -24,7 +25,7 @@ fn kinds() -> [Discriminant<ErrorKind>; 4] {
             value: 0,
             found: text(),
         }),
-        discriminant(&ErrorKind::NonFinite { found: text() }),
+        discriminant(&ErrorKind::Kernel(KernelError::NonFinite { found: text() })),
     ]
 }
 
@@ -651,7 +652,7 @@ fn samples_of_every_kind() -> Vec<Vec<u8>> {
 
 fn any_unit() -> ReadOptions {
     ReadOptions {
-        unit: Some(latchgate::units::AccelerationUnit::StandardGravity),
+        unit: Some(latchgate_kernel::units::AccelerationUnit::StandardGravity),
         ..options(None)
     }
 }

@@ -1,12 +1,12 @@
 //! Batches of levers against the scalar kernel, which they must agree with to its stated error,
 //! whatever the neighbours and the threads.
 
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::batch::{self, AskedPeaks, BatchOptions, Member, MemberPeak};
-use latchgate::replay::{self, RunOptions};
-use latchgate::units::{OpensWhen, SampleRate};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, Member, MemberPeak};
+use latchgate_kernel::replay::{self, RunOptions};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, SampleRate};
 
 /// A decaying burst of a few tones [m/s²], like a door's.
 fn burst(amplitude: f64, samples: usize) -> Signal {

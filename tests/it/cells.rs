@@ -2,10 +2,10 @@
 
 use crate::csv::read_table;
 use crate::support::Random;
-use latchgate::error::Error;
-use latchgate::recording::csv::stamp::{StampClock, nanoseconds};
-use latchgate::recording::{self, Limits, ReadOptions, Recording, Selection, Source};
-use latchgate::units::TimeUnit;
+use latchgate_kernel::units::TimeUnit;
+use latchgate_recording::csv::stamp::{StampClock, nanoseconds};
+use latchgate_recording::error::Error;
+use latchgate_recording::{Limits, ReadOptions, Recording, Selection, Source};
 
 /// Reads numbers as the channel file of a test, one a line.
 fn read_numbers(cells: &[&str]) -> Result<Recording, Error> {
@@ -14,7 +14,7 @@ fn read_numbers(cells: &[&str]) -> Result<Recording, Error> {
         cells.join("\n")
     );
     let source = Source::bytes("a.001", text.into_bytes());
-    recording::read(
+    latchgate_recording::read(
         &source,
         &ReadOptions::default(),
         Selection::Lateral,
@@ -350,7 +350,7 @@ fn verif_a_long_line_after_many_rows_is_told_at_its_place() {
         let table = [&b"1,2\n".repeat(5000), long, b"\n1,2\n"].concat();
         let source = Source::bytes("a.csv", table);
         let options = ReadOptions::default();
-        let error = recording::read(&source, &options, Selection::Lateral, &limits)
+        let error = latchgate_recording::read(&source, &options, Selection::Lateral, &limits)
             .expect_err("a long line");
         let place = error.place();
         assert_eq!((place.line, place.byte), (Some(5001), Some(20_060)));
@@ -367,7 +367,7 @@ fn val_patterns_of_codes() {
             ..ReadOptions::default()
         };
         let source = Source::bytes("a.001", text.into_bytes());
-        recording::read(&source, &options, Selection::Lateral, &Limits::default()).is_ok()
+        latchgate_recording::read(&source, &options, Selection::Lateral, &Limits::default()).is_ok()
     };
     for pattern in [
         code,

@@ -636,7 +636,7 @@ fn cli_logs_go_to_stderr_and_change_nothing_on_stdout() {
         );
         assert!(
             done.err
-                .contains("INFO latchgate::recording: recording read"),
+                .contains("INFO latchgate_recording: recording read"),
             "{options:?}: {}",
             done.err
         );

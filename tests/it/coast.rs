@@ -5,11 +5,11 @@
 //! the angle before they fall; a truncation relative to their sum let an error of a tenth of a
 //! radian stand in the coast's bound, enough to make a pass undecided.
 
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, RunOptions};
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{self, RunOptions};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use std::f64::consts::PI;
 
 const RATE_HZ: f64 = 10_000.0;

@@ -1,13 +1,14 @@
 //! Guards the order of conditioning, the bias with its standard error, and the defaults.
 
 use crate::support::{Random, data, signal_from as signal};
-use latchgate::conditioning::bias::{bias, standard_error_of_mean};
-use latchgate::conditioning::{
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate};
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::{Channel, Severity};
+use latchgate_verdict::conditioning::bias::{bias, standard_error_of_mean};
+use latchgate_verdict::conditioning::{
     BiasWindow, Cfc, ConditioningOptions, FilterChoice, FilterStandard, condition, peak,
 };
-use latchgate::error::ErrorKind;
-use latchgate::recording::{Channel, Severity};
-use latchgate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate};
 use std::f64::consts::PI;
 
 fn channel(rate_hz: f64, start_s: f64, values: Vec<f64>) -> Channel {
@@ -15,7 +16,7 @@ fn channel(rate_hz: f64, start_s: f64, values: Vec<f64>) -> Channel {
         name: "door y".into(),
         unit: Some(AccelerationUnit::StandardGravity),
         unit_source: "option",
-        stated: latchgate::recording::Stated::default(),
+        stated: latchgate_recording::Stated::default(),
         start_s,
         rate: SampleRate::from_hertz(rate_hz).unwrap(),
         values,
@@ -147,7 +148,8 @@ fn verif_what_cannot_be_done_is_an_error() {
     check_error(&nameless, &default, |kind| {
         matches!(kind, ErrorKind::MissingUnit)
     });
-    let out_of_range: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::OutOfRange { .. });
+    let out_of_range: fn(&ErrorKind) -> bool =
+        |kind| matches!(kind, ErrorKind::Kernel(KernelError::OutOfRange { .. }));
     for value in [f64::NAN, f64::INFINITY, 1e300, -1e9] {
         let mut wild = record.clone();
         wild.values[40] = value;
@@ -179,13 +181,13 @@ fn verif_what_cannot_be_done_is_an_error() {
             ..default.clone()
         };
         check_error(&record, &options, |kind| {
-            matches!(kind, ErrorKind::NotPositive { .. })
+            matches!(kind, ErrorKind::Kernel(KernelError::NotPositive { .. }))
         });
     }
     for count in [0, 1] {
         let short = channel(10_000.0, 0.0, vec![1.0; count]);
         check_error(&short, &default, |kind| {
-            matches!(kind, ErrorKind::TooShort { .. })
+            matches!(kind, ErrorKind::Kernel(KernelError::TooShort { .. }))
         });
     }
 }

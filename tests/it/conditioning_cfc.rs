@@ -1,12 +1,12 @@
 //! Guards the filters of SAE J211-1 and ISO 6487: coefficients, gain, phase and record ends.
 
 use crate::support::{Random, data, signal};
-use latchgate::conditioning::cfc::{
+use latchgate_kernel::units::SampleRate;
+use latchgate_recording::error::ErrorKind;
+use latchgate_verdict::conditioning::cfc::{
     CfcFilter, design_frequency_hz, end_treatment, iso_6487, padding_samples, sae_j211,
 };
-use latchgate::conditioning::{Cfc, FilterStandard};
-use latchgate::error::ErrorKind;
-use latchgate::units::SampleRate;
+use latchgate_verdict::conditioning::{Cfc, FilterStandard};
 use std::f64::consts::PI;
 
 const STANDARDS: [FilterStandard; 2] = [FilterStandard::Iso6487, FilterStandard::SaeJ211];

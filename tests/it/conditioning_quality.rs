@@ -1,10 +1,10 @@
 //! Guards the detectors of faults: what must block, and what must not.
 
 use crate::support::{Random, data, signal_from as signal};
-use latchgate::conditioning::quality::{before_event, findings};
-use latchgate::conditioning::{ConditioningOptions, Signal, condition, neighbours};
-use latchgate::recording::{Channel, Finding, Severity, Stated};
-use latchgate::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate};
+use latchgate_kernel::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate};
+use latchgate_recording::{Channel, Finding, Severity, Stated};
+use latchgate_verdict::conditioning::quality::{before_event, findings};
+use latchgate_verdict::conditioning::{ConditioningOptions, Signal, condition, neighbours};
 use std::f64::consts::PI;
 
 /// Codes that block or speak of clipping, in order.

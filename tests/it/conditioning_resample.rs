@@ -1,10 +1,11 @@
 //! Guards resampling: what must stay, what must vanish, and the fourfold grid.
 
 use crate::support::Random;
-use latchgate::conditioning::Signal;
-use latchgate::conditioning::resample::{near_nyquist, resample, upsample_fourfold};
-use latchgate::error::ErrorKind;
-use latchgate::units::SampleRate;
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::SampleRate;
+use latchgate_recording::error::ErrorKind;
+use latchgate_verdict::conditioning::resample::{near_nyquist, resample, upsample_fourfold};
 use std::f64::consts::PI;
 
 fn rate(hertz: f64) -> SampleRate {
@@ -147,13 +148,14 @@ fn check_refused(signal: &Signal, to_hz: f64, expected: fn(&ErrorKind) -> bool) 
 #[test]
 fn verif_rates_that_cannot_be_made_are_refused() {
     let signal = tone(10_000.0, 100.0, 2_000);
-    let out_of_range = |kind: &ErrorKind| matches!(kind, ErrorKind::OutOfRange { .. });
+    let out_of_range =
+        |kind: &ErrorKind| matches!(kind, ErrorKind::Kernel(KernelError::OutOfRange { .. }));
     check_refused(&signal, 5e7, out_of_range);
     check_refused(&signal, 1e300, out_of_range);
     check_refused(&signal, 249.9, out_of_range);
     check_refused(&signal, 1e-300, out_of_range);
     check_refused(&tone(1e9, 100.0, 10), 300.0, |kind| {
-        matches!(kind, ErrorKind::TooShort { .. })
+        matches!(kind, ErrorKind::Kernel(KernelError::TooShort { .. }))
     });
 }
 
@@ -164,7 +166,10 @@ fn verif_short_records_are_resampled_without_panic() {
         for to_hz in [5_000.0, 9_000.0, 25_000.0] {
             match resample(&signal, rate(to_hz)) {
                 Ok(made) => assert!(made.samples.iter().all(|value| value.is_finite())),
-                Err(error) => assert!(matches!(error.kind(), ErrorKind::TooShort { .. })),
+                Err(error) => assert!(matches!(
+                    error.kind(),
+                    ErrorKind::Kernel(KernelError::TooShort { .. })
+                )),
             }
         }
         let fourfold = upsample_fourfold(&signal);

@@ -1,8 +1,8 @@
 //! Guards the spectra: tones read their amplitude, and the squares add up.
 
 use crate::support::{Random, signal_from};
-use latchgate::conditioning::Signal;
-use latchgate::conditioning::spectrum::{amplitude_spectrum, spectrogram};
+use latchgate_kernel::signal::Signal;
+use latchgate_verdict::conditioning::spectrum::{amplitude_spectrum, spectrogram};
 use std::f64::consts::PI;
 
 fn signal(rate_hz: f64, samples: Vec<f64>) -> Signal {

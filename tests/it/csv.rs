@@ -1,13 +1,16 @@
 //! Text tables, their time bases and their cards: what is read, and that it is read exactly.
 
 use crate::support::{Random, data};
-use latchgate::error::ErrorKind;
-use latchgate::recording::time_base::TimeBase;
-use latchgate::recording::{
+use latchgate_document::request::Request;
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::units::{
+    AccelerationUnit, DecimalMark, SampleRate, SensorSensitivity, TimeUnit,
+};
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::time_base::TimeBase;
+use latchgate_recording::{
     self, Card, Channel, Limits, ReadOptions, Recording, Selection, Severity, Source, card,
 };
-use latchgate::request::Request;
-use latchgate::units::{AccelerationUnit, DecimalMark, SampleRate, SensorSensitivity, TimeUnit};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -16,9 +19,9 @@ pub(crate) fn read_table(
     bytes: impl Into<Vec<u8>>,
     options: &ReadOptions,
     selection: Selection,
-) -> Result<Recording, latchgate::error::Error> {
+) -> Result<Recording, latchgate_recording::error::Error> {
     let source = Source::bytes("table.csv", bytes.into());
-    recording::read(&source, options, selection, &Limits::default())
+    latchgate_recording::read(&source, options, selection, &Limits::default())
 }
 
 fn with_unit(unit: AccelerationUnit) -> ReadOptions {
@@ -511,14 +514,14 @@ struct Regular {
     start_s: f64,
     rate: SampleRate,
     values: Vec<f64>,
-    findings: Vec<latchgate::recording::Finding>,
+    findings: Vec<latchgate_recording::Finding>,
 }
 
 fn regularise(
     stamps_s: &[f64],
     values: Vec<f64>,
     printed_digit_s: f64,
-) -> Result<Regular, latchgate::error::Error> {
+) -> Result<Regular, latchgate_recording::error::Error> {
     let base = TimeBase::fit(stamps_s, printed_digit_s, &Limits::default())?;
     let values = base.apply(stamps_s, values)?;
     Ok(Regular {
@@ -720,8 +723,14 @@ fn val_stamps_that_are_refused() {
             .kind()
             .clone()
     };
-    assert!(matches!(refused(&[]), ErrorKind::TooShort { .. }));
-    assert!(matches!(refused(&[1.0]), ErrorKind::TooShort { .. }));
+    assert!(matches!(
+        refused(&[]),
+        ErrorKind::Kernel(KernelError::TooShort { .. })
+    ));
+    assert!(matches!(
+        refused(&[1.0]),
+        ErrorKind::Kernel(KernelError::TooShort { .. })
+    ));
     assert!(matches!(
         refused(&[1.0, 1.0]),
         ErrorKind::TimeNotIncreasing { .. }
@@ -732,11 +741,11 @@ fn val_stamps_that_are_refused() {
     ));
     assert!(matches!(
         refused(&[0.0, f64::NAN]),
-        ErrorKind::NonFinite { .. }
+        ErrorKind::Kernel(KernelError::NonFinite { .. })
     ));
     assert!(matches!(
         refused(&[f64::MIN, f64::MAX]),
-        ErrorKind::NonFinite { .. }
+        ErrorKind::Kernel(KernelError::NonFinite { .. })
     ));
     assert!(matches!(
         refused(&[0.0, 1e-4, 2e-4, 1e9]),
@@ -744,7 +753,7 @@ fn val_stamps_that_are_refused() {
     ));
     assert!(matches!(
         refused(&[0.0, 1e-300, 2e-300, 1e300]),
-        ErrorKind::LimitExceeded { .. } | ErrorKind::NonFinite { .. }
+        ErrorKind::LimitExceeded { .. } | ErrorKind::Kernel(KernelError::NonFinite { .. })
     ));
     assert!(regularise(&[0.0, 1.0], vec![0.0], 0.0).is_err());
 }
@@ -798,7 +807,7 @@ fn val_nhtsa_channel_files() {
             .lines()
             .map(|line| line.split('\t').nth(1).unwrap().trim().parse().unwrap())
             .collect();
-        let recording = recording::read(
+        let recording = latchgate_recording::read(
             &Source::File(path),
             &ReadOptions {
                 input_format: Some("csv".into()),
@@ -837,7 +846,7 @@ fn val_reference_shocks() {
             .unwrap()
             .to_string();
         let rate: f64 = first.rsplit_once("fs=").unwrap().1.trim().parse().unwrap();
-        let recording = recording::read(
+        let recording = latchgate_recording::read(
             &Source::File(path),
             &options,
             Selection::Lateral,

@@ -3,14 +3,14 @@
 //! sound ones are read.
 
 use crate::support::{Random, signal_from as signal};
-use latchgate::conditioning::quality::findings;
-use latchgate::conditioning::{ConditioningOptions, Signal, condition};
-use latchgate::model::Design;
-use latchgate::parallel::Control;
-use latchgate::recording::{Channel, Severity, Stated};
-use latchgate::study::damages::{self, DamageAnswer, Options};
-use latchgate::units::{AccelerationUnit, OpensWhen, STANDARD_GRAVITY};
-use latchgate::verdict::{ModelChoice, Polarity, Policy, passes};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::units::{AccelerationUnit, OpensWhen, STANDARD_GRAVITY};
+use latchgate_recording::{Channel, Severity, Stated};
+use latchgate_study::damages::{self, DamageAnswer, Options};
+use latchgate_verdict::conditioning::quality::findings;
+use latchgate_verdict::conditioning::{ConditioningOptions, Signal, condition};
+use latchgate_verdict::{ModelChoice, Polarity, Policy, passes};
 use std::f64::consts::{PI, TAU};
 
 /// How a channel is made: peak of its push and of its ringing [g], offset, noise, grid [g].

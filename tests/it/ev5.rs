@@ -3,9 +3,10 @@
 use crate::support::{
     Folder, check_at, check_codes, check_refused, data, one, read_path, with_channel,
 };
-use latchgate::error::ErrorKind;
-use latchgate::recording::{ReadOptions, Selection, Severity};
-use latchgate::units::AccelerationUnit;
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::units::AccelerationUnit;
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::{ReadOptions, Selection, Severity};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -373,7 +374,7 @@ fn val_damage_is_refused_at_its_line() {
         ),
         (
             "0.0\t1.0\n1e-4\t1.0\n2e-4\tinf\n",
-            |kind| matches!(kind, ErrorKind::NonFinite { .. }),
+            |kind| matches!(kind, ErrorKind::Kernel(KernelError::NonFinite { .. })),
             "inf",
         ),
     ] {

@@ -1,11 +1,13 @@
 //! Many levers on one sine against the stroboscope that follows one, to rounding and what impacts
 //! make of it; and the same bits whatever the neighbours and the threads.
 
-use latchgate::model::Design;
-use latchgate::model::excitation::Harmonic;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::strobe_batch::{self, Ending, Followed, HarmonicStart, StrobeBatchOptions};
-use latchgate::replay::{Section, Strobe};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::excitation::Harmonic;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::strobe_batch::{
+    self, Ending, Followed, HarmonicStart, StrobeBatchOptions,
+};
+use latchgate_kernel::replay::{Section, Strobe};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Gravity of the quad-precision reference values [m/s²].

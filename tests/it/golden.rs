@@ -20,8 +20,8 @@ mod topics;
 
 use crate::support::{Done, Folder, latchgate};
 use latchgate::pipeline::{Control, Document, Listing};
-use latchgate::recording::{self, Channel, Limits, ReadOptions, Selection, Source, Stated, card};
-use latchgate::units::{AccelerationUnit, SampleRate};
+use latchgate_kernel::units::{AccelerationUnit, SampleRate};
+use latchgate_recording::{Channel, Limits, ReadOptions, Selection, Source, Stated, card};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -422,7 +422,7 @@ fn one_reading_differs(path: &Path) -> Option<String> {
         unit: Some(AccelerationUnit::StandardGravity),
         ..stated.clone()
     };
-    let all = recording::read(&source, &stated, Selection::Every, &limits);
+    let all = latchgate_recording::read(&source, &stated, Selection::Every, &limits);
     let channels = all.iter().flat_map(|all| &all.channels).take(3);
     let named = channels.map(|channel| ReadOptions {
         channel: Some(channel.name.clone()),
@@ -430,8 +430,8 @@ fn one_reading_differs(path: &Path) -> Option<String> {
     });
     let ways: Vec<ReadOptions> = named.chain([stated.clone(), rated]).collect();
     ways.iter().find_map(|options| {
-        let both = recording::read_both(&source, options, &limits, &Control::default());
-        let alone = |selection| recording::read(&source, options, selection, &limits);
+        let both = latchgate_recording::read_both(&source, options, &limits, &Control::default());
+        let alone = |selection| latchgate_recording::read(&source, options, selection, &limits);
         let (chosen, every) = (alone(Selection::Lateral), alone(Selection::Every));
         (both.chosen != chosen || both.every != every).then(|| {
             format!("read once: {both:?}\nread twice: {chosen:?}\n{every:?}\n with {options:?}")

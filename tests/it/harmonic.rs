@@ -1,11 +1,11 @@
 //! The event-driven kernel on a smooth sine, against quad-precision runs.
 
 use crate::support::{json, number};
-use latchgate::model::Design;
-use latchgate::model::excitation::Harmonic;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, Method, Run, RunOptions, RunOutcome, Section, Strobe};
-use latchgate::units::OpensWhen;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::excitation::Harmonic;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{self, Method, Run, RunOptions, RunOutcome, Section, Strobe};
+use latchgate_kernel::units::OpensWhen;
 use std::f64::consts::TAU;
 
 /// Gravity of the quad-precision reference values [m/s²].
@@ -226,8 +226,8 @@ fn verif_release_at_the_edges() {
 /// the interval, as that of straight lines must.
 #[test]
 fn verif_samples_of_the_sine_come_nearer() {
-    use latchgate::conditioning::Signal;
-    use latchgate::units::SampleRate;
+    use latchgate_kernel::signal::Signal;
+    use latchgate_kernel::units::SampleRate;
     let excitation = sine(5.0, 100.0, 0.3, REFERENCE_GRAVITY);
     for (stop, opens_when) in [
         (StopModel::Rigid, OpensWhen::Negative),
@@ -239,7 +239,7 @@ fn verif_samples_of_the_sine_come_nearer() {
         };
         let exact = drive(&excitation, 0.1, &options).run.final_angle_rad;
         let error = |intervals: u32| {
-            use latchgate::model::excitation::Excitation;
+            use latchgate_kernel::model::excitation::Excitation;
             let rate_hz = f64::from(intervals) / 0.1;
             let signal = Signal {
                 start_s: 0.0,

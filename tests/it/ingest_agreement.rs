@@ -3,9 +3,9 @@
 
 use crate::mcap::{channel, file, imu, message, schema};
 use crate::support::{Folder, check_codes, check_refused, data, one};
-use latchgate::error::ErrorKind;
-use latchgate::recording::{Channel, ReadOptions, Severity};
-use latchgate::units::STANDARD_GRAVITY;
+use latchgate_kernel::units::STANDARD_GRAVITY;
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::{Channel, ReadOptions, Severity};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -249,7 +249,7 @@ fn val_a_rate_beyond_belief_is_asked_for_in_every_format() {
         };
         // The unit alone confirms no rate.
         let in_seconds = ReadOptions {
-            time_unit: Some(latchgate::units::TimeUnit::SECOND),
+            time_unit: Some(latchgate_kernel::units::TimeUnit::SECOND),
             rate_hz: None,
             ..confirmed.clone()
         };
@@ -257,7 +257,7 @@ fn val_a_rate_beyond_belief_is_asked_for_in_every_format() {
         check_refused(&path, &in_seconds, malformed, &["1000000 Hz"]);
         let (channel, findings) = one(&path, &confirmed);
         assert_eq!(channel.rate.hertz(), clock.rate_hz);
-        let told = |finding: &latchgate::recording::Finding| {
+        let told = |finding: &latchgate_recording::Finding| {
             finding.code == "time-unit-implausible" && finding.severity == Severity::Warning
         };
         assert!(
@@ -415,7 +415,7 @@ fn val_rows_written_twice_are_taken_once() {
 #[test]
 fn prop_damaged_files_never_panic() {
     use crate::support::Random;
-    use latchgate::recording::{self, Limits, Selection, Source};
+    use latchgate_recording::{Limits, Selection, Source};
 
     let clock = Clock {
         rate_hz: 10_000.0,
@@ -455,7 +455,7 @@ fn prop_damaged_files_never_panic() {
             let source = Source::bytes(name.clone(), bytes);
             for selection in [Selection::Lateral, Selection::Every] {
                 let read = std::panic::catch_unwind(|| {
-                    recording::read(&source, &options, selection, &Limits::default())
+                    latchgate_recording::read(&source, &options, selection, &Limits::default())
                 });
                 let read = read.unwrap_or_else(|_| panic!("{name}, seed {seed}"));
                 for channel in read.iter().flat_map(|recording| &recording.channels) {

@@ -4,16 +4,16 @@
 mod corners;
 
 use crate::support::Random;
-use latchgate::conditioning::{
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::{self, RunOptions};
+use latchgate_kernel::units::{OpensWhen, SampleRate};
+use latchgate_verdict::conditioning::{
     self, BiasWindow, Cfc, Conditioned, ConditioningOptions, FilterChoice, FilterStandard, Signal,
     resample,
 };
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::parallel::Control;
-use latchgate::replay::{self, RunOptions};
-use latchgate::units::{OpensWhen, SampleRate};
-use latchgate::verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess};
+use latchgate_verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess};
 use std::f64::consts::{PI, TAU};
 
 const NEGATIVE: Polarity = Polarity::Declared(OpensWhen::Negative);
@@ -318,9 +318,12 @@ struct Shown {
 
 impl Shown {
     fn of(what: &str, count: usize, look: impl Fn(usize) -> Found + Sync) -> Self {
-        let cases: Vec<usize> = (0..count).collect();
         let control = Control::unwatched(2);
-        let of_each = control.try_map(&cases, |case| Ok(look(*case))).unwrap();
+        let of_each = control
+            .map(count, look)
+            .into_iter()
+            .flatten()
+            .collect::<Vec<_>>();
         let moved: Vec<&Found> = of_each.iter().filter(|found| found.moves).collect();
         let of = moved.len();
         let sorted = |number: fn(&Found) -> f64| {

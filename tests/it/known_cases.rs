@@ -3,13 +3,13 @@
 //! memory, and rounding that impacts carry beyond all use.
 
 use crate::support::{data, replay, signal};
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::excitation::Harmonic;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, Method, RunOptions, Strobe};
-use latchgate::study::cases::{self, Drive, StudyCase};
-use latchgate::units::{OpensWhen, SampleRate};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::excitation::Harmonic;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{self, Method, RunOptions, Strobe};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, SampleRate};
+use latchgate_study::cases::{self, Drive, StudyCase};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

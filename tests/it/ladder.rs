@@ -3,15 +3,15 @@
 
 use crate::screens::{KINDS, random_recording};
 use crate::support::{Random, random_design};
-use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::parallel::Control;
-use latchgate::replay::Method;
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
-use latchgate::verdict::ladder::Rung;
-use latchgate::verdict::screen::{self, Decided, Seen, Subject};
-use latchgate::verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::Method;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Signal};
+use latchgate_verdict::ladder::Rung;
+use latchgate_verdict::screen::{self, Decided, Seen, Subject};
+use latchgate_verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess};
 use std::collections::BTreeMap;
 
 const NEGATIVE: Polarity = Polarity::Declared(OpensWhen::Negative);

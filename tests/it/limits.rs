@@ -4,8 +4,8 @@
 use crate::mcap::{Cdr, channel, chunk, file, header, imu_schema, lz4, message, record, schema};
 use crate::support::Random;
 use crate::support::{Folder, finish, latchgate, program, table, weak};
-use latchgate::error::ErrorKind;
-use latchgate::recording::{self, Limits, ReadOptions, Selection, Source};
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::{Limits, ReadOptions, Selection, Source};
 use std::fmt::Write as _;
 use std::io::{Read, Write};
 use std::process::Stdio;
@@ -610,8 +610,9 @@ fn verif_every_limit_of_a_table_is_kept() {
         let mut limits = Limits::default();
         limits.set(&format!("{name}=1")).unwrap();
         let source = Source::bytes("a.csv", bytes.clone());
-        let error = recording::read(&source, &ReadOptions::default(), Selection::Every, &limits)
-            .unwrap_err();
+        let error =
+            latchgate_recording::read(&source, &ReadOptions::default(), Selection::Every, &limits)
+                .unwrap_err();
         assert!(
             matches!(error.kind(), ErrorKind::LimitExceeded { limit, .. } if *limit == name),
             "{name}: {error}"

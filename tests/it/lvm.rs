@@ -3,9 +3,9 @@
 use crate::support::{
     Folder, check_at, check_codes, check_refused, data, one, read_path, with_channel,
 };
-use latchgate::error::ErrorKind;
-use latchgate::recording::{ReadOptions, Selection, Severity};
-use latchgate::units::AccelerationUnit;
+use latchgate_kernel::units::AccelerationUnit;
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::{ReadOptions, Selection, Severity};
 
 #[derive(Clone, Copy)]
 struct Dialect {

@@ -10,6 +10,8 @@
     clippy::float_cmp,
     clippy::print_stdout,
     clippy::print_stderr,
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
     reason = "tests may"
 )]
 
@@ -18,6 +20,7 @@ mod bad_files_csv;
 mod bad_files_mcap;
 mod batch;
 mod cells;
+mod circles;
 mod cli;
 mod coast;
 mod conditioning;
@@ -69,7 +72,6 @@ mod setting_decides;
 mod signals;
 mod sines;
 mod slow_channels;
-mod structure;
 mod study;
 mod study_scenes;
 mod support;

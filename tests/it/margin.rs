@@ -4,21 +4,21 @@
 mod advice;
 
 use crate::support::{columns, signal};
-use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
-use latchgate::error::Error;
-use latchgate::margin::quantity::{SearchRange, applied};
-use latchgate::margin::search::{Edge, Excess, Probe, changes};
-use latchgate::margin::{
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::{self, StopModel};
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::{self, RunOptions};
+use latchgate_kernel::units::{OpensWhen, Restitution, STANDARD_GRAVITY};
+use latchgate_recording::Finding;
+use latchgate_recording::error::Error;
+use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Signal};
+use latchgate_verdict::margin::quantity::{SearchRange, applied};
+use latchgate_verdict::margin::search::{Edge, Excess, Probe, changes};
+use latchgate_verdict::margin::{
     self, Basis, MapAxis, MapRequest, Margin, MarginOptions, Margins, NominalAnswer, Quantity,
     critical_pulse,
 };
-use latchgate::model::Design;
-use latchgate::model::stop::{self, StopModel};
-use latchgate::parallel::Control;
-use latchgate::recording::Finding;
-use latchgate::replay::{self, RunOptions};
-use latchgate::units::{OpensWhen, Restitution, STANDARD_GRAVITY};
-use latchgate::verdict::{self, Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy};
+use latchgate_verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy};
 use std::path::Path;
 
 const RADIUS_M: f64 = 0.03;
@@ -67,7 +67,7 @@ fn assess(
     policy: &Policy,
 ) -> Result<Assessment, Error> {
     let (extras, control) = (AssessExtras::default(), Control::default());
-    verdict::assess(conditioned, findings, design, policy, extras, &control)
+    latchgate_verdict::assess(conditioned, findings, design, policy, extras, &control)
 }
 
 fn only(stop: StopModel) -> ModelChoice {

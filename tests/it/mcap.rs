@@ -3,12 +3,12 @@
 //! not held against its own idea of the format.
 
 use crate::support::data;
-use latchgate::error::{Candidates, Error, ErrorKind};
 use latchgate::pipeline::Control;
-use latchgate::recording::{
+use latchgate_kernel::units::AccelerationUnit;
+use latchgate_recording::error::{Candidates, Error, ErrorKind};
+use latchgate_recording::{
     Channel, Limits, ReadOptions, Recording, Selection, Source, read, read_both,
 };
-use latchgate::units::AccelerationUnit;
 
 #[path = "../../examples/support/imu.rs"]
 pub(crate) mod imu;
@@ -755,7 +755,7 @@ fn val_comments_in_metadata_are_remarks() {
     let found = lateral(&file(&data, &[statistics(&[(1, 10)])]), &options(None)).unwrap();
     let own = &found.channels[0];
     assert_eq!(own.stated.remarks, ["cable was loose"]);
-    let told = |findings: &[latchgate::recording::Finding]| -> Vec<String> {
+    let told = |findings: &[latchgate_recording::Finding]| -> Vec<String> {
         let remarks = findings
             .iter()
             .filter(|one| one.code == "laboratory-remark");

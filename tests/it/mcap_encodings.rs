@@ -3,9 +3,9 @@
 
 use crate::mcap::{MAGIC, channel, file, lateral, message, options, record, schema};
 use crate::support::{check_codes, data};
-use latchgate::error::ErrorKind;
-use latchgate::recording::{self, Channel, Limits, ReadOptions, Selection, Severity, Source};
-use latchgate::units::AccelerationUnit;
+use latchgate_kernel::units::AccelerationUnit;
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::{Channel, Limits, ReadOptions, Selection, Severity, Source};
 use std::io::Read as _;
 
 const IMU1: &str = "\
@@ -391,7 +391,7 @@ fn val_the_conformance_suite_reads_as_described() {
         };
         assert!(bytes.starts_with(MAGIC), "{name}");
         let source = Source::bytes(name.clone(), bytes.clone());
-        let read = recording::read(
+        let read = latchgate_recording::read(
             &source,
             &ReadOptions::default(),
             Selection::Every,

@@ -5,9 +5,9 @@ use crate::support::{
     Folder, check_at, check_codes, check_refused, data, gzip_of, one, read_path, tar_of,
     with_channel, zip_of,
 };
-use latchgate::error::ErrorKind;
-use latchgate::recording::{Finding, ReadOptions, Selection, Severity};
-use latchgate::units::AccelerationUnit;
+use latchgate_kernel::units::AccelerationUnit;
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::{Finding, ReadOptions, Selection, Severity};
 use std::fmt::Write as _;
 use std::time::Instant;
 
@@ -574,17 +574,17 @@ fn verif_what_a_test_holds_together_is_bounded() {
         folder_of("mme-many", &test_of(&files))
     };
     let folder = many(20);
-    let source = latchgate::recording::Source::File(folder.path().to_path_buf());
+    let source = latchgate_recording::Source::File(folder.path().to_path_buf());
     for (assignment, name) in [
         ("header_bytes=100", "header_bytes"),
         ("headers_bytes=5000", "headers_bytes"),
         ("test_samples=1000", "test_samples"),
     ] {
-        let mut limits = latchgate::recording::Limits::default();
+        let mut limits = latchgate_recording::Limits::default();
         limits.set(assignment).unwrap();
         let options = ReadOptions::default();
         let error =
-            latchgate::recording::read(&source, &options, Selection::Every, &limits).unwrap_err();
+            latchgate_recording::read(&source, &options, Selection::Every, &limits).unwrap_err();
         assert!(
             matches!(error.kind(), ErrorKind::LimitExceeded { limit, .. } if *limit == name),
             "{name}: {error}"
@@ -593,9 +593,9 @@ fn verif_what_a_test_holds_together_is_bounded() {
         assert!(place.contains("T7.") || place.contains("14BPIL"), "{place}");
     }
     // One channel is read however many there are.
-    let mut limits = latchgate::recording::Limits::default();
+    let mut limits = latchgate_recording::Limits::default();
     limits.set("test_samples=1000").unwrap();
     let read =
-        latchgate::recording::read(&source, &with_channel("003"), Selection::Lateral, &limits);
+        latchgate_recording::read(&source, &with_channel("003"), Selection::Lateral, &limits);
     assert_eq!(read.unwrap().channels[0].values.len(), 400);
 }

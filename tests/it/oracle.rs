@@ -6,9 +6,9 @@
 //! bounds on the derivative instead of Bernstein coefficients, every bounce resolved. It is
 //! slow, and meant to be read.
 
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::signal::Signal;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// An unevaluated sum of two doubles, the second below half an ulp of the first.

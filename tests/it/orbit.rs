@@ -1,10 +1,10 @@
 //! Periodic orbits and their bifurcations against quad-precision values (the tables are the
 //! results of a separate program; g = 9.81 m/s²).
 
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::study::cascade::{self, BranchBounds, Cascade};
-use latchgate::study::orbit::{self, BifurcationKind, ForcedLever, Orbit, PhasePoint};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_study::cascade::{self, BranchBounds, Cascade};
+use latchgate_study::orbit::{self, BifurcationKind, ForcedLever, Orbit, PhasePoint};
 
 fn forced(stop: StopModel, angular_frequency_rad_s: f64) -> ForcedLever {
     ForcedLever {

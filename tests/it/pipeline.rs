@@ -4,20 +4,22 @@
 use crate::support::{Folder, data, finish, program};
 use latchgate::cli::compare::VerdictComparison;
 use latchgate::cli::limits::LimitList;
-use latchgate::error::ErrorKind;
 use latchgate::gate::GateSummary;
-use latchgate::model::parameters::PARAMETERS;
 use latchgate::pipeline::{
     self, Control, Design, Document, Extras, Limits, Listing, MarginRequest, NUMBERS_REVISION,
     Outcome, Prepared, Request, Source, Stored, Verification,
 };
-use latchgate::report::document::Verdicts;
-use latchgate::report::study::Summary;
-use latchgate::report::{MarginDocument, json};
-use latchgate::request::PolaritySource;
-use latchgate::setting::Setting;
-use latchgate::units::OpensWhen;
-use latchgate::verdict::Answer;
+use latchgate_document::blocks::Verdicts;
+use latchgate_document::design_file::apply_override;
+use latchgate_document::request::PolaritySource;
+use latchgate_document::{MarginDocument, json};
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::model::parameters::PARAMETERS;
+use latchgate_kernel::units::OpensWhen;
+use latchgate_recording::error::ErrorKind;
+use latchgate_recording::setting::Setting;
+use latchgate_study::files::Summary;
+use latchgate_verdict::Answer;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -280,7 +282,7 @@ fn verif_the_identity_is_that_of_the_question() {
     let stated = request(json!({"members": 0, "seed": 1, "model": "auto", "resample": "native"}));
     assert_eq!(id(&stated), plain);
     let mut design = Design::reference();
-    design.set("lever.mass_kg=0.15").unwrap();
+    apply_override(&mut design, "lever.mass_kg=0.15").unwrap();
     let mut renamed = Design::reference();
     renamed.name = "other".into();
     for other in [design, renamed] {
@@ -315,9 +317,7 @@ fn verif_a_prepared_recording_judges_many_designs() {
     let prepared = Prepared::open(&source, &nominal(), &limits, &control).unwrap();
     for preload in [0.1, 1.0, 3.0] {
         let mut design = Design::reference();
-        design
-            .set(&format!("lever.preload_torque_nm={preload}"))
-            .unwrap();
+        apply_override(&mut design, &format!("lever.preload_torque_nm={preload}")).unwrap();
         let again = prepared
             .judge(&design, Extras::default(), &control)
             .document;
@@ -407,7 +407,11 @@ fn verif_a_wish_to_stop_ends_the_work() {
             .refusal
             .clone()
             .unwrap_or_else(|| panic!("stopped after {after} of {questions}, and went on"));
-        assert_eq!(*error.kind(), ErrorKind::Stopped, "after {after}");
+        assert_eq!(
+            error.kind(),
+            &ErrorKind::Kernel(KernelError::Stopped),
+            "after {after}"
+        );
         // Nothing of it can be kept for an answer.
         assert_eq!(outcome.document.verdict, Answer::Unusable);
         assert_eq!(outcome.document.report_id, "");
@@ -429,7 +433,7 @@ fn verif_a_wish_to_stop_ends_the_work() {
     };
     match pipeline::margin(&source, &margin, &design, &limits, &stopping) {
         Ok(outcome) => assert!(outcome.margins.stopped),
-        Err(error) => assert_eq!(*error.kind(), ErrorKind::Stopped),
+        Err(error) => assert_eq!(error.kind(), &ErrorKind::Kernel(KernelError::Stopped)),
     }
 }
 
@@ -797,8 +801,8 @@ fn regress_one_question_has_one_identity() {
     assert_ne!(furlong.report_id, mile.report_id);
     let mut plain = Design::reference();
     let mut negative = Design::reference();
-    plain.set("input.bias_g=0").unwrap();
-    negative.set("input.bias_g=-0").unwrap();
+    apply_override(&mut plain, "input.bias_g=0").unwrap();
+    apply_override(&mut negative, "input.bias_g=-0").unwrap();
     let [plain, negative] = [plain, negative].map(|design| {
         let document = judged(&source, &nominal(), &design).document;
         json::render(&document.design)

@@ -1,7 +1,7 @@
 //! Roots of short polynomials: in order, none missed, none made up.
 
 use crate::support::Random;
-use latchgate::numerics::polynomial::{
+use latchgate_kernel::numerics::polynomial::{
     CAPACITY, evaluate, evaluate_with_derivative, first_fall, sign_changes,
 };
 

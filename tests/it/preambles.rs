@@ -2,7 +2,7 @@
 
 use crate::csv::read_table;
 use crate::support::with_channel;
-use latchgate::recording::Selection;
+use latchgate_recording::Selection;
 
 /// What rows above the names state of a column: filters, full scale, code, sensor and test.
 #[test]

@@ -1,11 +1,11 @@
 //! Quad-precision reference runs.
 
 use crate::support::{columns, json, number};
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, RunOptions};
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{self, RunOptions};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 
 fn stop(name: &str) -> StopModel {
     if name == "rigid" {

@@ -1,7 +1,7 @@
 //! Words in remarks: which ones are faults, and from which instant on they hold, as the notes beside
 //! the samples of a table show.
 
-use latchgate::recording::{self, Finding, Limits, ReadOptions, Selection, Severity, Source};
+use latchgate_recording::{Finding, Limits, ReadOptions, Selection, Severity, Source};
 
 /// The instant of the note [s].
 const NOTED_S: f64 = 0.15;
@@ -17,7 +17,7 @@ fn doubt(text: &str) -> Option<Finding> {
         ..Limits::default()
     };
     let source = Source::bytes("a.csv", table.into_bytes());
-    let read = recording::read(
+    let read = latchgate_recording::read(
         &source,
         &ReadOptions::default(),
         Selection::Lateral,

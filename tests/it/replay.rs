@@ -1,11 +1,11 @@
 //! Replay against closed forms, and what the mathematics promises of it.
 
 use crate::support::{Random, options, random_design, random_signal, replay, signal};
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{Method, RunOptions, RunOutcome, TracePoint, energy_j};
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{Method, RunOptions, RunOutcome, TracePoint, energy_j};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 
 const RIGID: StopModel = StopModel::Rigid;
 const SOFT: StopModel = StopModel::Soft;

@@ -4,11 +4,11 @@
 
 use crate::oracle;
 use crate::support::{Random, data, json, number, options, replay, signal};
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{Breakdown, RunOptions, RunOutcome, TracePoint};
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{Breakdown, RunOptions, RunOutcome, TracePoint};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use serde_json::Value;
 
 const RIGID: StopModel = StopModel::Rigid;

@@ -3,11 +3,11 @@
 
 use crate::oracle;
 use crate::support::{Random, options, random_design, random_signal, replay};
-use latchgate::conditioning::{Signal, resample};
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{RunOptions, RunOutcome};
-use latchgate::units::OpensWhen;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{RunOptions, RunOutcome};
+use latchgate_kernel::units::OpensWhen;
+use latchgate_verdict::conditioning::{Signal, resample};
 
 /// Cases more in release mode, where they cost less.
 const MORE: u64 = if cfg!(debug_assertions) { 1 } else { 10 };

@@ -6,9 +6,10 @@ mod live;
 mod terminal;
 
 use fixture::Case;
-use latchgate::report::terminal::Look;
-use latchgate::report::{self, escape, html, json, number, plot, sparkline, text};
-use latchgate::verdict::Answer;
+use latchgate_document::{json, number};
+use latchgate_report::terminal::Look;
+use latchgate_report::{escape, html, plot, sparkline, text};
+use latchgate_verdict::Answer;
 use std::path::PathBuf;
 
 /// Elements that HTML and SVG close by themselves; the page writes them as `<br/>`.
@@ -426,11 +427,12 @@ fn verif_text_from_files_stays_text() {
 fn verif_write_leaves_no_older_file_behind() {
     let folder = temporary_folder("older");
     let failing = fixture::failing();
-    let first = report::write(&folder, &failing.document, Some(&failing.evidence), None).unwrap();
+    let first =
+        latchgate_report::write(&folder, &failing.document, Some(&failing.evidence), None).unwrap();
     assert_eq!(first.len(), 3 + plot::NAMES.len());
     assert!(first.iter().all(|path| path.exists()));
     let unread = fixture::unread();
-    let second = report::write(&folder, &unread.document, None, None).unwrap();
+    let second = latchgate_report::write(&folder, &unread.document, None, None).unwrap();
     let mut left: Vec<_> = std::fs::read_dir(&folder)
         .unwrap()
         .map(|entry| entry.unwrap().path())
@@ -447,7 +449,7 @@ fn verif_write_says_which_path_failed() {
     std::fs::create_dir_all(folder.parent().unwrap()).unwrap();
     std::fs::write(&folder, "a file where the folder should be").unwrap();
     let case = fixture::unread();
-    let error = report::write(&folder, &case.document, None, None).unwrap_err();
+    let error = latchgate_report::write(&folder, &case.document, None, None).unwrap_err();
     std::fs::remove_file(&folder).unwrap();
     assert!(error.to_string().contains("blocked"), "{error}");
     assert!(error.to_string().contains("report folder"), "{error}");

@@ -2,13 +2,13 @@
 //! decisive on the cases they were made for.
 
 use crate::support::{Random, random_design, signal};
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::batch::{self, AskedPeaks, BatchOptions, Member};
-use latchgate::replay::{self, RunOptions};
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
-use latchgate::verdict::screen::{self, Decided, Screen, Screened, Seen, Subject};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, Member};
+use latchgate_kernel::replay::{self, RunOptions};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_verdict::screen::{self, Decided, Screen, Screened, Seen, Subject};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 

@@ -1,14 +1,14 @@
 //! Guards `signals/`: every byte follows from its formula, every recording has the shape its
 //! card promises, and no recording carries by accident what a damaged one would carry.
 
-use latchgate::conditioning::{ConditioningOptions, condition};
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::recording::card::read_beside;
-use latchgate::recording::{Card, Channel, Limits, Selection, Severity, Source, read};
-use latchgate::replay::{RunOptions, run};
-use latchgate::request::Request;
-use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
+use latchgate_document::request::Request;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{RunOptions, run};
+use latchgate_kernel::units::{AccelerationUnit, OpensWhen, SampleRate};
+use latchgate_recording::card::read_beside;
+use latchgate_recording::{Card, Channel, Limits, Selection, Severity, Source, read};
+use latchgate_verdict::conditioning::{ConditioningOptions, condition};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -370,7 +370,7 @@ fn peaks(samples: &[(f64, f64)], rate_hz: f64) -> (Vec<String>, Vec<(OpensWhen, 
         name: "acceleration y (g)".into(),
         unit: Some(AccelerationUnit::StandardGravity),
         unit_source: "header",
-        stated: latchgate::recording::Stated::default(),
+        stated: latchgate_recording::Stated::default(),
         start_s: samples[0].0,
         rate: SampleRate::from_hertz(rate_hz).unwrap(),
         values: samples.iter().map(|(_, value)| *value).collect(),

@@ -4,14 +4,14 @@
 mod commands;
 mod properties;
 
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::parallel::Control;
-use latchgate::study::attractor::{self, Attractor};
-use latchgate::study::basins::{self, Basins};
-use latchgate::study::bifurcation::{self, Sweep};
-use latchgate::study::excitation_map;
-use latchgate::study::orbit::{self, BifurcationKind, ForcedLever, PhasePoint};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_study::attractor::{self, Attractor};
+use latchgate_study::basins::{self, Basins};
+use latchgate_study::bifurcation::{self, Sweep};
+use latchgate_study::excitation_map;
+use latchgate_study::orbit::{self, BifurcationKind, ForcedLever, PhasePoint};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Gravity of the quad-precision reference values [m/s²].

@@ -2,11 +2,11 @@
 //! clock, or curves that leave the high frequencies empty.
 
 use crate::support::{Folder, Random, data, latchgate};
-use latchgate::conditioning::{ConditioningOptions, condition};
 use latchgate::pipeline::Severity;
-use latchgate::recording::{Channel, Finding, Limits, ReadOptions, Selection, Source, read};
-use latchgate::recording::{Stated, card::Card};
-use latchgate::units::{AccelerationUnit, SampleRate};
+use latchgate_kernel::units::{AccelerationUnit, SampleRate};
+use latchgate_recording::{Channel, Finding, Limits, ReadOptions, Selection, Source, read};
+use latchgate_recording::{Stated, card::Card};
+use latchgate_verdict::conditioning::{ConditioningOptions, condition};
 use std::f64::consts::{PI, TAU};
 
 /// A push that rings [g], as a body in a crash does, and what its sensor adds.

@@ -1,11 +1,11 @@
 //! The studies: what they compute, and what the command writes.
 
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::report::plot;
-use latchgate::report::study::StudyTable;
-use latchgate::study::stability::{self, Grade, Stability, situations};
-use latchgate::study::work_precision::{self, Options, Status, WorkPrecision};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_study::chart;
+use latchgate_study::files::StudyTable;
+use latchgate_study::stability::{self, Grade, Stability, situations};
+use latchgate_study::work_precision::{self, Options, Status, WorkPrecision};
 use std::cell::Cell;
 use std::path::PathBuf;
 use std::process::Output;
@@ -315,7 +315,7 @@ fn verif_charts_are_whole() {
     let stable = stable();
     for (svg, table, methods) in [
         (
-            plot::work_precision(&compared),
+            chart::work_precision(&compared),
             StudyTable::of(&compared.rows).unwrap(),
             [
                 "event-driven",
@@ -328,7 +328,7 @@ fn verif_charts_are_whole() {
             .as_slice(),
         ),
         (
-            plot::stability(&stable),
+            chart::stability(&stable),
             StudyTable::of(&stable.rows).unwrap(),
             [
                 "rk4",

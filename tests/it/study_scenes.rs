@@ -1,18 +1,19 @@
 //! The studies of the paper's Figs. 2, 3, 4, 5, 10 and 11: values against numbers of a separate
 //! program in quadruple precision, and what the command writes and refuses.
 
-use latchgate::conditioning::Signal;
-use latchgate::conditioning::spectrum;
-use latchgate::model::Design;
-use latchgate::model::excitation::Harmonic;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, RunOptions, TracePoint};
-use latchgate::report::plot;
-use latchgate::study::free::{self, Against, FreeMotion, Release};
-use latchgate::study::histories::{self, Histories, History};
-use latchgate::study::restitution::{self, FreeContact};
-use latchgate::study::{Headline, free_vibration, shock, spectrogram, step_size};
-use latchgate::units::{OpensWhen, SampleRate};
+use latchgate_document::design_file::apply_override;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::excitation::Harmonic;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{self, RunOptions, TracePoint};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, SampleRate};
+use latchgate_study::chart;
+use latchgate_study::free::{self, Against, FreeMotion, Release};
+use latchgate_study::histories::{self, Histories, History};
+use latchgate_study::restitution::{self, FreeContact};
+use latchgate_study::{Headline, free_vibration, shock, spectrogram, step_size};
+use latchgate_verdict::conditioning::spectrum;
 use std::f64::consts::{PI, TAU};
 use std::path::PathBuf;
 use std::process::Output;
@@ -184,9 +185,9 @@ fn verif_the_contact_is_the_kernels() {
 #[test]
 fn verif_extreme_stops_are_answered() {
     let mut design = Design::reference();
-    design.set("lever.preload_torque_nm=0").unwrap();
+    apply_override(&mut design, "lever.preload_torque_nm=0").unwrap();
     assert!(equivalence(&design).capture_speed_rad_s.is_none());
-    design.set("stop.damping_n_s_per_m=1e4").unwrap();
+    apply_override(&mut design, "stop.damping_n_s_per_m=1e4").unwrap();
     let result = equivalence(&design);
     assert!(result.tension_from_s.is_none() && result.pushes.is_empty());
     assert!(
@@ -195,7 +196,7 @@ fn verif_extreme_stops_are_answered() {
             .iter()
             .all(|rebound| rebound.ratio.is_none())
     );
-    let svg = plot::restitution(&result);
+    let svg = chart::restitution(&result);
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
 
@@ -752,15 +753,15 @@ fn verif_charts_of_the_scenes_are_whole() {
     for (name, svg) in [
         (
             "restitution",
-            plot::restitution(&equivalence(&Design::reference())),
+            chart::restitution(&equivalence(&Design::reference())),
         ),
-        ("step-size", plot::step_size(&sizes(&[10_000, 1000], 30))),
-        ("free-vibration", plot::free_vibration(&free)),
-        ("spectrogram", plot::spectrogram(&bounces(3.0))),
+        ("step-size", chart::step_size(&sizes(&[10_000, 1000], 30))),
+        ("free-vibration", chart::free_vibration(&free)),
+        ("spectrogram", chart::spectrogram(&bounces(3.0))),
         // A lever that is watched too shortly to bounce.
-        ("spectrogram", plot::spectrogram(&bounces(0.8))),
-        ("histories", plot::histories(&three_starts(9.81))),
-        ("shock", plot::shock(&shock)),
+        ("spectrogram", chart::spectrogram(&bounces(0.8))),
+        ("histories", chart::histories(&three_starts(9.81))),
+        ("shock", chart::shock(&shock)),
     ] {
         assert!(
             svg.starts_with("<svg ") && svg.ends_with("</svg>\n"),

@@ -2,12 +2,13 @@
 //! and on its clock.
 
 use crate::support::{Done, Folder, half_sine, latchgate, signal, table};
-use latchgate::conditioning::velocity_change_m_s;
 use latchgate::pipeline::{
     self, AcceptedWord, Answer, Card, CardPolarity, Control, Design, Extras, Limits, MarginRequest,
     Outcome, Request, Severity, Source,
 };
-use latchgate::units::STANDARD_GRAVITY;
+use latchgate_document::design_file::apply_override;
+use latchgate_kernel::units::STANDARD_GRAVITY;
+use latchgate_verdict::conditioning::velocity_change_m_s;
 use std::f64::consts::PI;
 
 /// Half a sine of that peak [m/s²] and length [s] from an instant on [s].
@@ -415,7 +416,7 @@ fn verif_margins_are_judged_as_with_a_persons_word() {
             ..MarginRequest::default()
         };
         let mut stiff = Design::reference();
-        stiff.set("lever.preload_torque_nm=2.0").unwrap();
+        apply_override(&mut stiff, "lever.preload_torque_nm=2.0").unwrap();
         let source = Source::bytes("a.csv", text.as_bytes());
         let (limits, control) = (Limits::default(), Control::default());
         let outcome = pipeline::margin(&source, &request, &stiff, &limits, &control).unwrap();
@@ -458,7 +459,7 @@ fn verif_one_velocity_change_everywhere() {
         .collect();
     assert_eq!(asking.len(), 1, "{findings:?}");
     assert_eq!(asking[0]["severity"], "warning");
-    let shown = latchgate::units::plain(velocity, 3);
+    let shown = latchgate_kernel::units::plain(velocity, 3);
     let text = asking[0]["text"].as_str().unwrap();
     assert!(text.contains(&format!("{shown} m/s")), "{text}");
     let files = outcome.files();

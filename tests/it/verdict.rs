@@ -8,18 +8,18 @@ mod passes;
 mod reasons;
 mod rule;
 
-use latchgate::conditioning::{
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::{self, Method, RunOptions, RunOutcome};
+use latchgate_kernel::units::{AccelerationUnit, OpensWhen, SampleRate};
+use latchgate_recording::error::Error;
+use latchgate_recording::{Channel, Finding};
+use latchgate_verdict::conditioning::{
     self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, Signal, resample,
 };
-use latchgate::error::Error;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::parallel::Control;
-use latchgate::recording::{Channel, Finding};
-use latchgate::replay::{self, Method, RunOptions, RunOutcome};
-use latchgate::units::{AccelerationUnit, OpensWhen, SampleRate};
-use latchgate::verdict::decision::{VariantRun, unanimous, worse};
-use latchgate::verdict::{self, Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy};
+use latchgate_verdict::decision::{VariantRun, unanimous, worse};
+use latchgate_verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy};
 
 use crate::support::{half_sine, weak};
 
@@ -42,7 +42,7 @@ fn as_recorded(signal: Signal) -> Conditioned {
         name: "acc_y".into(),
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         unit_source: "option",
-        stated: latchgate::recording::Stated::default(),
+        stated: latchgate_recording::Stated::default(),
         start_s: signal.start_s,
         rate: signal.rate,
         values: signal.samples.clone(),
@@ -75,7 +75,7 @@ fn assess(
         ..AssessExtras::default()
     };
     let control = Control::unwatched(2);
-    verdict::assess(conditioned, findings, design, policy, extras, &control)
+    latchgate_verdict::assess(conditioned, findings, design, policy, extras, &control)
 }
 
 fn passes(
@@ -85,7 +85,7 @@ fn passes(
     policy: &Policy,
 ) -> Result<bool, Error> {
     let control = Control::unwatched(2);
-    verdict::passes(conditioned, findings, design, policy, &control)
+    latchgate_verdict::passes(conditioned, findings, design, policy, &control)
 }
 
 const RIGID: ModelChoice = ModelChoice::Only(StopModel::Rigid);
@@ -649,7 +649,7 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
         name: "acc_y".into(),
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         unit_source: "option",
-        stated: latchgate::recording::Stated::default(),
+        stated: latchgate_recording::Stated::default(),
         start_s: -0.05,
         rate: SampleRate::from_hertz(10_000.0).unwrap(),
         values: samples(|t| weak(t) + 0.05 * (t * 2_345.0).sin() + 0.2).samples,
@@ -757,7 +757,7 @@ fn verif_threads_and_evidence_change_no_number() {
             evidence: true,
             ..AssessExtras::default()
         };
-        let mut other = verdict::assess(
+        let mut other = latchgate_verdict::assess(
             &as_recorded(signal.clone()),
             &[],
             &Design::reference(),

@@ -1,14 +1,14 @@
 //! Guards that work is bounded: what is dear ends at its limit, counted in steps, and a long run
 //! looks up from its work.
 
-use latchgate::conditioning::{Conditioned, FilterStandard, Signal};
-use latchgate::error::ErrorKind;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::parallel::Control;
-use latchgate::replay::{self, Method, RunOptions, Within};
-use latchgate::units::{OpensWhen, SampleRate};
-use latchgate::verdict::{
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::{self, Method, RunOptions, Within};
+use latchgate_kernel::units::{OpensWhen, SampleRate};
+use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Signal};
+use latchgate_verdict::{
     Answer, AssessDetail, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess,
 };
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -202,7 +202,7 @@ fn verif_a_single_run_looks_up_from_its_work() {
             continue;
         }
         let error = ended.unwrap_err();
-        assert_eq!(*error.kind(), ErrorKind::Stopped, "{method:?}");
+        assert_eq!(error, KernelError::Stopped, "{method:?}");
     }
 }
 

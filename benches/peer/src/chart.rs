@@ -1,11 +1,11 @@
 //! The methods of latchgate and `diffsol` as entrants of `./chart`, and the scene that all entrants share.
 
 use crate::lever::{self, Stops, Task};
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, Method, RunOptions};
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{self, Method, RunOptions};
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use std::hint::black_box;
 use std::io::{BufRead, Write};
 use std::time::Instant;

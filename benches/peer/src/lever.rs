@@ -5,9 +5,9 @@ use diffsol::{
     DiffsolError, NalgebraMat, NalgebraVec, OdeBuilder, OdeSolverMethod, OdeSolverStopReason,
     Vector,
 };
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
 use std::cell::Cell;
 
 type M = NalgebraMat<f64>;

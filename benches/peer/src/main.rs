@@ -15,10 +15,10 @@ mod own;
 mod scenes;
 
 use contest::Entry;
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::Run;
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::Run;
 use lever::{Answer, Stops, Task};
 use std::hint::black_box;
 

@@ -1,6 +1,6 @@
 //! The programs of a batch system, called with a limit on time.
 
-use crate::error::Error;
+use latchgate_recording::error::Error;
 use std::io::Read;
 use std::process::{Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
@@ -22,7 +22,7 @@ const REASON_MAX: usize = 400;
 ///
 /// # Errors
 ///
-/// [`crate::error::ErrorKind::Io`] that says whether it is not installed, does not answer, finds no
+/// [`latchgate_recording::error::ErrorKind::Io`] that says whether it is not installed, does not answer, finds no
 /// configuration or no controller, or refuses, in its own words.
 pub(super) fn ask(program: &str, arguments: &[String], within: Duration) -> Result<String, Error> {
     let begun = Command::new(program)

@@ -2,7 +2,7 @@
 
 use super::engine::ask;
 use crate::cli::command_line::quoted;
-use crate::error::Error;
+use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

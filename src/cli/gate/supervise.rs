@@ -6,8 +6,8 @@
 
 use crate::cli::failure::{COULD_NOT, Failure};
 use crate::cli::{output, progress};
-use crate::error::Error;
 use crate::gate::{self, Share};
+use latchgate_recording::error::Error;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};

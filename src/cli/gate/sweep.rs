@@ -10,17 +10,18 @@ use crate::cli::options::Common;
 use crate::cli::output;
 use crate::cli::progress::{self, Progress};
 use crate::cli::values::OutputFormat;
-use crate::error::{Error, ErrorKind, Place};
 use crate::gate::text::counted;
 use crate::gate::{
     self, Asked, Collection, Columns, GateSummary, Plan, Share, ShareOutcome, ShareTask, Standing,
     Submission,
 };
-use crate::parallel::Control;
-use crate::recording::Limits;
-use crate::recording::source::sha256;
-use crate::report::escape;
 use clap::{Args, ValueEnum};
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::parallel::Control;
+use latchgate_recording::Limits;
+use latchgate_recording::error::{Error, ErrorKind, Place};
+use latchgate_recording::source::sha256;
+use latchgate_report::escape;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -213,7 +214,9 @@ impl SweepCommand<'_> {
         });
         drop(progress);
         let judged = judged.map_err(|error| match error.kind() {
-            ErrorKind::Stopped if progress::terminated() => Failure::Data(error),
+            ErrorKind::Kernel(KernelError::Stopped) if progress::terminated() => {
+                Failure::Data(error)
+            }
             _ => Failure::of_data(error),
         })?;
         Ok(told(share, &judged))
@@ -294,7 +297,9 @@ impl SweepCommand<'_> {
                     (absent, begun) = (0, begun + 1);
                 }
                 for _ in 0..10 {
-                    control.check().map_err(Failure::of_data)?;
+                    control
+                        .check()
+                        .map_err(|error| Failure::of_data(error.into()))?;
                     std::thread::sleep(EVERY / 10);
                 }
             }

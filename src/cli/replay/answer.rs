@@ -6,10 +6,11 @@ use crate::cli::offers::offers;
 use crate::cli::options::Common;
 use crate::cli::output;
 use crate::cli::values::OutputFormat;
-use crate::error::Error;
-use crate::report::document::Verdicts;
-use crate::report::{self, Document, text};
-use crate::verdict::Answer;
+use latchgate_document::Document;
+use latchgate_document::blocks::Verdicts;
+use latchgate_recording::error::Error;
+use latchgate_report::text;
+use latchgate_verdict::Answer;
 use serde_json::json;
 use std::path::Path;
 
@@ -28,7 +29,9 @@ fn printed(judged: &ReplayedFile) -> Document {
 pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Error> {
     let look = output::look(common);
     match (common.format, judged) {
-        (OutputFormat::Json, [one]) => output::document(&report::json::render(&printed(one))),
+        (OutputFormat::Json, [one]) => {
+            output::document(&latchgate_document::json::render(&printed(one)))
+        }
         (OutputFormat::Json, several) => {
             let verdicts = Verdicts {
                 schema: "latchgate.verdicts/1".into(),
@@ -36,7 +39,7 @@ pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Erro
                 verdicts: several.iter().map(printed).collect(),
             };
             // A value's keys are in the order of their names.
-            output::document(&report::json::render(&json!(verdicts)))
+            output::document(&latchgate_document::json::render(&json!(verdicts)))
         }
         // What was not judged is told on stderr.
         (OutputFormat::Text, [one]) if one.outcome.refusal.is_some() => Ok(()),

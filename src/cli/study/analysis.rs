@@ -2,13 +2,13 @@
 
 use crate::cli::failure::Failure;
 use crate::cli::progress::Progress;
-use crate::error::Error;
-use crate::model::Design;
-use crate::model::stop::StopModel;
-use crate::parallel::Control;
-use crate::report::study::StudyTable;
-use crate::study::Headline;
-use crate::study::work_precision::Truth;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_recording::error::Error;
+use latchgate_study::Headline;
+use latchgate_study::files::StudyTable;
+use latchgate_study::work_precision::Truth;
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::Instant;

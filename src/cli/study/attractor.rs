@@ -5,10 +5,10 @@ use super::sweep::{self, SineArguments, StartArguments, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
-use crate::model::Design;
-use crate::report::plot;
-use crate::study::attractor;
 use clap::Args;
+use latchgate_kernel::model::Design;
+use latchgate_study::attractor;
+use latchgate_study::chart;
 use serde_json::json;
 
 /// Options of `study attractor`.
@@ -78,7 +78,7 @@ impl Analysis for Arguments {
             )?;
             attractors.push(attractor);
         }
-        answer.svg = plot::attractor(&attractors);
+        answer.svg = chart::attractor(&attractors);
         Ok(answer)
     }
 }

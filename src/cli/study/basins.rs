@@ -5,10 +5,10 @@ use super::sweep::{self, SineArguments, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
-use crate::model::Design;
-use crate::report::plot;
-use crate::study::basins;
 use clap::Args;
+use latchgate_kernel::model::Design;
+use latchgate_study::basins;
+use latchgate_study::chart;
 use serde_json::json;
 
 /// Options of `study basins`.
@@ -69,7 +69,7 @@ impl Analysis for Arguments {
             )?;
             all.push(basins);
         }
-        answer.svg = plot::basins(&all);
+        answer.svg = chart::basins(&all);
         Ok(answer)
     }
 }

@@ -5,10 +5,10 @@ use super::sweep::{self, SineArguments, StartArguments, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
-use crate::model::Design;
-use crate::report::plot;
-use crate::study::bifurcation::{self, Sweep};
 use clap::{Args, ValueEnum};
+use latchgate_kernel::model::Design;
+use latchgate_study::bifurcation::{self, Sweep};
+use latchgate_study::chart;
 use serde_json::json;
 
 /// Options of `study bifurcation`.
@@ -101,7 +101,7 @@ impl Analysis for Arguments {
             )?;
             diagrams.push(diagram);
         }
-        answer.svg = plot::bifurcation(&diagrams);
+        answer.svg = chart::bifurcation(&diagrams);
         Ok(answer)
     }
 }

@@ -3,17 +3,17 @@
 use super::analysis::{Analysis, Session, StudyAnswer};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
-use crate::conditioning::{ConditioningOptions, Signal, condition};
-use crate::error::Error;
-use crate::model::Design;
-use crate::parallel::Control;
-use crate::recording::{self, Channel, Limits, ReadOptions, Selection, Severity, Source, Stated};
-use crate::report::plot;
-use crate::report::study::StudyTable;
-use crate::study::damages::{self, DamageAnswer};
-use crate::units::{AccelerationUnit, OpensWhen};
-use crate::verdict::{ModelChoice, Polarity, Policy, passes};
 use clap::Args;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
+use latchgate_recording::error::Error;
+use latchgate_recording::{Channel, Limits, ReadOptions, Selection, Severity, Source, Stated};
+use latchgate_study::chart;
+use latchgate_study::damages::{self, DamageAnswer};
+use latchgate_study::files::StudyTable;
+use latchgate_verdict::conditioning::{ConditioningOptions, Signal, condition};
+use latchgate_verdict::{ModelChoice, Polarity, Policy, passes};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -55,7 +55,7 @@ impl Analysis for Arguments {
         Ok(StudyAnswer {
             results: Some(json!(result)),
             tables: vec![StudyTable::of(&result.rows).map_err(Failure::Data)?],
-            svg: plot::damages(&result),
+            svg: chart::damages(&result),
             headlines: result.headlines,
             ..StudyAnswer::to(&options)
         })
@@ -72,7 +72,8 @@ impl Arguments {
             ..ReadOptions::default()
         };
         let source = Source::File(path.clone());
-        let read = recording::read(&source, &options, Selection::Lateral, &Limits::default())?;
+        let read =
+            latchgate_recording::read(&source, &options, Selection::Lateral, &Limits::default())?;
         let channel = read.channels.first();
         channel
             .map(|channel| condition(channel, &ConditioningOptions::default()))

@@ -5,11 +5,11 @@ use super::sweep::{self, ValueSpan};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
-use crate::model::Design;
-use crate::report::plot;
-use crate::request::parse_positive;
-use crate::study::excitation_map;
 use clap::Args;
+use latchgate_document::request::parse_positive;
+use latchgate_kernel::model::Design;
+use latchgate_study::chart;
+use latchgate_study::excitation_map;
 use serde_json::json;
 
 /// Options of `study excitation-map`.
@@ -34,7 +34,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 30, allow_hyphen_values = true)]
     pub periods: u32,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = latchgate_kernel::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 
@@ -64,7 +64,7 @@ impl Analysis for Arguments {
             )?;
             maps.push(map);
         }
-        answer.svg = plot::excitation_map(&maps);
+        answer.svg = chart::excitation_map(&maps);
         Ok(answer)
     }
 }

@@ -5,12 +5,12 @@ use super::sweep::{parse_periods, start};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
-use crate::model::Design;
-use crate::report::plot;
-use crate::report::study::StudyTable;
-use crate::request::{parse_phi0, parse_velocity};
-use crate::study::{free, free_vibration};
 use clap::Args;
+use latchgate_document::request::{parse_phi0, parse_velocity};
+use latchgate_kernel::model::Design;
+use latchgate_study::chart;
+use latchgate_study::files::StudyTable;
+use latchgate_study::{free, free_vibration};
 use serde_json::json;
 
 /// Options of `study free-vibration`.
@@ -52,7 +52,7 @@ impl Analysis for Arguments {
         Ok(StudyAnswer {
             results: Some(json!({ "motions": result.motions })),
             tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
-            svg: plot::free_vibration(&result),
+            svg: chart::free_vibration(&result),
             headlines: result.headlines,
             ..StudyAnswer::to(&options)
         })

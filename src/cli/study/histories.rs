@@ -5,12 +5,12 @@ use super::sweep::{self, start};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
-use crate::model::Design;
-use crate::report::plot;
-use crate::report::study::StudyTable;
-use crate::request::{parse_phi0, parse_positive, parse_velocity};
-use crate::study::histories;
 use clap::Args;
+use latchgate_document::request::{parse_phi0, parse_positive, parse_velocity};
+use latchgate_kernel::model::Design;
+use latchgate_study::chart;
+use latchgate_study::files::StudyTable;
+use latchgate_study::histories;
 use serde_json::json;
 
 /// Options of `study histories`.
@@ -41,7 +41,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000_000), default_value_t = 1000, allow_hyphen_values = true)]
     pub transient: u32,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = latchgate_kernel::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 
@@ -69,7 +69,7 @@ impl Analysis for Arguments {
         Ok(StudyAnswer {
             results: Some(json!({ "histories": result.histories })),
             tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
-            svg: plot::histories(&result),
+            svg: chart::histories(&result),
             headlines: result.headlines,
             ..StudyAnswer::to(&options)
         })

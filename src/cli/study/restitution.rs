@@ -3,11 +3,11 @@
 use super::analysis::{Analysis, Session, StudyAnswer};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
-use crate::model::Design;
-use crate::report::plot;
-use crate::report::study::StudyTable;
-use crate::study::restitution;
 use clap::Args;
+use latchgate_kernel::model::Design;
+use latchgate_study::chart;
+use latchgate_study::files::StudyTable;
+use latchgate_study::restitution;
 use serde_json::json;
 
 /// Options of `study restitution`.
@@ -31,7 +31,7 @@ impl Analysis for Arguments {
         Ok(StudyAnswer {
             results: Some(json!({ "rebounds": result.rebounds })),
             tables: vec![StudyTable::of(&result.rows).map_err(Failure::Data)?],
-            svg: plot::restitution(&result),
+            svg: chart::restitution(&result),
             headlines: result.headlines,
             ..StudyAnswer::to(&options)
         })

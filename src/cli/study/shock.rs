@@ -5,12 +5,12 @@ use super::sweep;
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
-use crate::model::Design;
-use crate::report::plot;
-use crate::report::study::StudyTable;
-use crate::request::parse_positive;
-use crate::study::shock;
 use clap::Args;
+use latchgate_document::request::parse_positive;
+use latchgate_kernel::model::Design;
+use latchgate_study::chart;
+use latchgate_study::files::StudyTable;
+use latchgate_study::shock;
 use serde_json::json;
 
 /// Options of `study shock`.
@@ -29,7 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "S", value_parser = parse_duration, default_value_t = 0.3, allow_hyphen_values = true)]
     pub duration: f64,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = latchgate_kernel::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 
@@ -57,7 +57,7 @@ impl Analysis for Arguments {
         Ok(StudyAnswer {
             results: Some(json!({ "responses": result.responses })),
             tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
-            svg: plot::shock(&result),
+            svg: chart::shock(&result),
             headlines: result.headlines,
             ..StudyAnswer::to(&options)
         })

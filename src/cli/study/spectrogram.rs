@@ -5,13 +5,13 @@ use super::sweep::{parse_periods, start};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::StopArgument;
-use crate::error::Error;
-use crate::model::Design;
-use crate::report::plot;
-use crate::report::study::StudyTable;
-use crate::request::{parse_phi0, parse_positive, parse_velocity};
-use crate::study::spectrogram;
 use clap::Args;
+use latchgate_document::request::{parse_phi0, parse_positive, parse_velocity};
+use latchgate_kernel::model::Design;
+use latchgate_recording::error::Error;
+use latchgate_study::chart;
+use latchgate_study::files::StudyTable;
+use latchgate_study::spectrogram;
 use serde_json::json;
 
 /// Options of `study spectrogram`.
@@ -73,7 +73,7 @@ impl Analysis for Arguments {
         Ok(StudyAnswer {
             results: Some(json!({ "bounces": result.bounces, "motion": result.motion })),
             tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
-            svg: plot::spectrogram(&result),
+            svg: chart::spectrogram(&result),
             headlines: result.headlines,
             ..StudyAnswer::to(&options)
         })

@@ -3,12 +3,12 @@
 use super::analysis::{Analysis, Session, StudyAnswer};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
-use crate::model::Design;
-use crate::report::plot;
-use crate::report::study::StudyTable;
-use crate::request::parse_positive;
-use crate::study::stability;
 use clap::Args;
+use latchgate_document::request::parse_positive;
+use latchgate_kernel::model::Design;
+use latchgate_study::chart;
+use latchgate_study::files::StudyTable;
+use latchgate_study::stability;
 
 /// Options of `study stability`.
 #[derive(Debug, Clone, Args)]
@@ -20,7 +20,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=400), default_value_t = 96, allow_hyphen_values = true)]
     pub points: u32,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = latchgate_kernel::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 
@@ -34,7 +34,7 @@ impl Analysis for Arguments {
         let result = stability::run(&options).map_err(Failure::Data)?;
         Ok(StudyAnswer {
             tables: vec![StudyTable::of(&result.rows).map_err(Failure::Data)?],
-            svg: plot::stability(&result),
+            svg: chart::stability(&result),
             headlines: result.headlines,
             ..StudyAnswer::to(&options)
         })

@@ -3,12 +3,12 @@
 use super::analysis::{Analysis, Session, StudyAnswer};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
-use crate::model::Design;
-use crate::report::plot;
-use crate::report::study::StudyTable;
-use crate::request::{parse_phi0, parse_positive, parse_velocity};
-use crate::study::step_size;
 use clap::Args;
+use latchgate_document::request::{parse_phi0, parse_positive, parse_velocity};
+use latchgate_kernel::model::Design;
+use latchgate_study::chart;
+use latchgate_study::files::StudyTable;
+use latchgate_study::step_size;
 use serde_json::json;
 
 /// Options of `study step-size`.
@@ -53,7 +53,7 @@ impl Analysis for Arguments {
         Ok(StudyAnswer {
             results: Some(json!({ "runs": result.runs, "scan": result.scan })),
             tables: vec![StudyTable::of(&rows).map_err(Failure::Data)?],
-            svg: plot::step_size(&result),
+            svg: chart::step_size(&result),
             headlines: result.headlines,
             ..StudyAnswer::to(&options)
         })

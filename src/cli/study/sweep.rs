@@ -1,12 +1,12 @@
 //! Options that studies share: sine, initial state, ranges, grids, lengths.
 
 use crate::cli::failure::Failure;
-use crate::error::Error;
-use crate::model::Design;
-use crate::model::stop::StopModel;
-use crate::request::{parse_finite, parse_phi0, parse_positive, parse_velocity};
-use crate::study::orbit::{ForcedLever, PhasePoint};
 use clap::Args;
+use latchgate_document::request::{parse_finite, parse_phi0, parse_positive, parse_velocity};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_recording::error::Error;
+use latchgate_study::orbit::{ForcedLever, PhasePoint};
 
 /// Frequency, gravity and initial state.
 #[derive(Debug, Clone, Args)]
@@ -15,7 +15,7 @@ pub struct SineArguments {
     #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_hyphen_values = true)]
     pub omega: f64,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = latchgate_kernel::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 

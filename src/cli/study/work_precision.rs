@@ -5,12 +5,12 @@ use super::sweep;
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
-use crate::model::Design;
-use crate::report::plot;
-use crate::report::study::StudyTable;
-use crate::request::parse_positive;
-use crate::study::work_precision;
 use clap::Args;
+use latchgate_document::request::parse_positive;
+use latchgate_kernel::model::Design;
+use latchgate_study::chart;
+use latchgate_study::files::StudyTable;
+use latchgate_study::work_precision;
 
 /// Options of `study work-precision`.
 #[derive(Debug, Clone, Args)]
@@ -37,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5, allow_hyphen_values = true)]
     pub repetitions: u32,
     /// What one g is [m/s²]
-    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = crate::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
+    #[arg(long, value_name = "M_S2", value_parser = parse_positive, default_value_t = latchgate_kernel::units::STANDARD_GRAVITY, allow_hyphen_values = true)]
     pub gravity: f64,
 }
 
@@ -57,7 +57,7 @@ impl Analysis for Arguments {
             work_precision::run(&options, &|| session.elapsed_s()).map_err(Failure::Data)?;
         Ok(StudyAnswer {
             tables: vec![StudyTable::of(&result.rows).map_err(Failure::Data)?],
-            svg: plot::work_precision(&result),
+            svg: chart::work_precision(&result),
             headlines: result.headlines,
             cases: result.truths,
             ..StudyAnswer::to(&options)

@@ -1,7 +1,7 @@
 //! Guards `latchgate init`: what it writes is read, says no other numbers, and never replaces a file.
 
 use crate::support::{Folder, finish, program, table, weak};
-use latchgate::model::Design;
+use latchgate_kernel::model::Design;
 use std::fs;
 use std::process::Command;
 
@@ -20,7 +20,7 @@ fn cli_init_writes_a_design_that_is_the_papers_but_for_its_name() {
         done.err
     );
     let text = fs::read_to_string(folder.path().join("design.toml")).unwrap();
-    let mut design = Design::from_toml(&text).unwrap();
+    let mut design = latchgate_document::design_file::from_toml(&text).unwrap();
     assert_eq!(design.name, "my latch");
     design.name = Design::reference().name;
     assert_eq!(design, Design::reference());
@@ -36,7 +36,7 @@ fn cli_init_writes_a_card_of_which_every_line_is_known() {
     let card = folder.path().join("one.csv.toml");
     let text = fs::read_to_string(&card).unwrap();
     assert_eq!(
-        latchgate::recording::Card::from_toml(&text).unwrap(),
+        latchgate_recording::Card::from_toml(&text).unwrap(),
         Default::default()
     );
     let of_keys = |line: &str| {
@@ -47,7 +47,7 @@ fn cli_init_writes_a_card_of_which_every_line_is_known() {
         }
     };
     let whole: Vec<String> = text.lines().map(of_keys).collect();
-    let read = latchgate::recording::Card::from_toml(&whole.join("\n")).unwrap();
+    let read = latchgate_recording::Card::from_toml(&whole.join("\n")).unwrap();
     assert_eq!(read.range_g, Some(2000.0));
     assert!(read.synthetic && read.notes.is_some() && read.accepted_remarks.len() == 1);
 }

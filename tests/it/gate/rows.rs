@@ -4,7 +4,8 @@ use crate::support::{Random, half_sine};
 use latchgate::pipeline::{
     Control, DecisionRow, Design, Document, Extras, Limits, Prepared, Request, Source,
 };
-use latchgate::verdict::Answer;
+use latchgate_document::design_file::apply_override;
+use latchgate_verdict::Answer;
 use std::fmt::Write as _;
 
 /// Pairs of an ordinary run; `LATCHGATE_PAIRS` asks for another number:
@@ -82,7 +83,7 @@ fn design(random: &mut Random) -> Design {
     ] {
         if random.one_in(2) {
             let value = random.scale(low, high);
-            design.set(&format!("{key}={value}")).unwrap();
+            apply_override(&mut design, &format!("{key}={value}")).unwrap();
         }
     }
     design

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::support::signal_file;
 use crate::tidy::{files_below, text_of};
-use latchgate::pipeline::NUMBERS_REVISION;
+use latchgate_document::identity::NUMBERS_REVISION;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -156,7 +156,7 @@ fn regress_numbers_move_with_their_revision_alone() {
     assert!(
         moved.is_empty() || revision != NUMBERS_REVISION,
         "numbers or findings of {} answers moved, and NUMBERS_REVISION is still {revision}. If they \
-         shall move, raise it in src/pipeline, run `LATCHGATE_RENEW=1 cargo test --test it \
+         shall move, raise it in crates/document/src/identity.rs, run `LATCHGATE_RENEW=1 cargo test --test it \
          numbers_move_with` and say in CHANGELOG.md what moved:\n{}",
         moved.len(),
         moved.join("\n")

@@ -5,15 +5,15 @@
 
 use super::{Formula, NEGATIVE, Scene, Shown, judge, look_at, scenes_wanted};
 use crate::support::Random;
-use latchgate::conditioning::{
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::{self, RunOptions};
+use latchgate_kernel::units::{OpensWhen, SampleRate};
+use latchgate_verdict::conditioning::{
     self, BiasWindow, Cfc, Conditioned, ConditioningOptions, FilterChoice, FilterStandard, Signal,
     cfc::CfcFilter, resample,
 };
-use latchgate::model::stop::StopModel;
-use latchgate::parallel::Control;
-use latchgate::replay::{self, RunOptions};
-use latchgate::units::{OpensWhen, SampleRate};
-use latchgate::verdict::{AssessExtras, ModelChoice, Policy, assess};
+use latchgate_verdict::{AssessExtras, ModelChoice, Policy, assess};
 use rustfft::FftPlannerScalar;
 use rustfft::num_complex::Complex;
 use std::f64::consts::TAU;

@@ -5,7 +5,7 @@ use crate::support::data;
 use latchgate::pipeline::{
     Control, Limits, MarginDocument, MarginRequest, Prepared, Request, Source,
 };
-use latchgate::units::SampleRate;
+use latchgate_kernel::units::SampleRate;
 
 /// Whether the whole rule says pass with the quantity at a value.
 fn rule_passes(

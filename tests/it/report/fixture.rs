@@ -2,19 +2,19 @@
 //! more. Nothing here is a reference for a number of the replay.
 
 use crate::support::signal_from;
-use latchgate::conditioning::Signal;
-use latchgate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::recording::Finding;
-use latchgate::recording::card::CardPolarity;
-use latchgate::replay::{Run, TracePoint, Work};
-use latchgate::report::document::{ConditioningBlock, Document, RecordingBlock, RunBlock};
-use latchgate::request::{PolaritySource, Request};
-use latchgate::units::{OpensWhen, STANDARD_GRAVITY};
-use latchgate::verdict::ensemble::{Driver, End, PeakQuantiles};
-use latchgate::verdict::what_if::{Change, ChangedSide};
-use latchgate::verdict::{
+use latchgate_document::blocks::{ConditioningBlock, Document, RecordingBlock, RunBlock};
+use latchgate_document::request::{PolaritySource, Request};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{Run, TracePoint, Work};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_recording::Finding;
+use latchgate_recording::card::CardPolarity;
+use latchgate_verdict::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
+use latchgate_verdict::ensemble::{Driver, End, PeakQuantiles};
+use latchgate_verdict::what_if::{Change, ChangedSide};
+use latchgate_verdict::{
     Answer, Ensemble, ErrorBudget, Evidence, FilterRow, QuantileBand, Reason, RunAnswer, Screens,
     Trace, WhatIf,
 };
@@ -346,7 +346,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         .max_by(|&a, &b| raw.samples[a].abs().total_cmp(&raw.samples[b].abs()))
         .unwrap();
     let document = Document {
-        test: latchgate::recording::TestFacts::default(),
+        test: latchgate_recording::TestFacts::default(),
         schema: "latchgate.verdict/1".into(),
         report_id: "5e1f".repeat(16),
         verdict,
@@ -466,7 +466,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         spectrum_raw: amplitudes(&raw),
         spectrum_used: amplitudes(&used),
         spectrogram: windows(&used),
-        series: latchgate::verdict::SampledSeries::of(&raw, &used, &traces),
+        series: latchgate_verdict::SampledSeries::of(&raw, &used, &traces),
         raw,
         used,
         traces,

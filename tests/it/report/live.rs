@@ -2,7 +2,7 @@
 //! it is whole without its script.
 
 use super::{Case, fixture, html};
-use latchgate::report::series;
+use latchgate_report::series;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 

@@ -2,7 +2,7 @@
 //! texts anew; they are read by a person before they are kept.
 
 use super::{fixture, text};
-use latchgate::report::terminal::Look;
+use latchgate_report::terminal::Look;
 use std::path::{Path, PathBuf};
 
 fn check(name: &str, shown: &str) {

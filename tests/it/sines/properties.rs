@@ -4,13 +4,13 @@
 use super::{
     after_the_first_step, all, basins_of, basins_options, check_near, forced, one_amplitude,
 };
-use latchgate::model::stop::StopModel;
-use latchgate::parallel::Control;
-use latchgate::replay::Section;
-use latchgate::study::attractor;
-use latchgate::study::basins::{self, Basins};
-use latchgate::study::bifurcation::{self, Diagram, Sweep};
-use latchgate::study::excitation_map;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::Section;
+use latchgate_study::attractor;
+use latchgate_study::basins::{self, Basins};
+use latchgate_study::bifurcation::{self, Diagram, Sweep};
+use latchgate_study::excitation_map;
 
 fn diagram(stop: StopModel, doublings: u32) -> bifurcation::Options {
     bifurcation::Options {

@@ -1,11 +1,11 @@
 //! Levers, stops and signals, given and random.
 
 use super::Random;
-use latchgate::conditioning::Signal;
-use latchgate::model::Design;
-use latchgate::model::stop::StopModel;
-use latchgate::replay::{self, RunOptions, RunOutcome};
-use latchgate::units::{OpensWhen, SampleRate};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{self, RunOptions, RunOutcome};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, SampleRate};
 
 /// A signal that starts at `start_s`.
 pub(crate) fn signal_from(rate_hz: f64, start_s: f64, samples: Vec<f64>) -> Signal {

@@ -1,7 +1,7 @@
 //! Reading a recording and what was found in it.
 
-use latchgate::error::{Error, ErrorKind};
-use latchgate::recording::{
+use latchgate_recording::error::{Error, ErrorKind};
+use latchgate_recording::{
     self, Channel, Finding, Limits, ReadOptions, Recording, Selection, Severity, Source,
 };
 use std::path::Path;
@@ -18,7 +18,7 @@ pub(crate) fn read_path(
     options: &ReadOptions,
     selection: Selection,
 ) -> Result<Recording, Error> {
-    recording::read(
+    latchgate_recording::read(
         &Source::File(path.to_path_buf()),
         options,
         selection,

@@ -4,13 +4,14 @@
 
 use super::*;
 use crate::support::{Folder, latchgate, table};
-use latchgate::model::stop::damping_ratio;
-use latchgate::replay::batch::Member;
-use latchgate::units::Restitution;
-use latchgate::verdict::decision::ShareBounds;
-use latchgate::verdict::ensemble::bounds::{LOOK_CONFIDENCE, incomplete_beta, lower, upper};
-use latchgate::verdict::ensemble::draw::{inverse_normal, philox, truncated_normal, uniform};
-use latchgate::verdict::ensemble::{self, Count, LOOKS, Scatter, looks};
+use latchgate_document::design_file::apply_override;
+use latchgate_kernel::model::stop::damping_ratio;
+use latchgate_kernel::replay::batch::Member;
+use latchgate_kernel::units::Restitution;
+use latchgate_verdict::decision::ShareBounds;
+use latchgate_verdict::ensemble::bounds::{LOOK_CONFIDENCE, incomplete_beta, lower, upper};
+use latchgate_verdict::ensemble::draw::{inverse_normal, philox, truncated_normal, uniform};
+use latchgate_verdict::ensemble::{self, Count, LOOKS, Scatter, looks};
 
 #[track_caller]
 pub(super) fn check_close(name: &str, found: f64, expected: f64, relative: f64) {
@@ -391,7 +392,7 @@ fn verif_damping_follows_the_restitution() {
 #[track_caller]
 fn check_refused(key: &str, value: f64) {
     let mut design = Design::reference();
-    design.set(&format!("{key}={value}")).unwrap();
+    apply_override(&mut design, &format!("{key}={value}")).unwrap();
     let error = ensemble::check(&design).unwrap_err().to_string();
     assert!(
         error.contains(key) && error.contains("`members` = 0"),
@@ -411,15 +412,14 @@ fn verif_tolerances_that_leave_what_is_physical_are_refused() {
         }
         let value = value(&nominal, key);
         let mut good = design.clone();
-        good.set(&format!("tolerance.{key}={}", 0.333 * value))
-            .unwrap();
+        apply_override(&mut good, &format!("tolerance.{key}={}", 0.333 * value)).unwrap();
         assert!(ensemble::check(&good).is_ok(), "{key}");
         check_refused(&format!("tolerance.{key}"), 0.334 * value);
     }
     check_refused("input.scale", 0.334);
     check_refused("input.scale", 1.0 / 3.0);
     let mut wide = design.clone();
-    wide.set("tolerance.restitution=5").unwrap();
+    apply_override(&mut wide, "tolerance.restitution=5").unwrap();
     let scatter = Scatter::new(&wide, 0.0, 1).unwrap();
     assert!((0..500).all(|index| (0.0..=1.0).contains(&scatter.member(index).stop.restitution)));
     // What may vanish may be a third of itself, and no draw is less than nothing.

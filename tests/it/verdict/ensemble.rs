@@ -4,10 +4,10 @@
 use super::draws::{check_close, with_tolerances};
 use super::*;
 use crate::support::{Folder, data, latchgate, signal_file, table, without_run};
-use latchgate::replay::batch::{self, AskedPeaks, BatchOptions};
-use latchgate::verdict::ensemble::bounds::{LOOK_CONFIDENCE, lower, upper};
-use latchgate::verdict::ensemble::{End, Scatter};
-use latchgate::verdict::{Ensemble, FilterRow};
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions};
+use latchgate_verdict::ensemble::bounds::{LOOK_CONFIDENCE, lower, upper};
+use latchgate_verdict::ensemble::{End, Scatter};
+use latchgate_verdict::{Ensemble, FilterRow};
 
 // ---------------------------------------------------------------- verdicts
 
@@ -297,7 +297,7 @@ fn verif_polarities_with_ensembles() {
         follow_all: true,
         ..AssessExtras::default()
     };
-    let full = verdict::assess(
+    let full = latchgate_verdict::assess(
         &as_recorded(one_sided.clone()),
         &[],
         &Design::reference(),
@@ -365,7 +365,7 @@ fn verif_the_filter_table_is_what_each_filter_gives() {
         half_sine(t, 0.0, 0.004, -20.0) * libm::cos(3000.0 * t) + half_sine(t, 0.01, 0.02, -3.0)
     });
     let channel = Channel {
-        stated: latchgate::recording::Stated::default(),
+        stated: latchgate_recording::Stated::default(),
         name: "acc_y".into(),
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         unit_source: "option",
@@ -386,10 +386,10 @@ fn verif_the_filter_table_is_what_each_filter_gives() {
     };
     let choices = [
         FilterChoice::None,
-        FilterChoice::Class(latchgate::conditioning::Cfc::Cfc1000),
-        FilterChoice::Class(latchgate::conditioning::Cfc::Cfc600),
-        FilterChoice::Class(latchgate::conditioning::Cfc::Cfc180),
-        FilterChoice::Class(latchgate::conditioning::Cfc::Cfc60),
+        FilterChoice::Class(latchgate_verdict::conditioning::Cfc::Cfc1000),
+        FilterChoice::Class(latchgate_verdict::conditioning::Cfc::Cfc600),
+        FilterChoice::Class(latchgate_verdict::conditioning::Cfc::Cfc180),
+        FilterChoice::Class(latchgate_verdict::conditioning::Cfc::Cfc60),
     ];
     let peaks: Vec<f64> = choices
         .iter()
@@ -478,7 +478,7 @@ fn verif_filters_that_cannot_be_applied_say_so() {
 #[test]
 fn verif_the_filter_table_changes_no_other_number() {
     let channel = Channel {
-        stated: latchgate::recording::Stated::default(),
+        stated: latchgate_recording::Stated::default(),
         name: "acc_y".into(),
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         unit_source: "option",
@@ -502,7 +502,7 @@ fn verif_the_filter_table_changes_no_other_number() {
             let own = options(ModelChoice::Auto, NEGATIVE);
             let control = Control::unwatched(2);
             let design = Design::reference();
-            verdict::assess(&conditioned, &[], &design, &own, extras, &control).unwrap()
+            latchgate_verdict::assess(&conditioned, &[], &design, &own, extras, &control).unwrap()
         };
         let (with, without) = (of(true), of(false));
         assert_eq!((with.filters.len(), without.filters.len()), (5, 0));

@@ -2,8 +2,8 @@
 //! samples carry it to where the finding does not say it is.
 
 use super::*;
-use latchgate::conditioning::cfc::{CfcFilter, design_frequency_hz};
-use latchgate::conditioning::{Cfc, FilterStandard};
+use latchgate_verdict::conditioning::cfc::{CfcFilter, design_frequency_hz};
+use latchgate_verdict::conditioning::{Cfc, FilterStandard};
 
 /// How far a filter carries a sample, as `docs/decision.md` states it [s].
 fn reach_s(class: Cfc, standard: FilterStandard) -> f64 {

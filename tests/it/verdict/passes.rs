@@ -3,8 +3,8 @@
 
 use super::ensemble::short_pulse;
 use super::*;
-use latchgate::replay::batch::{self, AskedPeaks, BatchOptions};
-use latchgate::verdict::ensemble::Scatter;
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions};
+use latchgate_verdict::ensemble::Scatter;
 
 const MODELS: [ModelChoice; 3] = [RIGID, ModelChoice::Only(StopModel::Soft), ModelChoice::Auto];
 

@@ -92,7 +92,7 @@ fn verif_a_question_beyond_its_work_is_undecided_and_says_what_to_set() {
             ..AssessExtras::default()
         };
         let conditioned = as_recorded(chatter.clone());
-        verdict::assess(&conditioned, &[], &design, &own(work), extras, &control).unwrap()
+        latchgate_verdict::assess(&conditioned, &[], &design, &own(work), extras, &control).unwrap()
     };
     for limit in [10_000, 100_000] {
         let found = of(limit, 1);
@@ -178,7 +178,7 @@ fn with_offset(offset_g: f64, of: impl Fn(f64) -> f64) -> Conditioned {
         name: "acc_y".into(),
         unit: Some(AccelerationUnit::MetrePerSecondSquared),
         unit_source: "option",
-        stated: latchgate::recording::Stated::default(),
+        stated: latchgate_recording::Stated::default(),
         start_s: -0.05,
         rate: SampleRate::from_hertz(10_000.0).unwrap(),
         values: samples(|t| of(t) + offset_g).samples,
@@ -303,7 +303,7 @@ fn text_of(path: &Path) -> String {
 /// Every string of lower-case words after `code: "`, or first in a pair of code and text, in the
 /// one file that gives reasons.
 fn codes_in_sources(root: &Path) -> BTreeSet<String> {
-    let source = text_of(&root.join("src/verdict/reasons.rs"));
+    let source = text_of(&root.join("crates/verdict/src/reasons.rs"));
     let is_code =
         |word: &str| word.contains('-') && word.chars().all(|c| c.is_ascii_lowercase() || c == '-');
     let mut found: BTreeSet<String> = source

@@ -15,8 +15,8 @@
 //!
 //! and the same without an ensemble. Parts 1, 2 and 4 are guarded end to end beside this file.
 
-use latchgate::verdict::Answer::{self, Fail, Pass, Undecided};
-use latchgate::verdict::decision::{PeakEstimate, ShareBounds, decide};
+use latchgate_verdict::Answer::{self, Fail, Pass, Undecided};
+use latchgate_verdict::decision::{PeakEstimate, ShareBounds, decide};
 
 const LIMIT: f64 = 0.1;
 

@@ -1,0 +1,418 @@
+//! The question of a replay as data: how a recording is read and conditioned, and what decides.
+//!
+//! A [`Request`] says what a user asked, in the words of [`Setting`]: every door (the command
+//! line, a file, a service) makes one, every document holds the one that it answers. Precedence is
+//! decided here and nowhere else: what the request states comes before the card beside the
+//! recording, the card before what the file itself says. How many threads work, who watches and
+//! which report is drawn are no part of it: they change no number.
+//!
+//! - `map`: a request as keys and values, both ways;
+//! - `value`: the values of settings as words, for options, files and documents alike.
+
+mod map;
+mod value;
+
+pub use map::{MarginRequest, parse_grid};
+pub use value::{
+    MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_accepted, parse_bias,
+    parse_count, parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_method,
+    parse_model, parse_number, parse_phi0, parse_polarity, parse_positive, parse_resample,
+    parse_sensitivity, parse_standard, parse_time_source, parse_time_unit, parse_tolerance,
+    parse_unit, parse_velocity, parse_window,
+};
+
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
+use latchgate_kernel::units::{
+    AccelerationUnit, DecimalMark, MessageClock, OpensWhen, SensorSensitivity, TimeUnit,
+};
+use latchgate_recording::card::{AcceptedWord, CardPolarity};
+use latchgate_recording::error::Error;
+use latchgate_recording::setting::Setting;
+use latchgate_recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions};
+use latchgate_verdict::conditioning::{
+    BiasWindow, ConditioningOptions, FilterChoice, FilterStandard,
+};
+use latchgate_verdict::{ModelChoice, Polarity, Policy, ensemble};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// The question of a replay. `None` leaves a setting to the card, the file or its default.
+///
+/// As JSON it is an object with the keys of [`Setting`]. What is left to card or file is absent,
+/// defaults are written out, so that a stored question keeps its meaning; an unknown key is an
+/// error that names the nearest known one.
+///
+/// # Examples
+///
+/// ```
+/// use latchgate::pipeline::Request;
+///
+/// let request: Request = serde_json::from_str(r#"{"channel": "acc_y", "members": 0}"#)?;
+/// assert_eq!(request.channel.as_deref(), Some("acc_y"));
+/// let unknown = serde_json::from_str::<Request>(r#"{"chanel": "acc_y"}"#).unwrap_err();
+/// assert!(unknown.to_string().contains("did you mean `channel`?"));
+/// # Ok::<(), serde_json::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "map::SettingsAsStated", into = "BTreeMap<String, Value>")]
+pub struct Request {
+    /// Format name of [`FORMATS`]; recognised if absent.
+    pub input_format: Option<String>,
+    /// Channel to judge: a name, a number, `topic:field.path`, a code or pattern.
+    pub channel: Option<String>,
+    /// Name or number of the column that holds the time.
+    pub time_column: Option<String>,
+    /// Unit of that column.
+    pub time_unit: Option<TimeUnit>,
+    /// Whose clock tells the time of a log's messages.
+    pub time_source: Option<MessageClock>,
+    /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
+    pub header_line: Option<u32>,
+    /// Line of a text table that holds the units of its columns.
+    pub unit_line: Option<u32>,
+    /// Last line of a text table; what stands below is no sample.
+    pub last_line: Option<u32>,
+    /// Lines at the start of a text table that are passed over.
+    pub skip_lines: Option<u32>,
+    /// Decimal mark of a text table.
+    pub decimal: Option<DecimalMark>,
+    /// Sample rate where the file holds no time [Hz].
+    pub rate_hz: Option<f64>,
+    /// Instant of first contact on the file's clock [s].
+    pub time_zero: Option<f64>,
+    /// Unit of acceleration.
+    pub unit: Option<AccelerationUnit>,
+    /// What one of the samples means as an acceleration, where they are another quantity.
+    pub sensitivity: Option<SensorSensitivity>,
+    /// Remarks that a person has read and accepts, as they are shown; those of the card join them.
+    pub accepted_remarks: Vec<String>,
+    /// Velocity change that a person knows from another source [m/s].
+    pub velocity_change_m_s: Option<f64>,
+    /// What a person accepts of the recording; that of the card joins it.
+    pub accepted: Vec<AcceptedWord>,
+    /// Sign of the recorded acceleration that opens the lever.
+    pub opens_when: Option<CardPolarity>,
+    /// Samples whose mean is removed.
+    pub bias: BiasWindow,
+    /// Channel frequency class.
+    pub filter: FilterChoice,
+    /// Whose filter.
+    pub filter_standard: FilterStandard,
+    /// Rate fed to the model [Hz]; `None` for the recording's.
+    pub resample_hz: Option<f64>,
+    /// Judged window, from and to [s]; `None` for the whole record.
+    pub window_s: Option<(f64, f64)>,
+    /// Stop models that decide.
+    pub model: ModelChoice,
+    /// Integrator.
+    pub method: Method,
+    /// Truncation let pass in a step [rad]; `None` for the method's own.
+    pub tolerance_rad: Option<f64>,
+    /// Largest ensemble; 0 for nominal runs alone.
+    pub members: u32,
+    /// Seed of the ensemble.
+    pub seed: u64,
+    /// Initial angle [rad]; `None` for that of rest on the stop.
+    pub phi0_rad: Option<f64>,
+    /// Initial angular velocity [rad/s]; `None` for rest.
+    pub omega0_rad_s: Option<f64>,
+    /// Limits on input that are changed, by name.
+    pub limits: BTreeMap<String, u64>,
+}
+
+impl Default for Request {
+    fn default() -> Self {
+        Self {
+            input_format: None,
+            channel: None,
+            time_column: None,
+            time_unit: None,
+            time_source: None,
+            header_line: None,
+            unit_line: None,
+            last_line: None,
+            skip_lines: None,
+            decimal: None,
+            rate_hz: None,
+            time_zero: None,
+            unit: None,
+            sensitivity: None,
+            accepted_remarks: Vec::new(),
+            velocity_change_m_s: None,
+            accepted: Vec::new(),
+            opens_when: None,
+            bias: BiasWindow::PreEvent,
+            filter: FilterChoice::Default,
+            filter_standard: FilterStandard::Iso6487,
+            resample_hz: None,
+            window_s: None,
+            model: ModelChoice::Auto,
+            method: Method::EventDriven,
+            tolerance_rad: None,
+            members: MEMBERS_DEFAULT,
+            seed: SEED_DEFAULT,
+            phi0_rad: None,
+            omega0_rad_s: None,
+            limits: BTreeMap::new(),
+        }
+    }
+}
+
+/// Who declares which sign of the recorded acceleration opens the lever.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PolaritySource {
+    /// The request.
+    Option,
+    /// The card beside the recording.
+    Card,
+    /// Nobody.
+    #[default]
+    Undeclared,
+}
+
+impl PolaritySource {
+    /// Returns the word that documents use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Option => "option",
+            Self::Card => "card",
+            Self::Undeclared => "undeclared",
+        }
+    }
+}
+
+impl Request {
+    /// Refuses what no recording and no design could make right.
+    ///
+    /// # Errors
+    ///
+    /// [`latchgate_recording::error::ErrorKind::UnknownName`] for a format that no reader bears,
+    /// [`OutOfRange`](latchgate_kernel::error::Error::OutOfRange) for an initial angle inside a rigid stop, a method
+    /// that does not know the soft stop, or a tolerance finer than the method's rounding.
+    pub fn check(&self) -> Result<(), Error> {
+        self.check_values()?;
+        self.check_format()?;
+        if let Some(angle) = self.phi0_rad.filter(|angle| *angle < 0.0)
+            && self.model != ModelChoice::Only(StopModel::Soft)
+        {
+            return Err(Error::out_of_range(
+                "the setting `phi0` [rad]",
+                "0 or more on the rigid stop; choose the setting `model` = soft for an \
+                 angle inside the stop",
+                angle.to_string(),
+            ));
+        }
+        self.check_method()
+    }
+
+    /// Refuses values that no document could state: what is written must be read back.
+    fn check_values(&self) -> Result<(), Error> {
+        if self.time_column.is_some() && self.rate_hz.is_some() {
+            return Err(Error::out_of_range(
+                Setting::RateHz.to_string(),
+                format!(
+                    "absent where {} says where the time is",
+                    Setting::TimeColumn
+                ),
+                "both",
+            ));
+        }
+        if self.header_line.is_some() && self.skip_lines.is_some() {
+            return Err(Error::out_of_range(
+                Setting::SkipLines.to_string(),
+                format!("absent where {} is stated", Setting::HeaderLine),
+                "both",
+            ));
+        }
+        if self.unit.is_some() && self.sensitivity.is_some() {
+            return Err(Error::out_of_range(
+                Setting::Unit.to_string(),
+                format!(
+                    "absent where {} says what the samples are",
+                    Setting::Sensitivity
+                ),
+                "both",
+            ));
+        }
+        let stated = BTreeMap::<String, Value>::from(self.clone());
+        if Self::try_from(stated)? == *self {
+            return Ok(());
+        }
+        Err(Error::out_of_range(
+            "every number of a request",
+            "finite",
+            format!("{self:?}"),
+        ))
+    }
+
+    fn check_format(&self) -> Result<(), Error> {
+        let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+        match &self.input_format {
+            Some(name) if !known.contains(&name.as_str()) => {
+                Err(Error::unknown("input format", name.clone(), &known))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_method(&self) -> Result<(), Error> {
+        let name = self.method.name();
+        if !self.method.admits(StopModel::Soft) && self.model != ModelChoice::Only(StopModel::Rigid)
+        {
+            return Err(Error::out_of_range(
+                Setting::Method.to_string(),
+                format!(
+                    "one that knows the soft stop; {name} knows the rigid one only, choose the \
+                     setting `model` = rigid"
+                ),
+                format!("{name} with the setting `model` = {}", self.model.name()),
+            ));
+        }
+        if let Some(tolerance) = self
+            .tolerance_rad
+            .filter(|tolerance| *tolerance < ADAPTIVE_TOLERANCE_MIN)
+            && matches!(self.method, Method::Dopri5 { .. })
+        {
+            return Err(Error::out_of_range(
+                format!("{} of {name}", Setting::Tolerance),
+                format!("at least {ADAPTIVE_TOLERANCE_MIN:e}"),
+                tolerance.to_string(),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Refuses a design that no lever can have, or whose tolerances leave what is physical, where
+    /// levers are to be scattered by them.
+    ///
+    /// # Errors
+    ///
+    /// As [`Design::validate`] and [`ensemble::check`].
+    pub fn check_design(&self, design: &Design) -> Result<(), Error> {
+        design.validate()?;
+        if self.members == 0 {
+            return Ok(());
+        }
+        ensemble::check(design)
+    }
+
+    /// Returns `limits` with those that the request changes.
+    ///
+    /// # Errors
+    ///
+    /// As [`Limits::set`].
+    pub fn limits(&self, limits: &Limits) -> Result<Limits, Error> {
+        let mut limits = limits.clone();
+        for (name, value) in &self.limits {
+            limits.set(&format!("{name}={value}"))?;
+        }
+        Ok(limits)
+    }
+
+    /// Returns how the recording is read: as asked, else as its card says.
+    #[must_use]
+    pub fn read_options(&self, card: &Card) -> ReadOptions {
+        // Unit and sensitivity are one statement: that of the request counts, or that of the card.
+        let asked = self.unit.is_some() || self.sensitivity.is_some();
+        let (unit, sensitivity) = match asked {
+            true => (self.unit, &self.sensitivity),
+            false => (card.unit, &card.sensitivity),
+        };
+        ReadOptions {
+            channel: self.channel.clone().or_else(|| card.channel.clone()),
+            time_column: self.time_column.clone(),
+            time_unit: self.time_unit,
+            time_source: self.time_source.or(card.time_source),
+            // Of the two ways to say where a table begins, that of the request counts alone.
+            header_line: self
+                .header_line
+                .or(card.header_line.filter(|_| self.skip_lines.is_none())),
+            skip_lines: self
+                .skip_lines
+                .or(card.skip_lines.filter(|_| self.header_line.is_none())),
+            unit_line: self.unit_line.or(card.unit_line),
+            last_line: self.last_line.or(card.last_line),
+            decimal: self.decimal.or(card.decimal),
+            rate_hz: self.rate_hz.or(card.rate),
+            time_zero_s: self.time_zero,
+            unit,
+            sensitivity: sensitivity.clone(),
+            unit_from_card: !asked && (unit.is_some() || sensitivity.is_some()),
+            input_format: self.input_format.clone(),
+            accepted_remarks: self.accepted_remarks(card),
+        }
+    }
+
+    fn accepted_remarks(&self, card: &Card) -> Vec<AcceptedRemark> {
+        let accept = |texts: &[String], by_card| -> Vec<AcceptedRemark> {
+            let accept = |text: &String| AcceptedRemark {
+                text: text.clone(),
+                by_card,
+            };
+            texts.iter().map(accept).collect()
+        };
+        let asked = accept(&self.accepted_remarks, false);
+        [asked, accept(&card.accepted_remarks, true)].concat()
+    }
+
+    /// Returns how the channel is conditioned.
+    #[must_use]
+    pub fn conditioning_options(&self, card: &Card) -> ConditioningOptions {
+        ConditioningOptions {
+            bias: self.bias,
+            filter: self.filter,
+            filter_standard: self.filter_standard,
+            resample_hz: self.resample_hz,
+            range_g: card.range_g,
+            synthetic: card.synthetic,
+            wide_band: card.says_wide_band(),
+            velocity_change_m_s: self.velocity_change_m_s.or(card.velocity_change_m_s),
+            clock_accepted: [&self.accepted, &card.accepted]
+                .iter()
+                .any(|words| words.contains(&AcceptedWord::Clock)),
+        }
+    }
+
+    /// Returns which sign opens, and who says so: as asked, else as the card says.
+    #[must_use]
+    pub fn polarity(&self, card: &Card) -> (Polarity, PolaritySource) {
+        let asked = self.opens_when.map(|sign| (sign, PolaritySource::Option));
+        let declared = asked.or(card.opens_when.map(|sign| (sign, PolaritySource::Card)));
+        match declared {
+            None => (Polarity::Undeclared, PolaritySource::Undeclared),
+            Some((CardPolarity::Negative, source)) => {
+                (Polarity::Declared(OpensWhen::Negative), source)
+            }
+            Some((CardPolarity::Positive, source)) => {
+                (Polarity::Declared(OpensWhen::Positive), source)
+            }
+            Some((CardPolarity::Both, source)) => (Polarity::Both, source),
+        }
+    }
+
+    /// Returns what decides, for a recording whose opening sign is known or not.
+    #[must_use]
+    pub fn policy(&self, polarity: Polarity) -> Policy {
+        Policy {
+            model: self.model,
+            polarity,
+            method: self.method,
+            tolerance_rad: self.tolerance_rad,
+            initial_angle_rad: self.phi0_rad,
+            initial_velocity_rad_s: self.omega0_rad_s,
+            window_s: self.window_s,
+            members: self.members,
+            seed: self.seed,
+            work: self
+                .limits
+                .get("work")
+                .copied()
+                .unwrap_or(Limits::default().work),
+        }
+    }
+}

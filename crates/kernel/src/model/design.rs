@@ -1,0 +1,336 @@
+//! A design: lever, stop, criterion, tolerances.
+//!
+//! A number comes from a file, a document or an override; each way in ends at the same check
+//! against the table of parameters.
+
+use super::lever::Lever;
+use super::parameters::{DesignParameter, PARAMETERS, Range, Slot};
+use super::stop::Stop;
+use crate::error::Error;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The angle beyond which the door is lost.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Criterion {
+    /// Largest angle that keeps the door shut [rad].
+    pub threshold_rad: f64,
+    /// The smaller one that an override took the place of [rad]; `None` if none did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub raised_from_rad: Option<f64>,
+}
+
+impl Default for Criterion {
+    fn default() -> Self {
+        Self {
+            threshold_rad: 0.1,
+            raised_from_rad: None,
+        }
+    }
+}
+
+/// Uncertainty of the input, one standard deviation each.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct InputUncertainty {
+    /// Of the acceleration's scale, relative [-].
+    pub scale: f64,
+    /// Of the acceleration's bias [g].
+    pub bias_g: f64,
+}
+
+impl Default for InputUncertainty {
+    fn default() -> Self {
+        Self {
+            scale: 0.01,
+            bias_g: 0.1,
+        }
+    }
+}
+
+/// A latch design. One that is read, from TOML or JSON, is one that a lever can have.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "DesignAsWritten")]
+pub struct Design {
+    /// Name, used in folders and reports.
+    pub name: String,
+    /// The lever.
+    pub lever: Lever,
+    /// The stop.
+    pub stop: Stop,
+    /// What loses the door.
+    pub criterion: Criterion,
+    /// One standard deviation of any key of `lever` and `stop`, in that key's unit.
+    pub tolerance: BTreeMap<String, f64>,
+    /// Uncertainty of the input.
+    pub input: InputUncertainty,
+    /// Keys that an override gave another value than the design file, or the paper, has.
+    pub modified: Vec<String>,
+    /// The values that the overrides took the place of, where there were any.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub modified_from: BTreeMap<String, f64>,
+}
+
+/// A design as a document states it, before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct DesignAsWritten {
+    name: String,
+    lever: Lever,
+    stop: Stop,
+    criterion: Criterion,
+    tolerance: BTreeMap<String, f64>,
+    input: InputUncertainty,
+    modified: Vec<String>,
+    modified_from: BTreeMap<String, f64>,
+}
+
+impl Default for DesignAsWritten {
+    fn default() -> Self {
+        let Design {
+            name,
+            lever,
+            stop,
+            criterion,
+            tolerance,
+            input,
+            modified,
+            modified_from,
+        } = Design::reference();
+        Self {
+            name,
+            lever,
+            stop,
+            criterion,
+            tolerance,
+            input,
+            modified,
+            modified_from,
+        }
+    }
+}
+
+impl TryFrom<DesignAsWritten> for Design {
+    type Error = Error;
+
+    fn try_from(written: DesignAsWritten) -> Result<Self, Error> {
+        let design = Self {
+            name: written.name,
+            lever: written.lever,
+            stop: written.stop,
+            criterion: written.criterion,
+            tolerance: written.tolerance,
+            input: written.input,
+            modified: written.modified,
+            modified_from: written.modified_from,
+        };
+        design.validate()?;
+        Ok(design)
+    }
+}
+
+impl Default for Design {
+    fn default() -> Self {
+        Self::reference()
+    }
+}
+
+impl Design {
+    /// Returns the design of eq. (3.1) with the threshold of section 2 of the paper.
+    #[must_use]
+    pub fn reference() -> Self {
+        Self {
+            name: "paper".into(),
+            lever: Lever::reference(),
+            stop: Stop::reference(),
+            criterion: Criterion::default(),
+            tolerance: BTreeMap::from([("restitution".to_string(), 0.02)]),
+            input: InputUncertainty::default(),
+            modified: Vec::new(),
+            modified_from: BTreeMap::new(),
+        }
+    }
+
+    /// Gives the number of `key`, such as `lever.mass_kg`, another value and notes it as overridden.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::UnknownName`] for an unknown key, [`Error::OutOfRange`] for a value that no lever can
+    /// have.
+    pub fn override_number(&mut self, key: &str, value: f64) -> Result<(), Error> {
+        let criterion = self.criterion;
+        let before = self.number(key);
+        self.put_number(key, value)?;
+        self.mark(key, before);
+        let stated = criterion.raised_from_rad.unwrap_or(criterion.threshold_rad);
+        self.criterion.raised_from_rad = (self.criterion.threshold_rad > stated).then_some(stated);
+        Ok(())
+    }
+
+    /// Returns the number of a key such as `lever.mass_kg` or `tolerance.mass_kg`.
+    #[must_use]
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match key.strip_prefix("tolerance.") {
+            Some(key) => self.tolerance.get(key).copied(),
+            None => DesignParameter::named(key).map(|known| self.value(known)),
+        }
+    }
+
+    /// Notes that `key` was overridden, unless it has its first value again.
+    fn mark(&mut self, key: &str, before: Option<f64>) {
+        let known = self.modified.iter().position(|known| known == key);
+        let first = match known {
+            Some(_) => self.modified_from.get(key).copied(),
+            None => before,
+        };
+        if self.number(key) == first {
+            self.modified.retain(|known| known != key);
+            self.modified_from.remove(key);
+        } else if known.is_none() {
+            self.modified.push(key.to_string());
+            self.modified.sort();
+            self.modified_from
+                .extend(first.map(|first| (key.to_string(), first)));
+        }
+    }
+
+    /// Returns the limit of the angle that is judged without overrides and within what a latch can
+    /// bear [rad]: that of the design, at most π/2.
+    #[must_use]
+    pub fn default_threshold_rad(&self) -> f64 {
+        let Criterion {
+            threshold_rad,
+            raised_from_rad,
+        } = self.criterion;
+        raised_from_rad
+            .unwrap_or(threshold_rad)
+            .min(std::f64::consts::FRAC_PI_2)
+    }
+
+    /// Returns the numbers that no latch of this world has, with their values.
+    pub fn implausible(&self) -> impl Iterator<Item = (&'static DesignParameter, f64)> + '_ {
+        let of_each = PARAMETERS.iter().map(|known| (known, self.value(known)));
+        of_each.filter(|(known, value)| !(known.plausible.0..=known.plausible.1).contains(value))
+    }
+
+    /// Gives the number of `name` a value, as a design file states it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Design::override_number`].
+    pub fn put_number(&mut self, name: &str, value: f64) -> Result<(), Error> {
+        if let Some(key) = name.strip_prefix("tolerance.") {
+            check_tolerance(key, value)?;
+            self.tolerance.insert(key.to_string(), value + 0.0);
+            return Ok(());
+        }
+        let Some(parameter) = DesignParameter::named(name) else {
+            let names: Vec<_> = PARAMETERS.iter().map(|known| known.name).collect();
+            return Err(unknown(name, &names));
+        };
+        parameter.range.check(name, value)?;
+        self.put(parameter, value);
+        Ok(())
+    }
+
+    /// Returns the value of `parameter`, in its unit.
+    #[must_use]
+    pub fn value(&self, parameter: &DesignParameter) -> f64 {
+        match parameter.slot {
+            Slot::Lever(field) => *field(&mut { self.lever }),
+            Slot::Stop(field) => *field(&mut { self.stop }),
+            Slot::Threshold => self.criterion.threshold_rad,
+            Slot::InputScale => self.input.scale,
+            Slot::InputBias => self.input.bias_g,
+        }
+    }
+
+    /// Sets `parameter` to a value that has been checked.
+    fn put(&mut self, parameter: &DesignParameter, value: f64) {
+        *match parameter.slot {
+            Slot::Lever(field) => field(&mut self.lever),
+            Slot::Stop(field) => field(&mut self.stop),
+            Slot::Threshold => &mut self.criterion.threshold_rad,
+            Slot::InputScale => &mut self.input.scale,
+            Slot::InputBias => &mut self.input.bias_g,
+            // A negative zero says nothing else than a plain one.
+        } = value + 0.0;
+    }
+
+    /// Returns one standard deviation of `parameter`, in its unit, where the design states one.
+    #[must_use]
+    pub fn deviation(&self, parameter: &DesignParameter) -> Option<f64> {
+        match parameter.slot {
+            Slot::Lever(_) | Slot::Stop(_) => self.tolerance.get(parameter.key()).copied(),
+            Slot::InputScale | Slot::InputBias => Some(self.value(parameter)),
+            Slot::Threshold => None,
+        }
+    }
+
+    /// Returns the damping ratio ξ of the lever in contact with the soft stop [-].
+    #[must_use]
+    pub fn contact_damping_ratio(&self) -> f64 {
+        self.stop.contact_damping_nm_s_per_rad(&self.lever)
+            / (2.0
+                * self.lever.moment_of_inertia_kg_m2
+                * self.stop.contact_angular_frequency_rad_s(&self.lever))
+    }
+
+    /// Checks every number against its range, and what single ranges cannot see.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::Error::OutOfRange`] for a number that no lever can have, or if neither
+    /// spring nor preload presses the lever onto the stop, or the inertia is less than that of the
+    /// mass at its own centre; [`crate::error::Error::UnknownName`] for a tolerance of what has
+    /// none.
+    pub fn validate(&self) -> Result<(), Error> {
+        for parameter in PARAMETERS {
+            parameter
+                .range
+                .check(parameter.name, self.value(parameter))?;
+        }
+        for (key, deviation) in &self.tolerance {
+            check_tolerance(key, *deviation)?;
+        }
+        let lever = &self.lever;
+        if lever.preload_torque_nm + lever.spring_stiffness_nm_per_rad <= 0.0 {
+            return Err(Error::out_of_range(
+                "lever.preload_torque_nm and lever.spring_stiffness_nm_per_rad",
+                "positive, at least one of them, or nothing closes the lever",
+                "0 and 0",
+            ));
+        }
+        let least = lever.mass_kg * lever.center_of_mass_m * lever.center_of_mass_m;
+        if lever.moment_of_inertia_kg_m2 < least {
+            return Err(Error::out_of_range(
+                "lever.moment_of_inertia_kg_m2 [kg m²]",
+                format!("at least m·L² = {least:e} (parallel-axis theorem)"),
+                format!("{:e}", lever.moment_of_inertia_kg_m2),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Refuses a tolerance of a number that has none, or one that is no standard deviation.
+fn check_tolerance(key: &str, deviation: f64) -> Result<(), Error> {
+    let name = format!("tolerance.{key}");
+    let known = || PARAMETERS.iter().filter(|known| known.has_tolerance());
+    if !known().any(|known| known.key() == key) {
+        let names: Vec<_> = known()
+            .map(|known| format!("tolerance.{}", known.key()))
+            .collect();
+        return Err(unknown(&name, &names));
+    }
+    Range::NotNegative.check(&name, deviation)
+}
+
+fn unknown<T: ToString>(key: &str, known: &[T]) -> Error {
+    Error::UnknownName {
+        what: "design key",
+        found: key.to_string(),
+        known: known.iter().map(T::to_string).collect(),
+    }
+}

@@ -1,0 +1,160 @@
+//! The one table of a design's numbers: key, symbol, unit, range and meaning.
+//!
+//! Design files, overrides, tolerances, the ensemble and the report all draw from it: a number
+//! with a row here is read, checked, scattered and shown.
+
+use super::lever::Lever;
+use super::stop::Stop;
+use crate::error::Error;
+
+/// A number of a design.
+#[derive(Debug, Clone, Copy)]
+pub struct DesignParameter {
+    /// Name in design files and overrides: section, dot, key.
+    pub name: &'static str,
+    /// Symbol in formulas; empty for a number without one.
+    pub symbol: &'static str,
+    /// Unit; `1` for a ratio.
+    pub unit: &'static str,
+    /// Condition on its value.
+    pub range: Range,
+    /// Least and greatest value that a latch of this world may have, generously; beyond it a
+    /// verdict is warned of.
+    pub plausible: (f64, f64),
+    /// Number of the generator's stream that draws it in an ensemble; `None` of a number that
+    /// is not scattered.
+    ///
+    /// A new row takes the next free number: one that changed would change every draw.
+    pub stream: Option<u32>,
+    /// What it is.
+    pub what: &'static str,
+    /// What it is called in a sentence.
+    pub noun: &'static str,
+    /// Where it stands in a design.
+    pub slot: Slot,
+}
+
+/// The place of a number in a design: whoever matches on it deals with every number.
+#[derive(Debug, Clone, Copy)]
+pub enum Slot {
+    /// A number of the lever.
+    Lever(fn(&mut Lever) -> &mut f64),
+    /// A number of the stop.
+    Stop(fn(&mut Stop) -> &mut f64),
+    /// The limit of the angle.
+    Threshold,
+    /// One standard deviation of the recording's scale.
+    InputScale,
+    /// One standard deviation of the recording's bias.
+    InputBias,
+}
+
+/// A condition on one number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Range {
+    /// Greater than zero, and finite.
+    Positive,
+    /// Zero or greater, and finite.
+    NotNegative,
+    /// From 0 to 1.
+    Ratio,
+}
+
+impl Range {
+    /// Checks `value` of the number `name`.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::error::Error::OutOfRange`] with the condition.
+    pub fn check(self, name: &str, value: f64) -> Result<(), Error> {
+        let (good, expected) = match self {
+            Self::Positive => (value > 0.0 && value.is_finite(), "positive and finite"),
+            Self::NotNegative => (
+                value >= 0.0 && value.is_finite(),
+                "zero or positive, and finite",
+            ),
+            Self::Ratio => ((0.0..=1.0).contains(&value), "0 to 1"),
+        };
+        if good {
+            Ok(())
+        } else {
+            Err(Error::out_of_range(name, expected, format!("{value}")))
+        }
+    }
+
+    /// Returns the value of this range that is nearest to `value`; a number that must be
+    /// positive has none and stays.
+    #[must_use]
+    pub fn hold(self, value: f64) -> f64 {
+        match self {
+            Self::Positive => value,
+            Self::NotNegative => value.max(0.0),
+            Self::Ratio => value.clamp(0.0, 1.0),
+        }
+    }
+}
+
+impl DesignParameter {
+    /// Returns the parameter of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        PARAMETERS.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// Returns its name within its section.
+    #[must_use]
+    pub fn key(&self) -> &'static str {
+        self.name.split_once('.').map_or(self.name, |(_, key)| key)
+    }
+
+    /// Returns whether `[tolerance]` may name it: whether it is a number of lever or stop.
+    #[must_use]
+    pub fn has_tolerance(&self) -> bool {
+        matches!(self.slot, Slot::Lever(_) | Slot::Stop(_))
+    }
+}
+
+macro_rules! slot {
+    (Lever $key:ident) => {
+        Slot::Lever(|lever| &mut lever.$key)
+    };
+    (Stop $key:ident) => {
+        Slot::Stop(|stop| &mut stop.$key)
+    };
+    ($slot:ident $key:ident) => {
+        Slot::$slot
+    };
+}
+
+macro_rules! parameters {
+    ($($section:ident.$key:ident as $slot:ident, $range:ident, $low:literal..$high:expr, $stream:expr, $symbol:literal, $unit:literal, $what:literal, $noun:literal;)*) => {
+        /// Every number of a design, in the order of a design file.
+        pub const PARAMETERS: &[DesignParameter] = &[$(DesignParameter {
+            name: concat!(stringify!($section), ".", stringify!($key)),
+            symbol: $symbol,
+            unit: $unit,
+            range: Range::$range,
+            plausible: ($low, $high),
+            stream: $stream,
+            what: $what,
+            noun: $noun,
+            slot: slot!($slot $key),
+        }),*];
+    };
+}
+
+parameters! {
+    lever.moment_of_inertia_kg_m2 as Lever, Positive, 1e-6..0.1, Some(2), "I₀", "kg m²", "Moment of inertia about the pivot", "moment of inertia";
+    lever.pivot_damping_nm_s_per_rad as Lever, NotNegative, 0.0..0.1, Some(3), "c₀", "N m s/rad", "Damping at the pivot", "damping at the pivot";
+    lever.spring_stiffness_nm_per_rad as Lever, NotNegative, 0.0..100.0, Some(4), "k₀", "N m/rad", "Stiffness of the spring", "stiffness of the spring";
+    lever.preload_torque_nm as Lever, NotNegative, 0.0..100.0, Some(5), "T₀", "N m", "Preload torque", "preload torque";
+    lever.mass_kg as Lever, Positive, 1e-3..5.0, Some(6), "m", "kg", "Mass", "mass of the lever";
+    lever.center_of_mass_m as Lever, Positive, 1e-3..0.5, Some(7), "L", "m", "Distance of the centre of mass", "distance of its centre of mass";
+    stop.restitution as Stop, Ratio, 0.0..1.0, Some(8), "R", "1", "Restitution of the rigid stop", "restitution of the stop";
+    stop.stiffness_n_per_m as Stop, Positive, 1e3..1e10, Some(9), "kₛ", "N/m", "Stiffness of the soft stop", "stiffness of the stop";
+    stop.damping_n_s_per_m as Stop, NotNegative, 0.0..1e4, Some(10), "cₛ", "N s/m", "Damping of the soft stop", "damping of the stop";
+    stop.radius_m as Stop, Positive, 1e-3..1.0, Some(11), "lₛ", "m", "Distance of the stop from the pivot", "distance of the stop";
+    criterion.threshold_rad as Threshold, Positive, 1e-4..std::f64::consts::FRAC_PI_2, None, "φ*", "rad", "Limit of the angle", "limit of the angle";
+    input.scale as InputScale, NotNegative, 0.0..0.3, Some(0), "", "1", "Input: scale of the acceleration", "scale of the acceleration";
+    input.bias_g as InputBias, NotNegative, 0.0..10.0, Some(1), "", "g", "Input: bias of the acceleration", "bias of the acceleration";
+}

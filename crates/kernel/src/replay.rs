@@ -1,0 +1,757 @@
+//! Replay: drives the lever with a signal and records what it does.
+//!
+//! The kernel: `kernel` takes flight, contact, dwell and chatter from event to event by the steps of
+//! `taylor` under `forcing`; whole samples without events go to `flight_fast`, by `eventless_step`,
+//! and to `contact_fast`. `sensitivity` carries the bound on rounding along, `tangent` the exact
+//! derivatives, and `recorder` keeps peak, crossings, impacts and trace.
+//!
+//! Around it: `batch` follows many levers on one recording, `harmonic` one on a sine and
+//! `strobe_batch` many of these; `energy` bounds how far a lever may still come; `methods` are the
+//! integrators to compare with, and `breakdown` says why a lever could not be followed.
+
+pub mod batch;
+mod breakdown;
+mod contact_fast;
+mod energy;
+mod eventless_step;
+mod flight_fast;
+mod forcing;
+mod harmonic;
+mod kernel;
+mod methods;
+mod recorder;
+mod sensitivity;
+pub mod strobe_batch;
+mod tangent;
+mod taylor;
+
+use crate::error::Error;
+use crate::model::Design;
+use crate::model::excitation::{Harmonic, Sampled};
+use crate::model::stop::StopModel;
+use crate::parallel::Control;
+use crate::signal::Signal;
+use crate::units::{OpensWhen, SampleRate};
+pub use breakdown::Breakdown;
+pub use methods::{
+    ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, REST_SPEED_RAD_S, step_seconds as fixed_step_s,
+};
+
+pub use harmonic::{Section, Strobe, StrobeMap};
+
+use contact_fast::FastContact;
+use energy::{energy_of, impulse_ahead, stays_below};
+use flight_fast::FastFlight;
+use kernel::Kernel;
+use methods::Problem;
+use recorder::Recorder;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// How a run is integrated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// Every release, impact, contact and rest located; the default.
+    EventDriven,
+    /// Fixed-step Runge-Kutta of fourth order with events on its own grid, as in the paper:
+    /// step = natural period 2π/ω0 over `steps_per_period`.
+    Rk4 {
+        /// Steps per natural period.
+        steps_per_period: u32,
+    },
+    /// The same with steps that end at samples and events.
+    Rk4Located {
+        /// Steps per natural period, at least.
+        steps_per_period: u32,
+    },
+    /// The adaptive pair of Dormand and Prince with located events.
+    Dopri5 {
+        /// Ends a step at each sample, where the excitation has a kink.
+        at_samples: bool,
+    },
+    /// Time-stepping after Moreau and Jean; the rigid stop only.
+    MoreauJean {
+        /// Steps per natural period.
+        steps_per_period: u32,
+    },
+}
+
+impl Method {
+    /// Returns the name that options and verdicts use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::EventDriven => "event-driven",
+            Self::Rk4 { .. } => "rk4",
+            Self::Rk4Located { .. } => "rk4-located",
+            Self::Dopri5 { at_samples: false } => "dopri5",
+            Self::Dopri5 { at_samples: true } => "dopri5-samples",
+            Self::MoreauJean { .. } => "moreau-jean",
+        }
+    }
+}
+
+/// What a run cost.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Work {
+    /// Integration steps.
+    pub steps: u64,
+    /// Evaluations of the right-hand side; for a Taylor step the orders computed.
+    pub rhs: u64,
+    /// Releases, impacts, contacts and rests.
+    pub events: u64,
+}
+
+impl Work {
+    /// Returns the work as limits count it, in steps of a whole sample: a step with more than eight
+    /// evaluations counts as more.
+    #[must_use]
+    pub fn counted(&self) -> u64 {
+        self.steps.max(self.rhs / 8)
+    }
+}
+
+/// How much a run may take, and whose wish to stop it heeds.
+#[derive(Debug, Clone, Copy)]
+pub struct Within<'a> {
+    /// Steps after which it is given up.
+    pub steps_max: u64,
+    /// Asked from time to time whether to go on.
+    pub control: &'a Control<'a>,
+}
+
+impl Within<'_> {
+    /// As many steps as a run takes, and nothing that stops it.
+    pub const UNBOUNDED: Within<'static> = Within {
+        steps_max: u64::MAX,
+        control: &Control::unwatched(1),
+    };
+
+    /// Steps between two looks at the control, some hundredths of a second.
+    const LOOK_EVERY: u64 = 1 << 17;
+
+    /// Tells whether `steps` taken, of which `looked` had been taken at the last look, are too
+    /// many or the wish to stop has come.
+    fn ends(&self, steps: u64, looked: &mut u64) -> bool {
+        if steps >= *looked + Self::LOOK_EVERY {
+            *looked = steps;
+            return self.control.check().is_err();
+        }
+        false
+    }
+}
+
+/// What the lever did.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Stop model.
+    pub model: StopModel,
+    /// Integrator.
+    pub method: Cow<'static, str>,
+    /// Sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// Largest angle in the window [rad].
+    pub peak_angle_rad: f64,
+    /// When [s].
+    pub peak_time_s: f64,
+    /// First time the angle exceeds the threshold in the window [s].
+    pub first_crossing_s: Option<f64>,
+    /// Total time above the threshold in the window [s].
+    pub time_above_threshold_s: f64,
+    /// First time the angle becomes positive [s].
+    pub first_release_s: Option<f64>,
+    /// Impacts (soft stop: contact entries) faster than 1e-3 rad/s.
+    pub impacts: u64,
+    /// The first 200 of them: time [s], velocity before [rad/s].
+    pub impact_list: Vec<[f64; 2]>,
+    /// Angle at the window's last sample [rad].
+    pub final_angle_rad: f64,
+    /// Angular velocity there [rad/s].
+    pub final_velocity_rad_s: f64,
+    /// Whether the lever's energy exceeds 1e-9 J there.
+    pub moving_at_end: bool,
+    /// Largest angle after the window's last sample under no excitation [rad]; `None` if at rest.
+    pub coast_peak_angle_rad: Option<f64>,
+    /// Bound on the error of the peak angle from integration and rounding [rad].
+    pub numerical_error_rad: f64,
+    /// What it cost.
+    pub work: Work,
+}
+
+/// One point of a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TracePoint {
+    /// Time [s].
+    pub time_s: f64,
+    /// Angle [rad].
+    pub angle_rad: f64,
+    /// Angular velocity [rad/s].
+    pub velocity_rad_s: f64,
+}
+
+/// What a run is asked beside signal and design.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunOptions {
+    /// Stop model.
+    pub stop: StopModel,
+    /// Sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// Integrator.
+    pub method: Method,
+    /// Truncation let pass in a step [rad]; `None` for the method's own.
+    pub tolerance_rad: Option<f64>,
+    /// Step of a fixed-step method [s]; `None` for its steps per natural period.
+    pub step_s: Option<f64>,
+    /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest on the stop.
+    pub initial: Option<(f64, f64)>,
+    /// First and last sample of the judged window; `None` for all.
+    pub window: Option<(usize, usize)>,
+    /// Keep the trajectory for drawing.
+    pub trace: bool,
+    /// Bound the error; without it `numerical_error_rad` is infinite, and the run cheaper.
+    pub error_bound: bool,
+    /// Only the peak, and what came before it, is asked for: the event-driven run ends where nothing to
+    /// come can raise the peak, and the rest tells of the time until then.
+    pub peak_only: bool,
+}
+
+impl RunOptions {
+    /// Returns the options of a nominal run: event-driven, from rest, the whole record judged.
+    #[must_use]
+    pub fn new(stop: StopModel, opens_when: OpensWhen) -> Self {
+        Self {
+            stop,
+            opens_when,
+            method: Method::EventDriven,
+            tolerance_rad: None,
+            step_s: None,
+            initial: None,
+            window: None,
+            trace: false,
+            error_bound: true,
+            peak_only: false,
+        }
+    }
+}
+
+/// A run with what is not part of its result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunOutcome {
+    /// What the lever did.
+    pub run: Run,
+    /// The trajectory, if it was asked for; else empty.
+    pub trace: Vec<TracePoint>,
+    /// What run and coast cost, as limits count it.
+    pub spent: u64,
+    /// Bound on the error of the coast's peak [rad].
+    pub coast_error_rad: f64,
+    /// Bound on the error of the final angle [rad]; only the event-driven method states it.
+    pub final_error_rad: Option<f64>,
+    /// The method could not follow the lever: its numbers mean nothing.
+    pub broke_down: bool,
+    /// Why, where the method can say it.
+    pub breakdown: Option<Breakdown>,
+    /// Lowest angle at the end of a step [rad]; the event-driven method does not keep it.
+    pub lowest_angle_rad: Option<f64>,
+}
+
+/// Drives the lever of `design` with `signal`.
+///
+/// The whole signal up to the window's last sample drives the lever; peak, crossing and time
+/// above the threshold are those inside the window. After its last sample the lever coasts
+/// without excitation until it can no longer rise above what it has reached.
+///
+/// # Errors
+///
+/// [`Error::TooShort`] for a signal of fewer than two samples,
+/// [`Error::OutOfRange`] for an initial state that the stop does not admit, a sample that
+/// is not finite, or a fixed step that would need more than 10⁹ steps.
+pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<RunOutcome, Error> {
+    run_within(signal, design, options, &Within::UNBOUNDED)
+}
+
+/// As [`run`], of a run that may be stopped or take too much: one that needs more steps than it may
+/// take breaks down.
+///
+/// # Errors
+///
+/// As [`run`]; [`Error::Stopped`].
+pub fn run_within(
+    signal: &Signal,
+    design: &Design,
+    options: &RunOptions,
+    within: &Within<'_>,
+) -> Result<RunOutcome, Error> {
+    let count = signal.samples.len();
+    if count < 2 {
+        return Err(Error::TooShort {
+            what: "a replay",
+            needed: 2,
+            found: count,
+        });
+    }
+    check_initial(options)?;
+    if let Some(bad) = signal.samples.iter().find(|a| !a.is_finite()) {
+        return Err(Error::NonFinite {
+            found: bad.to_string(),
+        });
+    }
+    let (first, last) = options.window.unwrap_or((0, count - 1));
+    let (first, last) = (first.min(count - 1), last.min(count - 1));
+    let parts = match options.method {
+        Method::EventDriven => subdivision(signal, design, options.stop),
+        _ => 1,
+    };
+    let (divided, first, last) = (divided(signal, parts), parts * first, parts * last);
+    let signal = &*divided;
+    let outcome = match options.method {
+        Method::EventDriven => pulp::Arch::new().dispatch(EventDriven {
+            signal,
+            design,
+            options,
+            first,
+            last,
+            within,
+        }),
+        _ => compared(signal, design, options, first, last, within)?,
+    };
+    within.control.check()?;
+    Ok(outcome)
+}
+
+/// Returns into how many parts each sample interval is divided before a replay, so that the soft
+/// stop's own oscillation turns by no more than its whole samples in contact allow. The straight
+/// lines between the samples stay what they are.
+#[must_use]
+pub fn subdivision(signal: &Signal, design: &Design, stop: StopModel) -> usize {
+    /// Beyond it a sample is as cheap by series.
+    const PARTS_MAX: f64 = 64.0;
+    if stop == StopModel::Rigid {
+        return 1;
+    }
+    let frequency = design.stop.contact_angular_frequency_rad_s(&design.lever);
+    // A tenth less leaves room for the levers of an ensemble.
+    let parts =
+        (frequency * signal.rate.interval().seconds() / (0.9 * contact_fast::PHASE_MAX)).ceil();
+    if parts > 1.0 && parts <= PARTS_MAX {
+        parts as usize
+    } else {
+        1
+    }
+}
+
+/// Returns the signal with each sample interval divided into `parts`.
+pub fn divided(signal: &Signal, parts: usize) -> Cow<'_, Signal> {
+    let rate = SampleRate::from_hertz(signal.rate.hertz() * parts as f64);
+    let (true, Ok(rate)) = (parts > 1, rate) else {
+        return Cow::Borrowed(signal);
+    };
+    let mut samples = Vec::with_capacity(signal.samples.len() * parts);
+    for pair in signal.samples.windows(2) {
+        let step = (pair[1] - pair[0]) / parts as f64;
+        samples.extend((0..parts).map(|part| pair[0] + step * part as f64));
+    }
+    samples.extend(signal.samples.last());
+    Cow::Owned(Signal {
+        rate,
+        samples,
+        ..*signal
+    })
+}
+
+fn check_initial(options: &RunOptions) -> Result<(), Error> {
+    let Some((angle, velocity)) = options.initial else {
+        return Ok(());
+    };
+    let least = if options.stop == StopModel::Rigid {
+        0.0
+    } else {
+        -ANGLE_LIMIT
+    };
+    if !(least..=ANGLE_LIMIT).contains(&angle)
+        || !velocity.is_finite()
+        || velocity.abs() > VELOCITY_LIMIT
+    {
+        return Err(Error::out_of_range(
+            "initial state (phi0 [rad], omega0 [rad/s])",
+            format!(
+                "{least} to {ANGLE_LIMIT} rad on a {} stop and at most {VELOCITY_LIMIT} rad/s",
+                options.stop.name()
+            ),
+            format!("({angle}, {velocity})"),
+        ));
+    }
+    Ok(())
+}
+
+/// Largest initial angle taken [rad].
+const ANGLE_LIMIT: f64 = 100.0;
+
+/// Largest initial angular velocity taken [rad/s].
+const VELOCITY_LIMIT: f64 = 1e5;
+
+/// The event-driven run, compiled for what the machine has and chosen when it runs.
+struct EventDriven<'a> {
+    signal: &'a Signal,
+    design: &'a Design,
+    options: &'a RunOptions,
+    first: usize,
+    last: usize,
+    within: &'a Within<'a>,
+}
+
+impl pulp::WithSimd for EventDriven<'_> {
+    type Output = RunOutcome;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _simd: S) -> RunOutcome {
+        self.run()
+    }
+}
+
+/// Puts the lever of an event-driven run where it starts, at `start` [s].
+fn begin(start: f64, design: &Design, options: &RunOptions) -> Kernel {
+    let recorder = Recorder::new(design.criterion.threshold_rad, options.trace);
+    let mut kernel = Kernel::new(
+        design,
+        options.stop,
+        options.initial,
+        options.tolerance_rad,
+        recorder,
+    );
+    if !options.error_bound {
+        kernel = kernel.without_error_bound();
+        if options.peak_only {
+            kernel = kernel.for_peak();
+        }
+    }
+    let (angle, velocity) = kernel.state();
+    if angle > 0.0 || (angle >= 0.0 && velocity > 0.0) {
+        kernel.recorder.release(start);
+    }
+    kernel.recorder.point(start, angle, velocity);
+    kernel
+}
+
+impl EventDriven<'_> {
+    #[inline(always)]
+    fn run(&self) -> RunOutcome {
+        let Self {
+            signal,
+            options,
+            last,
+            ..
+        } = *self;
+        let mut kernel = begin(signal.start_s, self.design, options).for_samples(last);
+        kernel.at_most(self.within.steps_max);
+        let mut looked = 0;
+        let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
+        let lift_off = kernel.lift_off_acceleration();
+        let fast_flight = FastFlight::new(&kernel, interval, sign);
+        let pressed = FastContact::new(&kernel, interval, sign, 0.0);
+        let mut ends = options.peak_only.then(|| PeakEnd::of(self));
+        let mut index = 0;
+        while index < last {
+            if index == self.first {
+                self.open_window(&mut kernel, index);
+            }
+            let mut stop_at = if index < self.first { self.first } else { last };
+            if let Some(ends) = &mut ends {
+                if ends.here(self, &kernel, index) {
+                    return self.finish(kernel, index, true);
+                }
+                stop_at = stop_at.min(ends.asked);
+            }
+            // Without closures, which would not be compiled for the machine's vectors.
+            let mut taken = 0;
+            if kernel.dwells() {
+                // Pressed onto the rigid stop all through the samples: nothing moves.
+                taken = pressed_samples(&signal.samples[index..=stop_at], sign, lift_off);
+            } else {
+                if let Some(fast_flight) = &fast_flight {
+                    taken = fast_flight.fly(&mut kernel, signal, index, stop_at);
+                }
+                if taken == 0
+                    && let Some(pressed) = &pressed
+                {
+                    taken = pressed.press(&mut kernel, signal, index, stop_at);
+                }
+            }
+            if taken > 0 {
+                index += taken;
+                continue;
+            }
+            let (from, to) = (signal.samples[index], signal.samples[index + 1]);
+            kernel.advance(signal.time_s(index), interval, sign * from, sign * to);
+            index += 1;
+            kernel.stuck |= self.within.ends(kernel.work.steps, &mut looked);
+            if kernel.stuck {
+                break;
+            }
+        }
+        if self.first >= last {
+            self.open_window(&mut kernel, last);
+        }
+        self.finish(kernel, last, false)
+    }
+
+    fn open_window(&self, kernel: &mut Kernel, index: usize) {
+        let error = kernel.angle_error();
+        let (angle, time) = (kernel.state().0, self.signal.time_s(index));
+        kernel.recorder.open_window(angle, time, error);
+    }
+
+    /// Ends the run at a sample, where the lever `rests` or need not be followed.
+    fn finish(&self, kernel: Kernel, index: usize, rests: bool) -> RunOutcome {
+        let end = self.signal.time_s(index);
+        finish(kernel, end, self.design, self.options, self.within, rests)
+    }
+}
+
+/// Where a run of which the peak alone is asked may end.
+struct PeakEnd {
+    /// ∫|a| dt from every [`Self::ASKED_EVERY`]th sample on [m/s].
+    ahead: Vec<f64>,
+    /// The sample at which it is asked next.
+    asked: usize,
+}
+
+impl PeakEnd {
+    /// Samples between two questions, in contact or flight without events.
+    const ASKED_EVERY: usize = 128;
+
+    fn of(run: &EventDriven<'_>) -> Self {
+        Self {
+            ahead: impulse_ahead(run.signal, run.last, Self::ASKED_EVERY),
+            asked: run.first,
+        }
+    }
+
+    /// Tells, where it is time to ask, whether nothing to come can raise the peak.
+    fn here(&mut self, run: &EventDriven<'_>, kernel: &Kernel, index: usize) -> bool {
+        if index < self.asked {
+            return false;
+        }
+        self.asked = index + Self::ASKED_EVERY;
+        let whose = (&run.design.lever, &run.design.stop, run.options.stop);
+        let best = kernel.recorder.highest();
+        stays_below(
+            whose,
+            kernel.state(),
+            best,
+            self.ahead[index / Self::ASKED_EVERY],
+        )
+    }
+}
+
+/// Ends an event-driven run at `end` [s]: closes the window, coasts on unless the lever `rests` or need
+/// not be followed, tells what there was.
+fn finish(
+    mut kernel: Kernel,
+    end: f64,
+    design: &Design,
+    options: &RunOptions,
+    within: &Within<'_>,
+    rests: bool,
+) -> RunOutcome {
+    let (angle, velocity) = kernel.state();
+    let error = kernel.angle_error();
+    kernel.recorder.close_window(angle, end, error);
+    kernel.recorder.point(end, angle, velocity);
+    let moving = !rests && energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
+    let stuck = kernel.stuck;
+    let (peak, work, trace) = (
+        kernel.recorder.peak,
+        kernel.work,
+        kernel.recorder.trace.take(),
+    );
+    let finished = kernel.recorder.clone();
+    let coast = if moving && !stuck {
+        kernel.coast(end, within)
+    } else {
+        None
+    };
+    let too_many = kernel.took_too_many();
+    let finite_peak = peak.angle.is_finite() && peak.bound().is_finite();
+    let broke_down = stuck || (moving && coast.is_none()) || !finite_peak;
+    RunOutcome {
+        run: Run {
+            model: options.stop,
+            method: options.method.name().into(),
+            opens_when: options.opens_when,
+            peak_angle_rad: finite(peak.angle),
+            peak_time_s: peak.time,
+            first_crossing_s: finished.first_crossing,
+            time_above_threshold_s: finished.time_above,
+            first_release_s: finished.first_release,
+            impacts: finished.impacts,
+            impact_list: finished.impact_list,
+            final_angle_rad: finite(angle),
+            final_velocity_rad_s: finite(velocity),
+            moving_at_end: moving,
+            coast_peak_angle_rad: coast.map(|peak| peak.angle),
+            numerical_error_rad: if !options.error_bound {
+                f64::INFINITY
+            } else if peak.bound().is_finite() {
+                peak.bound()
+            } else {
+                f64::MAX
+            },
+            work,
+        },
+        trace: trace.unwrap_or_default(),
+        spent: kernel.work.counted(),
+        coast_error_rad: coast.map_or(0.0, |peak| finite(peak.bound())),
+        final_error_rad: options.error_bound.then(|| finite(error)),
+        broke_down,
+        breakdown: match broke_down {
+            true if too_many => Some(Breakdown::TooManySteps),
+            true if !finite_peak => Some(Breakdown::NotFinite),
+            true => kernel.breakdown,
+            false => None,
+        },
+        lowest_angle_rad: None,
+    }
+}
+
+/// The number, or the largest there is in place of what is none: a run that broke down still
+/// has to be written down.
+fn finite(value: f64) -> f64 {
+    if value.is_finite() { value } else { f64::MAX }
+}
+
+/// Returns how many sample intervals from the first on lie wholly above `lift_off`, in the
+/// model's sign: the lever stays on the rigid stop through them.
+fn pressed_samples(samples: &[f64], sign: f64, lift_off: f64) -> usize {
+    /// Samples looked at together, so that the compiler compares them side by side.
+    const BLOCK: usize = 16;
+    let mut pressed = 0;
+    for block in samples.chunks_exact(BLOCK) {
+        if !block
+            .iter()
+            .fold(true, |all, a| all & (sign * a > lift_off))
+        {
+            break;
+        }
+        pressed += BLOCK;
+    }
+    let rest = samples[pressed..]
+        .iter()
+        .take_while(|a| sign * **a > lift_off);
+    (pressed + rest.count()).saturating_sub(1)
+}
+
+/// Energy above which a lever counts as moving [J].
+const MOVING_ENERGY_J: f64 = 1e-9;
+
+/// Returns the lever's energy I0 φ'²/2 + T0 φ + k φ²/2 [J], k being the contact's stiffness
+/// inside the soft stop, so that what a compressed stop holds is counted.
+#[must_use]
+pub fn energy_j(design: &Design, stop: StopModel, angle_rad: f64, velocity_rad_s: f64) -> f64 {
+    energy_of(&design.lever, &design.stop, stop, angle_rad, velocity_rad_s)
+}
+
+/// Runs a method to compare with on the samples up to `last`.
+fn compared(
+    signal: &Signal,
+    design: &Design,
+    options: &RunOptions,
+    first: usize,
+    last: usize,
+    within: &Within<'_>,
+) -> Result<RunOutcome, Error> {
+    let excitation = Sampled {
+        start_s: signal.start_s,
+        rate_hz: signal.rate.hertz(),
+        samples: &signal.samples,
+        sign: options.opens_when.sign(),
+    };
+    methods::run(
+        &Problem {
+            excitation: &excitation,
+            design,
+            stop: options.stop,
+            initial: options.initial,
+            start_s: signal.start_s,
+            end_s: signal.time_s(last),
+            judged_from_s: signal.time_s(first),
+            longest_step_s: signal.rate.interval().seconds(),
+            step_s: options.step_s,
+            trace: options.trace,
+            within,
+        },
+        options,
+    )
+}
+
+/// Drives the lever with a smooth sine from time 0 to `end_s` [s], without samples between.
+///
+/// The event-driven method takes the sine as it is, a quarter of a period at a time; the others
+/// evaluate it at their own instants.
+///
+/// # Errors
+///
+/// As [`run`]; [`Error::OutOfRange`] for a window, an end that is not positive or more than
+/// 10⁷ periods away, an amplitude or a phase that is not finite.
+pub fn run_harmonic(
+    excitation: &Harmonic,
+    end_s: f64,
+    design: &Design,
+    options: &RunOptions,
+) -> Result<RunOutcome, Error> {
+    check_initial(options)?;
+    let refuse =
+        |what: &str, expected: &str, found: String| Err(Error::out_of_range(what, expected, found));
+    if options.window.is_some() {
+        return refuse("window", "none on a smooth sine", "a window".into());
+    }
+    if !(end_s > 0.0 && end_s.is_finite()) {
+        return refuse("end [s]", "positive and finite", end_s.to_string());
+    }
+    if !(excitation.amplitude_m_s2.is_finite() && excitation.phase_rad.is_finite()) {
+        return refuse(
+            "amplitude [m/s²] and phase [rad]",
+            "finite",
+            format!("{} and {}", excitation.amplitude_m_s2, excitation.phase_rad),
+        );
+    }
+    // A hundredth of a period stands in for the sample interval.
+    let longest_step_s = std::f64::consts::TAU / (100.0 * excitation.angular_frequency_rad_s);
+    if !(longest_step_s > 0.0 && longest_step_s.is_finite()) {
+        return refuse(
+            "angular frequency [rad/s]",
+            "positive and finite",
+            excitation.angular_frequency_rad_s.to_string(),
+        );
+    }
+    if end_s > harmonic::PERIODS_MAX * 100.0 * longest_step_s {
+        return refuse(
+            "end [s]",
+            "at most 10⁷ periods of the sine",
+            end_s.to_string(),
+        );
+    }
+    let excitation = Harmonic {
+        amplitude_m_s2: options.opens_when.sign() * excitation.amplitude_m_s2,
+        ..*excitation
+    };
+    if options.method == Method::EventDriven {
+        return Ok(harmonic::run(&excitation, end_s, design, options));
+    }
+    methods::run(
+        &Problem {
+            within: &Within::UNBOUNDED,
+            excitation: &excitation,
+            design,
+            stop: options.stop,
+            initial: options.initial,
+            start_s: 0.0,
+            end_s,
+            judged_from_s: 0.0,
+            longest_step_s,
+            step_s: options.step_s,
+            trace: options.trace,
+        },
+        options,
+    )
+}

@@ -1,0 +1,742 @@
+//! Many levers on one recording, side by side.
+//!
+//! Lanes in eventless flight, which is most of the work, take their Taylor step together; a lane
+//! that meets an event, turns near its peak or needs more orders takes that one sample by the
+//! scalar kernel. Whether it does depends on the lane alone, so a member's result is the same
+//! whatever its neighbours, however many threads share the work and however wide the machine's
+//! vectors are. Against the scalar kernel a result may differ by rounding and truncation, and by
+//! what impacts make of them: each of the two is within the error that the scalar run states, so
+//! that they differ by twice that at most, and mostly by a tenth of it.
+
+use super::contact_fast::FastContact;
+use super::energy::{energy_of, impulse_ahead, stays_below};
+use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX, chosen};
+use super::kernel::{Kernel, PEAK_TRUNCATION};
+use super::pressed_samples;
+use super::recorder::Recorder;
+use super::taylor::Turned;
+use super::{MOVING_ENERGY_J, RunOptions, Within, check_initial};
+use crate::error::Error;
+use crate::model::lever::Lever;
+use crate::model::stop::{Stop, StopModel};
+use crate::numerics::lanes::{LANES_MAX, Lanes, Mask, Real, lanes};
+use crate::parallel::Control;
+use crate::signal::Signal;
+use crate::units::OpensWhen;
+use std::ops::Range;
+
+/// One lever of a batch and how it sees the recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Member {
+    /// The lever.
+    pub lever: Lever,
+    /// Its stop.
+    pub stop: Stop,
+    /// Factor on the recorded acceleration [-].
+    pub scale: f64,
+    /// Added to the scaled acceleration, in the recording's polarity [m/s²].
+    pub bias_m_s2: f64,
+}
+
+/// What one lever of a batch did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MemberPeak {
+    /// Largest angle in the window [rad]; NaN if the lever could not be followed.
+    pub peak_angle_rad: f64,
+    /// Largest angle after the window's end [rad]; `None` if at rest there, or if the peak is
+    /// certainly larger.
+    pub coast_peak_angle_rad: Option<f64>,
+    /// Samples that the lever took by the scalar kernel.
+    pub scalar_samples: u32,
+    /// Samples that were left out at the end, since nothing in them could raise the peak.
+    pub spared_samples: u32,
+    /// What it cost, as limits count it: four samples side by side count as one.
+    pub spent: u64,
+}
+
+impl MemberPeak {
+    /// Returns the largest angle in the window or in the coast after it [rad]; NaN if the lever
+    /// could not be followed.
+    #[must_use]
+    pub fn highest_rad(&self) -> f64 {
+        let (peak, coast) = (self.peak_angle_rad, self.coast_peak_angle_rad);
+        match coast {
+            Some(coast) if coast.is_nan() || coast > peak => coast,
+            _ => peak,
+        }
+    }
+}
+
+/// The angles between which a peak is asked for: of a lever that certainly stays below the lower one,
+/// or has gone beyond the upper one, the highest angle until that was known will do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AskedPeaks {
+    /// The lower one [rad].
+    pub from_rad: f64,
+    /// The upper one [rad].
+    pub to_rad: f64,
+}
+
+impl AskedPeaks {
+    /// Every peak.
+    pub const ALL: Self = Self {
+        from_rad: f64::NEG_INFINITY,
+        to_rad: f64::INFINITY,
+    };
+}
+
+/// What a batch is asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BatchOptions {
+    /// Stop model.
+    pub stop: StopModel,
+    /// Sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest on the stop.
+    pub initial: Option<(f64, f64)>,
+    /// First and last sample of the judged window; `None` for all.
+    pub window: Option<(usize, usize)>,
+    /// Follow the lever beyond the window's end.
+    pub coast: bool,
+    /// The peaks that are asked for.
+    pub asked: AskedPeaks,
+    /// Threads.
+    pub threads: usize,
+}
+
+/// Gives a member by its number; behind a pointer, so that the vectors' code is compiled once for all.
+pub type MemberOf<'a> = &'a (dyn Fn(usize) -> Member + Sync);
+
+/// Members that one thread takes at a time.
+const CHUNK: usize = 2 * LANES_MAX;
+
+/// Replays `count` members, of which `member` gives each, and returns their peaks in order.
+///
+/// # Errors
+///
+/// [`Error::TooShort`] for a signal of fewer than two samples, [`Error::NonFinite`] for
+/// one with a sample that is not finite, [`Error::OutOfRange`] for an initial state that the
+/// stop does not admit.
+pub fn peaks(
+    signal: &Signal,
+    count: usize,
+    member: MemberOf<'_>,
+    options: &BatchOptions,
+) -> Result<Vec<MemberPeak>, Error> {
+    peaks_within(signal, count, member, options, &Within::UNBOUNDED)
+}
+
+/// As [`peaks`], of members each of which may take so much, and may be stopped.
+///
+/// # Errors
+///
+/// As [`peaks`]; [`Error::Stopped`].
+pub fn peaks_within(
+    signal: &Signal,
+    count: usize,
+    member: MemberOf<'_>,
+    options: &BatchOptions,
+    within: &Within<'_>,
+) -> Result<Vec<MemberPeak>, Error> {
+    let arch = pulp::Arch::new();
+    let run = |chunk: Chunk<'_>| arch.dispatch(chunk);
+    shared_out(signal, count, member, options, within, run)
+}
+
+/// As [`peaks`] with the same bits, without the machine's vectors: slower, to compare with.
+///
+/// # Errors
+///
+/// As [`peaks`].
+pub fn peaks_without_vectors(
+    signal: &Signal,
+    count: usize,
+    member: MemberOf<'_>,
+    options: &BatchOptions,
+) -> Result<Vec<MemberPeak>, Error> {
+    let run = |chunk: Chunk<'_>| pulp::WithSimd::with_simd(chunk, pulp::Scalar::new());
+    shared_out(signal, count, member, options, &Within::UNBOUNDED, run)
+}
+
+/// Shares the members out over the threads, a chunk at a time, each by `run`.
+fn shared_out(
+    signal: &Signal,
+    count: usize,
+    member: MemberOf<'_>,
+    options: &BatchOptions,
+    within: &Within<'_>,
+    run: impl Fn(Chunk<'_>) -> Vec<MemberPeak> + Sync,
+) -> Result<Vec<MemberPeak>, Error> {
+    check(signal, options)?;
+    let (_, last) = judged(signal, options);
+    let ahead = impulse_ahead(signal, last, ASKED_EVERY);
+    let control = Control::unwatched(options.threads);
+    let chunks = control.map(count.div_ceil(CHUNK), |index| {
+        let first = index * CHUNK;
+        run(Chunk {
+            members: first..(first + CHUNK).min(count),
+            member,
+            signal,
+            ahead: &ahead,
+            options,
+            within,
+        })
+    });
+    within.control.check()?;
+    Ok(chunks.into_iter().flatten().flatten().collect())
+}
+
+/// First and last sample that are judged.
+fn judged(signal: &Signal, options: &BatchOptions) -> (usize, usize) {
+    let end = signal.samples.len() - 1;
+    let (first, last) = options.window.unwrap_or((0, end));
+    (first.min(end), last.min(end))
+}
+
+fn check(signal: &Signal, options: &BatchOptions) -> Result<(), Error> {
+    if signal.samples.len() < 2 {
+        return Err(Error::TooShort {
+            what: "a replay",
+            needed: 2,
+            found: signal.samples.len(),
+        });
+    }
+    check_initial(&RunOptions {
+        initial: options.initial,
+        ..RunOptions::new(options.stop, options.opens_when)
+    })?;
+    if let Some(bad) = signal.samples.iter().find(|a| !a.is_finite()) {
+        return Err(Error::NonFinite {
+            found: bad.to_string(),
+        });
+    }
+    Ok(())
+}
+
+/// A chunk's run, compiled once for each width of vectors and chosen by the machine.
+struct Chunk<'a> {
+    members: Range<usize>,
+    member: MemberOf<'a>,
+    signal: &'a Signal,
+    ahead: &'a [f64],
+    options: &'a BatchOptions,
+    within: &'a Within<'a>,
+}
+
+impl pulp::WithSimd for Chunk<'_> {
+    type Output = Vec<MemberPeak>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
+        let mut results = Vec::with_capacity(self.members.len());
+        for start in self.members.clone().step_by(lanes::<S>()) {
+            let of = |lane: usize| (self.member)((start + lane).min(self.members.end - 1));
+            let members: Vec<Member> = (0..lanes::<S>()).map(of).collect();
+            let wanted = self.members.end - start;
+            let group = Group::new(simd, members, wanted, &self).run();
+            results.extend(group.take(wanted));
+        }
+        results
+    }
+}
+
+/// Samples after which sine and cosine are computed afresh.
+const FRESH_EVERY: usize = 64;
+
+/// Samples after which it is asked whether the rest could still raise a lane's peak.
+const ASKED_EVERY: usize = 32;
+
+/// Levers that advance together.
+struct Group<'a, S: pulp::Simd> {
+    simd: S,
+    signal: &'a Signal,
+    ahead: &'a [f64],
+    options: &'a BatchOptions,
+    within: &'a Within<'a>,
+    lanes: Vec<Lane>,
+    coefficients: StepCoefficients<Lanes<S>>,
+    /// Recorded acceleration to b with time in sample intervals: factor and offset.
+    gain: Lanes<S>,
+    offset: Lanes<S>,
+    /// State of the lanes in eventless flight; the others' is in their kernel.
+    state: LaneState<Lanes<S>>,
+    /// Lanes in eventless flight, each as the bit of its number.
+    flying: u32,
+    /// Largest angle so far, of judged samples.
+    best: Lanes<S>,
+}
+
+/// Samples that one lane takes in contact, compiled for the machine's vectors.
+struct Press<'a> {
+    pressed: &'a FastContact,
+    kernel: &'a mut Kernel,
+    signal: &'a Signal,
+    samples: Range<usize>,
+}
+
+impl pulp::NullaryFnOnce for Press<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn call(self) -> usize {
+        let Range { start, end } = self.samples;
+        self.pressed.press(self.kernel, self.signal, start, end)
+    }
+}
+
+/// One lever of a group.
+struct Lane {
+    member: Member,
+    kernel: Kernel,
+    pressed: Option<FastContact>,
+    /// Base acceleration to the model's: scale and bias, with the polarity's sign.
+    scale: f64,
+    bias: f64,
+    lift_off: f64,
+    /// The sample it has got to, of a lane that was carried through several in contact.
+    reached: usize,
+    /// Nothing to come can raise the peak; the lane is left where it was.
+    settled: bool,
+    scalar_samples: u32,
+    spared_samples: u32,
+}
+
+impl Lane {
+    fn new(member: Member, interval: f64, options: &BatchOptions, steps_max: u64) -> Self {
+        let mut kernel = Kernel::of_parts(
+            &member.lever,
+            &member.stop,
+            options.stop,
+            options.initial,
+            None,
+            Recorder::peak_from(options.asked.from_rad),
+        )
+        .without_error_bound()
+        .for_peak();
+        kernel.at_most(steps_max);
+        let sign = options.opens_when.sign();
+        let (scale, bias) = (sign * member.scale, sign * member.bias_m_s2);
+        Self {
+            pressed: FastContact::new(&kernel, interval, scale, bias),
+            lift_off: kernel.lift_off_acceleration(),
+            member,
+            kernel,
+            scale,
+            bias,
+            reached: 0,
+            settled: false,
+            scalar_samples: 0,
+            spared_samples: 0,
+        }
+    }
+
+    /// Tells whether the lever stays below its peak so far, or below what is asked for. `ahead` is the
+    /// recording's ∫|a| dt [m/s] over the `left` seconds to come.
+    fn stays_below(
+        &self,
+        state: (f64, f64),
+        ahead: f64,
+        left: f64,
+        options: &BatchOptions,
+    ) -> bool {
+        let Member { lever, stop, .. } = &self.member;
+        let impulse = self.scale.abs() * ahead + self.bias.abs() * left;
+        let best = self.kernel.recorder.highest();
+        stays_below((lever, stop, options.stop), state, best, impulse)
+    }
+
+    /// Tells whether the lever rests, or need not be followed.
+    fn idles(&self) -> bool {
+        self.settled || self.kernel.dwells()
+    }
+
+    /// Sample intervals from the first on that press the lever onto its stop; all, if it need
+    /// not be followed.
+    fn pressed_samples(&self, samples: &[f64]) -> usize {
+        if self.settled {
+            return samples.len().saturating_sub(1);
+        }
+        let limit = (self.lift_off - self.bias) / self.scale.abs();
+        if limit.is_finite() {
+            pressed_samples(samples, self.scale.signum(), limit)
+        } else {
+            0
+        }
+    }
+}
+
+impl<'a, S: pulp::Simd> Group<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, members: Vec<Member>, wanted: usize, chunk: &Chunk<'a>) -> Self {
+        let Chunk {
+            signal,
+            ahead,
+            options,
+            within,
+            ..
+        } = *chunk;
+        let interval = signal.rate.interval().seconds();
+        let lanes: Vec<Lane> = members
+            .into_iter()
+            .enumerate()
+            .map(|(lane, member)| Lane {
+                // What only fills the vector need not be followed.
+                settled: lane >= wanted,
+                ..Lane::new(member, interval, options, within.steps_max)
+            })
+            .collect();
+        let scaled: Vec<Option<StepCoefficients<f64>>> = lanes
+            .iter()
+            .map(|lane| StepCoefficients::scaled(lane.kernel.free_branch(), interval))
+            .collect();
+        let gain = |lane: usize| lanes[lane].kernel.gain() * interval * interval;
+        let zero = Lanes::splat(simd, 0.0);
+        Self {
+            coefficients: StepCoefficients::gather(|of| {
+                // A lane whose samples are too long for its own motion never flies by the vector.
+                Lanes::from_fn(simd, |lane| scaled[lane].as_ref().map_or(f64::NAN, of))
+            }),
+            gain: Lanes::from_fn(simd, |lane| gain(lane) * lanes[lane].scale),
+            offset: Lanes::from_fn(simd, |lane| gain(lane) * lanes[lane].bias),
+            state: LaneState {
+                angle: zero,
+                slope: zero,
+                sine: zero,
+                cosine: zero.constant(1.0),
+            },
+            flying: 0,
+            best: zero.constant(f64::INFINITY),
+            simd,
+            signal,
+            ahead,
+            options,
+            within,
+            lanes,
+        }
+    }
+
+    #[inline(always)]
+    fn run(mut self) -> impl Iterator<Item = MemberPeak> {
+        let (first, last) = judged(self.signal, self.options);
+        for lane in 0..self.lanes.len() {
+            self.load(lane);
+        }
+        let (mut index, mut looked) = (0, 0);
+        while index < last {
+            if index == first {
+                self.open_window();
+            }
+            if (index == first || index > first && index.is_multiple_of(ASKED_EVERY))
+                && self.settle(index, last)
+            {
+                break;
+            }
+            if self.flying != self.all() {
+                let steps = self.lanes.iter().map(|lane| lane.kernel.work.steps);
+                if self.within.ends(steps.sum(), &mut looked) {
+                    break;
+                }
+            }
+            if self.flying == 0 && self.lanes.iter().all(Lane::idles) {
+                let stop_at = if index < first {
+                    first
+                } else {
+                    self.next_question(index)
+                };
+                let moved = index + self.pressed(&self.signal.samples[index..=stop_at]);
+                if moved > index {
+                    index = moved;
+                    continue;
+                }
+            }
+            self.sample(index);
+            index += 1;
+        }
+        if first >= last {
+            self.open_window();
+        }
+        for lane in 0..self.lanes.len() {
+            self.store(lane);
+        }
+        let (end, options, within) = (self.signal.time_s(last), self.options, self.within);
+        self.lanes
+            .into_iter()
+            .map(move |lane| finish(lane, end, last, options, within))
+    }
+
+    /// Advances every lane over the sample interval from `index`.
+    #[inline(always)]
+    fn sample(&mut self, index: usize) {
+        let (from, to) = (self.signal.samples[index], self.signal.samples[index + 1]);
+        if self.flying == 0 {
+            for lane in 0..self.lanes.len() {
+                self.by_kernel(lane, index, from, to);
+            }
+            return;
+        }
+        if index.is_multiple_of(FRESH_EVERY) {
+            self.refresh();
+        }
+        let (state, stands) = self.step(from, to);
+        if self.flying == self.all() && stands.all() {
+            self.state = state;
+            return;
+        }
+        self.state = chosen(stands, &state, &self.state);
+        let mut others = self.all() & !(self.flying & stands.bits());
+        while others != 0 {
+            self.by_kernel(others.trailing_zeros() as usize, index, from, to);
+            others &= others - 1;
+        }
+    }
+
+    /// All lanes, each as the bit of its number.
+    fn all(&self) -> u32 {
+        u32::MAX >> (u32::BITS - self.lanes.len() as u32)
+    }
+
+    /// Returns the next sample at which lanes are looked at, up to which one may go on alone: so what
+    /// is found of a lane does not depend on the others.
+    fn next_question(&self, index: usize) -> usize {
+        let (first, last) = judged(self.signal, self.options);
+        let asked = index - index % ASKED_EVERY + ASKED_EVERY;
+        let end = if index < first { first } else { last };
+        end.min(asked)
+    }
+
+    /// One lane's sample by the scalar kernel.
+    #[inline(never)]
+    fn by_kernel(&mut self, lane: usize, index: usize, from: f64, to: f64) {
+        let Lane {
+            kernel,
+            scale,
+            bias,
+            lift_off,
+            settled,
+            reached,
+            ..
+        } = &self.lanes[lane];
+        let (from, to) = (scale * from + bias, scale * to + bias);
+        if *settled
+            || kernel.stuck
+            || *reached > index
+            || (kernel.dwells() && from > *lift_off && to > *lift_off)
+        {
+            return;
+        }
+        self.store(lane);
+        let until = self.next_question(index);
+        let Lane {
+            kernel,
+            pressed,
+            reached,
+            scalar_samples,
+            ..
+        } = &mut self.lanes[lane];
+        let taken = pressed.as_ref().map_or(0, |pressed| {
+            self.simd.vectorize(Press {
+                pressed,
+                kernel,
+                signal: self.signal,
+                samples: index..until,
+            })
+        });
+        if taken == 0 {
+            let interval = self.signal.rate.interval().seconds();
+            kernel.advance(self.signal.time_s(index), interval, from, to);
+        }
+        *reached = index + taken.max(1);
+        *scalar_samples += u32::try_from(taken.max(1)).unwrap_or(u32::MAX);
+        if kernel.recorder.judging {
+            self.best.set(lane, kernel.recorder.highest());
+        }
+        self.load(lane);
+    }
+
+    /// Puts the lanes aside that can no longer raise their peak, or came far enough, and tells whether these are all.
+    #[inline(never)]
+    fn settle(&mut self, index: usize, last: usize) -> bool {
+        let interval = self.signal.rate.interval().seconds();
+        let left = (last - index) as f64 * interval;
+        for lane in 0..self.lanes.len() {
+            let this = &self.lanes[lane];
+            let state = if self.flies(lane) {
+                let velocity = self.state.slope.lane(lane) * self.signal.rate.hertz();
+                (self.state.angle.lane(lane), velocity)
+            } else {
+                this.kernel.state()
+            };
+            let enough = self.options.asked.to_rad;
+            if !this.settled
+                && !this.kernel.stuck
+                && (this.kernel.recorder.peak.angle.max(state.0) > enough
+                    || this.stays_below(state, self.ahead[index / ASKED_EVERY], left, self.options))
+            {
+                self.store(lane);
+                let this = &mut self.lanes[lane];
+                this.settled = true;
+                this.spared_samples = u32::try_from(last - index).unwrap_or(u32::MAX);
+            }
+        }
+        self.lanes.iter().all(|lane| lane.settled)
+    }
+
+    /// Takes a lane that its kernel left in free flight into the vector.
+    #[inline(always)]
+    fn load(&mut self, lane: usize) {
+        let Lane {
+            kernel, settled, ..
+        } = &self.lanes[lane];
+        if kernel.flies_free() && !*settled {
+            self.flying |= 1 << lane;
+            let (angle, velocity) = kernel.state();
+            let Turned { sine, cosine } = kernel.turned();
+            let interval = self.signal.rate.interval().seconds();
+            self.state.angle.set(lane, angle);
+            self.state.slope.set(lane, velocity * interval);
+            self.state.sine.set(lane, sine);
+            self.state.cosine.set(lane, cosine);
+        }
+    }
+
+    fn flies(&self, lane: usize) -> bool {
+        self.flying & (1 << lane) != 0
+    }
+
+    /// Gives a flying lane's state back to its kernel.
+    #[inline(always)]
+    fn store(&mut self, lane: usize) {
+        if self.flies(lane) {
+            self.flying &= !(1 << lane);
+            let velocity = self.state.slope.lane(lane) * self.signal.rate.hertz();
+            let turned = Turned {
+                sine: self.state.sine.lane(lane),
+                cosine: self.state.cosine.lane(lane),
+            };
+            let angle = self.state.angle.lane(lane);
+            self.lanes[lane].kernel.put(angle, velocity, turned);
+        }
+    }
+
+    fn refresh(&mut self) {
+        for lane in 0..self.lanes.len() {
+            let (sine, cosine) = libm::sincos(self.state.angle.lane(lane));
+            self.state.sine.set(lane, sine);
+            self.state.cosine.set(lane, cosine);
+        }
+    }
+
+    /// Sample intervals from the first on that press every lane onto its stop.
+    fn pressed(&self, samples: &[f64]) -> usize {
+        self.lanes
+            .iter()
+            .map(|lane| lane.pressed_samples(samples))
+            .min()
+            .unwrap_or(0)
+    }
+
+    fn open_window(&mut self) {
+        for lane in 0..self.lanes.len() {
+            self.store(lane);
+            let kernel = &mut self.lanes[lane].kernel;
+            let angle = kernel.state().0;
+            kernel.recorder.open_window(angle, 0.0, 0.0);
+            self.best.set(lane, kernel.recorder.highest());
+            self.load(lane);
+        }
+    }
+
+    /// One step of all lanes over a whole sample, and for which of them it stands.
+    #[inline(always)]
+    fn step(&self, from: f64, to: f64) -> (LaneState<Lanes<S>>, Mask<S>) {
+        let (simd, state, coefficients) = (self.simd, &self.state, &self.coefficients);
+        let constant = |value: f64| Lanes::splat(simd, value);
+        let b0 = self.gain.fused(constant(from), self.offset);
+        let end = self.gain.fused(constant(to), self.offset);
+        let b = [b0, end - b0];
+        let bounds = coefficients.bounds(state, b0.magnitude().upper(end.magnitude()));
+        let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
+        let calm = bounds.lowest.above(constant(0.0)) & !(turns & bounds.highest.above(self.best));
+        let mut orders = coefficients.orders(state, &bounds, &b);
+        coefficients.up_to_eight(&mut orders, &b);
+        let allowed = orders.motion() * PEAK_TRUNCATION;
+        let within = |tail: Lanes<S>, turn_max: f64| {
+            tail.at_most(allowed) & bounds.turn.at_most(constant(turn_max))
+        };
+        let eight = within(orders.tail_of_eight(), TURN_MAX[1]);
+        let short = orders.end_of_eight(state);
+        if (calm & eight).all() {
+            return (short, calm);
+        }
+        // What the end of the step tells is asked of those alone that the start has left open.
+        let calm = calm | (eight & self.was_calm(&short, &bounds, &b));
+        if (eight | !calm).all() {
+            return (short, calm & eight);
+        }
+        coefficients.up_to_nine(&mut orders, &b);
+        coefficients.up_to_eleven(&mut orders, &b);
+        let eleven = within(orders.tail_of_eleven(), TURN_MAX[3]);
+        let long = orders.end_of_eleven(state);
+        // A lane that needs no more keeps what it would have alone.
+        (chosen(eight, &short, &long), calm & (eight | eleven))
+    }
+
+    /// Tells of which lanes a step to `after` met neither the stop nor a peak: angle and slope each lie between
+    /// their values at the ends but for an eighth of their largest second derivative.
+    #[inline(always)]
+    fn was_calm(
+        &self,
+        after: &LaneState<Lanes<S>>,
+        bounds: &Bounds<Lanes<S>>,
+        [from, change]: &[Lanes<S>; 2],
+    ) -> Mask<S> {
+        let (state, zero) = (&self.state, from.constant(0.0));
+        let strongest = from.magnitude() + change.magnitude();
+        let third = self
+            .coefficients
+            .third(bounds, strongest, change.magnitude())
+            * 0.125;
+        let bend = bounds.curve * 0.125;
+        let clear = (state.angle.lower(after.angle) - bend).above(zero);
+        let rises = (state.slope.lower(after.slope) - third).above(zero);
+        let falls = zero.above(state.slope.upper(after.slope) + third);
+        let below = !(state.angle.upper(after.angle) + bend).above(self.best);
+        clear & (rises | falls | below)
+    }
+}
+
+fn finish(
+    lane: Lane,
+    end: f64,
+    samples: usize,
+    options: &BatchOptions,
+    within: &Within<'_>,
+) -> MemberPeak {
+    let (angle, velocity) = lane.kernel.state();
+    let raises = !lane.stays_below((angle, velocity), 0.0, 0.0, options);
+    let Lane {
+        member, mut kernel, ..
+    } = lane;
+    kernel.recorder.close_window(angle, end, 0.0);
+    let peak = if kernel.stuck {
+        f64::NAN
+    } else {
+        kernel.recorder.peak.angle
+    };
+    let energy = energy_of(&member.lever, &member.stop, options.stop, angle, velocity);
+    let coasts =
+        options.coast && raises && !kernel.stuck && !lane.settled && energy > MOVING_ENERGY_J;
+    let coast = coasts.then(|| {
+        kernel
+            .coast(end, within)
+            .map_or(f64::NAN, |peak| peak.angle)
+    });
+    let apart = u64::from(lane.scalar_samples) + u64::from(lane.spared_samples);
+    MemberPeak {
+        peak_angle_rad: peak,
+        coast_peak_angle_rad: coast,
+        spent: kernel.work.counted() + (samples as u64).saturating_sub(apart) / 4,
+        scalar_samples: lane.scalar_samples,
+        spared_samples: lane.spared_samples,
+    }
+}

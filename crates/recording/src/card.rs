@@ -1,0 +1,383 @@
+//! Cards: a recording's full name plus `.toml`, saying what the file itself does not.
+
+use super::TestFacts;
+use super::csv::header::filtered::{Filtered, filter_in, says_unfiltered};
+use super::limits::Limits;
+use super::source::{Source, sha256};
+use super::text::line_at;
+use crate::error::{Error, Place, with_article};
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::units::{
+    AccelerationUnit, DecimalMark, MessageClock, OpensWhen, SampleRate, SensorSensitivity,
+};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::num::NonZeroU32;
+
+/// The keys a card may hold beside those of texts, as they are listed.
+const KEYS: [&str; 16] = [
+    "channel",
+    "unit",
+    "sensitivity",
+    "opens_when",
+    "rate",
+    "time_source",
+    "header_line",
+    "unit_line",
+    "last_line",
+    "skip_lines",
+    "decimal",
+    "range_g",
+    "synthetic",
+    "accepted_remarks",
+    "velocity_change_m_s",
+    "accepted",
+];
+
+/// What to do where a value is wrong.
+const MEND: &str = "mend the card";
+
+/// What a card says about the recording beside it. Every key is optional.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Card {
+    /// Channel to use: a name, or a 1-based number.
+    pub channel: Option<String>,
+    /// Unit of acceleration.
+    pub unit: Option<AccelerationUnit>,
+    /// What one of the samples means as an acceleration, where they are another quantity.
+    pub sensitivity: Option<SensorSensitivity>,
+    /// Sign of the recorded acceleration that swings the lever open: `negative`, `positive`, `both`.
+    pub opens_when: Option<CardPolarity>,
+    /// Sample rate [Hz].
+    pub rate: Option<f64>,
+    /// Whose clock tells the time of a log's messages: `header`, `log`, `publish`.
+    pub time_source: Option<MessageClock>,
+    /// Line of a text table that names its columns, counted from 1.
+    pub header_line: Option<u32>,
+    /// Line of a text table that holds the units of its columns.
+    pub unit_line: Option<u32>,
+    /// Last line of a text table; what stands below is no sample.
+    pub last_line: Option<u32>,
+    /// Lines at the start of a text table that are passed over.
+    pub skip_lines: Option<u32>,
+    /// Decimal mark of a text table.
+    pub decimal: Option<DecimalMark>,
+    /// Full scale of the channel [g].
+    pub range_g: Option<f64>,
+    /// True for a signal made by a formula: no clipping or dead-sensor findings.
+    pub synthetic: bool,
+    /// Remarks that a person has read and accepts, as they are shown.
+    pub accepted_remarks: Vec<String>,
+    /// Velocity change of the sensor's place, known from another source [m/s].
+    pub velocity_change_m_s: Option<f64>,
+    /// What a person accepts of the recording.
+    pub accepted: Vec<AcceptedWord>,
+    /// What it says of test and sensor.
+    pub test: TestFacts,
+    /// Where it comes from.
+    pub source: Option<String>,
+    /// Its licence.
+    pub licence: Option<String>,
+    /// Anything else.
+    pub notes: Option<String>,
+}
+
+impl Card {
+    /// Reads a card from its TOML text.
+    ///
+    /// # Errors
+    ///
+    /// - [`ErrorKind::Malformed`] where the text is no TOML or a value has the wrong type,
+    /// - [`ErrorKind::UnknownName`] for a key, unit or polarity that is not known,
+    /// - [`NotPositive`](latchgate_kernel::error::Error::NotPositive) for a rate, range or velocity change that is not finite and
+    ///   positive.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// # use latchgate_recording::Card;
+    /// let card = Card::from_toml("unit = \"g\"\nrange_g = 2000").unwrap();
+    /// assert_eq!(card.range_g, Some(2000.0));
+    /// assert!(Card::from_toml("units = \"g\"").is_err());
+    /// ```
+    pub fn from_toml(text: &str) -> Result<Self, Error> {
+        let table: toml::Table = toml::from_str(text).map_err(|error| {
+            Error::malformed("TOML", error.message(), "write lines such as unit = \"g\"")
+                .at(Place::of_span(text, error.span()))
+        })?;
+        let mut card = Self::default();
+        for (key, value) in &table {
+            card.set(key, value)
+                .map_err(|error| error.at(Place::of_key(text, None, key)))?;
+        }
+        Ok(card)
+    }
+
+    /// Tells whether its words say that the channel holds what CFC 1000 lets pass, or was not
+    /// filtered.
+    #[must_use]
+    pub fn says_wide_band(&self) -> bool {
+        let texts = [&self.test.sensor, &self.source, &self.notes];
+        texts.into_iter().flatten().any(|text| {
+            says_unfiltered(text) || filter_in(text) == Some(Filtered::Class("1000".into()))
+        })
+    }
+
+    /// Lists the keys of texts with their places.
+    fn texts(&mut self) -> [(&'static str, &mut Option<String>); 9] {
+        [
+            ("test", &mut self.test.test),
+            ("vehicle", &mut self.test.vehicle),
+            ("laboratory", &mut self.test.laboratory),
+            ("date", &mut self.test.date),
+            ("sensor", &mut self.test.sensor),
+            ("location", &mut self.test.location),
+            ("source", &mut self.source),
+            ("licence", &mut self.licence),
+            ("notes", &mut self.notes),
+        ]
+    }
+
+    fn set(&mut self, key: &str, value: &toml::Value) -> Result<(), Error> {
+        match key {
+            "channel" => {
+                self.channel = Some(match value {
+                    toml::Value::Integer(number) => number.to_string(),
+                    other => take(key, other, "a name in quotes or a column number")?,
+                });
+            }
+            "unit" => {
+                let name: String = take(key, value, "a unit in quotes")?;
+                let known = AccelerationUnit::ALL.map(|(_, name)| name);
+                let unit = AccelerationUnit::from_spelling(&name);
+                self.unit = Some(unit.ok_or_else(|| Error::unknown("unit", name, &known))?);
+            }
+            "sensitivity" => {
+                let text: String = take(key, value, "a text such as \"20 g/V\"")?;
+                let stated = SensorSensitivity::from_text(&text).map_err(|wrong| {
+                    Error::malformed(format!("`{key}`: {wrong}"), format!("`{text}`"), MEND)
+                })?;
+                self.sensitivity = Some(stated);
+            }
+            "opens_when" => {
+                let name: String = take(key, value, "\"negative\", \"positive\" or \"both\"")?;
+                let known = CardPolarity::ALL.map(CardPolarity::name);
+                let one = CardPolarity::from_name(&name);
+                let one = one.ok_or_else(|| Error::unknown("polarity", name, &known));
+                self.opens_when = Some(one?);
+            }
+            "rate" => {
+                let rate = take(key, value, "a number without quotes")?;
+                self.rate = Some(SampleRate::from_hertz(rate)?.hertz());
+            }
+            "time_source" => {
+                let name: String = take(key, value, "\"header\", \"log\" or \"publish\"")?;
+                let known = MessageClock::ALL.map(MessageClock::name);
+                let mut all = MessageClock::ALL.into_iter();
+                let clock = all.find(|clock| clock.name().eq_ignore_ascii_case(name.trim()));
+                let unknown = || Error::unknown("clock", name, &known);
+                self.time_source = Some(clock.ok_or_else(unknown)?);
+            }
+            "header_line" | "unit_line" | "last_line" => {
+                let line: NonZeroU32 = take(key, value, "a whole number from 1")?;
+                let place = match key {
+                    "header_line" => &mut self.header_line,
+                    "unit_line" => &mut self.unit_line,
+                    _ => &mut self.last_line,
+                };
+                *place = Some(line.get());
+            }
+            "skip_lines" => self.skip_lines = Some(take(key, value, "a whole number from 0")?),
+            "decimal" => {
+                let name: String = take(key, value, "\".\" or \",\"")?;
+                let mut all = DecimalMark::ALL.into_iter();
+                let mark = all.find(|mark| mark.name() == name);
+                let unknown = || Error::unknown("decimal mark", name, &[".", ","]);
+                self.decimal = Some(mark.ok_or_else(unknown)?);
+            }
+            "range_g" => {
+                self.range_g = Some(take_positive(key, value, "range_g [g]")?);
+            }
+            "velocity_change_m_s" => {
+                let velocity = take_positive(key, value, "velocity_change_m_s [m/s]")?;
+                self.velocity_change_m_s = Some(velocity);
+            }
+            "accepted" => {
+                let words: Vec<String> = take(key, value, "a list of words in quotes")?;
+                let words = words.iter().map(|word| {
+                    let known = AcceptedWord::ALL.map(AcceptedWord::name);
+                    AcceptedWord::from_name(word)
+                        .ok_or_else(|| Error::unknown("word to accept", word, &known))
+                });
+                self.accepted = words.collect::<Result<_, Error>>()?;
+            }
+            "synthetic" => self.synthetic = take(key, value, "true or false")?,
+            "date" if value.is_datetime() => {
+                self.test.date = value.as_datetime().map(ToString::to_string);
+            }
+            "accepted_remarks" => {
+                self.accepted_remarks = take(key, value, "a list of texts in quotes")?;
+            }
+            _ => {
+                let mut texts = self.texts();
+                let known = KEYS.into_iter().chain(texts.iter().map(|(name, _)| *name));
+                let known: Vec<&str> = known.collect();
+                let Some((_, slot)) = texts.iter_mut().find(|(name, _)| *name == key) else {
+                    return Err(Error::unknown("card key", key, &known));
+                };
+                **slot = Some(take(key, value, "a text in quotes")?);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A card as it lies beside a recording: bytes that are not yet read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CardFile {
+    place: Place,
+    bytes: Vec<u8>,
+}
+
+impl CardFile {
+    /// Finds the card beside a recording, if there is one. Standard input has none.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Io`] if the card is there but cannot be read, [`ErrorKind::LimitExceeded`] if
+    /// it is larger than settings may be, each at the card's name.
+    pub fn beside(source: &Source, limits: &Limits) -> Result<Option<Self>, Error> {
+        let place = Place::file(format!("{}.toml", source.name()));
+        let read = source.read_card(limits.settings_bytes.saturating_add(1));
+        let Some(bytes) = read.map_err(|error| error.at(place.clone()))? else {
+            return Ok(None);
+        };
+        if bytes.len() as u64 > limits.settings_bytes {
+            return Err(limits.over("settings_bytes", "a larger card").at(place));
+        }
+        Ok(Some(Self { place, bytes }))
+    }
+
+    /// Returns the SHA-256 of its bytes.
+    #[must_use]
+    pub fn sha256(&self) -> String {
+        sha256(&self.bytes)
+    }
+
+    /// Reads it.
+    ///
+    /// # Errors
+    ///
+    /// [`ErrorKind::Malformed`] if it is no UTF-8, and the errors of [`Card::from_toml`], each at
+    /// the card's name.
+    pub fn read(&self) -> Result<Card, Error> {
+        let text = std::str::from_utf8(&self.bytes).map_err(|error| {
+            let line = line_at(&self.bytes, error.valid_up_to());
+            Error::malformed("a card in UTF-8", "other bytes", "save the card as UTF-8")
+                .at(self.place.clone().line(line))
+        })?;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        Card::from_toml(text).map_err(|error| error.at(self.place.clone()))
+    }
+}
+
+/// Reads the card beside a recording, if there is one, with the SHA-256 of its bytes.
+///
+/// # Errors
+///
+/// Those of [`CardFile::beside`] and [`CardFile::read`].
+pub fn read_beside(source: &Source, limits: &Limits) -> Result<Option<(Card, String)>, Error> {
+    let Some(file) = CardFile::beside(source, limits)? else {
+        return Ok(None);
+    };
+    Ok(Some((file.read()?, file.sha256())))
+}
+
+/// A polarity as a card or option states it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CardPolarity {
+    /// A negative recorded acceleration opens.
+    Negative,
+    /// A positive recorded acceleration opens.
+    Positive,
+    /// Judge each; the worse counts.
+    Both,
+}
+
+impl CardPolarity {
+    /// Lists every polarity.
+    pub const ALL: [Self; 3] = [Self::Negative, Self::Positive, Self::Both];
+
+    /// Returns the polarities to judge.
+    #[must_use]
+    pub fn polarities(self) -> &'static [OpensWhen] {
+        match self {
+            Self::Negative => &[OpensWhen::Negative],
+            Self::Positive => &[OpensWhen::Positive],
+            Self::Both => &[OpensWhen::Negative, OpensWhen::Positive],
+        }
+    }
+
+    /// Returns the word that options and cards use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Negative => "negative",
+            Self::Positive => "positive",
+            Self::Both => "both",
+        }
+    }
+
+    /// Returns the polarity of that word, if it is one.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|one| one.name().eq_ignore_ascii_case(name.trim()))
+    }
+}
+
+/// What a person accepts of a recording that is unlike a crash, by its word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AcceptedWord {
+    /// Sample rate and length of the record.
+    Clock,
+}
+
+impl AcceptedWord {
+    /// Lists every word.
+    pub const ALL: [Self; 1] = [Self::Clock];
+
+    /// Returns the word that options and cards use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Clock => "clock",
+        }
+    }
+
+    /// Returns what a word accepts, if it is one.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|one| one.name().eq_ignore_ascii_case(name.trim()))
+    }
+}
+
+fn take_positive(key: &str, value: &toml::Value, what: &'static str) -> Result<f64, Error> {
+    let found: f64 = take(key, value, "a number without quotes")?;
+    match found.is_finite() && found > 0.0 {
+        true => Ok(found),
+        false => Err(KernelError::NotPositive { what, found }.into()),
+    }
+}
+
+fn take<T: DeserializeOwned>(key: &str, value: &toml::Value, expected: &str) -> Result<T, Error> {
+    value.clone().try_into().map_err(|_| {
+        let found = with_article(value.type_str());
+        Error::malformed(format!("`{key}` to be {expected}"), found, MEND)
+    })
+}

@@ -1,0 +1,139 @@
+//! Channel codes: 16 characters that say what was measured where.
+
+use crate::Finding;
+use crate::words::{Words, word_list};
+
+/// Locations on the structure of a vehicle that are plain.
+static STRUCTURE: Words = word_list!("iso-mme-structure");
+
+/// A side of the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum VehicleSide {
+    Left,
+    Right,
+}
+
+/// A channel code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Code([u8; 16]);
+
+impl Code {
+    /// Reads a code: 16 letters, digits or question marks. Some programs write small letters.
+    pub(super) fn new(text: &str) -> Option<Self> {
+        let capitals = text.trim().to_ascii_uppercase();
+        let bytes: [u8; 16] = capitals.as_bytes().try_into().ok()?;
+        bytes
+            .iter()
+            .all(|byte| byte.is_ascii_uppercase() || byte.is_ascii_digit() || *byte == b'?')
+            .then_some(Self(bytes))
+    }
+
+    fn location(&self) -> &[u8] {
+        &self.0[2..6]
+    }
+
+    /// Tells whether the physical dimension is a linear acceleration.
+    pub(super) fn is_acceleration(&self) -> bool {
+        &self.0[12..14] == b"AC"
+    }
+
+    /// Tells whether the physical dimension is time.
+    pub(super) fn is_time(&self) -> bool {
+        &self.0[12..14] == b"TI" || self.location() == b"TIRS"
+    }
+
+    /// Tells whether it is an acceleration along Y, whatever its sign.
+    pub(super) fn is_lateral(&self) -> bool {
+        self.is_acceleration() && matches!(self.0[14], b'Y' | b'2')
+    }
+
+    /// Returns the axis of the direction, whatever its sign.
+    pub(super) fn axis(&self) -> Option<&'static str> {
+        match self.0[14] {
+            b'X' | b'1' => Some("X"),
+            b'Y' | b'2' => Some("Y"),
+            b'Z' | b'3' => Some("Z"),
+            _ => None,
+        }
+    }
+
+    /// Says that the sign diverges from SAE J211, as it does in directions 1, 2 and 3.
+    pub(super) fn sign_finding(&self) -> Option<Finding> {
+        let text = format!(
+            "{} has a direction whose sign diverges from SAE J211: state with the setting \
+             `opens_when` which sign of these samples opens",
+            self.text()
+        );
+        let diverges = matches!(self.0[14], b'1' | b'2' | b'3');
+        diverges.then(|| Finding::warning("sign-diverges", text))
+    }
+
+    /// Tells whether the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
+    pub(super) fn is_structure(&self) -> bool {
+        let is_here = |known: &&str| known.as_bytes() == self.location();
+        !matches!(self.0[0], b'M' | b'B') && STRUCTURE.iter().any(is_here)
+    }
+
+    /// Returns the side that position or fine location name.
+    pub(super) fn side(&self) -> Option<VehicleSide> {
+        match self.0[1] {
+            b'1' | b'4' | b'7' => return Some(VehicleSide::Left),
+            b'3' | b'6' | b'9' => return Some(VehicleSide::Right),
+            _ => {}
+        }
+        self.0[6..12].chunks(2).find_map(|fine| match fine {
+            b"LE" => Some(VehicleSide::Left),
+            b"RI" => Some(VehicleSide::Right),
+            _ => None,
+        })
+    }
+
+    /// Returns the channel frequency class that the last character states.
+    pub(super) fn filter_class(&self) -> Option<&'static str> {
+        class_of(self.0[15])
+    }
+
+    /// Tells whether the last character says that the channel is unfiltered.
+    pub(super) fn says_unfiltered(&self) -> bool {
+        self.0[15] == b'0'
+    }
+
+    /// Returns the character of the test object that the sensor belongs to.
+    pub(super) fn object(&self) -> u8 {
+        self.0[0]
+    }
+
+    pub(super) fn text(&self) -> String {
+        String::from_utf8_lossy(&self.0).into_owned()
+    }
+
+    /// Tells whether two codes may mean one channel: a question mark leaves a place open.
+    pub(super) fn agrees_with(&self, other: &Self) -> bool {
+        self.0
+            .iter()
+            .zip(&other.0)
+            .all(|(own, other)| own == other || *own == b'?' || *other == b'?')
+    }
+}
+
+/// The channel frequency classes.
+pub(super) const CLASSES: &[&str] = &["20", "60", "180", "600", "1000"];
+
+/// Returns the channel frequency class that a letter stands for.
+pub(super) fn class_of(letter: u8) -> Option<&'static str> {
+    match letter {
+        b'L' => Some("20"),
+        b'D' | b'H' => Some("60"),
+        b'C' | b'G' => Some("180"),
+        b'B' | b'F' => Some("600"),
+        b'A' | b'E' => Some("1000"),
+        _ => None,
+    }
+}
+
+/// Tells whether `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*`
+/// for any number of them. Case counts not.
+pub(super) fn fits(pattern: &str, text: &str) -> bool {
+    let [pattern, text] = [pattern, text].map(|one| one.trim().to_uppercase());
+    glob::Pattern::new(&pattern).is_ok_and(|pattern| pattern.matches(&text))
+}

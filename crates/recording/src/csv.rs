@@ -1,0 +1,599 @@
+//! Text tables: CSV and its relatives.
+//!
+//! A table is read in three steps: its bytes become UTF-8 text (`encoding`), its separator,
+//! comments and line lengths are found and checked (`dialect`), and its header says what the
+//! columns hold (`header`). Only then are the rows read, the needed columns alone.
+//!
+//! What the file does not say is asked for, not guessed: a missing unit or time is an error,
+//! and so is a header that does not fit its rows. Units never come from a comment.
+//!
+//! - `begin`: where a table begins, and what separates its cells;
+//! - `clock`: clocks: which column holds the time, and in which unit;
+//! - `clocks_beside`: clocks beside the one that is used, held against it;
+//! - `counter`: columns that count the rows: where no stamp tells the time, they alone show a
+//!   missing row;
+//! - `ends`: where a table seems to end, if a line behind it stops the reading;
+//! - `layout`: layouts: which rows are header, which column is time, which one is the lateral
+//!   acceleration;
+//! - `preamble`: preambles: rows above the names that say what the columns are;
+//! - `records`: rows as cells, by the table reader of the `csv` crate;
+//! - `rows`: rows: the stamps and the samples of the wanted columns;
+//! - `stamp`: stamps as words: dates, times of day, lengths of time, numbers with their unit;
+//! - `status`: what a table says of its samples in words: comment lines, and columns that hold
+//!   the state of a channel or notes row by row.
+
+mod begin;
+mod clock;
+mod clocks_beside;
+mod counter;
+mod dialect;
+mod ends;
+pub(super) mod header;
+mod layout;
+mod preamble;
+mod records;
+mod rows;
+pub mod stamp;
+mod status;
+
+use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
+use super::held;
+use super::source::Reader;
+use super::time_base::{self, MEND, TimeBase};
+use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection};
+use crate::error::{Error, Place};
+use crate::setting::Setting;
+use header::gravity::says_gravity;
+use latchgate_kernel::units::{SampleRate, TimeUnit};
+pub use layout::TableMapping;
+use layout::{TableLayout, TableStart, TimeSource, UnitOrigin};
+use preamble::HeldAgainst;
+use rows::{ColumnResult, Rows, WantedColumns};
+use status::AllSaid;
+
+/// Tells whether the head looks like text.
+#[must_use]
+pub fn recognises(head: &Head<'_>) -> bool {
+    !head.is_folder && super::encoding::looks_like_text(head.bytes)
+}
+
+/// Tells whether the head of a text shows two rows of a table, with numbers in them.
+pub(super) fn looks_like_table(head: &[u8]) -> bool {
+    begin::has_rows(head)
+}
+
+/// Reads a text table.
+///
+/// # Errors
+///
+/// - [`ErrorKind::Empty`] without a data row,
+/// - [`ErrorKind::MissingTime`] and [`ErrorKind::MissingUnit`] where neither file nor options say,
+/// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`] or [`ErrorKind::NoChannel`]
+///   where the channel is not clear,
+/// - [`ErrorKind::Malformed`], [`NonFinite`](latchgate_kernel::error::Error::NonFinite), [`ErrorKind::RaggedRow`] or
+///   [`ErrorKind::TimeNotIncreasing`] at the line and column of the first bad cell,
+/// - [`ErrorKind::LimitExceeded`] where the file is larger than allowed.
+pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
+    let table = TableText::open(source.read_text(asked.limits)?, asked)?;
+    Ok(asked.each(|selection| table.outcome(selection)))
+}
+
+/// Says how a text table was understood, or, where a person is asked for that, how it seems to be.
+///
+/// # Errors
+///
+/// As [`read`], where nothing like a table is found.
+pub fn mapping(source: &mut Reader, asked: ReadTask) -> Result<TableMapping, Error> {
+    let bytes = source.read_text(asked.limits)?;
+    let head = bytes[..bytes.len().min(begin::LOOKED_AT)].to_vec();
+    let found =
+        TableText::open(bytes, asked).and_then(|table| table.layout.mapping(&table.text, asked));
+    found.or_else(|error| {
+        let (text, _) = super::encoding::decode(head, asked.limits)?;
+        let begin = begin::find(&text).ok_or(error)?;
+        let decimal = asked.options.decimal;
+        Ok(TableMapping {
+            separator: begin::find_separator(&text, decimal).name(),
+            decimal: decimal.map(latchgate_kernel::units::DecimalMark::name),
+            header_line: begin.header,
+            data_line: Some(begin.data),
+            time_column: None,
+            time_unit: None,
+        })
+    })
+}
+
+/// A table whose layout is known and whose rows are not read yet.
+struct TableText<'a> {
+    text: Vec<u8>,
+    lines: dialect::LineScan,
+    layout: TableLayout,
+    /// What was found odd up to here.
+    findings: Vec<Finding>,
+    asked: ReadTask<'a>,
+}
+
+impl<'a> TableText<'a> {
+    fn open(bytes: Vec<u8>, asked: ReadTask<'a>) -> Result<Self, Error> {
+        let options = asked.options;
+        let (mut text, mut findings) = super::encoding::decode(bytes, asked.limits)?;
+        let bounds = |header_line: Option<u32>| {
+            let above = header_line.map(|line| line.saturating_sub(1));
+            dialect::TableBounds {
+                above: u64::from(above.or(options.skip_lines).unwrap_or(0)),
+                named: above.is_some(),
+                last: options.last_line.map_or(u64::MAX, u64::from),
+            }
+        };
+        let stated = bounds(options.header_line);
+        let mut lines = dialect::scan_lines(&mut text, stated, asked.limits)?;
+        let separator = begin::find_separator(&text, options.decimal);
+        let is_stated = options.header_line.is_some() || options.skip_lines.is_some();
+        let found = (!is_stated).then(|| begin::below_preamble(&text)).flatten();
+        if found.is_some() {
+            lines = dialect::scan_lines(&mut text, bounds(found), asked.limits)?;
+        }
+        // The table reader takes a comment without a line end for an empty row.
+        let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
+        if text.get(last) == Some(&b'#') {
+            text.push(b'\n');
+        }
+        if separator == dialect::Separator::Blanks {
+            dialect::collapse_blanks(&mut text);
+        }
+        let start = TableStart {
+            separator,
+            found,
+            lines: &lines,
+        };
+        let mut layout = TableLayout::find(&text, start, asked)?;
+        let used = if found.is_some() {
+            bounds(found)
+        } else {
+            stated
+        };
+        if let Some(unit) = clock::take_unit_above(&mut lines.words, used.above) {
+            layout.take_time_unit(&unit);
+        }
+        if text.last() != Some(&b'\n') {
+            let start = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
+            // What holds no number is no row that was cut.
+            let is_row = dialect::is_row(&text[start..])
+                && begin::cells(&text[start..], separator)
+                    .iter()
+                    .any(|cell| cell.first().is_some_and(|byte| dialect::begins_row(*byte)));
+            let whole = std::str::from_utf8(&text).ok().filter(|_| is_row);
+            let cut = whole.and_then(held::cut_line);
+            match cut {
+                // What is left of its number is none that was measured.
+                Some(_) => text.truncate(start),
+                // The table reader would take an open quote for a closed one.
+                None => text.push(b'\n'),
+            }
+            findings.extend(cut);
+        }
+        Ok(Self {
+            text,
+            lines,
+            layout,
+            findings,
+            asked,
+        })
+    }
+
+    /// Reads what a selection asks for; nothing where nothing tells the time.
+    fn outcome(&self, selection: Selection) -> Result<ReadOutcome, Error> {
+        let (layout, options) = (&self.layout, self.asked.options);
+        let mut outcome = ReadOutcome {
+            findings: self.findings.clone(),
+            ..ReadOutcome::default()
+        };
+        let findings = &mut outcome.findings;
+        let Some(time) = layout.time_or_left_out(options, selection, findings)? else {
+            return Ok(outcome);
+        };
+        self.refuse_lost_rows(&time, findings)?;
+        let choice = layout.choose(options, selection, &time)?;
+        let counters = layout.counters(&time, &choice.columns);
+        let counting = counters.iter().map(|(column, _)| *column);
+        let wanted = WantedColumns {
+            selection,
+            samples: choice.columns.len(),
+            columns: choice.columns.iter().copied().chain(counting).collect(),
+        };
+        clocks_beside::refuse_unread(&self.text, layout, &time, &choice.columns, self.asked)?;
+        let rows = rows::read(&self.text, layout, &time, &wanted, self.asked);
+        let mut rows = rows.map_err(|error| ends::named(error, &self.text, layout))?;
+        let mut time = time;
+        if let Some(rate) = options.rate_hz
+            && rows.drop_date(rate)
+        {
+            time = TimeSource::Rate(SampleRate::from_hertz(rate)?);
+            self.refuse_lost_rows(&time, findings)?;
+        }
+        let counts = rows.values.split_off(choice.columns.len());
+        let mut values = std::mem::take(&mut rows.values).into_iter();
+        let mut of_clock = Vec::new();
+        let mut base = self.find_base(&mut rows, &time, &mut of_clock)?;
+        findings.extend(self.row_findings(&rows, &time));
+        findings.append(&mut of_clock);
+        let instant = |row: usize| instant_of(row, &rows, &base);
+        let beside = clocks_beside::Clocks {
+            text: &self.text,
+            layout,
+            time: &time,
+            judged: &choice.columns,
+            interval_s: base.rate.interval().seconds(),
+        };
+        findings.extend(beside.contradictions(instant, self.asked)?);
+        let counts = self.count_findings(&counters, counts, &rows, &base);
+        let samples = self.held_against(&time, &rows, &base);
+        let (remarks, flags) = self.said(&choice.columns, &time, &rows, &base)?;
+        base.findings.extend(counts);
+        if self.lines.more_words {
+            findings.push(Finding::blocking(
+                "laboratory-remark",
+                "the file holds more comments than are read for what they say of the samples",
+            ));
+        }
+        let gravity = self.lines.words.iter().any(|(_, text)| says_gravity(text));
+        let of = |column: Option<usize>| {
+            let of_it = remarks.iter().filter(move |(of, _)| *of == column);
+            of_it.map(|(_, remark)| remark.clone())
+        };
+        outcome.remarks = of(None).collect();
+        // Rows were counted before any was kept.
+        let most = ("table_cells", u64::MAX);
+        draft::deliver(selection, choice.columns, outcome, most, |index, _| {
+            let column = &layout.columns[index];
+            let read = values.next().expect("one result for each column");
+            let channel = read.and_then(|values| {
+                let mut findings = choice.findings.clone();
+                let unit = unit_of(column, options, selection, &mut findings)?;
+                let clock = UniformSamples {
+                    start_s: base.start_s,
+                    rate: base.rate,
+                    values: base.apply(&rows.stamps_s, values)?,
+                };
+                let mut draft = Draft::of_words(column, unit, clock, findings);
+                draft.stated.gravity |= gravity;
+                draft.findings.extend(base.findings.iter().cloned());
+                let is_of_it = |of: Option<usize>| of.is_none_or(|of| of == index);
+                let flags = flags.iter().filter(|(of, _)| is_of_it(*of));
+                let flags = flags.map(|(_, finding)| finding.clone());
+                draft.findings.extend(flags);
+                draft
+                    .findings
+                    .extend(layout.preamble.findings(index, &samples));
+                draft.remarks.extend(of(Some(index)));
+                draft.finish(options.zero_s(), options)
+            });
+            channel
+                .map(Some)
+                .map_err(|error| (column.name.clone(), error))
+        })
+    }
+
+    /// Returns what comments and columns of words say, and what their flags mean.
+    fn said(
+        &self,
+        chosen: &[usize],
+        time: &TimeSource,
+        rows: &Rows,
+        base: &TimeBase,
+    ) -> Result<AllSaid, Error> {
+        let layout = &self.layout;
+        let passed: Vec<usize> = chosen.iter().copied().chain(time.column()).collect();
+        let statuses = status::read(&self.text, layout, self.asked.limits)?;
+        let at_s = |row: usize| instant_of(row, rows, base);
+        let (mut remarks, flags) = status::of_columns(&statuses, layout, &passed, at_s);
+        remarks.extend(layout.preamble.remarks(layout.columns.len()));
+        let lines = self.lines.words.iter();
+        remarks.extend(lines.map(|(line, text)| status::of_comment(*line, text, &layout.columns)));
+        Ok((remarks, flags))
+    }
+
+    /// Refuses comments that are rows in disguise where no stamp shows what is missing by them, and
+    /// tells of them where one does.
+    fn refuse_lost_rows(
+        &self,
+        time: &TimeSource,
+        findings: &mut Vec<Finding>,
+    ) -> Result<(), Error> {
+        let (layout, lines) = (&self.layout, &self.lines);
+        let (columns, _) = layout.widths();
+        let (separator, rows) = (layout.separator, layout.header_rows);
+        let found = lines.interruptions(&self.text, separator, rows, columns);
+        if let Some((line, cell)) = found.damaged {
+            let error = Error::malformed(
+                "a number in the first cell, or a comment",
+                format!(
+                    "`{cell}`, as spreadsheets write for a number that does not fit into its \
+                     column or could not be computed"
+                ),
+                "widen the column or mend the cell there, and export again; the sample of this row \
+                 would be missing",
+            );
+            return Err(error.at(Place::default().line(line).column(1)));
+        }
+        let numbers = found.numbers_at;
+        let numbers = numbers.map(|line| (line, "a comment that holds as many numbers as a row"));
+        let broken = found.broken_at;
+        let lost = numbers.or(broken.map(|line| (line, "a line that is empty or a comment")));
+        if let (TimeSource::Rate(_), Some((line, what))) = (time, lost) {
+            let expected = "rows of samples without a break, since no column tells their time";
+            let hint = "a sample may be missing there; export with a time column";
+            let error = Error::malformed(expected, what, hint);
+            return Err(error.at(Place::default().line(line)));
+        }
+        let told = |line| {
+            let text = format!(
+                "{} comments hold as many numbers as a row, the first on line {line}; samples may \
+                 have been taken out by hand",
+                found.numbers
+            );
+            Finding::warning("rows-made-comments", text)
+        };
+        findings.extend(found.numbers_at.map(told));
+        Ok(())
+    }
+
+    /// Says where columns that count the rows do not.
+    fn count_findings(
+        &self,
+        counters: &[(usize, bool)],
+        counts: Vec<ColumnResult>,
+        rows: &Rows,
+        base: &TimeBase,
+    ) -> Vec<Finding> {
+        let stamped = !rows.stamps_s.is_empty();
+        let stated_hz = (!stamped).then(|| base.rate.hertz());
+        let place = |row: usize| {
+            let line = line_of_row(&self.text, self.layout.header_rows + row + 1);
+            let line = line.filter(|_| rows.repeated.is_none());
+            (line, instant_of(row, rows, base))
+        };
+        let finding = |(&(column, named), counts): (&(usize, bool), ColumnResult)| {
+            let name = &self.layout.columns[column].name;
+            match counts {
+                Ok(counts) => counter::finding(name, &counts, named, stated_hz, place),
+                Err(why) => (named && !stamped).then(|| {
+                    let text = format!("`{name}` could not be held against the rows: {why}");
+                    Finding::warning("index-gap", text)
+                }),
+            }
+        };
+        counters.iter().zip(counts).filter_map(finding).collect()
+    }
+
+    /// Returns what the rows above the table are held against.
+    fn held_against(&self, time: &TimeSource, rows: &Rows, base: &TimeBase) -> HeldAgainst {
+        let by = match time {
+            TimeSource::Column { index, .. } => {
+                format!("the time column `{}`", self.layout.columns[*index].name)
+            }
+            TimeSource::Rate(_) => "what option or card say".to_string(),
+        };
+        let interval_s = base.rate.interval().seconds();
+        HeldAgainst {
+            rate: base.rate,
+            by,
+            start_s: base.start_s,
+            end_s: base.start_s + base.samples.saturating_sub(1) as f64 * interval_s,
+            samples: (rows.ended.is_none()).then_some(rows.count),
+            is_stamped: time.column().is_some(),
+            zero_s: self.asked.options.time_zero_s,
+        }
+    }
+
+    /// Says what is odd about the rows as they were written.
+    fn row_findings(&self, rows: &Rows, time: &TimeSource) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        if rows.decimal_comma {
+            let text = "the numbers are written with a decimal comma";
+            findings.push(Finding::info("decimal-comma", text));
+        }
+        if let (Some(index), true) = (time.column(), rows.stamp_facts.is_absolute) {
+            let name = &self.layout.columns[index].name;
+            let text = format!(
+                "the stamps of `{name}` are dates or times of day; time was counted from the first \
+                 of them, and the setting `time_zero` is meant so as well"
+            );
+            findings.push(Finding::info("time-absolute", text));
+            if rows.stamp_facts.order_is_assumed {
+                let text = format!(
+                    "the dates of `{name}` do not say whether the day or the month comes first; it \
+                     was read so that the next date follows sooner"
+                );
+                findings.push(Finding::warning("date-order-assumed", text));
+            }
+        }
+        findings.extend(
+            rows.ended
+                .as_ref()
+                .map(|ended| ended.finding(time, &self.layout)),
+        );
+        if self.lines.rows_below > 0 {
+            let text = format!(
+                "{} rows of numbers behind the last line of the table, as {} has it, were left out",
+                self.lines.rows_below,
+                Setting::LastLine
+            );
+            findings.push(Finding::warning("rows-left-out", text));
+        }
+        if let Some((count, line)) = rows.repeated {
+            let text = format!(
+                "{count} rows repeat the one before to the last cell, the first on line {line}; \
+                 each was taken once"
+            );
+            findings.push(Finding::warning("rows-repeated", text));
+        }
+        findings
+    }
+
+    /// Finds the time base: that of the stamps, or the stated one.
+    fn find_base(
+        &self,
+        rows: &mut Rows,
+        time: &TimeSource,
+        findings: &mut Vec<Finding>,
+    ) -> Result<TimeBase, Error> {
+        let (options, limits) = (self.asked.options, self.asked.limits);
+        let (column, unit, origin, worded) = match time {
+            TimeSource::Rate(_) if rows.count < 2 => {
+                return Err(Error::too_short("a recording", 2, rows.count));
+            }
+            TimeSource::Rate(rate) => {
+                let start_s = self.layout.preamble.start_s(*rate);
+                return Ok(TimeBase::stated(start_s, *rate, rows.count, Vec::new()));
+            }
+            TimeSource::Column {
+                index,
+                unit,
+                origin,
+                worded,
+            } => (*index, *unit, *origin, *worded),
+        };
+        let name = &self.layout.columns[column].name;
+        if let (Some(digits), Some(stated)) = (&rows.coarse_digits_s, options.rate_hz) {
+            let rate = SampleRate::from_hertz(stated)?;
+            let from_first = rows.stamp_facts.count_from_first;
+            return coarse_base(&rows.stamps_s, digits, (name, from_first), rate);
+        }
+        if unit == TimeUnit::DAY && !worded {
+            rows.count_days_from_first(1.0 / unit.seconds());
+        }
+        let mut fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)?;
+        let in_seconds = fitted.rate.hertz();
+        if let (Some(stated), true) = (options.rate_hz, origin != UnitOrigin::Stated) {
+            let agrees = time_base::rates_agree(stated, in_seconds);
+            let first = rows.stamps_s.first().copied().unwrap_or(0.0);
+            let unit_s = clock::unit_by_rate(in_seconds, stated, origin, first);
+            if let Some(unit_s) = unit_s.filter(|_| !agrees) {
+                rows.scale_stamps(unit_s);
+                rows.count_days_from_first(1.0 / unit_s);
+                fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)?;
+                let text = format!(
+                    "no unit of the time column `{name}` is read; by the stated rate one of it is \
+                     {} s",
+                    time_base::brief(unit_s)
+                );
+                findings.push(Finding::warning("time-unit-assumed", text));
+            } else {
+                findings.push(clock::seconds_assumed(name));
+            }
+        }
+        if !worded && origin == UnitOrigin::Stated {
+            let (first_s, rate_hz) = (rows.stamps_s[0], fitted.rate.hertz());
+            findings.extend(clock::unit_contradiction(name, first_s, rate_hz, unit));
+        }
+        let by = format!("the time column `{name}`");
+        let mend = if worded { MEND } else { clock::STATE_UNIT };
+        let assumed = origin == UnitOrigin::Assumed;
+        findings.extend(options.check_rate(fitted.rate.hertz(), (&by, assumed), mend)?);
+        Ok(fitted)
+    }
+}
+
+/// Returns the unit of a column, and what states it.
+fn unit_of(
+    column: &header::Column,
+    options: &ReadOptions,
+    selection: Selection,
+    findings: &mut Vec<Finding>,
+) -> Result<Unit, Error> {
+    let source = match column.unit_text {
+        Some(_) => column.unit_source,
+        None => "header",
+    };
+    let text = column.stated_unit();
+    let statement = UnitStatement {
+        unit: column.unit,
+        source,
+        text: text.as_deref(),
+        place: &format!("the {source} of `{}`", column.name),
+    };
+    Unit::find(statement, options, selection, findings)
+}
+
+/// Returns the instant of a row on the file's clock [s]; of rows that repeat others none later
+/// than it.
+fn instant_of(row: usize, rows: &Rows, base: &TimeBase) -> Option<f64> {
+    if rows.stamps_s.is_empty() {
+        return Some(base.start_s + base.rate.interval().seconds() * row as f64);
+    }
+    let repeated = rows.repeated.map_or(0, |(count, _)| count);
+    rows.stamps_s.get(row.saturating_sub(repeated)).copied()
+}
+
+/// Returns the line of a row, header rows counted, from 0.
+fn line_of_row(text: &[u8], row: usize) -> Option<u64> {
+    text.split(|byte| *byte == b'\n')
+        .enumerate()
+        .filter(|(_, line)| dialect::is_row(line))
+        .nth(row)
+        .map(|(line, _)| line as u64 + 1)
+}
+
+/// Finds the time base of stamps that repeat, since they have too few digits, at a stated rate:
+/// each of them must be the instant of its row to its own last digit, rounded or cut off.
+fn coarse_base(
+    stamps_s: &[f64],
+    digits_s: &[f64],
+    (name, from_first): (&str, bool),
+    rate: SampleRate,
+) -> Result<TimeBase, Error> {
+    let interval = rate.interval().seconds();
+    // Where the start may lie if stamps are cut off towards zero or rounded up, and if rounded.
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let (mut rounded_low, mut rounded_high) = (low, high);
+    for ((stamp, digit), row) in stamps_s.iter().zip(digits_s).zip(0_u32..) {
+        let instant = f64::from(row) * interval;
+        let slack = 1e-9 * digit + 8.0 * f64::EPSILON * (instant + stamp.abs());
+        let start = stamp - instant;
+        low = low.max(start - digit - slack);
+        high = high.min(start + digit + slack);
+        rounded_low = rounded_low.max(start - 0.5 * digit - slack);
+        rounded_high = rounded_high.min(start + 0.5 * digit + slack);
+    }
+    let coarsest = digits_s.iter().copied().fold(0.0, f64::max);
+    if low > high {
+        return Err(Error::malformed(
+            format!(
+                "stamps that follow {} Hz to a printed digit, as option or card say",
+                rate.hertz()
+            ),
+            format!(
+                "stamps of `{name}` that repeat and are off by up to {} s",
+                latchgate_kernel::units::plain(low - high + 2.0 * coarsest, 3)
+            ),
+            "rows are doubled or missing, or the rate is another; state the right one with the \
+             setting `rate_hz`",
+        )
+        .at(Place::default().channel(name.to_string())));
+    }
+    if rounded_low <= rounded_high {
+        (low, high) = (rounded_low, rounded_high);
+    }
+    let fits = |at: &f64| (low..=high).contains(at);
+    let first = stamps_s[0];
+    let on_grid = (first / interval).round() * interval;
+    let start_s = [first, on_grid].into_iter().find(fits);
+    let start_s = match from_first {
+        true => 0.0,
+        false => start_s.unwrap_or(0.5 * (low + high)),
+    };
+    let text = format!(
+        "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which \
+         they follow to their printed digits, so that the start is known to {} s",
+        rate.hertz(),
+        latchgate_kernel::units::plain((high - low).max(0.0), 3)
+    );
+    let coarse = Finding::warning("stamps-coarse", text);
+    Ok(TimeBase::stated(
+        start_s,
+        rate,
+        stamps_s.len(),
+        vec![coarse],
+    ))
+}

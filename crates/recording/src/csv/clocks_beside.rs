@@ -1,0 +1,316 @@
+//! Clocks beside the one that is used. One that runs otherwise blocks, for nobody knows which of the two
+//! is right. Where a rate is stated, a column of words that are other ones in each row is a clock that is
+//! not read, and refused: rows that are missing would show in it alone.
+
+use super::clock;
+use super::layout::{TableLayout, TimeSource};
+use super::records;
+use super::stamp::StampClock;
+use super::status;
+use crate::error::{Error, Place};
+use crate::number::{self, Decimal, PrintedDigits};
+use crate::text::{STAMPS, shown};
+use crate::time_base::brief;
+use crate::{Finding, ReadTask};
+use latchgate_kernel::units::TimeUnit;
+
+/// Factor between the spans of two clocks beyond which they contradict one another.
+const FACTOR: f64 = 1.5;
+
+/// Share by which a factor may be off ten to be a slip by a decimal [-].
+const DECIMAL: f64 = 0.05;
+
+/// A table whose clocks are compared.
+pub(super) struct Clocks<'a> {
+    pub(super) text: &'a [u8],
+    pub(super) layout: &'a TableLayout,
+    /// The clock that is used.
+    pub(super) time: &'a TimeSource,
+    /// Columns that are read for their samples.
+    pub(super) judged: &'a [usize],
+    /// From row to row, by the clock that is used [s].
+    pub(super) interval_s: f64,
+}
+
+/// A clock beside the one that is used, as its cells are read.
+struct ClockBeside {
+    index: usize,
+    words: Option<StampClock>,
+    decimal: Decimal,
+    digits: PrintedDigits,
+    /// Row and value of the first and the last cell that was read.
+    first: Option<(usize, f64)>,
+    last: (usize, f64),
+    longest_step: f64,
+    /// Whether it runs back somewhere, so that it is no clock.
+    falls: bool,
+}
+
+impl ClockBeside {
+    fn new(index: usize, worded: bool) -> Self {
+        Self {
+            index,
+            words: worded.then(StampClock::default),
+            decimal: Decimal::Unknown,
+            digits: PrintedDigits::new(),
+            first: None,
+            last: (0, 0.0),
+            longest_step: 0.0,
+            falls: false,
+        }
+    }
+
+    fn look(&mut self, row: usize, cell: &[u8]) {
+        let value = match &mut self.words {
+            Some(clock) => clock.read(cell, &mut self.decimal),
+            None => number::parse(cell, &mut self.decimal).ok(),
+        };
+        let Some(value) = value else {
+            return;
+        };
+        if self.words.is_none() {
+            self.digits.count(cell);
+        }
+        if self.first.is_some() {
+            let step = value - self.last.1;
+            self.falls |= step < 0.0;
+            self.longest_step = self.longest_step.max(step);
+        }
+        self.first.get_or_insert((row, value));
+        self.last = (row, value);
+    }
+
+    /// Returns what its span may be off [in its unit]: its last digit, or its longest step where it stands
+    /// still between updates.
+    fn resolution(&self) -> f64 {
+        let digit = match &self.words {
+            Some(clock) => clock.last_digit(),
+            None => self.digits.last_digit(),
+        };
+        digit.max(self.longest_step)
+    }
+}
+
+impl Clocks<'_> {
+    /// Says which clocks of the table contradict the one that is used; `instant` tells the time of a row
+    /// by that one [s].
+    pub(super) fn contradictions(
+        &self,
+        instant: impl Fn(usize) -> Option<f64>,
+        asked: ReadTask,
+    ) -> Result<Vec<Finding>, Error> {
+        let candidates = (0..self.layout.columns.len()).filter(|index| self.is_candidate(*index));
+        let mut clocks: Vec<ClockBeside> = candidates
+            .map(|index| ClockBeside::new(index, self.layout.worded[index]))
+            .collect();
+        if clocks.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut records = self.layout.records(self.text, asked.limits)?;
+        let mut number = 0;
+        while let Some(row) = records.next()? {
+            for clock in &mut clocks {
+                clock.look(number, row.get(clock.index).unwrap_or_default());
+            }
+            number += 1;
+        }
+        let span = |clock: &ClockBeside| {
+            let from = instant(clock.first?.0)?;
+            Some((instant(clock.last.0).or_else(|| instant(number - 1))? - from).abs())
+        };
+        let found = clocks.iter().filter(|clock| !clock.falls);
+        let found = found.filter_map(|clock| self.contradiction(clock, span(clock)?));
+        Ok(found.collect())
+    }
+
+    /// Tells whether a column may be a clock that runs with the one that is used.
+    fn is_candidate(&self, index: usize) -> bool {
+        let layout = self.layout;
+        let column = &layout.columns[index];
+        // Where every channel is read, clocks are among them.
+        let free = Some(index) != self.time.column() && self.judged != [index];
+        let rises = layout.steps[index].is_some() && column.unit_text.is_none();
+        let clock = layout.is_named_clock(index) || layout.is_other_clock(index);
+        let counts = layout.numeric[index] && (rises || column.counts_at_hz().is_some());
+        free && (layout.worded[index] || clock || counts) && !self.belongs_to_others(index)
+    }
+
+    /// Tells whether a column of times is the clock of other channels: the table is one of pairs, each
+    /// clock with its channels to the right, and the judged ones are not among them.
+    fn belongs_to_others(&self, index: usize) -> bool {
+        let layout = self.layout;
+        let is_clock = |i: usize| layout.is_named_clock(i) || Some(i) == self.time.column();
+        let has_own = |i: usize| {
+            let next = i + 1;
+            next < layout.columns.len()
+                && layout.numeric[next]
+                && !is_clock(next)
+                && !layout.is_index(next)
+        };
+        let Some(used) = self.time.column() else {
+            return false;
+        };
+        let pairs = is_clock(index) && has_own(index) && has_own(used) && !layout.worded[used];
+        let of_another = |judged: &usize| (0..*judged).rev().find(|i| is_clock(*i)) != Some(index);
+        pairs && (self.judged.len() > 1 || self.judged.iter().all(of_another))
+    }
+
+    /// Says that a clock contradicts the one that is used, which spans `used_s` [s] over the same rows.
+    fn contradiction(&self, clock: &ClockBeside, used_s: f64) -> Option<Finding> {
+        let column = &self.layout.columns[clock.index];
+        let (first, last) = (clock.first?.1, clock.last.1);
+        let span = last - first;
+        let resolution = clock.resolution();
+        if span <= 0.0 && (clock.words.is_none() || resolution < 1.0) {
+            // A number of the recording, or a stamp of its begin.
+            return None;
+        }
+        let rows = (clock.last.0 - clock.first?.0) as f64;
+        let absolute = clock::absolute_clock(first, rows / span);
+        let absolute = absolute.filter(|unit| *unit != TimeUnit::DAY);
+        let named =
+            self.layout.is_named_clock(clock.index) || self.layout.is_other_clock(clock.index);
+        let unit = match (&clock.words, column.time_unit, column.counts_at_hz()) {
+            (Some(_), ..) => Some(1.0),
+            (None, Some(unit), _) => Some(unit.seconds()),
+            (None, None, Some(hertz)) => Some(1.0 / hertz),
+            (None, None, None) => absolute.map(TimeUnit::seconds),
+        };
+        let contradicts = match unit {
+            Some(unit_s) => {
+                let (span_s, slack_s) = (span * unit_s, resolution * unit_s);
+                let slower = FACTOR * (span_s + slack_s) < used_s - self.interval_s;
+                let faster = span_s - slack_s > FACTOR * (used_s + self.interval_s);
+                slower || faster
+            }
+            // Any unit of a thousand may be meant, but no slip by ten.
+            None => named && span > 20.0 * resolution && is_slip_by_ten(span / used_s),
+        };
+        let text = format!(
+            "`{}` spans {}{}, {} {} s over the same rows: one of the two clocks is wrong",
+            column.name,
+            brief(span * unit.unwrap_or(1.0)),
+            if unit.is_some() { " s" } else { "" },
+            match self.time.column() {
+                Some(used) => format!("`{}`", self.layout.columns[used].name),
+                None => "the stated rate".into(),
+            },
+            brief(used_s)
+        );
+        contradicts.then(|| Finding::blocking("time-contradicted", text))
+    }
+}
+
+/// Tells whether two clocks differ by ten or a hundred, whatever thousands lie between their units.
+fn is_slip_by_ten(mut ratio: f64) -> bool {
+    if !(ratio.is_finite() && ratio > 0.0) {
+        return false;
+    }
+    while ratio > 31.6 {
+        ratio /= 1e3;
+    }
+    while ratio < 0.0316 {
+        ratio *= 1e3;
+    }
+    let near = |factor: f64| (ratio / factor - 1.0).abs() <= DECIMAL;
+    near(10.0) || near(0.1)
+}
+
+/// Refuses a column of words that is a clock and not read, where a rate alone would tell the time.
+pub(super) fn refuse_unread(
+    text: &[u8],
+    layout: &TableLayout,
+    time: &TimeSource,
+    judged: &[usize],
+    asked: ReadTask,
+) -> Result<(), Error> {
+    if time.column().is_some() {
+        return Ok(());
+    }
+    let of_words = |index: &usize| {
+        let column = &layout.columns[*index];
+        let first = *index == 0 && layout.columns.len() > 1 && column.unit_text.is_none();
+        (column.says_time()
+            || column.says_other_clock()
+            || (first && !column.hints_at_acceleration()))
+            && !(layout.numeric[*index] || layout.worded[*index] || judged.contains(index))
+            && !status::is_of_words(column)
+    };
+    for index in (0..layout.columns.len()).filter(of_words) {
+        let mut records = layout.records(text, asked.limits)?;
+        let mut words = WordClock::default();
+        while let Some(row) = records.next()? {
+            words.look(row.get(index).unwrap_or_default(), || {
+                records::line_of(text, row)
+            });
+        }
+        let column = &layout.columns[index];
+        let named = column.says_time() || column.says_other_clock();
+        if let Some((line, cell)) = words.changing(named) {
+            let error = Error::malformed(
+                "a column of times that is read: where one is there, a rate alone shows no missing row",
+                format!("`{cell}` in `{}`, as in the rows beside", column.name),
+                STAMPS,
+            );
+            return Err(error.at(Place::default().line(line).column(index as u64 + 1)));
+        }
+    }
+    Ok(())
+}
+
+/// A column of words that may be a clock, as its cells are read.
+#[derive(Default)]
+struct WordClock {
+    rows: usize,
+    /// Rows that differ from the one before, digits being in both.
+    changes: usize,
+    /// The second of the first two that differ.
+    changed: Option<(u64, String)>,
+    last: Vec<u8>,
+    /// Numbers of labels such as `S0001`; `None` once a cell is none.
+    labels: Option<Vec<f64>>,
+}
+
+impl WordClock {
+    fn look(&mut self, cell: &[u8], line: impl FnOnce() -> u64) {
+        let has_digit = |text: &[u8]| text.iter().any(u8::is_ascii_digit);
+        if has_digit(&self.last) && has_digit(cell) && self.last != cell {
+            self.changes += 1;
+            if self.changed.is_none() {
+                self.changed = Some((line(), shown(cell)));
+            }
+        }
+        let label = label_number(cell);
+        self.labels = match (self.labels.take(), label, self.rows) {
+            (_, Some(number), 0) => Some(vec![number]),
+            (Some(mut numbers), Some(number), _) => {
+                numbers.push(number);
+                Some(numbers)
+            }
+            _ => None,
+        };
+        self.rows += 1;
+        self.last.clear();
+        self.last.extend_from_slice(cell);
+    }
+
+    /// Returns where the column changes, if it does as a clock; one with no name for time changes in most
+    /// rows, and not by one label after the other.
+    fn changing(self, named: bool) -> Option<(u64, String)> {
+        let counts = |numbers: &Vec<f64>| {
+            let steps = numbers.windows(2).map(|pair| pair[1] - pair[0]);
+            numbers.len() > 1 && steps.clone().all(|step| step.total_cmp(&1.0).is_eq())
+        };
+        let labels = self.labels.as_ref().is_some_and(counts);
+        let most = 2 * self.changes >= self.rows.saturating_sub(1);
+        self.changed.filter(|_| named || (most && !labels))
+    }
+}
+
+/// Returns the number of a label, letters with one whole number behind them.
+fn label_number(cell: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(cell).ok()?.trim();
+    let name = text.trim_end_matches(|c: char| c.is_ascii_digit());
+    let plain = !name.contains(|c: char| c.is_ascii_digit() || ".,:".contains(c));
+    text[name.len()..].parse().ok().filter(|_| plain)
+}

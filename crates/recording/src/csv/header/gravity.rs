@@ -1,0 +1,28 @@
+//! Words that say that an acceleration holds gravity, as that of an accelerometer at rest does.
+
+use super::words;
+use crate::words::{Words, word_list};
+
+// What each list holds is told at its head.
+static GRAVITY: Words = word_list!("name-gravity");
+static WITH: Words = word_list!("name-gravity-with");
+static WITHOUT: Words = word_list!("name-gravity-without");
+static NEGATIONS: Words = word_list!("name-negations");
+
+/// Tells whether a name or a comment says that gravity is in the samples: `including gravity`, `with g`,
+/// `mit Erdbeschleunigung`, `specific force`.
+pub(crate) fn says_gravity(text: &str) -> bool {
+    let words = words(text);
+    let listed = |list: &Words, word: &String| list.contains(&word.as_str());
+    let pair = |pair: &[String]| match pair {
+        [with, what] => {
+            (listed(&WITH, with) && what == "g")
+                || (with == "specific" && what == "force")
+                || (with == "proper" && what.starts_with("accel"))
+        }
+        _ => false,
+    };
+    let says = words.iter().any(|word| listed(&GRAVITY, word)) || words.windows(2).any(pair);
+    let without = |word: &String| listed(&WITHOUT, word) || listed(&NEGATIONS, word);
+    says && !words.iter().any(without)
+}

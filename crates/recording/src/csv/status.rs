@@ -1,0 +1,188 @@
+//! What a table says of its samples in words: comment lines, and columns that hold the state of
+//! a channel or notes row by row.
+
+use super::header::Column;
+use super::layout::TableLayout;
+use crate::error::Error;
+use crate::remarks::{self, Cells, Remark, RemarkPlace};
+use crate::words::{Words, word_list};
+use crate::{Finding, Limits};
+
+// What each list holds is told at its head.
+static WELL: Words = word_list!("status-well");
+static VALID: Words = word_list!("status-valid");
+static FAULT: Words = word_list!("status-fault");
+static STATE: Words = word_list!("status-state");
+
+/// What is said in words, of the whole file or of the column of that number.
+pub(super) type Said<T> = (Option<usize>, T);
+
+/// All remarks, and what flags mean.
+pub(super) type AllSaid = (Vec<Said<Remark>>, Vec<Said<Finding>>);
+
+/// Returns what a comment on `line` says: of a column where it begins with its name.
+pub(super) fn of_comment(line: u64, comment: &str, columns: &[Column]) -> Said<Remark> {
+    let key = comment.split([':', '=', ';', ',', '\t']).next();
+    let key = key
+        .filter(|key| key.len() < comment.len())
+        .unwrap_or_default()
+        .trim();
+    let is_of = |column: &Column| {
+        column.name.eq_ignore_ascii_case(key) || column.label.eq_ignore_ascii_case(key)
+    };
+    let of = columns.iter().position(is_of).filter(|_| !key.is_empty());
+    let (place, teller) = match of {
+        Some(_) => (
+            RemarkPlace::Channel,
+            format!("line {line} says of this channel"),
+        ),
+        None => (RemarkPlace::Apart, format!("line {line} says")),
+    };
+    (of, Remark::new(comment, place, teller))
+}
+
+/// What the words of a column are about.
+#[derive(Clone, Copy, PartialEq)]
+enum About {
+    /// Whether samples are good: yes or no.
+    Valid,
+    /// Whether a fault is there: yes or no.
+    Fault,
+    /// The state of something.
+    State,
+    /// Whatever a person noted.
+    Notes,
+}
+
+fn about(column: &Column) -> Option<About> {
+    let small = column.label.to_lowercase();
+    let has = |list: &[&str]| {
+        small
+            .split(|c: char| !c.is_alphanumeric())
+            .any(|word| list.contains(&word))
+    };
+    if column.unit_text.is_some() {
+        None
+    } else if has(&VALID) {
+        Some(About::Valid)
+    } else if has(&FAULT) {
+        Some(About::Fault)
+    } else if has(&STATE) {
+        Some(About::State)
+    } else {
+        remarks::is_key(&small).then_some(About::Notes)
+    }
+}
+
+/// Tells whether a column holds the state of samples or notes.
+pub(super) fn is_of_words(column: &Column) -> bool {
+    about(column).is_some()
+}
+
+/// A column of words.
+pub(super) struct StatusColumn {
+    index: usize,
+    about: About,
+    cells: Cells<usize>,
+    /// The first row whose flag says that its sample is bad, and the flag.
+    bad: Option<(usize, String)>,
+}
+
+impl StatusColumn {
+    /// Returns the one column of which it speaks: `acc_y_status` speaks of `acc_y`.
+    fn is_about(&self, layout: &TableLayout) -> Option<usize> {
+        let label = layout.columns[self.index].label.to_lowercase();
+        (0..layout.columns.len())
+            .filter(|other| {
+                let own = layout.columns[*other].label.to_lowercase();
+                *other != self.index
+                    && own.len() > 1
+                    && label
+                        .strip_prefix(&own)
+                        .is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphanumeric()))
+            })
+            .max_by_key(|other| layout.columns[*other].label.len())
+    }
+
+    fn look(&mut self, row: usize, cell: &[u8]) {
+        let text = String::from_utf8_lossy(cell.trim_ascii());
+        let small = text.to_lowercase();
+        let number = small.parse::<f64>().ok();
+        let yes = number == Some(1.0) || matches!(&*small, "true" | "yes" | "y" | "ja" | "wahr");
+        let no = number == Some(0.0) || matches!(&*small, "false" | "no" | "n" | "nein" | "falsch");
+        match self.about {
+            About::Notes => self.cells.hear(row, &text),
+            About::Valid if yes => {}
+            About::Fault if no => {}
+            About::Valid | About::Fault if yes || no => {
+                self.bad.get_or_insert_with(|| (row, text.into_owned()));
+            }
+            _ if small.is_empty() || WELL.contains(&small.as_str()) => {}
+            _ => self.cells.hear(row, &text),
+        }
+    }
+}
+
+/// Reads the columns of words.
+pub(super) fn read(
+    text: &[u8],
+    layout: &TableLayout,
+    limits: &Limits,
+) -> Result<Vec<StatusColumn>, Error> {
+    let mut columns: Vec<StatusColumn> = layout
+        .columns
+        .iter()
+        .enumerate()
+        .filter_map(|(index, header)| {
+            let about = about(header)?;
+            Some(StatusColumn {
+                index,
+                about,
+                cells: Cells::new(about != About::Notes),
+                bad: None,
+            })
+        })
+        .collect();
+    if columns.is_empty() {
+        return Ok(columns);
+    }
+    let mut records = layout.records(text, limits)?;
+    let mut number = 0;
+    while let Some(row) = records.next()? {
+        for column in &mut columns {
+            column.look(number, row.get(column.index).unwrap_or_default());
+        }
+        number += 1;
+    }
+    Ok(columns)
+}
+
+/// Returns what columns of words say, but for those `passed` over since they are read as numbers;
+/// `at_s` tells the instant of a row [s].
+pub(super) fn of_columns(
+    columns: &[StatusColumn],
+    layout: &TableLayout,
+    passed: &[usize],
+    at_s: impl Fn(usize) -> Option<f64>,
+) -> AllSaid {
+    let (mut remarks, mut findings) = (Vec::new(), Vec::new());
+    for column in columns
+        .iter()
+        .filter(|column| !passed.contains(&column.index))
+    {
+        let of = column.is_about(layout);
+        let name = &layout.columns[column.index].name;
+        let at = |row| (at_s(row), format!(" in row {}", row + 1));
+        let own = column.cells.remarks(name, at);
+        remarks.extend(own.into_iter().map(|remark| (of, remark)));
+        findings.extend(column.bad.as_ref().map(|(row, flag)| {
+            let text = format!(
+                "the column `{name}` says \"{flag}\" from row {} on",
+                row + 1
+            );
+            let blocking = Finding::blocking("invalid-by-laboratory", text);
+            (of, blocking.since(at_s(*row)))
+        }));
+    }
+    (remarks, findings)
+}

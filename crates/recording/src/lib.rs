@@ -1,0 +1,766 @@
+//! Recordings: what a file holds, channel by channel, with what was found odd in it.
+//!
+//! A reader turns bytes into [`Channel`]s in the file's own unit on a uniform time base.
+//! One table, [`FORMATS`], lists the readers; a new format is one file here and one line there. Readers never guess in silence: what they assume or mend they
+//! return as a [`Finding`] beside the channel.
+//!
+//! - `archive`: archives: .zip, .tar.gz and .tar, unpacked within limits;
+//! - `card`: cards: a recording's full name plus `.toml`, saying what the file itself does not;
+//! - `code`: channel codes of ISO/TS 13499: 16 characters that say what was measured where;
+//! - `csv`: text tables: CSV and its relatives;
+//! - `draft`: a channel as a reader found it, made into one that is delivered: the last mile of
+//!   all readers;
+//! - `encoding`: encodings: from a file's bytes to UTF-8 text whose lines end with a line feed;
+//! - `error`: what was expected, what was found, where, and what to type next;
+//! - `ev5`: NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, or one curve file;
+//! - `finding`: findings: something odd in usable data, with what it means for a verdict;
+//! - `held`: what a file states of its own samples, held against them: one rule for every format;
+//! - `lateral`: which of several named columns is the lateral acceleration;
+//! - `limits`: limits on input: what a reader refuses to take in, so that memory stays bounded;
+//! - `lvm`: LabVIEW measurement files (.lvm): text in two headers and a table;
+//! - `mcap`: MCAP logs: messages of ROS 2 (CDR) and ROS 1, protobuf by its own descriptor, and
+//!   JSON;
+//! - `mme`: ISO/TS 13499 (ISO-MME): a test as folder, .zip, .tar.gz or .tar, or one channel of
+//!   it;
+//! - `number`: numbers in cells: decimal point or comma, and the digits they were printed with;
+//! - `remarks`: remarks: what laboratories and operators write in free words, for a person to read;
+//! - `setting`: the settings of a question, by the names that every door uses for them;
+//! - `source`: where the bytes come from: a file, standard input or memory, hashed while they are
+//!   read;
+//! - `text`: what readers of text share: lines within limits, decimal numbers as the file writes
+//!   them;
+//! - `time_base`: time bases: from printed stamps to a uniform rate, or to a resampled one with a
+//!   finding;
+//! - `words`: lists of words that readers know, each in a file of its own in `words/`, where
+//!   words are added without a look at the program.
+
+mod archive;
+pub mod card;
+mod code;
+pub mod csv;
+mod draft;
+mod encoding;
+pub mod error;
+pub mod ev5;
+pub mod finding;
+mod held;
+mod lateral;
+pub mod limits;
+pub mod lvm;
+pub mod mcap;
+pub mod mme;
+mod number;
+mod remarks;
+pub mod setting;
+pub mod source;
+mod text;
+pub mod time_base;
+mod words;
+
+pub use card::Card;
+pub use finding::{Finding, Severity};
+pub use lateral::is_lateral;
+pub use limits::Limits;
+pub use remarks::AcceptedRemark;
+pub use source::{Part, Source, read_within};
+
+use crate::error::{Error, ErrorKind, Place};
+use crate::setting::Setting;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::units::{
+    AccelerationUnit, DecimalMark, MessageClock, STANDARD_GRAVITY, SampleRate, SensorSensitivity,
+    TimeUnit,
+};
+use remarks::{Remark, Span};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
+use words::{Words, word_list};
+
+/// What the user says about a recording, from options and card (option before card).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Column name or 1-based number, MCAP `topic:field.path`, EV5 curve number, or ISO-MME
+    /// code, pattern or file number.
+    pub channel: Option<String>,
+    /// Name or 1-based number of the column that holds the time.
+    pub time_column: Option<String>,
+    /// Unit of the time column.
+    pub time_unit: Option<TimeUnit>,
+    /// Whose clock tells the time of a log's messages.
+    pub time_source: Option<MessageClock>,
+    /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
+    pub header_line: Option<u32>,
+    /// Line of a text table that holds the units of its columns.
+    pub unit_line: Option<u32>,
+    /// Last line of a text table; what stands below is no sample.
+    pub last_line: Option<u32>,
+    /// Lines at the start of a text table that are passed over.
+    pub skip_lines: Option<u32>,
+    /// Decimal mark of a text table.
+    pub decimal: Option<DecimalMark>,
+    /// Sample rate where there is no time column [Hz].
+    pub rate_hz: Option<f64>,
+    /// The instant of first contact on the file's clock [s]; becomes time 0.
+    pub time_zero_s: Option<f64>,
+    /// Unit of acceleration.
+    pub unit: Option<AccelerationUnit>,
+    /// What one of the samples means as an acceleration, where they are another quantity.
+    pub sensitivity: Option<SensorSensitivity>,
+    /// Whether a card, not an option, states `unit` or `sensitivity`.
+    pub unit_from_card: bool,
+    /// Format name of [`FORMATS`]; detected if absent.
+    pub input_format: Option<String>,
+    /// Remarks that a person has read and accepts.
+    pub accepted_remarks: Vec<AcceptedRemark>,
+}
+
+impl ReadOptions {
+    /// Returns the instant on the file's clock that becomes time 0 [s].
+    fn zero_s(&self) -> f64 {
+        self.time_zero_s.unwrap_or(0.0)
+    }
+
+    /// Refuses settings that say how a text table is laid out, for a format that is none, and whose
+    /// clock counts in a log, for a format that is no log.
+    fn refuse_settings_of_others(&self, format: &str) -> Result<(), Error> {
+        if format != "mcap" && self.time_source.is_some() {
+            return Err(Error::malformed(
+                format!("a log of messages, as {} is for", Setting::TimeSource),
+                format!("the format {format}"),
+                format!("leave out {}", Setting::TimeSource),
+            ));
+        }
+        let stated = [
+            (Setting::HeaderLine, self.header_line.is_some()),
+            (Setting::SkipLines, self.skip_lines.is_some()),
+            (Setting::UnitLine, self.unit_line.is_some()),
+            (Setting::LastLine, self.last_line.is_some()),
+            (Setting::Decimal, self.decimal.is_some()),
+        ];
+        let stated = stated.iter().filter(|(_, is_stated)| *is_stated);
+        let stated: Vec<String> = stated.map(|(setting, _)| setting.to_string()).collect();
+        if format == "csv" || stated.is_empty() {
+            return Ok(());
+        }
+        Err(Error::malformed(
+            "a text table, as settings of lines and decimal marks are for",
+            format!("the format {format}"),
+            format!("leave out {}", stated.join(" and ")),
+        ))
+    }
+
+    /// Refuses a column of times for a format that says itself where its times are; `format` names it.
+    fn refuse_time_column(&self, format: &str) -> Result<(), Error> {
+        if self.time_column.is_none() {
+            return Ok(());
+        }
+        let expected = format!("{format}, which says where its times are");
+        let (found, setting) = ("an option that says otherwise", Setting::TimeColumn);
+        Err(Error::malformed(
+            expected,
+            found,
+            format!("leave out {setting}"),
+        ))
+    }
+
+    /// Refuses options that say where times stand, or in which unit, for a format that says so
+    /// itself and in seconds; `format` names it and `way_out` what else could be done.
+    fn refuse_other_clock(&self, format: &str, way_out: &str) -> Result<(), Error> {
+        let other_unit = self.time_unit.is_some_and(|unit| unit != TimeUnit::SECOND);
+        if self.time_column.is_none() && !other_unit {
+            return Ok(());
+        }
+        Err(Error::malformed(
+            format!("{format}, which says where its times are, in seconds"),
+            "options that say otherwise",
+            format!("leave out the setting `time_column` and the setting `time_unit`{way_out}"),
+        ))
+    }
+}
+
+/// Which channels a reader shall deliver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Selection {
+    /// The one that `ReadOptions::channel` names, or the one lateral acceleration.
+    Lateral,
+    /// Every channel that carries numbers, for `inspect`. Here a channel without a unit is
+    /// no error, and one without a known time is left out with a finding.
+    Every,
+}
+
+/// What is asked of a reader.
+#[derive(Debug, Clone, Copy)]
+pub struct ReadTask<'a> {
+    /// What the user says.
+    pub options: &'a ReadOptions,
+    /// The selections to deliver; what holds one up leaves the others alone.
+    pub selections: &'a [Selection],
+    /// What is refused beyond.
+    pub limits: &'a Limits,
+}
+
+impl ReadTask<'_> {
+    /// Delivers each selection.
+    fn each(self, mut one: impl FnMut(Selection) -> Result<ReadOutcome, Error>) -> Outcomes {
+        self.selections
+            .iter()
+            .map(|selection| one(*selection))
+            .collect()
+    }
+}
+
+/// One measured channel on a uniform time base, in the file's own unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// Column name, or MCAP `topic:field.path`.
+    pub name: String,
+    /// Unit of the values; `None` only under [`Selection::Every`].
+    pub unit: Option<AccelerationUnit>,
+    /// What states the unit: `option`, `card`, `header`, `units row`, `format`.
+    pub unit_source: &'static str,
+    /// Time of the first sample, after `time_zero_s` was subtracted [s].
+    pub start_s: f64,
+    /// Sample rate of the uniform time base.
+    pub rate: SampleRate,
+    /// The samples, in `unit`.
+    pub values: Vec<f64>,
+    /// What the file says of the channel beside its samples.
+    pub stated: Stated,
+    /// What was found odd while reading.
+    pub findings: Vec<Finding>,
+}
+
+/// What file or card says of the test and of the sensor; `None` where they say nothing.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct TestFacts {
+    /// The test: its number, and what it was.
+    pub test: Option<String>,
+    /// The vehicle, or the vehicles.
+    pub vehicle: Option<String>,
+    /// The laboratory.
+    pub laboratory: Option<String>,
+    /// The day of the test, as it is written.
+    pub date: Option<String>,
+    /// The speed, with its unit.
+    pub speed: Option<String>,
+    /// The sensor: make, serial number, calibration, full scale.
+    pub sensor: Option<String>,
+    /// Where the sensor sits, in the format's codes or in words.
+    pub location: Option<String>,
+}
+
+impl TestFacts {
+    /// Returns these facts, and those of `other` where these say nothing.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            test: self.test.or(other.test),
+            vehicle: self.vehicle.or(other.vehicle),
+            laboratory: self.laboratory.or(other.laboratory),
+            date: self.date.or(other.date),
+            speed: self.speed.or(other.speed),
+            sensor: self.sensor.or(other.sensor),
+            location: self.location.or(other.location),
+        }
+    }
+}
+
+/// What a file says of a channel beside its samples; `None` where it says nothing.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stated {
+    /// Place and axis of the sensor, in the format's own codes.
+    pub location: Option<String>,
+    /// Full scale, in the channel's unit.
+    pub full_scale: Option<f64>,
+    /// Corner frequency of the analogue filter [Hz].
+    pub prefilter_hz: Option<f64>,
+    /// Channel frequency class that the laboratory has already applied.
+    pub filter_class: Option<String>,
+    /// It is said that the channel was not filtered.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub unfiltered: bool,
+    /// The samples hold gravity, by the type of the message or by words.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub gravity: bool,
+    /// The laboratory's word on the data, in the format's own codes.
+    pub status: Option<String>,
+    /// What states the clock beside what it was taken from, and agrees with that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_confirmed_by: Option<String>,
+    /// What was written of the channel in free words, as it is shown.
+    #[serde(default)]
+    pub remarks: Vec<String>,
+    /// What is said of the test and of the sensor.
+    #[serde(default)]
+    pub test: TestFacts,
+}
+
+impl Channel {
+    /// Returns the time of sample `index` [s].
+    #[must_use]
+    pub fn time_s(&self, index: usize) -> f64 {
+        let steps = index as f64;
+        self.start_s + steps / self.rate.hertz()
+    }
+
+    /// Returns the full scale that the file states [g].
+    #[must_use]
+    pub fn full_scale_g(&self) -> Option<f64> {
+        let factor = self.unit?.metres_per_second_squared();
+        Some(self.stated.full_scale? * factor / STANDARD_GRAVITY)
+    }
+
+    /// Returns the SHA-256 of the signal itself, lower-case hexadecimal: of the text
+    /// `latchgate.signal/1` and a line feed, then of rate [Hz], time of the first sample [s] and
+    /// samples [m/s²], each a little-endian IEEE 754 double. The same signal has the same hash
+    /// whatever file it comes from. `None` without a unit.
+    #[must_use]
+    pub fn content_sha256(&self) -> Option<String> {
+        let factor = self.unit?.metres_per_second_squared();
+        let mut hasher = Sha256::new();
+        hasher.update(b"latchgate.signal/1\n");
+        // Adding zero turns a negative zero, which no measurement means, into a plain one.
+        hasher.update((self.rate.hertz() + 0.0).to_le_bytes());
+        hasher.update((self.start_s + 0.0).to_le_bytes());
+        for value in &self.values {
+            hasher.update((value * factor + 0.0).to_le_bytes());
+        }
+        Some(source::hexadecimal(&hasher.finalize()))
+    }
+}
+
+/// Channel frequency classes below that of a latch's gate.
+const HEAVY_CLASSES: [&str; 4] = ["20", "60", "180", "600"];
+
+/// Corner frequency below which an analogue filter takes from a latch's excitation [Hz].
+const LEAST_PREFILTER_HZ: f64 = 1000.0;
+
+impl Stated {
+    /// Says that a channel frequency class was applied before the samples were stored.
+    fn class_finding(class: &str) -> Finding {
+        let by = format!("the laboratory has already filtered the channel with CFC {class}");
+        let mut finding = Finding::filtered(&by);
+        if !HEAVY_CLASSES.contains(&class) {
+            finding.severity = Severity::Info;
+        }
+        finding
+    }
+
+    /// Returns what the statements mean at a sample rate: filters that were applied before
+    /// the samples were stored cannot be taken back.
+    #[must_use]
+    pub fn findings(&self, rate: SampleRate) -> Vec<Finding> {
+        let class = self.filter_class.iter();
+        let mut found: Vec<Finding> = class.map(|class| Self::class_finding(class)).collect();
+        let Some(corner) = self.prefilter_hz else {
+            return found;
+        };
+        if corner >= 0.5 * rate.hertz() {
+            let text = format!(
+                "the analogue filter ends at {corner} Hz, beyond half the sample rate of {} Hz: \
+                 motion above that half shows as another, lower one",
+                rate.hertz()
+            );
+            found.push(Finding::warning("aliasing-suspected", text));
+        } else if corner < LEAST_PREFILTER_HZ {
+            found.push(Finding::filtered(&format!(
+                "the analogue filter ends at {corner} Hz, below what CFC 1000 lets through"
+            )));
+        }
+        found
+    }
+}
+
+/// A file that was read: its identity and its channels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// File name without folders; `-` for standard input.
+    pub file: String,
+    /// SHA-256 of the file's bytes, lower-case hexadecimal; of a folder, that of its list of parts.
+    pub sha256: String,
+    /// Further files that were read with it.
+    pub parts: Vec<Part>,
+    /// Format name of [`FORMATS`].
+    pub format: &'static str,
+    /// The channels delivered: exactly one under [`Selection::Lateral`].
+    pub channels: Vec<Channel>,
+    /// What was found odd in the file as a whole.
+    pub findings: Vec<Finding>,
+}
+
+/// What a format is recognised from.
+#[derive(Debug, Clone, Copy)]
+pub struct Head<'a> {
+    /// The first bytes, up to 4096; none of a folder.
+    pub bytes: &'a [u8],
+    /// File name without folders.
+    pub file_name: &'a str,
+    /// Whether it is a folder.
+    pub is_folder: bool,
+    /// Whether it is an archive that was unpacked.
+    pub is_archive: bool,
+    /// Names of the files in it, if it is a folder or an archive.
+    pub entries: &'a [String],
+}
+
+/// A reader: how its files are recognised and how they are read.
+#[derive(Debug)]
+pub struct Format {
+    /// Name for the setting and for verdicts.
+    pub name: &'static str,
+    /// Tells whether the file is of this format.
+    pub recognises: fn(head: &Head<'_>) -> bool,
+    /// Reads the channels of each selection in one pass over the bytes that `source` streams.
+    pub read: fn(source: &mut source::Reader, asked: ReadTask) -> Result<Outcomes, Error>,
+}
+
+impl Format {
+    const fn new(
+        name: &'static str,
+        recognises: fn(&Head<'_>) -> bool,
+        read: fn(&mut source::Reader, ReadTask) -> Result<Outcomes, Error>,
+    ) -> Self {
+        Self {
+            name,
+            recognises,
+            read,
+        }
+    }
+}
+
+/// What a reader delivers for each selection, in their order.
+pub type Outcomes = Vec<Result<ReadOutcome, Error>>;
+
+/// What a reader delivers for one selection.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOutcome {
+    /// The channels.
+    pub channels: Vec<Channel>,
+    /// Findings on the file as a whole.
+    pub findings: Vec<Finding>,
+    /// Names of the further files that were read for them.
+    pub parts: BTreeSet<String>,
+    /// What was written of the file as a whole in free words.
+    remarks: Vec<Remark>,
+}
+
+impl ReadOutcome {
+    /// Makes findings of the remarks on the file as a whole.
+    fn tell_remarks(&mut self, options: &ReadOptions, selection: Selection) {
+        let zero_s = options.zero_s();
+        let span = |one: &Channel| Span::new(one.start_s + zero_s, one.rate, one.values.len());
+        let spans = self.channels.iter().map(span);
+        let accepted = &options.accepted_remarks;
+        if let Some(span) = spans.reduce(Span::with) {
+            let mut told = remarks::findings(&self.remarks, accepted, span);
+            draft::move_instants(&mut told, zero_s);
+            self.findings.extend(told);
+        }
+        if selection == Selection::Lateral {
+            let channels = self.channels.iter();
+            let of_channels = channels.flat_map(|channel| channel.stated.remarks.clone());
+            let all: Vec<String> = of_channels.chain(remarks::shown(&self.remarks)).collect();
+            self.findings.extend(remarks::not_found(accepted, &all));
+        }
+    }
+}
+
+/// Every format that is read, the most easily recognised first.
+pub const FORMATS: &[Format] = &[
+    Format::new("mcap", mcap::recognises, mcap::read),
+    Format::new("ev5", ev5::recognises, ev5::read),
+    Format::new("iso-mme", mme::recognises, mme::read),
+    Format::new("lvm", lvm::recognises, lvm::read),
+    Format::new("csv", csv::recognises, csv::read),
+];
+
+/// Reads a recording.
+///
+/// # Errors
+///
+/// Any [`ErrorKind`] of the readers, each at the place in the file where it arose.
+pub fn read(
+    source: &Source,
+    options: &ReadOptions,
+    selection: Selection,
+    limits: &Limits,
+) -> Result<Recording, Error> {
+    let [recording] = read_each(source, options, [selection], limits, Control::default());
+    recording
+}
+
+/// What one reading of a file gives under either [`Selection`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// The one channel that is meant, alone, as [`Selection::Lateral`] delivers it.
+    pub chosen: Result<Recording, Error>,
+    /// Every channel that carries numbers, as [`Selection::Every`] delivers them.
+    pub every: Result<Recording, Error>,
+}
+
+/// Reads the channel that is meant and its neighbours in one pass over the bytes. Whatever is
+/// wrong with one of the two does not touch the other. Where `control` stops the reading, both are
+/// errors.
+#[must_use]
+pub fn read_both(
+    source: &Source,
+    options: &ReadOptions,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Reading {
+    let both = [Selection::Lateral, Selection::Every];
+    let [chosen, every] = read_each(source, options, both, limits, *control);
+    Reading { chosen, every }
+}
+
+/// Reads a recording under each of several selections.
+fn read_each<const N: usize>(
+    source: &Source,
+    options: &ReadOptions,
+    selections: [Selection; N],
+    limits: &Limits,
+    control: Control<'_>,
+) -> [Result<Recording, Error>; N] {
+    let asked = ReadTask {
+        options,
+        selections: &selections,
+        limits,
+    };
+    // What is wrong with the whole is wrong with each.
+    let outcomes = outcomes(source, asked, control)
+        .unwrap_or_else(|error| selections.map(|_| Err(error.clone())).into());
+    let mut outcomes = outcomes.into_iter();
+    selections.map(|_| {
+        let outcome = outcomes.next();
+        let outcome = outcome.expect("a reader gives one outcome for each selection");
+        outcome.map_err(|error| error.at(Place::file(source.name())))
+    })
+}
+
+/// Finds the format of what a reader has before it.
+fn format_of(reader: &mut source::Reader, asked: ReadTask) -> Result<&'static Format, Error> {
+    let bytes = reader.head()?;
+    let named = asked.options.input_format.as_deref();
+    let may_be_archive = named.is_none_or(|name| ["ev5", "iso-mme"].contains(&name));
+    if may_be_archive && archive::is_archive(&bytes) {
+        let packed = reader.read_all("archive_bytes", asked.limits.archive_bytes)?;
+        let files = archive::unpack(reader.name(), packed, asked.limits)?;
+        reader.lay_beside(files);
+    }
+    let entries = match reader.is_folder() || reader.is_archive() {
+        true => reader.list(true, asked.limits)?,
+        false => Vec::new(),
+    };
+    let head = Head {
+        bytes: &bytes,
+        file_name: reader.name(),
+        is_folder: reader.is_folder(),
+        is_archive: reader.is_archive(),
+        entries: &entries,
+    };
+    find_format(&head, named)
+}
+
+fn outcomes(
+    source: &Source,
+    asked: ReadTask,
+    control: Control<'_>,
+) -> Result<Vec<Result<Recording, Error>>, Error> {
+    let mut reader = source.open_watched(control)?;
+    let format = format_of(&mut reader, asked)?;
+    asked.options.refuse_settings_of_others(format.name)?;
+    let mut outcomes = (format.read)(&mut reader, asked)?;
+    for (outcome, selection) in outcomes.iter_mut().zip(asked.selections) {
+        if let Ok(read) = outcome {
+            read.tell_remarks(asked.options, *selection);
+        }
+    }
+    if outcomes.iter().all(Result::is_err) {
+        // Nothing is delivered, so that the rest of the file is not waited for.
+        let failed = outcomes.into_iter().filter_map(Result::err);
+        return Ok(failed.map(Err).collect());
+    }
+    let hashes = reader.finish_hashes()?;
+    let recording = |outcome: ReadOutcome| {
+        tracing::info!(file = %source.name(), format = format.name, channels = outcome.channels.len(), "recording read");
+        let (sha256, parts) = hashes.of(&outcome.parts);
+        Recording {
+            file: source.name(),
+            sha256,
+            parts,
+            format: format.name,
+            channels: outcome.channels,
+            findings: outcome.findings,
+        }
+    };
+    let read = outcomes.into_iter().map(|outcome| outcome.map(recording));
+    Ok(read.collect())
+}
+
+/// Says how a text table was understood, or seems to be; `None` of another format, and where nothing
+/// like a table is found.
+#[must_use]
+pub fn table_mapping(
+    source: &Source,
+    options: &ReadOptions,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Option<csv::TableMapping> {
+    let mut reader = source.open_watched(*control).ok()?;
+    let asked = ReadTask {
+        options,
+        selections: &[],
+        limits,
+    };
+    let format = format_of(&mut reader, asked).ok()?;
+    (format.name == "csv").then(|| csv::mapping(&mut reader, asked).ok())?
+}
+
+/// Formats that are known but not read: first bytes or suffix, name, way out.
+static REFUSED: Words = word_list!("refused-formats");
+
+/// Recognises a format that is not read: name, way out.
+fn refused(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
+    let is_text = encoding::looks_like_text(head.bytes);
+    let own = head.file_name.rsplit_once('.').map_or("", |(_, own)| own);
+    let fits = |mark: &str| match mark.as_bytes()[0] {
+        b'.' => !is_text && mark[1..].eq_ignore_ascii_case(own),
+        b'+' => begins_with(head.bytes, &mark[1..]),
+        // The names of a table's columns may begin so.
+        _ => begins_with(head.bytes, mark) && !(is_text && csv::looks_like_table(head.bytes)),
+    };
+    let entries = REFUSED.iter().filter_map(|line| {
+        let (mark, rest) = line.split_once('\t')?;
+        Some((mark, rest.split_once('\t')?))
+    });
+    let listed = entries.filter(|(mark, _)| fits(mark));
+    let longest = listed.max_by_key(|(mark, _)| mark.len());
+    let found = longest.map(|(_, found)| found);
+    found.or_else(|| refused_by_content(head, is_text))
+}
+
+/// Tells whether bytes begin as a mark says, in which `\xNN` stands for a byte, `\d` for a digit and
+/// `\?` for any byte.
+fn begins_with(bytes: &[u8], mark: &str) -> bool {
+    let (mut bytes, mut letters) = (bytes.iter(), mark.bytes());
+    while let Some(letter) = letters.next() {
+        let Some(byte) = bytes.next() else {
+            return false;
+        };
+        let escape = if letter == b'\\' {
+            letters.next()
+        } else {
+            None
+        };
+        let fits = match escape {
+            None => *byte == letter,
+            Some(b'd') => byte.is_ascii_digit(),
+            Some(b'?') => true,
+            Some(_) => {
+                let digit = |letter: Option<u8>| char::from(letter?).to_digit(16);
+                digit(letters.next())
+                    .zip(digit(letters.next()))
+                    .is_some_and(|(high, low)| u32::from(*byte) == 16 * high + low)
+            }
+        };
+        if !fits {
+            return false;
+        }
+    }
+    true
+}
+
+/// Recognises formats that are not read and whose first bytes alone do not say it: name, way out.
+fn refused_by_content(head: &Head<'_>, is_text: bool) -> Option<(&'static str, &'static str)> {
+    let text = head.bytes.strip_prefix(b"\xEF\xBB\xBF");
+    let text = text.unwrap_or(head.bytes);
+    if text.starts_with(b"<?xml") && memchr::memmem::find(text, b"usi:tdm").is_some() {
+        return Some(("NI DIAdem (.tdm)", "export the channel as CSV from DIAdem"));
+    }
+    if text.starts_with(b"<?xml") && memchr::memmem::find(text, b"<sie ").is_some() {
+        return Some((
+            "HBM SoMat (.sie)",
+            "export the channel as CSV from InField or nCode",
+        ));
+    }
+    let lines = text.split(|byte| *byte == b'\n');
+    let lines: Vec<&[u8]> = lines.take(3).map(<[u8]>::trim_ascii_end).collect();
+    if let [date, base, _] = lines.as_slice()
+        && date.starts_with(b"date ")
+        && base.starts_with(b"base ")
+        && memchr::memmem::find(base, b"timestamps ").is_some()
+    {
+        let way_out = "decode the signal and export it as CSV from CANalyzer, or with python-can \
+                       and cantools";
+        return Some(("a CAN log of Vector (.asc)", way_out));
+    }
+    // A dataset begins with a line of -1 and one with its number, both in six columns, and text.
+    if let [b"    -1", dataset, title] = lines.as_slice()
+        && let Some(number) = dataset.strip_prefix(b"  ").and_then(|rest| rest.get(..4))
+        && !number.trim_ascii_start().is_empty()
+        && number.trim_ascii_start().iter().all(u8::is_ascii_digit)
+        && title.iter().any(u8::is_ascii_alphabetic)
+    {
+        let way_out = "export the channel as CSV, for example with pyuff";
+        return Some(("a universal file (.uff, .unv)", way_out));
+    }
+    if is_text && is_json(text) {
+        let way_out = "write the samples as CSV, with a column of times and one of accelerations";
+        return Some(("JSON", way_out));
+    }
+    match head.bytes {
+        [first, 0, second, 0, ..] | [0, first, 0, second, ..]
+            if first.is_ascii_graphic() && second.is_ascii_graphic() =>
+        {
+            let format = "UTF-16 text without its byte order mark";
+            Some((format, "save it as UTF-8"))
+        }
+        _ => None,
+    }
+}
+
+/// Tells whether a text is JSON. A bracket may begin a unit or a date in a table.
+fn is_json(text: &[u8]) -> bool {
+    let text = text.trim_ascii_start();
+    let rest = text.get(1..).unwrap_or_default().trim_ascii_start();
+    matches!(
+        (text.first(), rest.first()),
+        (Some(b'{'), Some(b'"' | b'}')) | (Some(b'['), Some(b'{' | b'[' | b'"'))
+    )
+}
+
+fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, Error> {
+    let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+    let mut formats = FORMATS.iter();
+    if let Some(name) = named {
+        let format = formats.find(|format| format.name == name);
+        return format.ok_or_else(|| Error::unknown("input format", name, &known));
+    }
+    if head.bytes.is_empty() && !head.is_folder {
+        return Err(Error::empty("the file is empty", "a recording"));
+    }
+    let format = formats.find(|format| (format.recognises)(head));
+    // Any text may be a table, which only means that nothing more is known of it.
+    let is_told = format.is_some_and(|format| format.name != "csv") || head.is_folder;
+    if let Some((format, way_out)) = refused(head).filter(|_| !is_told) {
+        return Err(ErrorKind::RefusedFormat { format, way_out }.into());
+    }
+    format.ok_or_else(|| {
+        let (action, reason) = ("read the recording", "it is a folder; name a file in it");
+        let start = &head.bytes[..head.bytes.len().min(8)];
+        Error::from(if head.is_folder {
+            let reason = reason.into();
+            ErrorKind::Io { action, reason }
+        } else if head.is_archive {
+            let (format, way_out) = ("an archive of several tests", "unpack it and name one");
+            ErrorKind::RefusedFormat { format, way_out }
+        } else {
+            ErrorKind::UnknownFormat {
+                found: format!("first bytes {start:02x?}"),
+                expected: known.join(", "),
+            }
+        })
+    })
+}

@@ -1,0 +1,309 @@
+//! The two headers of a LabVIEW measurement file.
+
+use crate::csv::header::Column;
+use crate::error::{Error, ErrorKind, Place};
+use crate::held::Statement;
+use crate::number::Decimal;
+use crate::remarks::{self, Remark, RemarkPlace};
+use crate::words::{Words, word_list};
+use crate::{Finding, Limits, text};
+use latchgate_kernel::units::TimeUnit;
+
+/// What closes each header.
+const END: &str = "***End_of_Header***";
+
+/// What may stand between cells.
+const SEPARATORS: [char; 3] = ['\t', ',', ';'];
+
+/// Keys of both headers whose values are no words of the operator's.
+static KEYS: Words = word_list!("lvm-keys");
+
+/// Where the times of the samples stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TimeColumns {
+    /// Nowhere: start and interval are in the header.
+    No,
+    /// In the first column, for all channels.
+    One,
+    /// In a column before each channel.
+    Multi,
+}
+
+/// A channel as the second header describes it.
+#[derive(Debug)]
+pub(super) struct Described {
+    /// Column of the table, counted from 0.
+    pub(super) index: usize,
+    pub(super) column: Column,
+    /// Number of samples as printed.
+    pub(super) samples: Option<String>,
+    /// Time of the first sample as printed, where there is no time column.
+    pub(super) start: f64,
+    /// Interval as printed.
+    pub(super) interval: Option<String>,
+    /// What the header calls the unit of both and of stamps.
+    pub(super) time_label: Option<String>,
+    /// The unit of both and of stamps.
+    pub(super) time_unit: TimeUnit,
+}
+
+impl Described {
+    /// Tells whether a user's word means this channel: its name, with or without unit, or its
+    /// number, counted from 1.
+    pub(super) fn answers_to(&self, wanted: &str, index: usize) -> bool {
+        let wanted = wanted.trim();
+        self.column.name == wanted
+            || (!self.column.label.trim().is_empty() && self.column.label.trim() == wanted)
+            || wanted.parse() == Ok(index + 1)
+    }
+}
+
+/// Both headers.
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) separator: char,
+    pub(super) time: TimeColumns,
+    pub(super) channels: Vec<Described>,
+    /// Column of the Comment, counted from 0; beyond the last one if there is none.
+    pub(super) comment_column: usize,
+    /// What was written in words.
+    pub(super) remarks: Vec<Remark>,
+    /// The decimal mark that the header declares.
+    pub(super) decimal: Option<char>,
+    /// What in it cannot be read.
+    pub(super) findings: Vec<Finding>,
+}
+
+impl Header {
+    /// Reads both headers; returns them with the line on which the table begins.
+    pub(super) fn read(content: &str, limits: &Limits) -> Result<(Self, u64), Error> {
+        let mut header = Self {
+            separator: '\t',
+            time: TimeColumns::One,
+            channels: Vec::new(),
+            comment_column: 0,
+            remarks: Vec::new(),
+            decimal: None,
+            findings: Vec::new(),
+        };
+        let mut lines = text::lines(content);
+        let first = lines
+            .by_ref()
+            .take_while(|(_, line)| !line.starts_with(END));
+        let mut closed = 0;
+        for (number, line) in first {
+            closed = number;
+            let (key, value) = line.split_once(SEPARATORS).unwrap_or((line, ""));
+            header
+                .take(key.trim(), value, line)
+                .map_err(|error| error.at(Place::default().line(number)))?;
+        }
+        let mut rows: Vec<(u64, Vec<String>)> = Vec::new();
+        let (mut names, mut last, mut ended) = (None, closed, false);
+        for (number, line) in lines {
+            last = number;
+            if line.starts_with(END) {
+                // An empty line may stand between the two headers.
+                ended |= rows.iter().any(|(_, cells)| !cells[0].is_empty());
+                continue;
+            }
+            let cells = line.split(header.separator);
+            let cells: Vec<String> = cells.map(|cell| cell.trim().to_string()).collect();
+            if cells.len() as u64 > limits.columns {
+                let error = limits.over("columns", format!("{} cells on a line", cells.len()));
+                return Err(error.at(Place::default().line(number)));
+            }
+            if cells[0] == "X_Value" || (ended && !line.trim().is_empty()) {
+                names = Some((number, cells));
+                break;
+            }
+            if rows.len() > 64 {
+                break;
+            }
+            rows.push((number, cells));
+        }
+        let is_number = |cell: &String| text::header_number(cell).is_some();
+        let (line, found) = match &names {
+            Some((line, cells)) if cells.iter().any(is_number) => (*line, "a row of numbers"),
+            Some((line, _)) => (*line, ""),
+            None if ended => (last, "the end of the file"),
+            None => (closed + 1, "no second header that is closed"),
+        };
+        let Some((_, names)) = names.filter(|_| found.is_empty()) else {
+            return Err(Error::malformed(
+                "a second header, and after it a line X_Value with the channels' names",
+                found,
+                "which column is what is not written in the file; write it again with headings, or \
+                 read its rows as a table with the setting `input_format` = csv",
+            )
+            .at(Place::default().line(line)));
+        };
+        header
+            .describe(&names, &rows)
+            .map_err(|error| error.at(Place::default().line(line)))?;
+        Ok((header, line + 1))
+    }
+
+    /// Takes the unit of times that the header states, or the one that a person does.
+    pub(super) fn take_time_units(&mut self, stated: Option<TimeUnit>) -> Result<(), Error> {
+        let mut overridden = None;
+        for channel in &mut self.channels {
+            let label = channel.time_label.as_deref();
+            let own = label.and_then(TimeUnit::from_spelling);
+            channel.time_unit = match (stated, own, label) {
+                (Some(stated), ..) => stated,
+                (None, Some(own), _) => own,
+                (None, None, None) => TimeUnit::SECOND,
+                (None, None, Some(label)) => {
+                    let found = format!("X_Unit_Label `{}`", text::shown(label));
+                    let hint = "state it with the setting `time_unit` = s|ms|us|ns";
+                    return Err(Error::malformed("a unit of time", found, hint));
+                }
+            };
+            if let Some(label) = label.filter(|_| own != Some(channel.time_unit)) {
+                overridden.get_or_insert_with(|| (label.to_string(), channel.time_unit));
+            }
+        }
+        self.findings.extend(overridden.map(|(label, used)| {
+            let text = format!(
+                "X_Unit_Label says `{}`, the option says `{}`, which was used",
+                text::shown(&label),
+                used
+            );
+            Finding::warning("time-unit-overridden", text)
+        }));
+        Ok(())
+    }
+
+    /// Tells whether a row of the table is the start of another header.
+    pub(super) fn begins_again(cells: &[&str]) -> bool {
+        let begins = |cell: &&str| {
+            ["Channels", "X_Value", "LabVIEW Measurement"].contains(cell) || cell.starts_with(END)
+        };
+        cells.first().is_some_and(begins)
+    }
+
+    fn take(&mut self, key: &str, value: &str, line: &str) -> Result<(), Error> {
+        let found = || format!("`{}`", text::shown(line));
+        let unknown = |expected| Error::malformed(expected, found(), "export the file as CSV");
+        match key {
+            "Separator" => {
+                let word = value.trim_matches([' ', '\t']);
+                let name = word.trim_end_matches([' ', '\t', ',', ';']);
+                self.separator = match if name.is_empty() { word } else { name } {
+                    "Tab" | "" => '\t',
+                    "Comma" => ',',
+                    "Semicolon" => ';',
+                    mark if mark.starts_with(',') => ',',
+                    mark if mark.starts_with(';') => ';',
+                    _ => return Err(unknown("Separator Tab, Comma or Semicolon")),
+                };
+            }
+            "X_Columns" => {
+                self.time = match value.trim_end_matches([' ', '\t', ',', ';']).trim() {
+                    "No" => TimeColumns::No,
+                    "One" => TimeColumns::One,
+                    "Multi" => TimeColumns::Multi,
+                    _ => return Err(unknown("X_Columns No, One or Multi")),
+                };
+            }
+            "Decimal_Separator" => self.decimal = value.trim_start().chars().next(),
+            _ => self.listen(key, value),
+        }
+        Ok(())
+    }
+
+    /// Keeps what is no entry of the format's own: notes, and lines of any other key, for a note
+    /// may go on on the next line.
+    fn listen(&mut self, key: &str, value: &str) {
+        if KEYS.iter().any(|known| known.eq_ignore_ascii_case(key)) {
+            return;
+        }
+        let (said, place) = match remarks::is_key(key) {
+            true => (value.to_string(), RemarkPlace::Channel),
+            false => (format!("{key} {value}"), RemarkPlace::Apart),
+        };
+        self.remarks
+            .push(Remark::new(&said, place, "the file's header says"));
+    }
+
+    fn describe(&mut self, names: &[String], rows: &[(u64, Vec<String>)]) -> Result<(), Error> {
+        let cell = |key: &str, index: usize| -> Option<String> {
+            let (_, row) = rows.iter().find(|(_, cells)| cells[0] == key)?;
+            row.get(index).filter(|cell| !cell.is_empty()).cloned()
+        };
+        for (_, cells) in rows {
+            self.listen(&cells[0], &cells[1..].join(" "));
+        }
+        let comment = names.iter().rposition(|name| name == "Comment");
+        let filled = names.iter().rposition(|name| !name.is_empty()).unwrap_or(0);
+        self.comment_column = comment.unwrap_or(filled + 1);
+        let columns = self.comment_column;
+        let is_multi = self.time == TimeColumns::Multi;
+        for index in (1..columns).step_by(if is_multi { 2 } else { 1 }) {
+            let mut column = Column::from_header(&names[index], index);
+            if let Some(unit) = cell("Y_Unit_Label", index) {
+                column = column.with_unit(&unit, "header");
+            }
+            let start_text = cell("X0", index).unwrap_or_else(|| "0".into());
+            let Some(start) = text::header_number(&start_text) else {
+                let found = format!("`{}`", text::shown(&start_text));
+                return Err(Error::malformed("X0 as a number", found, "mend the header"));
+            };
+            self.channels.push(Described {
+                index,
+                column,
+                samples: cell("Samples", index),
+                start,
+                interval: cell("Delta_X", index),
+                // One clock serves all channels.
+                time_label: cell("X_Unit_Label", index).or_else(|| cell("X_Unit_Label", 1)),
+                time_unit: TimeUnit::SECOND,
+            });
+        }
+        let mut dimensions = (1..columns).filter_map(|index| cell("X_Dimension", index));
+        if let Some(other) = dimensions.find(|one| !one.eq_ignore_ascii_case("Time")) {
+            let found = format!("`{}`", text::shown(&other));
+            let hint = "this is no signal over time; choose another export";
+            return Err(Error::malformed("X_Dimension Time", found, hint));
+        }
+        let (key, text) = ("Channels", cell("Channels", 1));
+        let stated = text.and_then(|text| {
+            let text = &*text;
+            Statement { key, text }.number(|_| true, &mut self.findings)
+        });
+        let found = self.channels.len();
+        if let Some(stated) = stated.filter(|stated| stated.total_cmp(&(found as f64)).is_ne()) {
+            let expected = format!("{stated} channel names, as the header says");
+            let hint = "which column is which is not known; mend the header";
+            return Err(Error::malformed(expected, found.to_string(), hint));
+        }
+        if found == 0 {
+            let known = "no channel".into();
+            return Err(ErrorKind::NoChannel { known }.into());
+        }
+        Ok(())
+    }
+
+    /// Says what the numbers' decimal mark is, where it is a comma or not the declared one.
+    pub(super) fn decimal_finding(&self, found: Decimal) -> Option<Finding> {
+        let mark = match found {
+            Decimal::Comma => ',',
+            Decimal::Point | Decimal::PointOnly | Decimal::Stated(_) => '.',
+            Decimal::Unknown => return None,
+        };
+        match self.decimal {
+            Some(stated) if stated != mark => Some(Finding::warning(
+                "decimal-contradicted",
+                format!(
+                    "the header declares `{stated}` as decimal mark, the numbers have `{mark}`"
+                ),
+            )),
+            _ if mark == ',' => Some(Finding::info(
+                "decimal-comma",
+                "the numbers are written with a decimal comma",
+            )),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,369 @@
+//! The clocks of a topic's messages: which one is used, and whether the others agree with it.
+//!
+//! A message may say when it was measured (the stamp in its header); the log says when it was
+//! published and when it was logged. A clock that is wrong makes the pulse longer or shorter, so
+//! the clock that is used is held against the others.
+
+use crate::error::{Error, ErrorKind, Place};
+use crate::setting::Setting;
+use crate::time_base::{MEND, TimeBase};
+use crate::{Finding, Limits, ReadOptions};
+use latchgate_kernel::units::MessageClock;
+
+/// Ratio of the spans of two clocks from which on one of them is wrong [-].
+const SPANS_DIFFER: f64 = 1.5;
+
+/// Part by which the times of logging may span another time than the stamps and agree: transport
+/// trembles.
+const SPANS_AGREE: f64 = 0.1;
+
+/// Times of a topic's messages by each clock [ns].
+#[derive(Debug, Default)]
+pub(super) struct MessageTimes {
+    /// Stamps in the messages; empty where these have none.
+    header: Vec<i64>,
+    /// The first of them that is none: its message, counted from 0, and what it says [s, ns].
+    bad_stamp: Option<(usize, [f64; 2])>,
+    log: Vec<u64>,
+    publish: Vec<u64>,
+}
+
+/// A uniform time base, with the instants of the messages that it was found in.
+#[derive(Debug)]
+pub(super) struct MessageBase {
+    pub(super) base: TimeBase,
+    /// Instants of the messages after time zero [s].
+    pub(super) times_s: Vec<f64>,
+    /// What is odd about the clock.
+    pub(super) findings: Vec<Finding>,
+}
+
+impl MessageTimes {
+    /// Takes in the times of one message: of its stamp the two numbers [s, ns], else whole [ns].
+    pub(super) fn push(&mut self, header: Option<[f64; 2]>, log: u64, publish: u64) {
+        if let Some(pair) = header {
+            let stamp = stamp_ns(pair);
+            if stamp.is_none() {
+                self.bad_stamp.get_or_insert((self.log.len(), pair));
+            }
+            self.header.push(stamp.unwrap_or_default());
+        }
+        self.log.push(log);
+        self.publish.push(publish);
+    }
+
+    fn count(&self) -> usize {
+        self.log.len()
+    }
+
+    /// Returns the time of a message [ns].
+    fn time(&self, clock: MessageClock, index: usize) -> i128 {
+        match clock {
+            MessageClock::Header => self.header[index].into(),
+            MessageClock::Log => self.log[index].into(),
+            MessageClock::Publish => self.publish[index].into(),
+        }
+    }
+
+    fn times(&self, clock: MessageClock) -> impl Iterator<Item = i128> {
+        (0..self.count()).map(move |index| self.time(clock, index))
+    }
+
+    /// Returns the clocks other than one that the messages have.
+    fn others(&self, used: MessageClock) -> impl Iterator<Item = MessageClock> {
+        let has_stamps = !self.header.is_empty() && self.bad_stamp.is_none();
+        let has = move |clock: &MessageClock| *clock != MessageClock::Header || has_stamps;
+        let others = MessageClock::ALL.into_iter().filter(has);
+        others.filter(move |clock| *clock != used)
+    }
+
+    /// Finds the uniform time base by the clock that is asked for, else by the stamps in the
+    /// messages where they have them, else by the times of logging.
+    pub(super) fn base(
+        &self,
+        topic: &str,
+        options: &ReadOptions,
+        limits: &Limits,
+    ) -> Result<MessageBase, Error> {
+        let (clock, mut findings) = self.choose(options)?;
+        self.check_rising(clock, topic, limits)?;
+        let zero = self.zero(clock, options, &mut findings)?;
+        let times_s: Vec<f64> = self.times(clock).map(|time| seconds(time - zero)).collect();
+        let base = TimeBase::fit(&times_s, NANOSECOND, limits)?;
+        for finding in &base.findings {
+            let mut finding = finding.clone();
+            // Times here count from time zero already.
+            finding.text = finding.text.replace(" on the file's clock", "");
+            if finding.code == "gap" {
+                finding.text += &self.way_out(clock, limits, "has no gap");
+            }
+            findings.push(finding);
+        }
+        // The rate of a base to which uneven times were brought is none of the file.
+        let span_s = times_s[times_s.len() - 1] - times_s[0];
+        let is_uneven = base.findings.iter().any(|one| one.code == "time-irregular");
+        let hertz = match is_uneven {
+            true => (times_s.len() - 1) as f64 / span_s,
+            false => base.rate.hertz(),
+        };
+        let by = ("the times of the messages", false);
+        findings.extend(options.check_rate(hertz, by, MEND)?);
+        findings.extend(self.contradictions(clock));
+        findings.extend(self.unseen_gap(clock, limits));
+        Ok(MessageBase {
+            base,
+            times_s,
+            findings,
+        })
+    }
+
+    /// Chooses the clock, and says so where nobody would expect it.
+    fn choose(&self, options: &ReadOptions) -> Result<(MessageClock, Vec<Finding>), Error> {
+        let stamped = !self.header.is_empty();
+        if let Some(clock) = options.time_source {
+            if clock == MessageClock::Header && !stamped {
+                let hint = format!("state {} = log or publish", Setting::TimeSource);
+                let expected = "messages with a stamp of their own";
+                return Err(Error::malformed(expected, "none in them", hint));
+            }
+            let text = format!("{} is used, as option or card say", words(clock));
+            return Ok((clock, vec![Finding::info("time-source", text)]));
+        }
+        if self.bad_stamp.is_some() || self.header.iter().any(|stamp| *stamp != 0) {
+            return Ok((MessageClock::Header, Vec::new()));
+        }
+        let (code, seen) = match stamped {
+            true => ("stamp-zero", "header.stamp is 0 in every message"),
+            false => ("log-time", "the messages have no header.stamp"),
+        };
+        let used = "the time of logging is used, which carries the delays of transport";
+        let finding = Finding::warning(code, format!("{seen}; {used}"));
+        Ok((MessageClock::Log, vec![finding]))
+    }
+
+    /// Returns the first message that is no later than the one before.
+    fn fault(&self, clock: MessageClock) -> Option<usize> {
+        (1..self.count()).find(|index| self.time(clock, *index) <= self.time(clock, index - 1))
+    }
+
+    /// Refuses a clock that stands still or goes back; a sound one is named.
+    fn check_rising(&self, clock: MessageClock, topic: &str, limits: &Limits) -> Result<(), Error> {
+        let refused = |index: usize, expected: String, found: String, why: &str| {
+            let way_out = self.way_out(clock, limits, "is sound");
+            let way_out = match way_out.is_empty() {
+                true => "; no clock of the log is sound: record it again",
+                false => &way_out,
+            };
+            let place = format!("{topic}, message {}", index + 1);
+            let error = Error::malformed(expected, found, format!("{why}{way_out}"));
+            Err(error.at(Place::default().channel(place)))
+        };
+        if let (MessageClock::Header, Some((index, [sec, nanosec]))) = (clock, self.bad_stamp) {
+            let expected = "a stamp of whole seconds, and nanoseconds below 10^9".to_string();
+            let found = format!("{sec} s and {nanosec} ns");
+            return refused(index, expected, found, "the stamp is none");
+        }
+        let Some(index) = self.fault(clock) else {
+            return Ok(());
+        };
+        let after_first = |index| seconds(self.time(clock, index) - self.time(clock, 0));
+        let (previous, found) = (after_first(index - 1), after_first(index));
+        let expected = format!(
+            "{} later than {previous} s after the first message",
+            words(clock)
+        );
+        refused(index, expected, format!("{found} s"), "time must increase")
+    }
+
+    /// Names the clocks that increase without a gap, where this one does not.
+    fn way_out(&self, broken: MessageClock, limits: &Limits, is_sound: &str) -> String {
+        let sound = self.others(broken).filter(|clock| {
+            let first = self.time(*clock, 0);
+            let times_s: Vec<f64> = self
+                .times(*clock)
+                .map(|time| seconds(time - first))
+                .collect();
+            let base = TimeBase::fit(&times_s, NANOSECOND, limits);
+            base.is_ok_and(|base| base.findings.iter().all(|one| one.code != "gap"))
+        });
+        sound.fold(String::new(), |text, clock| {
+            let (words, setting, name) = (words(clock), Setting::TimeSource, clock.name());
+            format!("{text}; {words} {is_sound}: state {setting} = {name}")
+        })
+    }
+
+    /// Holds the other clocks against the one that is used. A single step, as where a message comes
+    /// late or a clock is set, makes no other rate.
+    fn contradictions(&self, used: MessageClock) -> Option<Finding> {
+        let span = |clock: MessageClock| {
+            let (low, high) = (self.times(clock).min()?, self.times(clock).max()?);
+            // A clock that stands still says nothing.
+            (high > low).then_some(high - low)
+        };
+        let longest_step = |clock: MessageClock| {
+            let step = |index: usize| self.time(clock, index) - self.time(clock, index - 1);
+            let steps = (1..self.count()).map(|index| step(index).abs());
+            steps.max().unwrap_or(0)
+        };
+        let used_span = span(used)?;
+        self.others(used).find_map(|other| {
+            let span = span(other)?;
+            let (short, long) = (used_span.min(span), used_span.max(span));
+            let step = longest_step(used).max(longest_step(other));
+            let differ = long as f64 > SPANS_DIFFER * short as f64 && long - short > step;
+            differ.then(|| {
+                let text = format!(
+                    "{} spans {} s, {} {} s: one of the two clocks is wrong, and which is not \
+                     known; export the topic as CSV with the times that are right",
+                    words(used),
+                    seconds_text(used_span),
+                    words(other),
+                    seconds_text(span),
+                );
+                Finding::blocking("time-contradicted", text)
+            })
+        })
+    }
+
+    /// Tells whether the stamps in the messages and the times of logging span the same, as clocks of
+    /// sensor and recorder do that are right.
+    pub(super) fn log_confirms(&self) -> bool {
+        let (Some((first, last)), Some((from, to))) = (
+            self.header.first().zip(self.header.last()),
+            self.log.first().zip(self.log.last()),
+        ) else {
+            return false;
+        };
+        let span = *last as f64 - *first as f64;
+        let logged = *to as f64 - *from as f64;
+        span > 0.0 && (logged / span - 1.0).abs() < SPANS_AGREE
+    }
+
+    /// Tells of a gap that the stamps in the messages show and the clock that is used does not.
+    fn unseen_gap(&self, used: MessageClock, limits: &Limits) -> Option<Finding> {
+        let header = MessageClock::Header;
+        let has_stamps = self.others(used).any(|clock| clock == header);
+        if !has_stamps || self.fault(header).is_some() {
+            return None;
+        }
+        let first = self.time(header, 0);
+        let times_s: Vec<f64> = self
+            .times(header)
+            .map(|time| seconds(time - first))
+            .collect();
+        let base = TimeBase::fit(&times_s, NANOSECOND, limits).ok()?;
+        let gap = base.findings.into_iter().find(|one| one.code == "gap")?;
+        let text = format!(
+            "{}, which is not used, has {}",
+            words(header),
+            gap.text
+                .replace("on the file's clock", "from the first message on")
+        );
+        Some(Finding::warning("log-time-differs", text))
+    }
+
+    /// Returns the instant that becomes time 0, on the clock that is used [ns]. A person may state
+    /// it on that clock, or as times are shown, from the first message on.
+    fn zero(
+        &self,
+        clock: MessageClock,
+        options: &ReadOptions,
+        findings: &mut Vec<Finding>,
+    ) -> Result<i128, Error> {
+        let Some(end) = self.count().checked_sub(1) else {
+            return Ok(0);
+        };
+        let (first, last) = (self.time(clock, 0), self.time(clock, end));
+        let (from, to) = (seconds_text(first), seconds_text(last));
+        let Some(stated_s) = options.time_zero_s else {
+            let text = format!(
+                "time 0 is the first message, at {from} s of {}. State the instant of first contact \
+                 with {} = S, on that clock or as times are shown here",
+                words(clock),
+                Setting::TimeZero
+            );
+            findings.push(Finding::info("time-zero-first", text));
+            return Ok(first);
+        };
+        let (stated, span) = (nanoseconds(stated_s)?, last - first);
+        if (first..=last).contains(&stated) {
+            return Ok(stated);
+        }
+        let outside = format!(
+            "time zero, {stated_s} s, is not between the first and the last message, which are at \
+             {from} s and {to} s of {}",
+            words(clock)
+        );
+        if (0..=span).contains(&stated) {
+            let text = format!("{outside}; it was counted from the first message");
+            findings.push(Finding::info("time-zero-outside", text));
+            return Ok(first + stated);
+        }
+        // Farther off it is an instant of another clock, or of another day.
+        if (first - span..=last + span).contains(&stated) {
+            findings.push(Finding::warning("time-zero-outside", outside));
+            return Ok(stated);
+        }
+        Err(ErrorKind::BadSetting {
+            setting: Setting::TimeZero,
+            wrong: format!(
+                "must lie between {from} and {to} s of {}, or between 0 and {} s after the first \
+                 message",
+                words(clock),
+                seconds_text(span)
+            ),
+            found: stated_s.to_string(),
+        }
+        .into())
+    }
+}
+
+/// Last digit of a time in a log [s].
+const NANOSECOND: f64 = 1e-9;
+
+/// Names a clock in a sentence.
+fn words(clock: MessageClock) -> &'static str {
+    match clock {
+        MessageClock::Header => "the stamp in the messages",
+        MessageClock::Log => "the time of logging",
+        MessageClock::Publish => "the time of publishing",
+    }
+}
+
+/// Returns a stamp in whole nanoseconds; `None` for one that no clock gives.
+fn stamp_ns([sec, nanosec]: [f64; 2]) -> Option<i64> {
+    // 9.2e9 s in nanoseconds still fit 64 bits.
+    let whole = |value: f64| value.trunc().total_cmp(&value).is_eq();
+    let fits = whole(sec) && sec.abs() <= 9.2e9 && whole(nanosec) && (0.0..1e9).contains(&nanosec);
+    fits.then(|| sec as i64 * 1_000_000_000 + nanosec as i64)
+}
+
+/// Returns an instant in whole nanoseconds.
+fn nanoseconds(instant_s: f64) -> Result<i128, Error> {
+    if !instant_s.is_finite() || instant_s.abs() > 1e11 {
+        return Err(Error::out_of_range(
+            "time zero [s]",
+            "an instant on the file's clock",
+            format!("{instant_s}"),
+        ));
+    }
+    // Taken as it was written: the nearest double to an instant of today is off by up to 0.1 µs,
+    // its shortest decimal is not.
+    let text = instant_s.abs().to_string();
+    let (whole, rest) = text.split_once('.').unwrap_or((&text, ""));
+    let digits = format!("{whole}{rest:0<9.9}");
+    let time: i128 = digits.parse().unwrap_or_default();
+    Ok(if instant_s < 0.0 { -time } else { time })
+}
+
+fn seconds(span_ns: i128) -> f64 {
+    let span = span_ns as f64;
+    span / 1e9
+}
+
+fn seconds_text(time_ns: i128) -> String {
+    let sign = if time_ns < 0 { "-" } else { "" };
+    let (time, second) = (time_ns.unsigned_abs(), 1_000_000_000);
+    let text = format!("{sign}{}.{:09}", time / second, time % second);
+    text.trim_end_matches('0').trim_end_matches('.').to_string()
+}

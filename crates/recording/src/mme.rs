@@ -1,0 +1,368 @@
+//! ISO/TS 13499 (ISO-MME): a test as folder, .zip, .tar.gz or .tar, or one channel of it.
+//!
+//! A channel is a file of its own: header lines `Key :value`, then one value a line. Its code
+//! of 16 characters says where it was measured, in which direction and how it was filtered.
+//! Codes may come twice, so channels are told apart by file. What the header states of the
+//! samples (their number, extremes and the times of these) serves as a checksum.
+//!
+//! # Source
+//!
+//! ISO/TS 13499 and its related electronic document B (codes), as far as they show in the files.
+//!
+//! - `channel`: channel files: header and samples;
+//! - `names`: names of a test's files: which are its header, its list and its channels;
+//! - `package`: the files of a test, wherever they are: in a folder, in an archive, or beside the
+//!   one given.
+
+mod channel;
+pub(super) mod names;
+mod package;
+
+use super::code::VehicleSide;
+use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
+use super::lateral::ChannelOffer;
+use super::source::Reader;
+use super::time_base::MEND;
+use super::{
+    Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
+    encoding, lateral, text,
+};
+use crate::error::{Candidates, Error, ErrorKind};
+use channel::{ChannelHeader, Samples};
+use latchgate_kernel::units::{SampleRate, TimeUnit};
+use package::{ChannelEntry, Package};
+use std::collections::BTreeMap;
+
+/// Recognises archives with a channel file, folders with an .mme or .chn file, and single files of
+/// a test.
+#[must_use]
+pub fn recognises(head: &Head<'_>) -> bool {
+    let mut entries = head.entries.iter();
+    if head.is_archive {
+        // The curves of NHTSA's tests have such names, too.
+        let is_other = head
+            .entries
+            .iter()
+            .any(|name| names::has_suffix(name, "ev5"));
+        return !is_other && entries.any(|name| names::is_channel_file(name));
+    }
+    if head.is_folder {
+        return entries.any(|name| names::is_test_file(name));
+    }
+    encoding::looks_like_text(head.bytes)
+        && (names::is_test_file(head.file_name) || channel::looks_like_channel(head.bytes))
+}
+
+/// Reads channels of a test.
+///
+/// `ReadOptions::channel` names a channel by its code, by a pattern of it (`?` for one
+/// character, `[Y2]` for one of several, `*` for any), or by the number of its file.
+///
+/// # Errors
+///
+/// - [`ErrorKind::RefusedFormat`] for an archive without a test,
+/// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`], [`ErrorKind::NoChannel`],
+/// - [`ErrorKind::MissingTime`], [`ErrorKind::MissingUnit`] where header and options say nothing,
+/// - [`ErrorKind::Malformed`], [`ErrorKind::Truncated`] or [`NonFinite`](latchgate_kernel::error::Error::NonFinite) for damage,
+///   [`ErrorKind::LimitExceeded`] beyond a limit, at the byte where it was crossed.
+pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
+    let (options, limits) = (asked.options, asked.limits);
+    options.refuse_other_clock("an ISO-MME package", "")?;
+    let mut package = Package::open(source, limits)?;
+    let mut findings = Vec::new();
+    let channels = package.channels(source, limits, &mut findings)?;
+    if channels.is_empty() {
+        return Err(package.without_channels());
+    }
+    findings.extend(package.list_finding(&channels, source, limits)?);
+    let mut remarks = Vec::new();
+    let sides = package.struck_sides(source, limits, &mut findings, &mut remarks)?;
+    let mut test = TestReader {
+        package: &mut package,
+        source,
+        channels: &channels,
+        options,
+        limits,
+    };
+    Ok(asked.each(|selection| {
+        let (wanted, found) = selected(test.package, &channels, &sides, options, selection)?;
+        let outcome = ReadOutcome {
+            findings: findings.iter().cloned().chain(found).collect(),
+            remarks: remarks.clone(),
+            ..ReadOutcome::default()
+        };
+        let most = ("test_samples", limits.test_samples);
+        draft::deliver(selection, wanted, outcome, most, |index, outcome| {
+            let read = test.channel(index, selection, outcome);
+            read.map_err(|error| (channels[index].label.clone(), error))
+        })
+    }))
+}
+
+/// Returns the channels to read, and what is to be said about the choice.
+fn selected(
+    package: &Package,
+    channels: &[ChannelEntry],
+    sides: &BTreeMap<u8, VehicleSide>,
+    options: &ReadOptions,
+    selection: Selection,
+) -> Result<(Vec<usize>, Vec<Finding>), Error> {
+    let given = channels
+        .iter()
+        .position(|entry| package.given() == Some(&entry.file));
+    if selection == Selection::Every {
+        let all = || (0..channels.len()).collect();
+        return Ok((given.map_or_else(all, |index| vec![index]), Vec::new()));
+    }
+    let (index, finding) = match (&options.channel, given) {
+        (Some(wanted), _) => (named(channels, given, wanted)?, None),
+        (None, Some(given)) => (given, None),
+        (None, None) => {
+            let all = coded(channels);
+            lateral::take(&all, lateral::listed(&all))?
+        }
+    };
+    let header = &channels[index].header;
+    let side = header
+        .code()
+        .and_then(|code| sides.get(&code.object()).zip(code.side()));
+    let far = side.filter(|(struck, own)| *struck != own).map(|_| {
+        let text = "the test's header says that the other side was struck, which moved more";
+        let said = format!("{}: {text}", channels[index].label);
+        Finding::warning("side-not-struck", said)
+    });
+    let findings = header
+        .not_lateral_finding()
+        .into_iter()
+        .chain(finding)
+        .chain(far);
+    Ok((vec![index], findings.collect()))
+}
+
+/// Returns the channels as they are offered.
+fn coded(channels: &[ChannelEntry]) -> Vec<ChannelOffer> {
+    let one = |entry: &ChannelEntry| {
+        let (label, header) = (entry.label.clone(), &entry.header);
+        ChannelOffer::of_code(label, header.is_acceleration(), header.doubt())
+    };
+    channels.iter().map(one).collect()
+}
+
+/// Finds the channel of a name or pattern; `given` is the one file that was named itself.
+fn named(channels: &[ChannelEntry], given: Option<usize>, wanted: &str) -> Result<usize, Error> {
+    let of = |fits: &dyn Fn(&ChannelEntry) -> bool| -> Vec<usize> {
+        (0..channels.len())
+            .filter(|index| given.is_none_or(|given| given == *index) && fits(&channels[*index]))
+            .collect()
+    };
+    // A literal name comes before a pattern: codes may hold question marks.
+    let mut found = of(&|entry| entry.is_named(wanted));
+    if found.is_empty() {
+        found = of(&|entry| entry.answers_to(wanted));
+    }
+    let mut coded = coded(channels);
+    if let Some(given) = given {
+        coded = vec![coded.swap_remove(given)];
+    }
+    lateral::named(wanted, &found, &coded)
+}
+
+/// A test whose channels are read.
+struct TestReader<'a, 'r> {
+    package: &'a mut Package,
+    source: &'a mut Reader<'r>,
+    channels: &'a [ChannelEntry],
+    options: &'a ReadOptions,
+    limits: &'a Limits,
+}
+
+impl TestReader<'_, '_> {
+    /// Reads one channel; `None` for a channel of times, which serves others.
+    fn channel(
+        &mut self,
+        index: usize,
+        selection: Selection,
+        outcome: &mut ReadOutcome,
+    ) -> Result<Option<Channel>, Error> {
+        let entry = &self.channels[index];
+        let header = &entry.header;
+        if selection == Selection::Every && header.is_time() {
+            return Ok(None);
+        }
+        let place = self.package.place_of(&entry.file);
+        let placed = |error: Error| error.at(place.clone());
+        header.check_repeated_keys().map_err(placed)?;
+        let mut findings = Vec::new();
+        let unit = header.unit_of_acceleration();
+        let statement = UnitStatement {
+            unit: unit.filter(|_| header.code().is_none() || header.is_acceleration()),
+            source: "header",
+            text: header.value("Unit"),
+            place: "the channel's header",
+        };
+        let unit = Unit::find(statement, self.options, selection, &mut findings)?;
+        let samples = self.samples(&entry.file, outcome)?.map_err(placed)?;
+        let (clock, stamped) = self.clock(index, &samples, outcome, &mut findings)?;
+        let span = clock.span();
+        findings.extend(header.held_findings(&clock, samples.values.len(), stamped));
+        findings.extend(samples.cut.clone().map(|cut| cut.at(span.end_s)));
+        findings.extend(samples.holes.iter().map(|hole| clock.hole(*hole)));
+        findings.extend(header.status_findings(span));
+        let mut stated = header.stated(&mut findings);
+        stated.clock_confirmed_by = header.clock_confirmed_by(&clock, stamped);
+        findings.extend(header.contradictions());
+        findings.extend(stated.findings(clock.rate));
+        findings.extend(header.code().and_then(|code| code.sign_finding()));
+        let draft = Draft {
+            name: entry.label.clone(),
+            unit,
+            clock,
+            stated,
+            findings,
+            remarks: vec![header.remark()],
+        };
+        draft.finish(self.options.zero_s(), self.options).map(Some)
+    }
+
+    /// Reads the samples of a file and notes it as a part of the recording if it is one.
+    fn samples(
+        &mut self,
+        file: &str,
+        outcome: &mut ReadOutcome,
+    ) -> Result<Result<std::rc::Rc<Samples>, Error>, Error> {
+        if self.package.is_part(file) {
+            outcome.parts.insert(file.to_string());
+        }
+        self.package.samples(file, self.source, self.limits)
+    }
+}
+
+/// Returns the channel of times that a header names; `None` if there is none of that name.
+fn channel_of_times<'a>(
+    channels: &'a [ChannelEntry],
+    own: usize,
+    name: &str,
+) -> Result<Option<&'a ChannelEntry>, Error> {
+    let others = channels
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| *index != own);
+    let others = others.map(|(_, entry)| entry);
+    let mut named: Vec<&ChannelEntry> = others.filter(|entry| entry.is_named(name)).collect();
+    if named.iter().any(|entry| entry.header.is_time()) {
+        named.retain(|entry| entry.header.is_time());
+    }
+    match named.as_slice() {
+        [] => Ok(None),
+        [only] => Ok(Some(only)),
+        several => Err(Error::malformed(
+            format!("one channel of times named {}", text::shown(name)),
+            Candidates::named(several.iter().map(|entry| &*entry.label)).to_string(),
+            "which of them holds is not known; leave the right one in the test, or name it by its \
+             file's number in the channel's header",
+        )),
+    }
+}
+
+impl UniformSamples {
+    /// Says that samples are missing, from the last one that is there on.
+    fn hole(&self, (from, to): (usize, usize)) -> Finding {
+        let all = self.values.len();
+        let text = format!(
+            "samples {} to {to} of {all} are NOVALUE; what happened there is not known",
+            from + 1
+        );
+        let last = from.saturating_sub(1) as f64;
+        Finding::blocking("gap", text).at(self.start_s + last / self.rate.hertz())
+    }
+}
+
+impl TestReader<'_, '_> {
+    /// Finds the clock of a channel: a channel of times, else what its header states; tells whether
+    /// each sample has a stamp.
+    fn clock(
+        &mut self,
+        own: usize,
+        samples: &Samples,
+        outcome: &mut ReadOutcome,
+        findings: &mut Vec<Finding>,
+    ) -> Result<(UniformSamples, bool), Error> {
+        let header = &self.channels[own].header;
+        if let Some(name) = header.reference_channel()? {
+            if let Some(times) = channel_of_times(self.channels, own, name)? {
+                let clock = self.explicit_clock(times, header, samples, outcome, findings)?;
+                let assumed = times.header.value("Unit").is_none();
+                if assumed {
+                    let text = "the channel of times states no unit; seconds were assumed";
+                    findings.push(Finding::info("time-unit-assumed", text));
+                }
+                let by = ("the channel of times", assumed);
+                let odd = self.options.check_rate(clock.rate.hertz(), by, MEND)?;
+                findings.extend(odd);
+                return Ok((clock, true));
+            }
+            let text = format!(
+                "the header names {} as the channel of times, which is not there",
+                text::shown(name)
+            );
+            findings.push(Finding::warning("time-reference-missing", text));
+        }
+        let stated = header.interval()?;
+        if let Some(hertz) = stated.map(SampleRate::hertz) {
+            let by = ("the channel's header", false);
+            findings.extend(self.options.check_rate(hertz, by, MEND)?);
+        }
+        let rate = match (self.options.rate_hz, stated) {
+            (Some(hertz), _) => SampleRate::from_hertz(hertz)?,
+            (None, Some(stated)) => stated,
+            (None, None) => return Err(ErrorKind::MissingTime.into()),
+        };
+        let start_s = header.first_time()?;
+        if start_s.is_none() {
+            findings.push(Finding::warning(
+                "time-start-assumed",
+                "the header does not state the time of the first sample; 0 was taken, so that \
+                 first contact may be elsewhere",
+            ));
+        }
+        let start_s = start_s.unwrap_or(0.0);
+        let clock = UniformSamples::stated(start_s, rate, samples.values.clone())?;
+        Ok((clock, false))
+    }
+
+    /// Takes the clock that a channel of times gives.
+    fn explicit_clock(
+        &mut self,
+        times: &ChannelEntry,
+        header: &ChannelHeader,
+        samples: &Samples,
+        outcome: &mut ReadOutcome,
+        findings: &mut Vec<Finding>,
+    ) -> Result<UniformSamples, Error> {
+        let file = self.package.place_of(&times.file);
+        let placed = |error: Error| error.at(file.clone().channel(times.label.clone()));
+        times.header.check_repeated_keys().map_err(placed)?;
+        let unit = times.header.value("Unit").unwrap_or("s");
+        let Some(unit) = TimeUnit::from_spelling(unit) else {
+            return Err(placed(Error::malformed(
+                "a time in a unit that is read, such as s, ms or 10 us",
+                format!("`{}`", text::shown(unit)),
+                "mend the header of the channel of times",
+            )));
+        };
+        let stamps = self.samples(&times.file, outcome)?.map_err(placed)?;
+        if stamps.values.len() != samples.values.len() || !stamps.holes.is_empty() {
+            return Err(placed(Error::malformed(
+                format!("{} times, one for each sample", samples.values.len()),
+                format!("{}, {} gaps", stamps.values.len(), stamps.holes.len()),
+                "fetch or export the test again",
+            )));
+        }
+        let seconds = |stamp: &f64| unit.to_seconds(*stamp);
+        let stamps_s: Vec<f64> = stamps.values.iter().map(seconds).collect();
+        let digit_s = seconds(&stamps.last_digit);
+        findings.extend(header.clock_finding(&stamps_s, digit_s));
+        let values = samples.values.clone();
+        UniformSamples::by_stamps(&stamps_s, digit_s, values, self.limits, findings).map_err(placed)
+    }
+}

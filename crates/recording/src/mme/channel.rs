@@ -1,0 +1,613 @@
+//! Channel files: header and samples.
+//!
+//! The header is read by its keys, the samples line by line; both stand here since what the header
+//! states (extremes, times, count) is held against the samples.
+
+use crate::TestFacts;
+use crate::code::{self, CLASSES, Code};
+use crate::csv::header::Column;
+use crate::draft::UniformSamples;
+use crate::error::{Error, Place};
+use crate::held::{self, Statement};
+use crate::number::{Decimal, PrintedDigits};
+use crate::remarks::{self, Remark, Span};
+use crate::words::{Words, word_list};
+use crate::{Finding, Limits, Stated, encoding, text, time_base};
+use latchgate_kernel::units::{AccelerationUnit, SampleRate};
+
+/// What stands for "nothing" as a value.
+const NOTHING: &str = "NOVALUE";
+
+// What each list holds is told at its head.
+static STATED_ONCE: Words = word_list!("iso-mme-once");
+static MEASURED: Words = word_list!("iso-mme-measured");
+static COMPUTED: Words = word_list!("iso-mme-computed");
+
+/// Channel frequency classes that are none.
+const UNFILTERED: [&str; 3] = ["0", "NONE", "UNFILTERED"];
+
+/// Part of the largest magnitude by which a stated extreme may be off [-].
+const EXTREME_AGREEMENT: f64 = 1e-4;
+
+/// Part by which two statements of a rate may differ and agree [-].
+const CLOCK_AGREEMENT: f64 = 1e-3;
+
+/// Samples from the first one to an instant that tells the interval.
+const FAR_SAMPLES: f64 = 20.0;
+
+/// Words from which on a line is text that goes on, where it has no key.
+const WORDS_OF_TEXT: usize = 3;
+
+/// What a line of a channel file is, up to its first sample.
+enum HeaderLine<'a> {
+    Key(&'a str, &'a str),
+    /// Text that was cut at a fixed width and goes on.
+    Continued(&'a str),
+    /// A sample, or what stands in its place.
+    Sample,
+}
+
+/// Tells header from samples. Only text of several words goes on without a key: anything shorter
+/// may stand for a sample, and is refused as one.
+fn header_line(line: &str) -> HeaderLine<'_> {
+    if let Some((key, value)) = line.split_once(':')
+        && key.chars().any(char::is_alphabetic)
+    {
+        return HeaderLine::Key(key.trim(), value.trim());
+    }
+    let is_word = |word: &str| word.starts_with(char::is_alphabetic);
+    let words = line.split_whitespace().filter(|word| is_word(word)).count();
+    if words >= WORDS_OF_TEXT && is_word(line) {
+        HeaderLine::Continued(line)
+    } else {
+        HeaderLine::Sample
+    }
+}
+
+/// Tells whether the head is that of a channel file.
+pub(super) fn looks_like_channel(head: &[u8]) -> bool {
+    let is_code = |line: &str| {
+        line.split_once(':')
+            .is_some_and(|(key, _)| key.trim().eq_ignore_ascii_case("Channel code"))
+    };
+    encoding::head_of(head)
+        .split(['\n', '\r'])
+        .filter(|line| !line.is_empty())
+        .take(64)
+        .any(is_code)
+}
+
+/// The header of a channel file: keys and values in their order.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ChannelHeader {
+    lines: Vec<(Box<str>, Box<str>)>,
+    code: Option<Code>,
+    is_whole: bool,
+}
+
+impl ChannelHeader {
+    /// Reads the header at the start of decoded text.
+    pub(super) fn read(content: &str) -> Self {
+        let mut header = Self::default();
+        for (_, line) in text::lines(content) {
+            let line = line.trim();
+            match header_line(line) {
+                _ if line.is_empty() => {}
+                HeaderLine::Key(key, value) => header.lines.push((key.into(), value.into())),
+                HeaderLine::Continued(text) => {
+                    let key = header.lines.last().map(|(key, _)| key.clone());
+                    header.lines.extend(key.map(|key| (key, text.into())));
+                }
+                HeaderLine::Sample => {
+                    header.is_whole = true;
+                    // What is no number ends no header: the reading of samples refuses it, and
+                    // what stands behind it may say which channel this is.
+                    if text::header_number(line).is_some() || line == NOTHING {
+                        break;
+                    }
+                }
+            }
+        }
+        header.lines.shrink_to_fit();
+        header.code = header.value("Channel code").and_then(Code::new);
+        header
+    }
+
+    /// Returns the bytes of keys and values, and of what keeping each takes.
+    pub(super) fn bytes(&self) -> u64 {
+        const KEPT_WITH_EACH: usize = 64;
+        self.lines
+            .iter()
+            .map(|(key, value)| (key.len() + value.len() + KEPT_WITH_EACH) as u64)
+            .sum()
+    }
+
+    /// Tells whether a sample stood behind the header, so that all of it was read.
+    pub(super) fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
+    /// Returns a value that says something.
+    pub(super) fn value(&self, key: &str) -> Option<&str> {
+        self.values(key).next()
+    }
+
+    /// Returns all values of a key that say something.
+    fn values<'a>(&'a self, key: &str) -> impl Iterator<Item = &'a str> + use<'a> {
+        let key = key.to_ascii_lowercase();
+        self.lines
+            .iter()
+            .filter(move |(known, _)| known.eq_ignore_ascii_case(&key))
+            .map(|(_, value)| &**value)
+            .filter(|value| !value.is_empty() && *value != NOTHING)
+    }
+
+    /// Refuses a header that states twice, and differently, what channel, time or unit rest on.
+    pub(super) fn check_repeated_keys(&self) -> Result<(), Error> {
+        for key in STATED_ONCE.iter() {
+            let mut values = self.values(key);
+            let Some(first) = values.next() else { continue };
+            let other = values.find(|other| {
+                !other.eq_ignore_ascii_case(first)
+                    && match (text::header_number(first), text::header_number(other)) {
+                        (Some(first), Some(other)) => first.total_cmp(&other).is_ne(),
+                        _ => true,
+                    }
+            });
+            if let Some(other) = other {
+                return Err(Error::malformed(
+                    format!("one `{key}` in the channel's header"),
+                    format!("`{}` and `{}`", text::shown(first), text::shown(other)),
+                    "which of them holds is not known; mend the header",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn code(&self) -> Option<&Code> {
+        self.code.as_ref()
+    }
+
+    /// Returns what the channel is called: its code, else its name.
+    pub(super) fn label(&self) -> Option<String> {
+        let code = self.value("Channel code");
+        let label = code.or_else(|| self.value("Name of the channel"));
+        label.map(str::to_string)
+    }
+
+    pub(super) fn is_time(&self) -> bool {
+        self.code.is_some_and(|code| code.is_time())
+    }
+
+    /// Tells whether the channel is a linear acceleration: by its code, else by its unit.
+    pub(super) fn is_acceleration(&self) -> bool {
+        match &self.code {
+            Some(code) => code.is_acceleration(),
+            None => self.unit_of_acceleration().is_some(),
+        }
+    }
+
+    /// Returns the unit, if it is one of acceleration; it may stand in square brackets.
+    pub(super) fn unit_of_acceleration(&self) -> Option<AccelerationUnit> {
+        let text = self.value("Unit")?;
+        let inner = text
+            .strip_prefix('[')
+            .and_then(|rest| rest.strip_suffix(']'));
+        AccelerationUnit::from_spelling(inner.unwrap_or(text).trim())
+    }
+
+    /// Says what keeps the channel from being taken unasked as a lateral acceleration of a
+    /// vehicle's structure.
+    pub(super) fn doubt(&self) -> Option<String> {
+        let named = ["Channel code", "Name of the channel"].map(|key| self.value(key));
+        let words = named.into_iter().flatten();
+        let words = words.map(|text| Column::from_header(text, 1));
+        let Some(code) = self.code.as_ref() else {
+            let mut words: Vec<Column> = words.collect();
+            words.retain(|word| !word.label.is_empty());
+            let says = words.iter().any(Column::says_lateral_acceleration);
+            let silent = || "neither a code nor a name says a lateral acceleration".to_string();
+            let doubt = words.iter().find_map(Column::contradiction);
+            return doubt.or_else(|| (!says).then(silent));
+        };
+        let said = if !code.is_acceleration() {
+            "its dimension is not AC (acceleration)"
+        } else if !code.is_lateral() {
+            "its direction is not Y"
+        } else if !code.is_structure() {
+            "its place is none of the vehicle's structure that is known here"
+        } else {
+            // What stands for the code is the code, in whichever letters.
+            let named = |word: &Column| Code::new(&word.label).is_none();
+            return words.filter(named).find_map(|word| word.contradiction());
+        };
+        Some(said.into())
+    }
+
+    pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
+        let label = text::shown(self.label().unwrap_or_default());
+        Some(Finding::not_lateral(&label, &self.doubt()?))
+    }
+
+    /// Returns the name of the channel that holds the times, if they are explicit.
+    pub(super) fn reference_channel(&self) -> Result<Option<&str>, Error> {
+        let name = self.value("Reference channel name");
+        let Some(kind) = self.value("Reference channel") else {
+            // A name alone means a channel of times as well.
+            return Ok(name);
+        };
+        let begins = |word: &str| kind.to_ascii_lowercase().starts_with(word);
+        if begins("explicit") {
+            Ok(Some(name.unwrap_or("a channel without a name")))
+        } else if begins("implicit") {
+            Ok(None)
+        } else {
+            Err(Error::malformed(
+                "`Reference channel` implicit or explicit",
+                format!("`{}`", text::shown(kind)),
+                "whether a channel of times holds is not known; mend the header",
+            ))
+        }
+    }
+
+    /// Returns a number that the clock rests on; one that cannot be read is no number to guess.
+    fn clock_number(&self, key: &str, hint: &str) -> Result<Option<(f64, &str)>, Error> {
+        let Some(printed) = self.value(key) else {
+            return Ok(None);
+        };
+        let Some(number) = text::header_number(printed) else {
+            let found = format!("`{}`", text::shown(printed));
+            return Err(Error::malformed(format!("`{key}` in seconds"), found, hint));
+        };
+        Ok(Some((number, printed)))
+    }
+
+    /// Returns the rate that the sampling interval states.
+    pub(super) fn interval(&self) -> Result<Option<SampleRate>, Error> {
+        let hint = "state the rate with the setting `rate_hz`";
+        let Some((interval_s, printed)) = self.clock_number("Sampling interval", hint)? else {
+            return Ok(None);
+        };
+        time_base::rate_of_interval(interval_s, text::last_digit(printed)).map(Some)
+    }
+
+    pub(super) fn first_time(&self) -> Result<Option<f64>, Error> {
+        let stated = self.clock_number("Time of first sample", "mend the header")?;
+        Ok(stated.map(|(first_s, _)| first_s))
+    }
+
+    /// Holds the clock that the header states of itself against the stamps of the channel of
+    /// times [s], printed to `digit_s`.
+    pub(super) fn clock_finding(&self, stamps_s: &[f64], digit_s: f64) -> Option<Finding> {
+        let (own_s, last_s) = (*stamps_s.first()?, *stamps_s.last()?);
+        let printed = self.statement("Time of first sample");
+        let first_s = printed.and_then(|stated| text::header_number(stated.text));
+        let first_digit = printed.map_or(0.0, |stated| text::last_digit(stated.text));
+        // What is no interval states none; 0 stands for none beside explicit times.
+        let rate = self.interval().ok().flatten();
+        let steps = stamps_s.len().saturating_sub(1).max(1) as f64;
+        let hertz = rate.map_or(steps / (last_s - own_s), SampleRate::hertz);
+        let compared = if rate.is_some() {
+            stamps_s
+        } else {
+            &stamps_s[..1]
+        };
+        let stated = (first_s.unwrap_or(own_s), hertz);
+        let by = "the channel's header, beside its channel of times,";
+        held::clock(by, stated, compared, digit_s + first_digit)
+    }
+
+    /// Returns the channel frequency class that the header states, `CFC` before it or not.
+    fn stated_class(&self) -> Option<String> {
+        let text = self.value("Channel frequency class")?.to_ascii_uppercase();
+        let class = text
+            .strip_prefix("CFC")
+            .unwrap_or(&text)
+            .trim_matches([' ', '_', '-', '=']);
+        let letter = match class.as_bytes() {
+            [letter] => code::class_of(*letter),
+            _ => None,
+        };
+        Some(letter.unwrap_or(class).to_string()).filter(|class| !class.is_empty())
+    }
+
+    /// Returns what the header says of test and sensor.
+    fn test_facts(&self) -> TestFacts {
+        let one = |key: &str| self.value(key).map(ToString::to_string);
+        let sensor = ["Transducer type", "Transducer id"].into_iter();
+        let sensor: Vec<String> = sensor.filter_map(one).collect();
+        TestFacts {
+            sensor: (!sensor.is_empty()).then(|| sensor.join(", ")),
+            location: one("Channel code"),
+            ..TestFacts::default()
+        }
+    }
+
+    /// Returns what the header states beside the samples, and says what of it cannot be read.
+    pub(super) fn stated(&self, findings: &mut Vec<Finding>) -> Stated {
+        let mut positive = |key: &str| {
+            let number = self
+                .statement(key)?
+                .number(|number| number >= 0.0, findings);
+            number.filter(|number| *number > 0.0)
+        };
+        let full_scale = positive("Channel amplitude class");
+        let prefilter_hz = positive("Pre-filter type");
+        let class = self.stated_class();
+        let is_one = |class: &String| CLASSES.contains(&class.as_str());
+        let unfiltered = |class: &String| UNFILTERED.contains(&class.as_str());
+        if let (Some(class), Some(stated)) = (&class, self.statement("Channel frequency class"))
+            && !is_one(class)
+            && !unfiltered(class)
+        {
+            findings.push(stated.unread());
+        }
+        let of_code = || self.code?.filter_class().map(ToString::to_string);
+        Stated {
+            location: self.value("Name of the channel").map(ToString::to_string),
+            full_scale,
+            prefilter_hz,
+            unfiltered: class.as_ref().is_some_and(unfiltered)
+                || self.code.is_some_and(|code| code.says_unfiltered()),
+            filter_class: class.filter(is_one).or_else(of_code),
+            status: self.value("Data status").map(ToString::to_string),
+            test: self.test_facts(),
+            ..Stated::default()
+        }
+    }
+
+    /// Returns what the laboratory says of the channel in free words.
+    pub(super) fn remark(&self) -> Remark {
+        let comments = self.lines.iter();
+        let comments = comments.filter(|(key, value)| remarks::is_key(key) && &**value != NOTHING);
+        let comments: Vec<&str> = comments.map(|(_, value)| &**value).collect();
+        Remark::of_channel(&comments)
+    }
+
+    /// Returns what the status says of the samples; from when on, a comment may say.
+    pub(super) fn status_findings(&self, span: Span) -> Vec<Finding> {
+        let from = remarks::plainly_bad_from(&[self.remark()]).filter(|at_s| span.holds(*at_s));
+        let statuses = self.values("Data status");
+        let found = statuses.filter_map(|status| status_finding(status, from));
+        found.collect()
+    }
+
+    /// Returns a statement of the header, if it says something.
+    fn statement<'a>(&'a self, key: &'a str) -> Option<Statement<'a>> {
+        self.value(key).map(|text| Statement { key, text })
+    }
+
+    /// Names what states the clock beside what it was taken from, and agrees with it: the interval
+    /// beside a channel of times, the instant of an extreme beside the interval.
+    pub(super) fn clock_confirmed_by(
+        &self,
+        clock: &UniformSamples,
+        stamped: bool,
+    ) -> Option<String> {
+        if stamped {
+            let rate = self.interval().ok().flatten()?;
+            let agrees = (rate.hertz() / clock.rate.hertz() - 1.0).abs() < CLOCK_AGREEMENT;
+            return agrees.then(|| "Sampling interval".into());
+        }
+        let far_s = FAR_SAMPLES / clock.rate.hertz();
+        [("maximum", 1.0), ("minimum", -1.0)]
+            .into_iter()
+            .find_map(|(word, sign)| {
+                let key = format!("Time of {word} value");
+                let time = self.statement(&key)?;
+                let time_s = text::header_number(time.text)?;
+                let signed = clock.values.iter().map(|value| sign * value);
+                let extreme = sign * signed.fold(f64::MIN, f64::max);
+                let there = instant_finding(time, clock, extreme, 0.0).is_none();
+                (there && (time_s - clock.start_s).abs() >= far_s).then_some(key)
+            })
+    }
+
+    /// Holds what the header states of the samples against them; `stamped` if a channel of times
+    /// has a stamp for each.
+    pub(super) fn held_findings(
+        &self,
+        clock: &UniformSamples,
+        count: usize,
+        stamped: bool,
+    ) -> Vec<Finding> {
+        let mut found = Vec::new();
+        if let Some(stated) = self.statement("Number of samples") {
+            stated.count(count, stamped, clock.span().end_s, &mut found);
+        }
+        let values = &clock.values;
+        let largest = values.iter().copied().map(f64::abs).fold(0.0, f64::max);
+        let slack = EXTREME_AGREEMENT * largest;
+        if let Some(stated) = self.statement("Maximum absolute value") {
+            stated.extreme(largest, slack, &mut found);
+        }
+        for (word, sign) in [("maximum", 1.0), ("minimum", -1.0)] {
+            let signed = values.iter().map(|value| sign * value);
+            let extreme = sign * signed.fold(f64::MIN, f64::max);
+            let key = format!("First global {word} value");
+            let Some(stated) = self.statement(&key) else {
+                continue;
+            };
+            let before = found.len();
+            stated.extreme(extreme, slack, &mut found);
+            let key = format!("Time of {word} value");
+            let Some(time) = self.statement(&key).filter(|_| found.len() == before) else {
+                continue;
+            };
+            let tolerance = slack + text::last_digit(stated.text);
+            found.extend(instant_finding(time, clock, extreme, tolerance));
+        }
+        found
+    }
+
+    /// Holds what the header says of the channel against its code, and refuses what is computed.
+    pub(super) fn contradictions(&self) -> Vec<Finding> {
+        let mut found = Vec::new();
+        let starts = |statement: &Statement, words: &[&str]| {
+            let text = statement.text.to_ascii_uppercase();
+            words.iter().any(|word| text.starts_with(word))
+        };
+        if let Some(source) = self.statement("Data source") {
+            let text = source.text.to_ascii_lowercase();
+            if COMPUTED.iter().any(|word| text.contains(word)) {
+                found.push(source.contradicts("replay needs samples that were measured"));
+            } else if !MEASURED.iter().any(|word| text.contains(word)) {
+                found.push(source.unread());
+            }
+        }
+        let Some(code) = self.code else { return found };
+        let says = |part: &str| format!("the code {} says {part}", code.text());
+        if let Some(stated) = self.statement("Dimension")
+            && code.is_acceleration()
+            && !starts(&stated, &["AC", "BESCHL"])
+        {
+            found.push(stated.contradicts(&says("AC, acceleration")));
+        }
+        if let Some(stated) = self.statement("Direction")
+            && let Some(axis) = code.axis()
+            && !starts(&stated, &[axis, &format!("+{axis}"), &format!("-{axis}")])
+        {
+            found.push(stated.contradicts(&says(axis)));
+        }
+        found.extend(self.filter_contradiction(code));
+        found
+    }
+
+    /// Holds class and cut-off of the filter against the last letter of the code.
+    fn filter_contradiction(&self, code: Code) -> Option<Finding> {
+        let of_code = code.filter_class()?;
+        let says = || format!("the code {} says CFC {of_code}", code.text());
+        if let Some(stated) = self.statement("Channel frequency class")
+            && let Some(own) = self.stated_class()
+            && own != of_code
+            && CLASSES.contains(&own.as_str())
+        {
+            return Some(stated.contradicts(&says()));
+        }
+        // A class or its corner frequency: both are written there, and far from other classes'.
+        let stated = self.statement("Cut off frequency")?;
+        let class: f64 = of_code.parse().ok()?;
+        let Some(hertz) = text::header_number(stated.text) else {
+            return Some(stated.unread());
+        };
+        (!(0.9 * class..=2.0 * class).contains(&hertz)).then(|| stated.contradicts(&says()))
+    }
+}
+
+/// Holds the instant at which the header places an extreme against the samples.
+fn instant_finding(
+    stated: Statement<'_>,
+    clock: &UniformSamples,
+    extreme: f64,
+    tolerance: f64,
+) -> Option<Finding> {
+    let Some(time_s) = text::header_number(stated.text) else {
+        return Some(stated.unread());
+    };
+    let interval_s = 1.0 / clock.rate.hertz();
+    let slack = 1.5 * interval_s + text::last_digit(stated.text);
+    let there = clock.values.iter().enumerate().any(|(index, value)| {
+        (value - extreme).abs() <= tolerance
+            && (clock.start_s + index as f64 * interval_s - time_s).abs() <= slack
+    });
+    (!there).then(|| {
+        let said = format!(
+            "{} in the header is {time_s} s, and the samples do not have it there: the time base \
+             is not what the header says, or samples are missing",
+            stated.key
+        );
+        Finding::blocking("peak-contradicted", said)
+    })
+}
+
+/// Returns what a status says of the samples; `from` is the instant from which on a comment says
+/// that they are bad [s].
+fn status_finding(status: &str, from: Option<f64>) -> Option<Finding> {
+    let text = format!("the laboratory's word on the data: {}", text::shown(status));
+    match status.to_ascii_lowercase().as_str() {
+        "ok" | "o.k." | "as measured" => None,
+        "linearised data" | "linearized data" | "scaling factor applied" => {
+            Some(Finding::info("channel-computed", text))
+        }
+        "questionable data" | "channel failed" => {
+            Some(Finding::blocking("invalid-by-laboratory", text).since(from))
+        }
+        _ => Some(Finding::blocking("invalid-by-laboratory", text)),
+    }
+}
+
+/// The samples of a channel file.
+#[derive(Debug)]
+pub(super) struct Samples {
+    /// Samples; each that is missing stands at the value before it.
+    pub(super) values: Vec<f64>,
+    /// First and one past the last index of each run of missing samples.
+    pub(super) holes: Vec<(usize, usize)>,
+    /// That the file ends in the middle of a line, if it does.
+    pub(super) cut: Option<Finding>,
+    /// Size of the last printed digit; 0 if unknown.
+    pub(super) last_digit: f64,
+}
+
+impl Samples {
+    pub(super) fn read(bytes: Vec<u8>, limits: &Limits) -> Result<Self, Error> {
+        let (content, _) = encoding::text_of(bytes, limits)?;
+        let (mut values, mut holes): (Vec<f64>, Vec<(usize, usize)>) = (Vec::new(), Vec::new());
+        let mut decimal = Decimal::Unknown;
+        let mut digits = PrintedDigits::new();
+        let (mut inside, mut empty) = (false, None);
+        let mut marks = text::ColumnMarks::default();
+        for (number, line) in text::lines(&content) {
+            let (cell, place) = (line.trim(), Place::default().line(number));
+            if cell.is_empty() {
+                empty = empty.or(inside.then_some(place));
+                continue;
+            }
+            if let Some(place) = empty {
+                return Err(empty_line().at(place));
+            }
+            inside = inside || matches!(header_line(cell), HeaderLine::Sample);
+            if !inside {
+                continue;
+            }
+            if values.len() as u64 >= limits.samples {
+                return Err(limits.over("samples", "more samples").at(place));
+            }
+            if cell == NOTHING {
+                let index = values.len();
+                match holes.last_mut().filter(|(_, end)| *end == index) {
+                    Some((_, end)) => *end += 1,
+                    None => holes.push((index, index + 1)),
+                }
+                values.push(values.last().copied().unwrap_or(0.0));
+                continue;
+            }
+            values.push(text::sample(cell, &mut decimal).map_err(|error| error.at(place.clone()))?);
+            digits.count(cell.as_bytes());
+            marks.look(cell.as_bytes(), || place);
+        }
+        let hint = "beside whole numbers a factor of 1000 is not clear; export again without \
+                    thousands marks, or with the same decimals in all numbers";
+        marks.check(|_, marks| !marks.may_be_thousands(), hint)?;
+        if values.is_empty() || holes.first() == Some(&(0, values.len())) {
+            let found = "the channel file holds no sample";
+            return Err(Error::empty(found, "one value a line after the header"));
+        }
+        Ok(Self {
+            values,
+            holes,
+            cut: held::cut_line(&content),
+            last_digit: digits.last_digit(),
+        })
+    }
+}
+
+fn empty_line() -> Error {
+    Error::malformed(
+        "a value in each line up to the last sample",
+        "an empty line",
+        "a missing sample is not left out, it would move those after it; write NOVALUE there, or \
+         export again",
+    )
+}

@@ -1,0 +1,431 @@
+//! Remarks: what laboratories and operators write in free words, for a person to read.
+//!
+//! Readers collect what is written, and where; here it becomes findings, by one rule for all
+//! formats. A remark that holds a fault word or names an instant blocks the verdict, from that
+//! instant on where it is plain, until a person has read it and accepted it by its text. Nothing
+//! else is understood: "no clipping" blocks as "clipping" does. Every other remark on a channel is
+//! shown.
+//!
+//! - `reading`: fault words and instants of a text.
+
+mod reading;
+
+use super::csv::header::filtered::{Filtered, filter_in, says_unfiltered};
+use super::csv::header::gravity::says_gravity;
+use super::source::sha256;
+use super::words::{Words, word_list};
+use super::{Finding, Severity, Stated};
+use crate::error::nearest_name;
+use crate::setting::Setting;
+use latchgate_kernel::units::SampleRate;
+use reading::NamedInstant;
+use std::collections::BTreeSet;
+
+/// A remark that a person has read and accepts: it does not block any more.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct AcceptedRemark {
+    /// The remark as it is shown; how many blanks stand in a row does not matter.
+    pub text: String,
+    /// Whether the card beside the recording, not a setting, accepts it.
+    pub by_card: bool,
+}
+
+impl AcceptedRemark {
+    /// Names what accepts it.
+    fn by(&self) -> String {
+        match self.by_card {
+            true => "the card".into(),
+            false => Setting::AcceptedRemarks.to_string(),
+        }
+    }
+}
+
+/// Where a remark stands, and so what it is said of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum RemarkPlace {
+    /// In what belongs to a channel: all of its samples may be meant.
+    Channel,
+    /// On a line apart from the samples: an instant there is mostly a date or a duration.
+    Apart,
+    /// Beside a sample, at that instant [s] if it is known: it and all after it are meant.
+    Beside(Option<f64>),
+    /// Beside a sample, in a column of states, and not known to mean that all is well.
+    State(Option<f64>),
+}
+
+/// What was written, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Remark {
+    /// Without breaks of lines and with single blanks.
+    text: String,
+    place: RemarkPlace,
+    /// Who says it, up to the text: "the laboratory says of this channel".
+    teller: String,
+}
+
+/// Characters of a remark that are shown.
+const SHOWN: usize = 2000;
+
+/// Characters of a remark by which it is offered to be accepted.
+const QUOTED: usize = 240;
+
+impl Remark {
+    /// Takes what `teller` says at `place`.
+    pub(super) fn new(text: &str, place: RemarkPlace, teller: impl Into<String>) -> Self {
+        Self {
+            text: in_a_line(text),
+            place,
+            teller: teller.into(),
+        }
+    }
+
+    /// Takes what the laboratory says of a channel, perhaps cut into pieces at a fixed width.
+    pub(super) fn of_channel<T: AsRef<str>>(pieces: &[T]) -> Self {
+        let pieces: Vec<&str> = pieces.iter().map(AsRef::as_ref).collect();
+        let teller = "the laboratory says of this channel";
+        Self::new(&pieces.join(" "), RemarkPlace::Channel, teller)
+    }
+
+    /// Returns the text as it is shown and accepted.
+    pub(super) fn shown(&self) -> String {
+        let count = self.text.chars().count();
+        if count <= SHOWN {
+            return self.text.clone();
+        }
+        cut_to(SHOWN, &self.text, &tail(&self.text))
+    }
+
+    /// Returns the text by which it is offered to be accepted.
+    fn quoted(&self) -> String {
+        quoted(&self.shown())
+    }
+
+    /// Returns what says that the samples may be bad, and from when on [s]; `None` if nothing does.
+    fn doubt(&self) -> Option<(String, Option<f64>)> {
+        let read = reading::read(&self.text);
+        let from = match read.instant {
+            Some(NamedInstant::BadFrom(at_s)) => Some(at_s),
+            _ => None,
+        };
+        let from = match self.place {
+            RemarkPlace::Channel | RemarkPlace::Apart => from,
+            RemarkPlace::Beside(at_s) | RemarkPlace::State(at_s) if read.instant.is_none() => at_s,
+            RemarkPlace::Beside(at_s) | RemarkPlace::State(at_s) => {
+                from.zip(at_s).map(|(a, b)| a.min(b))
+            }
+        };
+        let doubt = match (read.fault, self.place) {
+            (Some(fault), _) => format!("\"{fault}\" is a fault word"),
+            (None, RemarkPlace::State(_)) => "that is no word for a good sample".into(),
+            (None, RemarkPlace::Apart) => return None,
+            (None, _) if read.instant.is_none() => return None,
+            _ => "it names an instant".into(),
+        };
+        Some((doubt, from))
+    }
+
+    /// Returns what it comes to, on the file's clock.
+    fn finding(&self, accepted: &[AcceptedRemark], span: Span) -> Option<Finding> {
+        let read = reading::read(&self.text);
+        let (shown, quoted) = (self.shown(), self.quoted());
+        let says = format!("{}: \"{shown}\"", self.teller);
+        let Some((doubt, from)) = self.doubt() else {
+            let is_apart = self.place == RemarkPlace::Apart;
+            let told = !read.is_empty && (!is_apart || read.denies || read.instant.is_some());
+            let at_s = match self.place {
+                RemarkPlace::Beside(at_s) => at_s,
+                _ => None,
+            };
+            return told.then(|| Finding::info("laboratory-remark", says).since(at_s));
+        };
+        let outside = from.filter(|at_s| !span.holds(*at_s));
+        let at_s = from.filter(|_| outside.is_none());
+        let accepted = accepted.iter().find(|one| {
+            let text = in_a_line(&one.text);
+            text == quoted || text == shown
+        });
+        let finding = match accepted {
+            Some(accepted) => {
+                let by = accepted.by();
+                let text =
+                    format!("{says}; {doubt}, and a person has accepted the remark, by {by}");
+                Finding::warning("remark-accepted", text)
+            }
+            None => {
+                let bad = match (at_s, outside) {
+                    (Some(_), _) => "no sample from there on is taken for good".into(),
+                    (None, Some(at_s)) => format!(
+                        "no sample is taken for good, since {at_s} s lies outside of the record"
+                    ),
+                    (None, None) => "no sample is taken for good".to_string(),
+                };
+                let said = format!(
+                    "{says}; {doubt}, so that {bad}. Where the samples are good all the same, \
+                     accept the remark: {} = {}, or in the card {} = [{}]",
+                    Setting::AcceptedRemarks,
+                    quoted_for_a_shell(&quoted),
+                    Setting::AcceptedRemarks.key(),
+                    serde_json::Value::from(quoted.as_str())
+                );
+                Finding::blocking("laboratory-remark", said)
+            }
+        };
+        Some(finding.since(at_s))
+    }
+}
+
+/// The span of a record on the file's clock.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Span {
+    pub(super) start_s: f64,
+    /// Time of the last sample [s].
+    pub(super) end_s: f64,
+    pub(super) interval_s: f64,
+}
+
+impl Span {
+    pub(super) fn new(start_s: f64, rate: SampleRate, samples: usize) -> Self {
+        Self {
+            start_s,
+            end_s: start_s + samples.saturating_sub(1) as f64 / rate.hertz(),
+            interval_s: 1.0 / rate.hertz(),
+        }
+    }
+
+    /// Returns the span that holds both.
+    pub(super) fn with(self, other: Self) -> Self {
+        Self {
+            start_s: self.start_s.min(other.start_s),
+            end_s: self.end_s.max(other.end_s),
+            interval_s: self.interval_s.max(other.interval_s),
+        }
+    }
+
+    /// Tells whether an instant lies in the span; a curve may end with the last good sample.
+    pub(super) fn holds(self, at_s: f64) -> bool {
+        (self.start_s - self.interval_s..=self.end_s + self.interval_s).contains(&at_s)
+    }
+}
+
+/// Returns what names a text that is cut and no other.
+fn tail(text: &str) -> String {
+    let hash = &sha256(text.as_bytes())[..16];
+    format!("… [{} characters, SHA-256 {hash}]", text.chars().count())
+}
+
+fn cut_to(most: usize, text: &str, tail: &str) -> String {
+    text.chars().take(most).chain(tail.chars()).collect()
+}
+
+/// Returns the text by which a remark is offered to be accepted, from how it is shown.
+fn quoted(shown: &str) -> String {
+    let count = shown.chars().count();
+    if count <= QUOTED {
+        return shown.to_string();
+    }
+    // What is longer than can be shown was cut already.
+    let before = shown.char_indices().nth(SHOWN).map(|(at, _)| &shown[at..]);
+    match before {
+        Some(own) => cut_to(QUOTED, shown, own),
+        None => cut_to(QUOTED, shown, &tail(shown)),
+    }
+}
+
+/// Returns the texts of remarks that say something, as they are shown.
+pub(super) fn shown(remarks: &[Remark]) -> Vec<String> {
+    let speaks = |remark: &&Remark| !reading::read(&remark.text).is_empty;
+    remarks.iter().filter(speaks).map(Remark::shown).collect()
+}
+
+/// Findings of one severity that remarks may give; of more the number is told.
+const MOST: usize = 20;
+
+/// Returns what remarks come to, each instant on the file's clock.
+pub(super) fn findings(
+    remarks: &[Remark],
+    accepted: &[AcceptedRemark],
+    span: Span,
+) -> Vec<Finding> {
+    let mut told = BTreeSet::new();
+    let mut found = Vec::new();
+    let mut more: [Option<(usize, Finding)>; 3] = Default::default();
+    for remark in remarks {
+        // Of lines that say the same one is enough.
+        if remark.place == RemarkPlace::Apart && !told.insert(remark.text.as_str()) {
+            continue;
+        }
+        let Some(finding) = remark.finding(accepted, span) else {
+            continue;
+        };
+        let severity = finding.severity;
+        let alike = |one: &&Finding| one.severity == severity;
+        let before = found.iter().filter(alike);
+        if severity == Severity::Warning || before.count() < MOST {
+            found.push(finding);
+            continue;
+        }
+        let (count, last) = more[severity as usize].get_or_insert_with(|| (0, finding.clone()));
+        *count += 1;
+        // The earliest instant counts, and none at all is earlier still.
+        last.at_s = last.at_s.zip(finding.at_s).map(|(a, b)| a.min(b));
+    }
+    found.extend(more.into_iter().flatten().map(|(count, last)| Finding {
+        text: format!("{count} more remarks, told when those that block are accepted"),
+        ..last
+    }));
+    found
+}
+
+/// Returns the instant from which on remarks plainly say that the samples of a channel are bad [s].
+pub(super) fn plainly_bad_from(remarks: &[Remark]) -> Option<f64> {
+    let from = |remark: &Remark| remark.doubt().and_then(|(_, from)| from);
+    remarks.iter().filter_map(from).min_by(f64::total_cmp)
+}
+
+/// Takes in what remarks on a channel say of gravity, and of a filter that was applied before it was
+/// stored.
+pub(super) fn tell_of_filters(
+    remarks: &[Remark],
+    stated: &mut Stated,
+    findings: &mut Vec<Finding>,
+) {
+    let of_channel = |remark: &&Remark| remark.place == RemarkPlace::Channel;
+    for remark in remarks.iter().filter(of_channel) {
+        stated.unfiltered |= says_unfiltered(&remark.text);
+        stated.gravity |= says_gravity(&remark.text);
+        match filter_in(&remark.text) {
+            Some(Filtered::Class(class)) => {
+                if stated.filter_class.as_ref() != Some(&class) {
+                    findings.push(Stated::class_finding(&class));
+                }
+                stated.filter_class.get_or_insert(class);
+            }
+            Some(Filtered::Unclassed) => findings.push(Finding::filtered(&format!(
+                "the laboratory says that the channel was filtered, not with which class (\"{}\")",
+                remark.shown()
+            ))),
+            None => {}
+        }
+    }
+}
+
+/// Says which accepted remarks nobody makes: one that was mended or changed since.
+pub(super) fn not_found(accepted: &[AcceptedRemark], remarks: &[String]) -> Vec<Finding> {
+    // To compare takes time as the product of the lengths.
+    let known: Vec<&str> = remarks.iter().take(100).map(String::as_str).collect();
+    let absent = accepted.iter().filter(|one| {
+        let text = in_a_line(&one.text);
+        let is_it = |shown: &String| *shown == text || quoted(shown) == text;
+        !remarks.iter().any(is_it)
+    });
+    absent
+        .map(|one| {
+            let nearest = match nearest_name(&one.text, &known) {
+                Some(nearest) => format!("the nearest is \"{nearest}\""),
+                None if known.is_empty() => "no remark is there".into(),
+                None => "none is like it".into(),
+            };
+            let said = format!(
+                "{} accepts the remark \"{}\", which is not there; {nearest}",
+                one.by(),
+                one.text
+            );
+            Finding::warning("accepted-remark-not-found", said)
+        })
+        .collect()
+}
+
+/// Names of what holds a person's words: keys of a header, columns of a table.
+static KEYS: Words = word_list!("remark-keys");
+
+/// Tells whether a key or the name of a column says that a person's words stand there.
+pub(super) fn is_key(name: &str) -> bool {
+    name.to_lowercase()
+        .split(|c: char| !c.is_alphanumeric())
+        .any(|word| KEYS.contains(&word))
+}
+
+/// Different texts beside samples that are kept.
+const KEPT: usize = 1000;
+
+/// Words beside samples, as they are collected: each text with the first row that has it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Cells<Row> {
+    texts: Vec<(Row, String)>,
+    known: BTreeSet<String>,
+    /// Whether the texts are states, of which only some say that all is well.
+    states: bool,
+    last: String,
+}
+
+impl<Row: Copy> Cells<Row> {
+    pub(super) fn new(states: bool) -> Self {
+        Self {
+            texts: Vec::new(),
+            known: BTreeSet::new(),
+            states,
+            last: String::new(),
+        }
+    }
+
+    /// Takes in what stands beside a sample.
+    pub(super) fn hear(&mut self, row: Row, text: &str) {
+        if text == self.last || self.texts.len() > KEPT {
+            return;
+        }
+        self.last = text.into();
+        let text = in_a_line(text);
+        if !text.is_empty() && self.known.insert(text.clone()) {
+            self.texts.push((row, text));
+        }
+    }
+
+    /// Returns the remarks; `at` tells the instant of a row [s] and where it stands, `name` is that
+    /// of the column.
+    pub(super) fn remarks(
+        &self,
+        name: &str,
+        at: impl Fn(Row) -> (Option<f64>, String),
+    ) -> Vec<Remark> {
+        let remark = |(place, (row, text)): (usize, &(Row, String))| {
+            let (at_s, beside) = at(*row);
+            let teller = format!("the column `{name}` says{beside}");
+            // Of more than are kept nobody knows what they say.
+            let (text, more) = match place {
+                KEPT => ("more texts than are read", true),
+                _ => (text.as_str(), false),
+            };
+            let text = match self.states {
+                true => format!("{name}: {text}"),
+                false => text.into(),
+            };
+            let place = match self.states || more {
+                true => RemarkPlace::State(at_s),
+                false => RemarkPlace::Beside(at_s),
+            };
+            Remark::new(&text, place, teller)
+        };
+        self.texts.iter().enumerate().map(remark).collect()
+    }
+}
+
+/// Writes a text in one line: single blanks in place of breaks, of runs of blanks and of
+/// characters that control a terminal.
+fn in_a_line(text: &str) -> String {
+    let controls = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{2069}' | '\u{FEFF}')
+    };
+    let words = text.split(|c: char| c.is_whitespace() || controls(c));
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    words.join(" ")
+}
+
+/// Writes a text so that a shell takes it as one word.
+fn quoted_for_a_shell(text: &str) -> String {
+    if text.contains(['"', '$', '`', '\\', '!']) {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    } else {
+        format!("\"{text}\"")
+    }
+}

@@ -1,0 +1,208 @@
+//! A report's folder: its name, and that it holds the earlier report, the new one or none, never
+//! parts of both.
+
+use latchgate_recording::error::Error;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Attempts to put a report in its place while others put theirs there.
+const ATTEMPTS: u32 = 100;
+
+/// What is done where a folder cannot be made.
+const MAKE: &str = "make the report folder";
+
+/// Number of the next folder that this process writes beside another.
+static NEXT: AtomicU32 = AtomicU32::new(0);
+
+/// Returns the name of a report's folder, `<recording>-<design>-<id>`, of characters that any file
+/// system takes.
+pub fn folder_name(recording: &str, design: &str, id: &str) -> String {
+    let name = if recording == "-" { "stdin" } else { recording };
+    let id: String = id.chars().take(8).collect();
+    // A folder's name has 255 bytes at most, and a letter up to four.
+    let mut plain: String = format!("{name}-{design}")
+        .chars()
+        .take(50)
+        .map(|c| {
+            if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    if !id.is_empty() {
+        plain.push('-');
+        plain.push_str(&id);
+    }
+    plain
+}
+
+/// Puts `files` into `dir`, made if absent, in place of those of the names `ours`, and returns
+/// their paths. They are written into a folder beside it, which then takes its name. Where
+/// `dir` holds files of other names these stay, and ours are exchanged one by one, the last of
+/// `files` first away and last there.
+///
+/// # Errors
+///
+/// [`latchgate_recording::error::ErrorKind::Io`] if a folder cannot be made or a file not be written, moved or
+/// removed.
+pub(super) fn put(
+    dir: &Path,
+    ours: &[impl AsRef<str>],
+    files: &[(String, Vec<u8>)],
+) -> Result<Vec<PathBuf>, Error> {
+    if dir.exists() && !dir.is_dir() {
+        let error = io::Error::from(io::ErrorKind::NotADirectory);
+        return Err(Error::io_at(MAKE, dir, &error));
+    }
+    // Of `.` and `..` there is no beside.
+    let whole = dir.file_name().is_some();
+    let beside = if whole {
+        Unplaced::beside(dir)?
+    } else {
+        fs::create_dir_all(dir).map_err(|error| Error::io_at(MAKE, dir, &error))?;
+        Unplaced::new(dir)?
+    };
+    for (name, content) in files {
+        let path = beside.path.join(name);
+        fs::write(&path, content)
+            .map_err(|error| Error::io_at("write the report", &path, &error))?;
+    }
+    beside.settle(dir, |beside| {
+        (!whole || holds_others(dir, ours)).then(|| exchange(beside, dir, ours, files))
+    })?;
+    Ok(files.iter().map(|(name, _)| dir.join(name)).collect())
+}
+
+/// A folder in the making. It goes with its end, unless it has taken another's place.
+#[derive(Debug)]
+pub struct Unplaced {
+    parent: PathBuf,
+    path: PathBuf,
+}
+
+impl Drop for Unplaced {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.path);
+    }
+}
+
+impl Unplaced {
+    /// Makes an empty folder beside `dir`, under a name that no other run of this machine takes.
+    ///
+    /// # Errors
+    ///
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it or the folder above cannot be made.
+    pub fn beside(dir: &Path) -> Result<Self, Error> {
+        let parent = dir.parent().unwrap_or(Path::new(""));
+        if !parent.as_os_str().is_empty() {
+            fs::create_dir_all(parent).map_err(|error| Error::io_at(MAKE, dir, &error))?;
+        }
+        Self::new(parent)
+    }
+
+    fn new(parent: &Path) -> Result<Self, Error> {
+        let made = Self::unmade(parent);
+        fs::create_dir_all(&made.path).map_err(|error| Error::io_at(MAKE, &made.path, &error))?;
+        Ok(made)
+    }
+
+    fn unmade(parent: &Path) -> Self {
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let name = format!(".latchgate-{}-{number}.part", std::process::id());
+        Self {
+            parent: parent.to_path_buf(),
+            path: parent.join(name),
+        }
+    }
+
+    /// Returns where the folder lies until it is placed.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Lets the folder take the place of `dir`, unless `otherwise`, asked at each attempt, knows
+    /// what to do with it.
+    ///
+    /// # Errors
+    ///
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot, and those of `otherwise`.
+    pub fn settle(
+        self,
+        dir: &Path,
+        otherwise: impl Fn(&Path) -> Option<Result<(), Error>>,
+    ) -> Result<(), Error> {
+        let cannot = |error: io::Error| Error::io_at("replace the earlier report", dir, &error);
+        for _ in 0..ATTEMPTS {
+            if let Some(done) = otherwise(&self.path) {
+                return done;
+            }
+            let Err(error) = fs::rename(&self.path, dir) else {
+                return Ok(());
+            };
+            if !dir.is_dir() {
+                return Err(Error::io_at(MAKE, dir, &error));
+            }
+            let old = Self::unmade(&self.parent);
+            match fs::rename(dir, &old.path) {
+                Ok(()) => {}
+                // Another run was quicker.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                Err(error) => return Err(cannot(error)),
+            }
+            match fs::rename(&self.path, dir) {
+                Ok(()) => return Ok(()),
+                Err(_) if dir.is_dir() => {}
+                Err(error) => {
+                    let _ = fs::rename(&old.path, dir);
+                    return Err(cannot(error));
+                }
+            }
+        }
+        Err(cannot(io::Error::other("others keep writing into it")))
+    }
+}
+
+/// Tells whether a folder holds anything but files of the names `ours`.
+fn holds_others(dir: &Path, ours: &[impl AsRef<str>]) -> bool {
+    let Ok(entries) = fs::read_dir(dir) else {
+        return false;
+    };
+    entries.flatten().any(|entry| {
+        let name = entry.file_name();
+        let known = |known: &&str| name == **known;
+        ours.iter()
+            .map(AsRef::as_ref)
+            .find(known)
+            .is_none_or(|_| entry.path().is_dir())
+    })
+}
+
+/// Takes the files of the names `ours` out of `dir` and puts the new ones there.
+fn exchange(
+    beside: &Path,
+    dir: &Path,
+    ours: &[impl AsRef<str>],
+    files: &[(String, Vec<u8>)],
+) -> Result<(), Error> {
+    let last = files.last().map(|(name, _)| name.as_str());
+    let earlier = last.into_iter().chain(ours.iter().map(AsRef::as_ref));
+    for name in earlier {
+        let path = dir.join(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(Error::io_at("replace the earlier report", &path, &error));
+            }
+            _ => {}
+        }
+    }
+    for (name, _) in files {
+        let path = dir.join(name);
+        fs::rename(beside.join(name), &path)
+            .map_err(|error| Error::io_at("write the report", &path, &error))?;
+    }
+    Ok(())
+}

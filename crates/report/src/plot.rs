@@ -1,0 +1,229 @@
+//! Plots in SVG: the same drawing stands inline in the report and alone in a file.
+//!
+//! Colours are classes. Inline they take the page's CSS variables, so one drawing serves light,
+//! dark and print; alone the drawing carries its own colours for light and dark. Paths keep
+//! hundredths of a unit, and long signals keep every extremum (see [`thin`]).
+//!
+//! Of reports: `event`, `acceleration`, `angle`, `spread`, `drivers`, `phase`, `spectrogram` and `spectra`;
+//! of two verdicts: `overlay`; of margins: `margin`. All stand in a `frame` with its `axis` on a
+//! `canvas`; `heat` and `raster` make pictures of cells and points, `thin` shortens curves, `style`
+//! holds colours and rules.
+
+mod acceleration;
+mod angle;
+pub mod axis;
+pub mod canvas;
+mod drivers;
+mod event;
+pub mod frame;
+pub mod heat;
+mod margin;
+pub(super) mod overlay;
+mod phase;
+pub mod raster;
+mod spectra;
+pub mod spectrogram;
+mod spread;
+pub mod style;
+pub mod thin;
+
+pub(super) use self::margin::{
+    RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
+};
+use crate::escape;
+use crate::words;
+use latchgate_document::Document;
+use latchgate_verdict::Evidence;
+use std::fmt::Write as _;
+
+/// Name of the plot that stands on the first page.
+pub const EVENT: &str = event::NAME;
+
+/// Name of the plot that stands beside the ensemble.
+pub const DRIVERS: &str = drivers::NAME;
+
+/// Every plot's name, in the order of the report; its file is the name plus `.svg`.
+pub const NAMES: [&str; 8] = [
+    event::NAME,
+    acceleration::NAME,
+    angle::NAME,
+    spread::NAME,
+    drivers::NAME,
+    phase::NAME,
+    spectrogram::NAME,
+    spectra::NAME,
+];
+
+/// Width of every drawing [units of its view box].
+pub const WIDTH: f64 = 900.0;
+
+/// A drawing, not yet wrapped for its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// Name: file name without `.svg`, and prefix of the ids inside.
+    pub name: &'static str,
+    /// What it shows, in a few words.
+    pub title: String,
+    /// How to read it, one or two sentences.
+    pub caption: String,
+    /// What a reader who does not see it should know, with its numbers.
+    pub description: String,
+    /// Height in units of the drawing.
+    pub height: f64,
+    /// Elements of the drawing, as SVG.
+    pub body: String,
+}
+
+impl Figure {
+    /// Returns about how many bytes the drawing takes.
+    pub(super) fn size(&self) -> usize {
+        self.body.len() + self.description.len() + 1024
+    }
+
+    /// Returns the drawing for a page that holds [`style::variables`] and [`style::RULES`].
+    #[must_use]
+    pub fn inline(&self) -> String {
+        self.wrap("")
+    }
+
+    /// Returns the drawing as a file of its own, light or dark as the viewer prefers.
+    #[must_use]
+    pub fn stand_alone(&self) -> String {
+        self.wrap(&style::stand_alone())
+    }
+
+    /// As [`Figure::stand_alone`] with further rules in terms of the colours' variables.
+    #[must_use]
+    pub fn stand_alone_with(&self, rules: &str) -> String {
+        self.wrap(&style::stand_alone_with(rules))
+    }
+
+    fn wrap(&self, style: &str) -> String {
+        let mut out = String::with_capacity(self.body.len() + style.len() + 1024);
+        let Self { name, height, .. } = self;
+        let (title, description) = (
+            escape::markup(&self.title),
+            escape::markup(&self.description),
+        );
+        // Writing into a String cannot fail.
+        let _ = write!(
+            out,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {WIDTH} {height}\" \
+             width=\"{WIDTH}\" height=\"{height}\" role=\"img\" \
+             aria-labelledby=\"{name}-title {name}-description\">\n\
+             <title id=\"{name}-title\">{title}</title>\n\
+             <desc id=\"{name}-description\">{description}</desc>\n"
+        );
+        if !style.is_empty() {
+            let _ = writeln!(out, "<style>\n{style}</style>");
+        }
+        let _ = writeln!(
+            out,
+            "<rect class=\"paper\" width=\"{WIDTH}\" height=\"{height}\"/>"
+        );
+        out.push_str(&self.body);
+        out.push_str("</svg>\n");
+        out
+    }
+}
+
+/// Returns what a script needs to draw the first page's plot anew, as JSON.
+pub(super) fn event_data(document: &Document, evidence: &Evidence) -> Option<String> {
+    let (_, data) = event::draw(&PlotContext::new(document, evidence))?;
+    Some(data.to_string())
+}
+
+/// Draws every plot that the evidence has data for, in the order of [`NAMES`].
+#[must_use]
+pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> {
+    let Some(evidence) = evidence else {
+        return Vec::new();
+    };
+    let context = PlotContext::new(document, evidence);
+    [
+        event::draw(&context).map(|(figure, _)| figure),
+        acceleration::draw(&context),
+        angle::draw(&context),
+        spread::draw(&context),
+        drivers::draw(&context),
+        phase::draw(&context),
+        spectrogram::draw(&context),
+        spectra::draw(&context),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// What every plot needs: the results, and one time axis for all of them.
+struct PlotContext<'a> {
+    document: &'a Document,
+    evidence: &'a Evidence,
+    /// First and last instant shown [s].
+    span_s: (f64, f64),
+    /// Factor from seconds to the time shown.
+    time_scale: f64,
+    time_unit: &'static str,
+    /// What identifies the drawing away from its report.
+    origin: String,
+}
+
+impl<'a> PlotContext<'a> {
+    fn new(document: &'a Document, evidence: &'a Evidence) -> Self {
+        let mut span = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut include = |time: f64| {
+            if time.is_finite() {
+                span = (span.0.min(time), span.1.max(time));
+            }
+        };
+        for signal in [&evidence.raw, &evidence.used] {
+            if !signal.samples.is_empty() {
+                include(signal.start_s);
+                include(signal.end_s());
+            }
+        }
+        for trace in &evidence.traces {
+            for point in [trace.points.first(), trace.points.last()]
+                .into_iter()
+                .flatten()
+            {
+                include(point.time_s);
+            }
+        }
+        if span.0 > span.1 {
+            span = (0.0, 1.0);
+        }
+        let long = span.1 - span.0 > 2.0;
+        Self {
+            document,
+            evidence,
+            span_s: span,
+            time_scale: if long { 1.0 } else { 1e3 },
+            time_unit: if long { "s" } else { "ms" },
+            origin: origin(document),
+        }
+    }
+
+    fn time_label(&self) -> String {
+        format!("time [{}]", self.time_unit)
+    }
+}
+
+fn origin(document: &Document) -> String {
+    let recording = &document.recording;
+    let shorten = |text: &str| -> String {
+        if text.chars().count() > 40 {
+            text.chars().take(39).chain(['…']).collect()
+        } else {
+            text.to_string()
+        }
+    };
+    let mut text = shorten(&recording.file);
+    if let Some(channel) = &recording.channel {
+        text.push_str(" · ");
+        text.push_str(&shorten(channel));
+    }
+    text.push_str(" · report ");
+    text.push_str(&words::report_name(document));
+    text
+}

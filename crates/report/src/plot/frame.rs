@@ -1,0 +1,432 @@
+//! The frame of a chart: axes, grid and scales of a panel, and the chart's header and footer.
+
+use super::axis::Axis;
+use super::canvas::{Anchor, Canvas};
+use super::{PlotContext, WIDTH, thin};
+use latchgate_kernel::model::stop::StopModel;
+
+/// Left and right edge of every panel across the drawing, so that time axes of all plots stand
+/// under one another.
+pub const LEFT: f64 = 78.0;
+/// Right end of the panels.
+pub const RIGHT: f64 = WIDTH - 92.0;
+
+/// Width that a letter is taken to need [units]; a wide font's, so that labels keep apart.
+pub const LETTER: f64 = 8.6;
+
+/// Where a panel stands: left, right, top, bottom.
+pub type PanelPlace = (f64, f64, f64, f64);
+
+/// Least and largest value of an axis, and how it counts.
+#[derive(Debug, Clone, Copy)]
+pub enum Scale {
+    /// Linear between two values.
+    Linear(f64, f64),
+    /// Logarithmic between two positive values.
+    Logarithmic(f64, f64),
+}
+
+impl Scale {
+    /// Lays the scale on `from..to` of the drawing.
+    pub fn laid(self, from: f64, to: f64) -> Axis {
+        match self {
+            Self::Linear(low, high) => Axis::linear(low, high, from, to),
+            Self::Logarithmic(low, high) => Axis::logarithmic(low, high, from, to),
+        }
+    }
+}
+
+/// Sizes and distances of what stands around a panel [units].
+#[derive(Debug)]
+struct Lettering {
+    /// Distance of ticks: across, up, and on a second scale.
+    spacing: (f64, f64, f64),
+    /// Length of a tick's stroke.
+    tick: f64,
+    /// Class of tick labels.
+    class: &'static str,
+    /// How far tick labels stand below the panel and left of it, and their fall.
+    label: (f64, f64, f64),
+    /// How far the titles stand below the panel and left of it.
+    title: (f64, f64),
+    /// Whether a logarithmic axis has lines within its decades; among points they would hide them.
+    minor: bool,
+}
+
+/// Of a panel across the drawing.
+static WIDE: Lettering = Lettering {
+    spacing: (95.0, 46.0, 56.0),
+    tick: 5.0,
+    class: "muted",
+    label: (20.0, 9.0, 5.0),
+    title: (42.0, 61.0),
+    minor: true,
+};
+
+/// Of one of several panels.
+static NARROW: Lettering = Lettering {
+    spacing: (80.0, 38.0, 46.0),
+    tick: 4.0,
+    class: "muted small",
+    label: (18.0, 8.0, 4.0),
+    title: (37.0, 54.0),
+    minor: false,
+};
+
+/// Of a panel of points, whose labels are read from afar.
+static OPEN: Lettering = Lettering {
+    spacing: (80.0, 40.0, 46.0),
+    tick: 0.0,
+    class: "muted",
+    label: (19.0, 7.0, 5.0),
+    title: (40.0, 54.0),
+    minor: false,
+};
+
+/// A panel with its two axes.
+#[derive(Debug, Clone, Copy)]
+pub struct Frame {
+    /// Left edge.
+    pub left: f64,
+    /// Right edge.
+    pub right: f64,
+    /// Upper edge.
+    pub top: f64,
+    /// Lower edge.
+    pub bottom: f64,
+    /// Axis from left to right.
+    pub x: Axis,
+    /// Axis from bottom to top.
+    pub y: Axis,
+    lettering: &'static Lettering,
+}
+
+impl Frame {
+    fn new(lettering: &'static Lettering, place: PanelPlace, x: Scale, y: Scale) -> Self {
+        let (left, right, top, bottom) = place;
+        Self {
+            left,
+            right,
+            top,
+            bottom,
+            x: x.laid(left, right),
+            y: y.laid(bottom, top),
+            lettering,
+        }
+    }
+
+    /// Lays a panel across the drawing.
+    pub fn wide((top, bottom): (f64, f64), x: Scale, y: Scale) -> Self {
+        Self::new(&WIDE, (LEFT, RIGHT, top, bottom), x, y)
+    }
+
+    /// Lays the plots' common time axis, in the unit shown, under a panel across the drawing.
+    pub(super) fn over_time(context: &PlotContext, y: (f64, f64), top: f64, bottom: f64) -> Self {
+        let scale = context.time_scale;
+        let (start, end) = context.span_s;
+        let time = Scale::Linear(start * scale, end * scale);
+        Self::wide((top, bottom), time, Scale::Linear(y.0, y.1))
+    }
+
+    /// Lays one of several panels.
+    pub fn narrow(place: PanelPlace, x: Scale, y: Scale) -> Self {
+        Self::new(&NARROW, place, x, y)
+    }
+
+    /// As [`Frame::narrow`] for points, with labels in full size and no ticks.
+    pub fn open(place: PanelPlace, x: Scale, y: Scale) -> Self {
+        Self::new(&OPEN, place, x, y)
+    }
+
+    /// Returns where a pair of values stands.
+    pub fn place(&self, x: f64, y: f64) -> (f64, f64) {
+        (self.x.place(x), self.y.place(y))
+    }
+
+    /// Returns the upper left corner.
+    pub fn corner(&self) -> (f64, f64) {
+        (self.left, self.top)
+    }
+
+    /// Returns width and height.
+    pub fn size(&self) -> (f64, f64) {
+        (self.right - self.left, self.bottom - self.top)
+    }
+
+    /// Writes the panel's own title above it.
+    pub fn title(&self, canvas: &mut Canvas, text: &str) {
+        canvas.text("strong", (self.left, self.top - 9.0), Anchor::Start, text);
+    }
+
+    /// Draws grid, ticks, tick labels and titles of the axes; the frame comes after the curves.
+    /// A panel that shares its axis with one below it has no `x_title` and no labels there.
+    pub fn grid(&self, canvas: &mut Canvas, x_title: Option<&str>, y_title: Option<&str>) {
+        let Lettering {
+            spacing,
+            label,
+            title,
+            ..
+        } = self.lettering;
+        for tick in self.x.ticks(spacing.0, LETTER) {
+            let x = self.x.place(tick.value);
+            if !self.grid_line(canvas, &tick.label, (x, self.top), (x, self.bottom)) {
+                continue;
+            }
+            if x_title.is_some() {
+                self.tick(canvas, (x, self.bottom), (0.0, 1.0));
+                let at = (x, self.bottom + label.0);
+                canvas.text(self.lettering.class, at, Anchor::Middle, &tick.label);
+            }
+        }
+        for tick in self.y.ticks(spacing.1, 0.0) {
+            let y = self.y.place(tick.value);
+            if self.grid_line(canvas, &tick.label, (self.left, y), (self.right, y)) {
+                self.tick(canvas, (self.left - self.lettering.tick, y), (1.0, 0.0));
+                let at = (self.left - label.1, y + label.2);
+                canvas.text(self.lettering.class, at, Anchor::End, &tick.label);
+            }
+        }
+        if let Some(text) = y_title {
+            let middle = f64::midpoint(self.top, self.bottom);
+            canvas.upward_text("", (self.left - title.1, middle), text);
+        }
+        if let Some(text) = x_title {
+            let middle = f64::midpoint(self.left, self.right);
+            canvas.text("", (middle, self.bottom + title.0), Anchor::Middle, text);
+        }
+    }
+
+    /// Draws a line of the grid; false if it is one between labelled ones.
+    fn grid_line(
+        &self,
+        canvas: &mut Canvas,
+        label: &str,
+        from: (f64, f64),
+        to: (f64, f64),
+    ) -> bool {
+        if !label.is_empty() {
+            canvas.line("grid", from, to);
+        } else if self.lettering.minor {
+            canvas.line("minor", from, to);
+        }
+        !label.is_empty()
+    }
+
+    fn tick(&self, canvas: &mut Canvas, (x, y): (f64, f64), (right, down): (f64, f64)) {
+        let length = self.lettering.tick;
+        if length > 0.0 {
+            canvas.line("tick", (x, y), (x + right * length, y + down * length));
+        }
+    }
+
+    /// Draws a second scale at the right: `factor` turns values of the left one into its own.
+    pub fn right_scale(&self, canvas: &mut Canvas, factor: f64, title: &str) {
+        let Lettering { spacing, label, .. } = self.lettering;
+        let axis = Axis::linear(
+            self.y.low() * factor,
+            self.y.high() * factor,
+            self.bottom,
+            self.top,
+        );
+        for tick in axis.ticks(spacing.2, 0.0) {
+            let y = axis.place(tick.value);
+            self.tick(canvas, (self.right, y), (1.0, 0.0));
+            let at = (self.right + label.1, y + label.2);
+            canvas.text(self.lettering.class, at, Anchor::Start, &tick.label);
+        }
+        let middle = f64::midpoint(self.top, self.bottom);
+        canvas.upward_text("", (WIDTH - 8.0, middle), title);
+    }
+
+    /// Draws the frame; it comes after the curves.
+    pub fn frame(&self, canvas: &mut Canvas) {
+        canvas.rectangle("frame", self.corner(), self.size());
+    }
+
+    /// Opens a group that draws inside the panel only; `id` is its own in the drawing.
+    pub fn begin_inside(&self, canvas: &mut Canvas, id: &str) {
+        canvas.clip(id, self.corner(), self.size());
+        canvas.begin_clipped(id);
+    }
+
+    /// Draws a function of x, thinned to what can be seen.
+    pub fn function(
+        &self,
+        canvas: &mut Canvas,
+        class: &str,
+        points: impl Iterator<Item = (f64, f64)>,
+    ) {
+        let placed = points
+            .map(|(x, y)| self.place(x, y))
+            .filter(|(x, _)| *x >= self.left - 40.0 && *x <= self.right + 40.0);
+        canvas.polyline(class, thin::columns(placed, 0.7).into_iter());
+    }
+
+    /// Draws a curve that may turn back, thinned to at most `most` points.
+    pub fn curve(
+        &self,
+        canvas: &mut Canvas,
+        class: &str,
+        points: impl Iterator<Item = (f64, f64)>,
+        most: usize,
+    ) {
+        let placed: Vec<(f64, f64)> = points.map(|(x, y)| self.place(x, y)).collect();
+        canvas.polyline(class, thin::curve(&placed, 0.5, most).into_iter());
+    }
+
+    /// Draws a line across at `y`.
+    pub fn level(&self, canvas: &mut Canvas, class: &str, y: f64) {
+        if self.y.contains(y) {
+            let at = self.y.place(y);
+            canvas.line(class, (self.left, at), (self.right, at));
+        }
+    }
+
+    /// Draws a line upright at `x`.
+    pub fn upright(&self, canvas: &mut Canvas, class: &str, x: f64) {
+        if self.x.contains(x) {
+            let at = self.x.place(x);
+            canvas.line(class, (at, self.top), (at, self.bottom));
+        }
+    }
+
+    /// Draws the line of a limit across, with its words at the left.
+    pub fn limit(&self, canvas: &mut Canvas, y: f64, text: &str) {
+        self.level(canvas, "limit", y);
+        let at = (self.left + 8.0, self.y.place(y) - 6.0);
+        canvas.text("alarm halo", at, Anchor::Start, text);
+    }
+
+    /// Writes a text beside a point, on the side where the panel has more room, inside it.
+    pub fn label(&self, canvas: &mut Canvas, class: &str, at: (f64, f64), text: &str) {
+        let left_half = at.0 < f64::midpoint(self.left, self.right);
+        let (x, anchor) = if left_half {
+            (at.0 + 11.0, Anchor::Start)
+        } else {
+            (at.0 - 11.0, Anchor::End)
+        };
+        let y = at.1.clamp(self.top + 16.0, self.bottom - 8.0);
+        canvas.text(class, (x, y), anchor, text);
+    }
+}
+
+/// A line of the legend: how it is drawn and what it is.
+pub struct LegendEntry {
+    sample: Sample,
+    text: String,
+}
+
+/// How a legend shows its thing.
+#[derive(Debug, Clone, Copy)]
+pub enum Sample {
+    /// A stroke of this class.
+    Line(&'static str),
+    /// A filled patch of this class.
+    Patch(&'static str),
+    /// A short upright stroke of this class.
+    Tick(&'static str),
+    /// A stroke of this class, then what the function draws at its middle.
+    Marked(&'static str, fn(&mut Canvas, &str, (f64, f64))),
+}
+
+impl LegendEntry {
+    /// Returns an entry: how it is drawn and what it says.
+    pub fn new(sample: Sample, text: impl Into<String>) -> Self {
+        Self {
+            sample,
+            text: text.into(),
+        }
+    }
+
+    /// An entry with a stroke.
+    pub fn line(class: &'static str, text: impl Into<String>) -> Self {
+        Self::new(Sample::Line(class), text)
+    }
+}
+
+/// Returns an entry for each stop that is `shown`, drawn as its `class`.
+pub fn stop_legend(
+    class: fn(StopModel) -> &'static str,
+    shown: &dyn Fn(StopModel) -> bool,
+) -> Vec<LegendEntry> {
+    let stops = [
+        (StopModel::Rigid, "rigid stop"),
+        (StopModel::Soft, "soft stop"),
+    ];
+    stops
+        .into_iter()
+        .filter(|(model, _)| shown(*model))
+        .map(|(model, text)| LegendEntry::line(class(model), text))
+        .collect()
+}
+
+/// Writes title, notes and legend at the top and returns where the first panel may start.
+pub fn header(
+    canvas: &mut Canvas,
+    left: f64,
+    title: &str,
+    notes: &[String],
+    entries: &[LegendEntry],
+) -> f64 {
+    let mut y = if notes.is_empty() { 22.0 } else { 24.0 };
+    canvas.text("title", (left, y), Anchor::Start, title);
+    for note in notes {
+        y += 20.0;
+        canvas.text("muted", (left, y), Anchor::Start, note);
+    }
+    if entries.is_empty() {
+        return y + 16.0;
+    }
+    y += 24.0;
+    let mut x = left;
+    for entry in entries {
+        let width = 34.0 + entry.text.chars().count() as f64 * (LETTER - 1.2) + 16.0;
+        if x > left && x + width > WIDTH - 4.0 {
+            x = left;
+            y += 21.0;
+        }
+        let (from, to) = ((x, y - 5.0), (x + 26.0, y - 5.0));
+        match entry.sample {
+            Sample::Line(class) => canvas.line(class, from, to),
+            Sample::Patch(class) => canvas.rectangle(class, (x, y - 12.0), (26.0, 14.0)),
+            Sample::Tick(class) => canvas.line(class, (x + 13.0, y - 12.0), (x + 13.0, y + 2.0)),
+            Sample::Marked(class, mark) => {
+                canvas.line(&format!("line {class}"), from, to);
+                mark(canvas, class, (x + 13.0, y - 5.0));
+            }
+        }
+        canvas.text("", (x + 34.0, y), Anchor::Start, &entry.text);
+        x += width;
+    }
+    y + 14.0
+}
+
+/// Height that [`footer`] needs below the last panel.
+pub const FOOTER: f64 = 66.0;
+
+/// Writes at the bottom right what the drawing belongs to.
+pub fn footer(canvas: &mut Canvas, origin: &str, height: f64) {
+    let at = (RIGHT, height - 6.0);
+    canvas.text("origin", at, Anchor::End, origin);
+}
+
+/// Returns the least and largest of finite values; infinite ones, the least above the largest, of
+/// none.
+pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
+}
+
+/// Returns the scale of finite values, with a margin on both sides as a share of the range
+/// between; `0..1` of none.
+pub fn range(values: impl Iterator<Item = f64>, margin: f64) -> Scale {
+    let (low, high) = extent(values);
+    if low > high {
+        return Scale::Linear(0.0, 1.0);
+    }
+    let room = ((high - low) * margin).max(1e-9);
+    Scale::Linear(low - room, high + room)
+}

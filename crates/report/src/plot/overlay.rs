@@ -1,0 +1,223 @@
+//! Two verdicts over one time axis, aligned at first contact.
+
+use super::Figure;
+use super::event::{EventCurve, EventDrawing, EventMark, EventPanel, limit_name};
+use crate::series::SeriesTable;
+use crate::words;
+use latchgate_document::Document;
+use latchgate_kernel::units::STANDARD_GRAVITY;
+use serde_json::Value;
+
+/// Rules of this drawing beyond those of all plots: neither of two verdicts has the colour of a stop.
+pub(in crate) const RULES: &str = "\
+.plot .verdict-a{fill:none;stroke:var(--ink);stroke-width:1.6;stroke-linejoin:round}
+.plot .verdict-b{fill:none;stroke:var(--fourth);stroke-width:1.6;stroke-dasharray:7 3;stroke-linejoin:round}
+.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(280px,1fr));gap:14px;margin-bottom:18px}
+.pair .answer strong{font-size:30px}
+.differences{table-layout:fixed}
+.differences th:first-child{width:11%}
+.differences th:nth-child(2){width:31%}
+.differences td{overflow-wrap:anywhere}
+";
+
+const CLASSES: [&str; 2] = ["verdict-a", "verdict-b"];
+
+/// The series of two verdicts at common instants.
+#[derive(Debug)]
+pub(crate) struct CommonSeries {
+    time_s: Vec<f64>,
+    used_m_s2: [Vec<f64>; 2],
+    velocity_m_s: [Vec<f64>; 2],
+    angle_rad: [Vec<f64>; 2],
+}
+
+impl CommonSeries {
+    /// Brings two series to the instants of either, where both have samples; between samples they
+    /// are linear. `None` where they have nothing in common.
+    pub(crate) fn of(tables: [&SeriesTable; 2]) -> Option<Self> {
+        let span = |table: &SeriesTable| Some((*table.time_s.first()?, *table.time_s.last()?));
+        let (one, other) = (span(tables[0])?, span(tables[1])?);
+        let (from, to) = (one.0.max(other.0), one.1.min(other.1));
+        let all = tables.iter().flat_map(|table| &table.time_s);
+        let mut time_s: Vec<f64> = all
+            .copied()
+            .filter(|time| (from..=to).contains(time))
+            .collect();
+        time_s.sort_unstable_by(f64::total_cmp);
+        time_s.dedup();
+        if time_s.len() < 2 {
+            return None;
+        }
+        let each = |values: fn(&SeriesTable) -> &[f64]| {
+            tables.map(|table| brought(&time_s, &table.time_s, values(table)))
+        };
+        Some(Self {
+            used_m_s2: each(|table| &table.used_m_s2),
+            velocity_m_s: each(|table| &table.velocity_m_s),
+            angle_rad: each(|table| &table.angle_rad),
+            time_s,
+        })
+    }
+
+    /// Returns the series as a table.
+    pub(crate) fn csv(&self) -> String {
+        use std::fmt::Write as _;
+        let mut out = String::from(
+            "time_s,a_acceleration_used_m_s2,b_acceleration_used_m_s2,a_velocity_m_s,b_velocity_m_s,\
+             a_angle_rad,b_angle_rad\n",
+        );
+        for (index, time) in self.time_s.iter().enumerate() {
+            let _ = write!(out, "{time}");
+            for values in [&self.used_m_s2, &self.velocity_m_s, &self.angle_rad] {
+                // Writing into a String cannot fail.
+                let _ = write!(out, ",{},{}", values[0][index], values[1][index]);
+            }
+            out.push('\n');
+        }
+        out
+    }
+}
+
+/// Returns values at other instants, all within theirs.
+fn brought(to_s: &[f64], time_s: &[f64], values: &[f64]) -> Vec<f64> {
+    let mut next = 1;
+    to_s.iter()
+        .map(|&at| {
+            while next + 1 < time_s.len() && time_s[next] < at {
+                next += 1;
+            }
+            let (t0, t1) = (time_s[next - 1], time_s[next]);
+            let part = (at - t0) / (t1 - t0);
+            values[next - 1] + part * (values[next] - values[next - 1])
+        })
+        .collect()
+}
+
+/// Draws both, and returns with it what a script needs to draw it anew. `view` is what is shown at
+/// first [s].
+pub(crate) fn draw(
+    series: &CommonSeries,
+    documents: [&Document; 2],
+    view: (f64, f64),
+) -> (Figure, Value) {
+    let shown = (&*series.time_s, view);
+    let in_g = 1.0 / STANDARD_GRAVITY;
+    let limits = documents.map(|document| document.threshold_rad);
+    let limit = limits[0].max(limits[1]);
+    let long = view.1 - view.0 > 2.0;
+    let names = documents.map(words::report_name);
+    let drawing = EventDrawing {
+        title: "Acceleration, velocity and angle of the levers, A and B",
+        time_s: &series.time_s,
+        view,
+        panels: [
+            EventPanel::new(
+                "a [g]".into(),
+                curves("acceleration", 1, &series.used_m_s2),
+                in_g,
+                shown,
+                None,
+            ),
+            EventPanel::new(
+                "velocity [m/s]".into(),
+                curves("velocity", 3, &series.velocity_m_s),
+                1.0,
+                shown,
+                None,
+            ),
+            EventPanel::new(
+                "angle φ [rad]".into(),
+                curves("angle", 5, &series.angle_rad),
+                1.0,
+                shown,
+                Some(limit),
+            ),
+        ],
+        limit: (limit, limit_name(limit)),
+        marks: marks(documents, view),
+        time_unit: if long { (1.0, "s") } else { (1e3, "ms") },
+        origin: &format!("reports {} and {}", names[0], names[1]),
+    };
+    let apart = (limits[0] - limits[1]).abs() > 0.0;
+    let caption = format!(
+        "Both as used, aligned at first contact, where both have samples.{}",
+        if apart {
+            " The limit angles differ; the larger one is drawn."
+        } else {
+            ""
+        }
+    );
+    let description = format!(
+        "Acceleration, its integral and the angle of the lever over time for two verdicts, from {} to {}.",
+        words::instant(view.0),
+        words::instant(view.1)
+    );
+    drawing.draw(caption, description)
+}
+
+/// The curves of A and B, which stand in the table from column `first` on.
+fn curves<'a>(what: &str, first: usize, values: &'a [Vec<f64>; 2]) -> Vec<EventCurve<'a>> {
+    let each = (0..2).map(|own| EventCurve {
+        class: CLASSES[own],
+        name: format!("{what} {}", ["A", "B"][own]),
+        read: ["A", "B"][own].into(),
+        column: first + own,
+        values: &values[own],
+    });
+    each.collect()
+}
+
+fn marks(documents: [&Document; 2], view: (f64, f64)) -> Vec<EventMark> {
+    let mut marks = vec![EventMark {
+        at_s: 0.0,
+        text: "first contact".into(),
+        class: "contact",
+    }];
+    for (document, name) in documents.into_iter().zip(["A", "B"]) {
+        let run = document.nominal.as_ref();
+        if let Some(at_s) = run.and_then(|run| run.first_crossing_s) {
+            marks.push(EventMark {
+                at_s,
+                text: format!("{name} opens at {}", words::brief_time(at_s)),
+                class: "crossing",
+            });
+        }
+    }
+    marks.retain(|mark| (view.0..=view.1).contains(&mark.at_s));
+    marks
+}
+
+/// Returns the stretch in which either acceleration or either lever is at work, with some room [s].
+pub(crate) fn view(series: &CommonSeries, documents: [&Document; 2]) -> (f64, f64) {
+    let (first, last) = (series.time_s[0], series.time_s[series.time_s.len() - 1]);
+    let mut span = (0.0_f64.clamp(first, last), 0.0_f64.clamp(first, last));
+    let mut include = |at: f64| span = (span.0.min(at), span.1.max(at));
+    for values in &series.used_m_s2 {
+        let largest = values
+            .iter()
+            .fold(0.0_f64, |most, value| most.max(value.abs()));
+        let at_work = values.iter().map(|value| value.abs() > 0.05 * largest);
+        for (time, _) in series.time_s.iter().zip(at_work).filter(|(_, is)| *is) {
+            include(*time);
+        }
+    }
+    for run in documents
+        .iter()
+        .filter_map(|document| document.nominal.as_ref())
+    {
+        for at in [run.first_crossing_s, Some(run.peak_time_s)]
+            .into_iter()
+            .flatten()
+        {
+            include(at.clamp(first, last));
+        }
+    }
+    let length = span.1 - span.0;
+    if length <= 0.0 || length > 0.8 * (last - first) {
+        return (first, last);
+    }
+    (
+        (span.0 - 0.1 * length).max(first),
+        (span.1 + 0.25 * length).min(last),
+    )
+}

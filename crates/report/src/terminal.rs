@@ -1,0 +1,244 @@
+//! TerminalLines of a terminal: names at the left, texts wrapped with a hanging indent, colours that say
+//! nothing that words do not.
+
+use super::escape;
+use latchgate_recording::Severity;
+use latchgate_verdict::Answer;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Columns that names take.
+const NAMES: usize = 12;
+
+/// Least columns of a text, however narrow the terminal.
+const NARROWEST: usize = 24;
+
+/// How an answer looks on the terminal that it is written to.
+#[derive(Debug, Clone, Copy)]
+pub struct Look {
+    /// Columns to wrap to; `None`: a text is one line.
+    pub width: Option<usize>,
+    /// Whether colours are written.
+    pub colour: bool,
+    /// Whether paths are written so that they can be clicked.
+    pub links: bool,
+    /// Whether it is told how the answer came about.
+    pub detail: bool,
+    /// Words settings as whoever asks names them.
+    pub worded: fn(&str) -> String,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self {
+            width: None,
+            colour: false,
+            links: false,
+            detail: false,
+            worded: str::to_string,
+        }
+    }
+}
+
+impl Look {
+    /// Returns `text` in a colour by its number.
+    fn paint(&self, colour: &str, text: &str) -> String {
+        if self.colour {
+            format!("\x1b[{colour}m{text}\x1b[0m")
+        } else {
+            text.to_string()
+        }
+    }
+
+    /// Returns a verdict with its sign and colour.
+    pub(super) fn verdict(&self, answer: Answer) -> String {
+        let (sign, colour) = sign(answer);
+        self.paint(colour, &format!("{sign} {}", super::words::answer(answer)))
+    }
+
+    pub(super) fn severity(&self, severity: Severity) -> String {
+        let colour = match severity {
+            Severity::Blocking => "1;31",
+            Severity::Warning => "33",
+            Severity::Info => "2",
+        };
+        self.paint(colour, super::words::severity(severity))
+    }
+
+    /// Returns a path, to be clicked where that is possible.
+    pub(super) fn path(&self, path: &Path) -> String {
+        let shown = escape::terminal(&path.display().to_string()).into_owned();
+        let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        match (self.links, whole.to_str()) {
+            (true, Some(whole)) => {
+                let mut address = String::new();
+                for byte in whole.bytes() {
+                    if byte.is_ascii_alphanumeric() || b"/-_.~".contains(&byte) {
+                        address.push(char::from(byte));
+                    } else {
+                        let _ = write!(address, "%{byte:02X}");
+                    }
+                }
+                format!("\x1b]8;;file://{address}\x1b\\{shown}\x1b]8;;\x1b\\")
+            }
+            _ => shown,
+        }
+    }
+}
+
+fn sign(answer: Answer) -> (char, &'static str) {
+    match answer {
+        Answer::Pass => ('✓', "1;32"),
+        Answer::Fail => ('✗', "1;31"),
+        Answer::Undecided => ('?', "1;33"),
+        Answer::Unusable => ('!', "1;35"),
+    }
+}
+
+/// TerminalLines that grow.
+#[derive(Debug)]
+pub(super) struct TerminalLines {
+    out: String,
+    look: Look,
+}
+
+impl TerminalLines {
+    pub(super) fn new(look: Look) -> Self {
+        Self {
+            out: String::with_capacity(2048),
+            look,
+        }
+    }
+
+    pub(super) fn into_string(self) -> String {
+        self.out
+    }
+
+    /// Writes the verdict and the sentence that says what it means.
+    pub(super) fn headline(&mut self, answer: Answer, sentence: &str) {
+        let plain = Look {
+            colour: false,
+            ..self.look
+        };
+        let indent = plain.verdict(answer).chars().count() + 2;
+        let head = self.look.verdict(answer);
+        self.wrapped(&format!("{head}  "), indent, sentence);
+    }
+
+    /// Writes a name and what belongs to it; whatever `text` holds, it stays in its lines.
+    pub(super) fn line(&mut self, name: &str, text: &str) {
+        self.marked(name, "", "", text);
+    }
+
+    /// As [`Self::line`] with a finding's severity before its text.
+    pub(super) fn graded(&mut self, name: &str, severity: Severity, text: &str) {
+        let shown = self.look.severity(severity);
+        self.marked(name, super::words::severity(severity), &shown, text);
+    }
+
+    fn marked(&mut self, name: &str, plain: &str, shown: &str, text: &str) {
+        let head = self.look.paint("2", &format!("{name:<NAMES$}"));
+        let (gap, extra) = match plain.chars().count() {
+            0 => ("", 0),
+            letters => (" ", letters + 1),
+        };
+        let head = format!("  {head} {shown}{gap}");
+        self.wrapped_from(&head, NAMES + 3, extra, text);
+    }
+
+    /// Writes a line as it is, for example a path.
+    pub(super) fn raw(&mut self, name: &str, text: &str) {
+        let head = self.look.paint("2", &format!("{name:<NAMES$}"));
+        let _ = writeln!(self.out, "  {head} {text}");
+    }
+
+    /// Words the settings that a text names.
+    pub(super) fn worded(&self, text: &str) -> String {
+        (self.look.worded)(text)
+    }
+
+    fn wrapped(&mut self, head: &str, indent: usize, text: &str) {
+        self.wrapped_from(head, indent, 0, text);
+    }
+
+    /// Writes `head`, then words of `text` up to the width; further lines begin at `indent`, the
+    /// first holds `taken` columns beyond it already.
+    fn wrapped_from(&mut self, head: &str, indent: usize, taken: usize, text: &str) {
+        let text = self.worded(text);
+        let text = escape::terminal(&text);
+        let width = self.look.width.map_or(usize::MAX, |width| {
+            width.saturating_sub(indent).max(NARROWEST)
+        });
+        self.out.push_str(head);
+        let mut column = taken;
+        let mut first = true;
+        for word in text.split(' ') {
+            let letters = word.chars().count();
+            if !first && column + 1 + letters > width {
+                let _ = write!(self.out, "\n{:indent$}", "");
+                column = 0;
+            } else if !first {
+                self.out.push(' ');
+                column += 1;
+            }
+            self.out.extend(word.chars().map(|c| match c {
+                '\u{00A0}' | '\u{202F}' => ' ',
+                other => other,
+            }));
+            column += letters;
+            first = false;
+        }
+        self.out.push('\n');
+    }
+}
+
+/// Returns a table, columns as wide as their widest cell; cells of `right` columns stand at the
+/// right.
+#[must_use]
+pub fn table(rows: &[Vec<String>], right: &[usize]) -> String {
+    let columns = rows.first().map_or(0, Vec::len);
+    let width = |column: usize| {
+        let widths = rows.iter().map(|row| letters(&row[column]));
+        widths.max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let mut out = String::new();
+    for row in rows {
+        let mut line = String::new();
+        for (column, cell) in row.iter().enumerate() {
+            let pad = " ".repeat(widths[column].saturating_sub(letters(cell)));
+            let gap = if column > 0 { "  " } else { "" };
+            if right.contains(&column) {
+                let _ = write!(line, "{gap}{pad}{cell}");
+            } else {
+                let _ = write!(line, "{gap}{cell}{pad}");
+            }
+        }
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+    out
+}
+
+/// Returns the columns of the longest line.
+pub(super) fn widest(text: &str) -> usize {
+    text.lines().map(letters).max().unwrap_or(0)
+}
+
+/// Returns the columns of a text, sequences that colour or link not counted.
+fn letters(text: &str) -> usize {
+    let mut count = 0;
+    let mut rest = text.chars();
+    while let Some(c) = rest.next() {
+        if c != '\x1b' {
+            count += 1;
+        } else if rest.next() == Some(']') {
+            // An address ends with an escape and a stroke.
+            while rest.next().is_some_and(|c| c != '\x1b') {}
+            rest.next();
+        } else {
+            while rest.next().is_some_and(|c| c != 'm') {}
+        }
+    }
+    count
+}

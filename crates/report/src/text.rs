@@ -1,0 +1,294 @@
+//! The verdict for a terminal.
+
+use super::terminal::{self, Look, TerminalLines};
+use super::words;
+use super::{REPORT_FILE, VERDICT_FILE};
+use latchgate_document::Document;
+use latchgate_document::number::plain;
+use latchgate_recording::{Finding, Severity};
+use latchgate_verdict::Answer;
+use std::path::Path;
+
+/// Findings that are told unasked.
+const FINDINGS: usize = 3;
+
+/// Letters of a finding that is told unasked and blocks nothing.
+const LETTERS: usize = 140;
+
+/// Returns the verdict in a few lines: what it is and what that means, what was judged, peak and
+/// limit angle, what it rests on, the gravest findings, where the report is, if one was written
+/// into `report`, and how to verify it. With [`Look::detail`] it says how the answer came about.
+#[must_use]
+pub fn render(document: &Document, report: Option<&Path>, look: Look) -> String {
+    let mut out = TerminalLines::new(look);
+    out.headline(document.verdict, &words::headline(document));
+    let recording = &document.recording;
+    let channel = recording.channel.as_ref();
+    let channel = channel.map_or(String::new(), |channel| format!(", channel {channel}"));
+    out.line("recording", &format!("{}{channel}", recording.file));
+    let test: Vec<String> = words::test_facts(document)
+        .into_iter()
+        .map(|(_, value)| value)
+        .collect();
+    if !test.is_empty() && look.detail {
+        out.line("test", &test.join("; "));
+    } else if let Some(first) = document.test.test.as_ref().or(test.first()) {
+        out.line("test", first);
+    }
+    out.line("design", &words::design(&document.design));
+    if document.verdict != Answer::Unusable {
+        judged(&mut out, document);
+    }
+    findings(&mut out, document, look.detail);
+    if look.detail {
+        detail(&mut out, document);
+    }
+    if let Some(report) = report {
+        out.raw("report", &look.path(&report.join(REPORT_FILE)));
+        let verdict = report.join(VERDICT_FILE).display().to_string();
+        out.line(
+            "verify",
+            &format!("latchgate verify {}", super::escape::shell(&verdict)),
+        );
+    }
+    out.into_string()
+}
+
+/// Writes what a recording that can carry an answer comes to.
+fn judged(out: &mut TerminalLines, document: &Document) {
+    let several = document.polarities.len() > 1;
+    if several {
+        for row in words::directions(document) {
+            out.line(row.sign, &format!("{}: {}", row.word, row.text));
+        }
+        out.line("limit", &words::limit_angle(document));
+    } else if let Some(run) = &document.nominal {
+        let peak = words::peak(document, run);
+        out.line(
+            "peak",
+            &format!("{peak}; limit angle {}", words::limit_angle(document)),
+        );
+        if let Some(text) = words::stops(document) {
+            out.line("stops", &text);
+        }
+    }
+    if let Some(ensemble) = &document.ensemble {
+        out.line("varied", &words::varied(ensemble));
+    }
+    if let Some(preload) = &document.preload_answer {
+        out.line("advice", &preload.text);
+    }
+    out.line("direction", &words::direction(document));
+    if document.verdict == Answer::Pass {
+        out.line("not seen", words::UNSEEN);
+    }
+}
+
+/// Writes the findings: the gravest, or all of them.
+fn findings(out: &mut TerminalLines, document: &Document, all: bool) {
+    if document.findings.is_empty() {
+        out.line("findings", "none");
+        return;
+    }
+    let mut findings: Vec<&Finding> = document.findings.iter().collect();
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    let told = |finding: &&&Finding| all || words::always_told(finding);
+    let shown: Vec<&&Finding> = findings.iter().filter(told).collect();
+    let most = if all { usize::MAX } else { FINDINGS };
+    let mut name = "findings";
+    for finding in shown.iter().take(most) {
+        let at = finding
+            .at_s
+            .map_or_else(String::new, |at| format!(" at {}", words::instant(at)));
+        let text = words::sentence(&finding.text);
+        let whole = all || finding.severity == Severity::Blocking || words::is_remark(finding);
+        let text = if whole {
+            text
+        } else {
+            words::shortened(&out.worded(&text), LETTERS)
+        };
+        out.graded(
+            name,
+            finding.severity,
+            &format!("{}{at}: {text}", finding.code),
+        );
+        name = "";
+    }
+    let rest = findings.len() - shown.len().min(most);
+    if rest > 0 {
+        let more = if shown.is_empty() { "" } else { " more" };
+        let notes = if shown.len() <= most {
+            "note"
+        } else {
+            "finding"
+        };
+        let many = if rest == 1 { "" } else { "s" };
+        out.line(name, &format!("{rest}{more} {notes}{many}; -v tells them"));
+    }
+}
+
+/// Writes how the answer came about.
+fn detail(out: &mut TerminalLines, document: &Document) {
+    for (index, reason) in document.why.iter().enumerate() {
+        let name = if index == 0 { "why" } else { "" };
+        out.line(name, &words::sentence(&reason.text));
+    }
+    if document.verdict == Answer::Unusable {
+        return;
+    }
+    if let Some(run) = &document.nominal {
+        out.line("impacts", &words::impacts(run));
+        if let Some(coast) = run.coast_peak_angle_rad {
+            let coast = words::bounded_angle(coast);
+            out.line(
+                "coast",
+                &format!("after the record ends the lever could still reach {coast}"),
+            );
+        }
+    }
+    if let Some(ladder) = &document.ladder {
+        out.line(
+            "decided by",
+            &format!("{}. {}", ladder.rung.name(), ladder.text),
+        );
+    }
+    if let Some(ensemble) = &document.ensemble {
+        let drivers: Vec<String> = ensemble
+            .drivers
+            .iter()
+            .filter_map(|driver| {
+                let correlation = plain(driver.rank_correlation?, 2);
+                Some(format!(
+                    "{} ({correlation})",
+                    words::parameter(&driver.parameter)
+                ))
+            })
+            .take(3)
+            .collect();
+        if !drivers.is_empty() {
+            let text = format!("to {} (rank correlation)", drivers.join(", "));
+            out.line("sensitive", &text);
+        }
+    }
+    let filters: Vec<String> = document
+        .filters
+        .iter()
+        .filter_map(|row| {
+            let peak = words::bounded_angle(row.peak_angle_rad?);
+            Some(format!("{} {} ({peak})", row.filter, row.verdict?.name()))
+        })
+        .collect();
+    if !filters.is_empty() {
+        out.line("by filter", &filters.join(", "));
+    }
+    out.line("report id", &document.report_id);
+}
+
+/// A recording that was judged, or not, in a table of several.
+#[derive(Debug, Clone, Copy)]
+pub struct TableRow<'a> {
+    /// What came of it.
+    pub document: &'a Document,
+    /// Whether it was judged.
+    pub judged: bool,
+    /// Where its report lies.
+    pub report: Option<&'a Path>,
+}
+
+/// Returns a table of several recordings, the worst first, and a line that sums it up.
+#[must_use]
+pub fn table(rows: &[TableRow<'_>], look: Look) -> String {
+    let mut order: Vec<&TableRow> = rows.iter().collect();
+    order.sort_by_key(|row| rank(row.document.verdict));
+    let heads = [
+        "verdict",
+        "recording",
+        "peak",
+        "opens at",
+        "findings",
+        "channel",
+        "report",
+    ];
+    let mut cells = vec![heads.map(String::from).to_vec()];
+    cells.extend(order.into_iter().map(|row| table_row(row, look)));
+    // What a narrow terminal has no room for stands in the reports.
+    let mut table = terminal::table(&cells, &[2, 3]);
+    while look
+        .width
+        .is_some_and(|width| terminal::widest(&table) > width)
+        && cells[0].len() > 3
+    {
+        cells.iter_mut().for_each(|row| row.truncate(row.len() - 1));
+        table = terminal::table(&cells, &[2, 3]);
+    }
+    let sum: Vec<String> = [
+        Answer::Unusable,
+        Answer::Fail,
+        Answer::Undecided,
+        Answer::Pass,
+    ]
+    .into_iter()
+    .filter_map(|answer| {
+        let number = rows.iter().filter(|row| row.document.verdict == answer);
+        let number = number.count();
+        (number > 0).then(|| format!("{number} {}", answer.name()))
+    })
+    .collect();
+    let passes = rows.iter().any(|row| row.document.verdict == Answer::Pass);
+    let unseen = match passes {
+        true => format!("not seen: {}\n", words::UNSEEN),
+        false => String::new(),
+    };
+    let worst = rows.iter().map(|row| row.document.verdict);
+    let worst = worst.min_by_key(|answer| rank(*answer));
+    let head = worst.map_or_else(String::new, |worst| look.verdict(worst));
+    format!(
+        "{head}  {} recordings: {}\n{table}{unseen}",
+        rows.len(),
+        sum.join(", ")
+    )
+}
+
+/// Returns the place of an answer among several, the worst first.
+#[must_use]
+pub fn rank(answer: Answer) -> u8 {
+    match answer {
+        Answer::Unusable => 0,
+        Answer::Fail => 1,
+        Answer::Undecided => 2,
+        Answer::Pass => 3,
+    }
+}
+
+fn table_row(row: &TableRow<'_>, look: Look) -> Vec<String> {
+    let document = row.document;
+    let shown = |text: &str| super::escape::terminal(text).into_owned();
+    let none = || "–".to_string();
+    let run = document.nominal.as_ref();
+    // Of an answer that hangs on the opening direction neither run is the one.
+    let one = document.verdict != Answer::Undecided || document.polarities.len() < 2;
+    let run = run.filter(|_| one && document.verdict != Answer::Unusable);
+    let peak = run.map_or_else(none, |run| words::short_peak(document, run));
+    let opens = run.and_then(|run| run.first_crossing_s);
+    let report = row.report.map(|folder| folder.join(REPORT_FILE));
+    let verdict = if row.judged {
+        look.verdict(document.verdict)
+    } else {
+        "! NOT JUDGED".into()
+    };
+    vec![
+        verdict,
+        shown(&document.recording.file),
+        peak.replace('\u{00A0}', " "),
+        opens
+            .map_or_else(none, words::brief_time)
+            .replace('\u{00A0}', " "),
+        words::findings_count(document),
+        document
+            .recording
+            .channel
+            .as_deref()
+            .map_or_else(none, shown),
+        report.map_or_else(none, |path| look.path(&path)),
+    ]
+}

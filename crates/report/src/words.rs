@@ -1,0 +1,742 @@
+//! Words that the terminal and the page share.
+//!
+//! Numbers with their units, names of stops, numbers of the design and whole sentences: what must
+//! not differ between the two. How it is laid out is the matter of each.
+
+use crate::codes;
+use latchgate_document::Document;
+use latchgate_document::blocks::ConditioningBlock;
+use latchgate_document::number::{exact, milliseconds, significant, trimmed};
+use latchgate_document::request::PolaritySource;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::parameters::{DesignParameter, PARAMETERS};
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::Run;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_recording::{Finding, Severity};
+use latchgate_verdict::{Answer, Ensemble, ErrorBudget, RunAnswer};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
+
+/// Digits of a result shown to people.
+pub(super) const DIGITS: usize = 5;
+
+/// Returns the verdict in capitals.
+pub(super) fn answer(answer: Answer) -> &'static str {
+    match answer {
+        Answer::Pass => "PASS",
+        Answer::Fail => "FAIL",
+        Answer::Undecided => "UNDECIDED",
+        Answer::Unusable => "UNUSABLE",
+    }
+}
+
+/// Returns what the verdict means in a sentence: what the lever does, or what would decide it, or
+/// why there is no answer. Without an ensemble it claims no more than the nominal lever does.
+pub(super) fn headline(document: &Document) -> String {
+    let lever = match document.ensemble {
+        Some(_) => "The lever",
+        None => "The nominal lever",
+    };
+    let first = document.why.first();
+    match (document.verdict, &document.nominal) {
+        (Answer::Pass, Some(run)) => {
+            let share = trimmed(
+                100.0 * run.peak_angle_rad.max(0.0) / document.threshold_rad,
+                2,
+            );
+            format!("{lever} stays: it reaches {share}\u{00A0}% of the limit angle.")
+        }
+        (Answer::Fail, Some(run)) => {
+            let opening = document.models.values().chain(
+                document
+                    .polarities
+                    .values()
+                    .flat_map(|stops| stops.values()),
+            );
+            let crossings = opening.chain([run]).filter_map(|run| run.first_crossing_s);
+            let earliest = crossings.fold(f64::INFINITY, f64::min);
+            if earliest.is_finite() {
+                format!("{lever} opens at {}.", brief_time(earliest))
+            } else {
+                format!("{lever} opens, varied within its tolerances.")
+            }
+        }
+        (Answer::Undecided, _) => would_decide(document),
+        // The findings tell it in full.
+        _ => first.map_or_else(String::new, |reason| {
+            shortened(&sentence(&reason.text), HEADLINE_LETTERS)
+        }),
+    }
+}
+
+/// What a pass does not say, since the samples of a recording cannot show it.
+pub const UNSEEN: &str = "no tool can tell a wrong sign, half the scale, half the time, or a wrong axis under a right name";
+
+/// Letters of a headline, at most.
+const HEADLINE_LETTERS: usize = 240;
+
+/// Returns a text cut between two words, where it has more letters than `most`.
+pub(super) fn shortened(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_string();
+    }
+    let cut: String = text.chars().take(most).collect();
+    // A word of half the text, such as a path, is cut itself.
+    let end = cut.rfind(' ').filter(|end| 2 * end >= cut.len());
+    let end = end.unwrap_or(cut.len());
+    format!("{} …", cut[..end].trim_end_matches([',', ';', ':']))
+}
+
+/// Says what would decide an undecided verdict.
+fn would_decide(document: &Document) -> String {
+    let Some(first) = document.why.first() else {
+        return "Nothing decides.".into();
+    };
+    match &*first.code {
+        "polarity-decides" | "polarity-undeclared" => {
+            let each: Vec<String> = directions(document)
+                .into_iter()
+                .map(|row| format!("{} if {} acceleration opens", row.word, row.sign))
+                .collect();
+            format!(
+                "State the opening direction, the setting `opens_when`: {}.",
+                each.join(", ")
+            )
+        }
+        "stop-model-decides" => {
+            "The rigid and the soft stop answer differently; the setting `model` says which one the latch has.".into()
+        }
+        "members-cross" | "few-members-cross" | "most-members-cross" => {
+            let share = document.ensemble.as_ref().map_or_else(String::new, varied);
+            format!("{share}: too many for a pass, too few for a fail. Smaller tolerances, or a design farther from the limit angle, would decide.")
+        }
+        "coast-reaches-limit" | "members-coast-beyond" => {
+            "The lever still moves where the record ends and may open later; a longer recording would decide.".into()
+        }
+        "uncertainty-spans-threshold" => {
+            "The error of the computation reaches across the limit angle; a recording sampled more densely would decide.".into()
+        }
+        _ => sentence(&first.text),
+    }
+}
+
+/// What an opening direction comes to.
+pub(super) struct DirectionRow {
+    /// The sign of the recorded acceleration that opens.
+    pub(super) sign: &'static str,
+    /// The answer, as a word in small letters: in capitals it would be found for the verdict.
+    pub(super) word: &'static str,
+    /// What the lever does.
+    pub(super) text: String,
+}
+
+/// Returns what each opening direction comes to.
+pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
+    let row = |(sign, stops): (&OpensWhen, &BTreeMap<StopModel, Run>)| {
+        let of_sign = document.answers.iter();
+        let of_sign = of_sign.filter(|answer| answer.opens_when == *sign);
+        let answers: Vec<Answer> = of_sign.map(|answer| answer.answer).collect();
+        let word = match answers.as_slice() {
+            [first, rest @ ..] if rest.iter().all(|other| other == first) => first.name(),
+            _ => "undecided",
+        };
+        let largest = stops
+            .values()
+            .max_by(|one, other| one.peak_angle_rad.total_cmp(&other.peak_angle_rad));
+        DirectionRow {
+            sign: sign.name(),
+            word,
+            text: largest.map_or_else(String::new, |run| {
+                let does = run.first_crossing_s.map_or_else(
+                    || "the nominal lever stays".into(),
+                    |at| format!("opens at {}", brief_time(at)),
+                );
+                format!("{does}, {}", peak(document, run))
+            }),
+        }
+    };
+    document.polarities.iter().map(row).collect()
+}
+
+/// Returns which sign of the recorded acceleration opens, and who says so.
+pub(super) fn direction(document: &Document) -> String {
+    let source = document.recording.opens_when_source.name();
+    match (&document.recording.opens_when, &document.nominal) {
+        (Some(declared), _) => format!(
+            "opens on {} acceleration, declared by {source}",
+            declared.name()
+        ),
+        (None, _) => "not declared; both signs were judged".into(),
+    }
+}
+
+/// Returns what each stop comes to, where both were run.
+pub(super) fn stops(document: &Document) -> Option<String> {
+    if document.models.len() < 2 {
+        return document
+            .nominal
+            .as_ref()
+            .map(|run| format!("{} alone", stop(run.model)));
+    }
+    let each: Vec<String> = document
+        .models
+        .values()
+        .map(|run| match run.first_crossing_s {
+            Some(at) => format!("{} opens at {}", stop(run.model), brief_time(at)),
+            None => format!("{} stays, {}", stop(run.model), short_peak(document, run)),
+        })
+        .collect();
+    Some(each.join("; "))
+}
+
+/// Returns how many of the varied levers open.
+pub(super) fn varied(ensemble: &Ensemble) -> String {
+    format!(
+        "{} of {} levers varied within tolerances open{} ({}{})",
+        ensemble.exceeded,
+        ensemble.members,
+        until(ensemble),
+        share(ensemble),
+        match ensemble.exceeded_in_coast {
+            0 => String::new(),
+            members => format!("; {members} more may open later"),
+        }
+    )
+}
+
+/// Returns the share of all varied levers that open, as its bound.
+pub(super) fn share(ensemble: &Ensemble) -> String {
+    if ensemble.p_lower > 0.5 {
+        format!(
+            "at least {}\u{00A0}% of all such",
+            percent(ensemble.p_lower)
+        )
+    } else {
+        format!("at most {}\u{00A0}% of all such", percent(ensemble.p_upper))
+    }
+}
+
+/// Returns what the computation's error is against the distance to the limit angle, and the
+/// largest influence that it does not count.
+pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
+    let error = match uncertainty(document, run)? {
+        error if error > FRAC_PI_2 => " more than 90°".into(),
+        error => format!("{}\u{00A0}rad", trimmed(error, 2)),
+    };
+    let beyond = run.peak_angle_rad > FRAC_PI_2;
+    let distance = (document.threshold_rad - run.peak_angle_rad.min(FRAC_PI_2)).abs();
+    let more = if beyond { "more than " } else { "" };
+    let largest = budget(document)
+        .into_iter()
+        .skip(2)
+        .filter_map(|row| Some((row.name, row.value?.abs())))
+        .max_by(|one, other| one.1.total_cmp(&other.1));
+    let largest = largest.map_or_else(String::new, |(name, value)| {
+        let value = trimmed(value, 2);
+        format!(" Largest other influence: {name}, {value}\u{00A0}rad (not included).")
+    });
+    Some(format!(
+        "Computation error ±{error}; distance to the limit angle {more}{}\u{00A0}rad.{largest}",
+        trimmed(distance, 2)
+    ))
+}
+
+/// Returns a text with a capital first.
+pub(super) fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    first.chain(letters).collect()
+}
+
+/// Returns how the signal was conditioned, in a line.
+pub(super) fn conditioned(block: &ConditioningBlock) -> String {
+    let filter = match block.filter.strip_prefix("cfc") {
+        Some(class) => format!("CFC\u{00A0}{class}"),
+        None => "no filter".into(),
+    };
+    let bias = match block.bias_window_s {
+        Some(_) => {
+            let bias = trimmed(block.bias_m_s2 / STANDARD_GRAVITY, 2);
+            format!("bias {bias}\u{00A0}g removed")
+        }
+        None => "no bias removed".into(),
+    };
+    let peak = block.peak_g.map_or_else(String::new, |peak| {
+        format!(", peak {}\u{00A0}g", trimmed(peak, 4))
+    });
+    format!("{filter}, {bias}{peak}")
+}
+
+/// Returns what is known of the test, names with values.
+pub(super) fn test_facts(document: &Document) -> Vec<(&'static str, String)> {
+    let test = &document.test;
+    let location = test.location.as_ref().map(|code| {
+        codes::spelt(code).map_or_else(|| code.clone(), |words| format!("{words} ({code})"))
+    });
+    [
+        ("Test", test.test.clone()),
+        ("Vehicle", test.vehicle.clone()),
+        ("Date", test.date.clone()),
+        ("Laboratory", test.laboratory.clone()),
+        ("Speed", test.speed.clone()),
+        ("Sensor", test.sensor.clone()),
+        ("Location", location),
+    ]
+    .into_iter()
+    .filter_map(|(name, value)| Some((name, value?)))
+    .collect()
+}
+
+/// Returns a peak with its uncertainty and its degrees; beyond 90° that alone.
+pub(super) fn peak(document: &Document, run: &Run) -> String {
+    if run.peak_angle_rad > FRAC_PI_2 {
+        return "largest angle > 90°".into();
+    }
+    format!(
+        "largest angle {}",
+        peak_with_error(document, run, |degrees| format!(" ({degrees}°)"))
+    )
+}
+
+/// As [`peak`], in a cell of a table.
+pub(super) fn short_peak(document: &Document, run: &Run) -> String {
+    if run.peak_angle_rad > FRAC_PI_2 {
+        return "> 90°".into();
+    }
+    peak_with_error(document, run, |_| String::new())
+}
+
+/// Returns the peak with its error, and what is said of its degrees; an error beyond 90° has no figure
+/// either.
+fn peak_with_error(
+    document: &Document,
+    run: &Run,
+    in_degrees: impl Fn(String) -> String,
+) -> String {
+    let (peak, error) = (run.peak_angle_rad, uncertainty(document, run));
+    let degrees = in_degrees(trimmed(peak.to_degrees(), 3));
+    if error.is_some_and(|error| error > FRAC_PI_2) {
+        return format!("{}\u{00A0}rad{degrees} ± more than 90°", trimmed(peak, 4));
+    }
+    format!("{}\u{00A0}rad{degrees}", with_error(peak, error))
+}
+
+/// Returns an angle without known error, with its degrees; beyond 90° that alone.
+pub(super) fn bounded_angle(radians: f64) -> String {
+    if radians > FRAC_PI_2 {
+        return "> 90°".into();
+    }
+    format!(
+        "{}\u{00A0}rad ({}°)",
+        trimmed(radians, 3),
+        trimmed(radians.to_degrees(), 3)
+    )
+}
+
+/// Returns U of a run's peak.
+pub(super) fn uncertainty(document: &Document, run: &Run) -> Option<f64> {
+    let own =
+        |answer: &&RunAnswer| answer.model == run.model && answer.opens_when == run.opens_when;
+    document.answers.iter().find(own)?.uncertainty_rad
+}
+
+/// Returns a value with its uncertainty, rounded up, and the digits that this allows, four at most.
+pub(super) fn with_error(value: f64, error: Option<f64>) -> String {
+    let place = |number: f64| libm::log10(number.abs()).floor();
+    let most = if value == 0.0 {
+        4.0
+    } else {
+        3.0 - place(value)
+    };
+    let Some(error) = error.filter(|error| error.is_finite() && *error > 0.0) else {
+        return trimmed(value, 4);
+    };
+    let decimals = (1.0 - place(error)).min(most).clamp(0.0, 9.0);
+    let unit = libm::pow(10.0, -decimals);
+    let error = (error / unit).ceil() * unit;
+    let digits = decimals as usize;
+    let text = format!("{value:.digits$}\u{00A0}±\u{00A0}{error:.digits$}");
+    text.replace('-', "\u{2212}")
+}
+
+/// Returns the limit angle with its degrees.
+pub(super) fn limit_angle(document: &Document) -> String {
+    let degrees = trimmed(document.threshold_rad.to_degrees(), 3);
+    format!("{} ({degrees}°)", limit(document))
+}
+
+/// Returns an instant or duration with four digits.
+pub(super) fn brief_time(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{}\u{00A0}ms", trimmed(seconds * 1e3, 4))
+    } else {
+        format!("{}\u{00A0}s", trimmed(seconds, 6))
+    }
+}
+
+/// Returns how often the lever strikes its stop.
+pub(super) fn impacts(run: &Run) -> String {
+    match run.impacts {
+        0 => "the lever does not strike its stop".into(),
+        1 => "the lever strikes its stop once".into(),
+        many => format!("the lever strikes its stop {many} times"),
+    }
+}
+
+/// Tells whether a finding holds a laboratory's words.
+pub(super) fn is_remark(finding: &Finding) -> bool {
+    finding.code.contains("remark")
+}
+
+/// Tells whether a finding is told even in short.
+pub(super) fn always_told(finding: &Finding) -> bool {
+    finding.severity > Severity::Info || is_remark(finding)
+}
+
+/// Counts the findings: `1 blocking, 2 warnings`.
+pub(super) fn findings_count(document: &Document) -> String {
+    let number = |severity| {
+        let of = document
+            .findings
+            .iter()
+            .filter(|finding| finding.severity == severity);
+        of.count()
+    };
+    let parts: Vec<String> = [
+        (number(Severity::Blocking), "blocking", "blocking"),
+        (number(Severity::Warning), "warning", "warnings"),
+        (number(Severity::Info), "note", "notes"),
+    ]
+    .into_iter()
+    .filter(|(number, _, _)| *number > 0)
+    .map(|(number, one, many)| format!("{number} {}", if number == 1 { one } else { many }))
+    .collect();
+    if parts.is_empty() {
+        "none".into()
+    } else {
+        parts.join(", ")
+    }
+}
+
+/// Returns up to when members were judged, where a fault ends that before the record does.
+pub(super) fn until(ensemble: &Ensemble) -> String {
+    ensemble
+        .judged_until_s
+        .map_or_else(String::new, |at| format!(" up to {}", instant(at)))
+}
+
+/// Returns how many members cross only after the last judged sample, if any do.
+pub(super) fn coasting(ensemble: &Ensemble) -> Option<String> {
+    (ensemble.exceeded_in_coast > 0).then(|| {
+        format!(
+            "After the last judged sample {} more coast beyond it (pale), with which up to \
+             {}\u{00A0}% cross",
+            ensemble.exceeded_in_coast,
+            percent(ensemble.p_upper_with_coast)
+        )
+    })
+}
+
+/// Returns an instant or duration [s] with its unit: milliseconds below ten seconds.
+pub(super) fn time(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{}\u{00A0}ms", milliseconds(seconds, DIGITS))
+    } else {
+        format!("{}\u{00A0}s", significant(seconds, 7))
+    }
+}
+
+/// As [`time`] without zeros at the end: for instants that were given or sampled.
+pub(super) fn instant(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{}\u{00A0}ms", trimmed(seconds * 1e3, 6))
+    } else {
+        format!("{}\u{00A0}s", trimmed(seconds, 8))
+    }
+}
+
+/// Returns an angle [rad] with its unit.
+pub(super) fn angle(radians: f64) -> String {
+    format!("{}\u{00A0}rad", significant(radians, DIGITS))
+}
+
+/// Returns the limit [rad] with all its digits and its unit.
+pub(super) fn limit(document: &Document) -> String {
+    format!("{}\u{00A0}rad", exact(document.threshold_rad))
+}
+
+/// Returns limit − peak [rad] and the same in percent of the limit.
+pub(super) fn margin(threshold_rad: f64, peak_rad: f64) -> (f64, f64) {
+    let margin = threshold_rad - peak_rad;
+    (margin, margin / threshold_rad * 100.0)
+}
+
+/// Returns the stop in words.
+pub(super) fn stop(model: StopModel) -> &'static str {
+    match model {
+        StopModel::Rigid => "rigid stop",
+        StopModel::Soft => "soft stop",
+    }
+}
+
+/// Returns the polarity in words.
+pub(super) fn opens(polarity: OpensWhen) -> &'static str {
+    match polarity {
+        OpensWhen::Negative => "negative opens",
+        OpensWhen::Positive => "positive opens",
+    }
+}
+
+/// Returns which recorded sign opens the lever, who says so, and how it enters the model.
+pub(super) fn polarity_sentence(document: &Document) -> String {
+    let entered = "A positive model acceleration holds the lever.";
+    let source = document.recording.opens_when_source.name();
+    let Some(nominal) = &document.nominal else {
+        return format!("Nothing was replayed, so no sign was applied. {entered}");
+    };
+    if source == "undeclared" {
+        return format!(
+            "Neither an option nor a card declares which sign of the recorded acceleration opens \
+             the lever, so both were judged; only where they agree is there an answer. {entered}"
+        );
+    }
+    if document.polarities.len() > 1 {
+        return format!(
+            "Both signs of the recorded acceleration were asked for (by {source}) and judged; the \
+             worse counts. {entered}"
+        );
+    }
+    match nominal.opens_when {
+        OpensWhen::Negative => format!(
+            "A negative recorded acceleration opens the lever (declared by {source}); the \
+             recording enters the model with its sign as it is. {entered}"
+        ),
+        OpensWhen::Positive => format!(
+            "A positive recorded acceleration opens the lever (declared by {source}); the \
+             recording enters the model with its sign changed. {entered}"
+        ),
+    }
+}
+
+/// Returns the name of a report: the first eight digits of its identity, which stand in its
+/// folder's name, its page and its plots.
+pub(super) fn report_name(document: &Document) -> String {
+    let digits = document.report_id.chars();
+    digits.filter(char::is_ascii_alphanumeric).take(8).collect()
+}
+
+/// Returns the design's name with the keys that were overridden, their values and what these took
+/// the place of: `paper, modified: preload torque 5 N m (0.1)`.
+pub(super) fn design(design: &Design) -> String {
+    let keys: Vec<String> = design
+        .modified
+        .iter()
+        .map(|key| modified(design, key))
+        .collect();
+    if keys.is_empty() {
+        return design.name.clone();
+    }
+    format!("{}, modified: {}", design.name, keys.join("; "))
+}
+
+fn modified(design: &Design, key: &str) -> String {
+    let (tolerance, name) = match key.strip_prefix("tolerance.") {
+        Some(name) => ("tolerance of ", name),
+        None => ("", key),
+    };
+    let known = PARAMETERS
+        .iter()
+        .find(|known| known.name == name || known.key() == name);
+    let what = known.map_or_else(
+        || name.to_string(),
+        |known| {
+            let mut letters = known.what.chars();
+            let first = letters.next().into_iter().flat_map(char::to_lowercase);
+            first.chain(letters).collect()
+        },
+    );
+    let unit = known.map_or("", |known| known.unit).trim_matches('1');
+    let unit = unit.replace(' ', "·");
+    let number = |value: Option<f64>| value.map_or_else(|| "none".into(), exact);
+    let blank = if unit.is_empty() { "" } else { "\u{00A0}" };
+    format!(
+        "{tolerance}{what} {}{blank}{unit} ({})",
+        number(design.number(key)),
+        number(design.modified_from.get(key).copied())
+    )
+}
+
+/// Returns a share [-] in percent, with the digits that matter near the bounds of the rule.
+pub(super) fn percent(share: f64) -> String {
+    trimmed(100.0 * share, 4)
+}
+
+/// Returns the word of a page for the severity of a finding.
+pub(super) fn severity(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Info => "note",
+        other => other.name(),
+    }
+}
+
+/// Returns what a number of the design, given by its name, is called in a sentence.
+pub(super) fn parameter(name: &str) -> &str {
+    DesignParameter::named(name).map_or(name, |parameter| parameter.noun)
+}
+
+/// Returns the unit of a number of the design, given by its name; a ratio has none.
+pub(super) fn parameter_unit(name: &str) -> &'static str {
+    match DesignParameter::named(name) {
+        Some(parameter) if parameter.unit != "1" => parameter.unit,
+        _ => "",
+    }
+}
+
+/// Says which parameter drives the peak.
+pub(super) fn drivers_sentence(ensemble: &Ensemble) -> String {
+    let chance = ensemble.rank_correlation_by_chance.unwrap_or(1.0);
+    let strong: Vec<_> = ensemble
+        .drivers
+        .iter()
+        .filter_map(|driver| Some((driver, driver.rank_correlation?, driver.share?)))
+        .collect();
+    match strong.first() {
+        None => {
+            "No parameter drives the peak: either nothing is scattered, or the peak is the same \
+                 for all members."
+                .into()
+        }
+        Some((_, correlation, _)) if correlation.abs() <= chance => {
+            "No parameter goes with the peak beyond what chance gives among so many members: what \
+             moves it are their combinations, as when a chain of impacts falls out differently."
+                .into()
+        }
+        Some((driver, correlation, share)) => format!(
+            "The {} drives the peak most: its rank correlation with it is {}, which is {:.0}\u{00A0}% of \
+             the squares of all. The shaded strip is what chance alone gives.",
+            parameter(&driver.parameter),
+            significant(*correlation, 2),
+            100.0 * share
+        ),
+    }
+}
+
+/// Returns a text as a sentence: a capital first, if it begins with a plain word and not with
+/// a name, and a full stop after a last letter or digit.
+pub(super) fn sentence(text: &str) -> String {
+    let first_word = text.split([' ', ',']).next().unwrap_or_default();
+    let plain = !first_word.is_empty() && first_word.chars().all(|c| c.is_ascii_lowercase());
+    let mut out = String::with_capacity(text.len() + 1);
+    if plain {
+        out.push_str(&text[..1].to_ascii_uppercase());
+        out.push_str(&text[1..]);
+    } else {
+        out.push_str(text);
+    }
+    if out.ends_with(|c: char| c.is_alphanumeric() || matches!(c, ')' | '`')) {
+        out.push('.');
+    }
+    out
+}
+
+/// One part of the error budget.
+pub(super) struct BudgetRow {
+    /// Its name in the verdict.
+    pub(super) name: &'static str,
+    /// What was varied.
+    pub(super) meaning: &'static str,
+    /// Change of the nominal peak [rad].
+    pub(super) value: Option<f64>,
+    /// Why there is no value, where there is none.
+    pub(super) absent: &'static str,
+}
+
+/// Returns the parts of the error budget with their words.
+pub(super) fn budget(document: &Document) -> [BudgetRow; 6] {
+    let ErrorBudget {
+        numerical,
+        interpolation,
+        model,
+        filter,
+        bias,
+        polarity,
+    } = document.error_budget_rad;
+    let unmeasured = "not measured: no rerun was possible";
+    let conditioning = document.conditioning.as_ref();
+    let unfiltered = conditioning.is_some_and(|block| block.filter == "none");
+    let unbiased = conditioning.is_some_and(|block| block.bias_window_s.is_none());
+    let declared = document.recording.opens_when_source != PolaritySource::Undeclared;
+    let unless = |applies: bool, reason| if applies { reason } else { unmeasured };
+    [
+        BudgetRow {
+            name: "numerical",
+            meaning: "integration and rounding, as the integrator bounds them",
+            value: numerical,
+            absent: unmeasured,
+        },
+        BudgetRow {
+            name: "interpolation",
+            meaning: "straight lines between samples against a band-limited fourfold of them",
+            value: interpolation,
+            absent: unmeasured,
+        },
+        BudgetRow {
+            name: "model",
+            meaning: "rigid stop against soft stop",
+            value: model,
+            absent: unless(document.models.len() < 2, "only one stop was run"),
+        },
+        BudgetRow {
+            name: "filter",
+            meaning: "the filter chosen against none",
+            value: filter,
+            absent: unless(unfiltered, "no filter was applied"),
+        },
+        BudgetRow {
+            name: "bias",
+            meaning: "one standard error more and less bias, the larger change of the two",
+            value: bias,
+            absent: unless(unbiased, "no bias was removed"),
+        },
+        BudgetRow {
+            name: "polarity",
+            meaning: "the sign as declared against reversed",
+            value: polarity,
+            absent: unless(declared, "the sign is declared"),
+        },
+    ]
+}
+
+/// Returns the settings of a request, a line each; those that it leaves to card and file are left
+/// out.
+pub(super) fn settings(request: &impl Serialize) -> String {
+    let settings = serde_json::to_value(request).unwrap_or_default();
+    let lines: Vec<String> = settings
+        .as_object()
+        .into_iter()
+        .flatten()
+        .map(|(key, value)| format!("{key} = {value}"))
+        .collect();
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::sentence;
+
+    #[test]
+    fn verif_a_sentence_that_ends_in_a_setting_has_its_full_stop() {
+        for (text, expected) in [
+            (
+                "confirm it with the setting `unit`",
+                "Confirm it with the setting `unit`.",
+            ),
+            ("a peak (filtered)", "A peak (filtered)."),
+            ("it is done.", "It is done."),
+        ] {
+            assert_eq!(sentence(text), expected);
+        }
+    }
+}

@@ -1,0 +1,514 @@
+//! The configuration: defaults, a file, the environment, the command line, in this order; each
+//! value knows where it comes from.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// A key of the configuration.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Its name, in files; in the environment it is `LATCHGATE_SERVE_` and the name in capitals.
+    pub name: &'static str,
+    /// Its value unless stated.
+    pub default: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+}
+
+const fn key(name: &'static str, default: &'static str, meaning: &'static str) -> Key {
+    Key {
+        name,
+        default,
+        meaning,
+    }
+}
+
+/// Every key.
+pub const KEYS: &[Key] = &[
+    key(
+        "listen",
+        "127.0.0.1:8420",
+        "Address and port; port 0 takes a free one. Beyond the loopback only once a token exists.",
+    ),
+    key(
+        "data",
+        "",
+        "Folder of the data; $XDG_STATE_HOME/latchgate or ~/.local/state/latchgate unless stated.",
+    ),
+    key(
+        "hosts",
+        "",
+        "Names under which a proxy serves the page, with commas between; the loopback's are known.",
+    ),
+    key(
+        "require_jail",
+        "false",
+        "Refuse to start where the kernel does not give the whole jail.",
+    ),
+    key(
+        "places",
+        "0",
+        "Children that work on jobs; 0 takes one for each core. One more is for those who wait.",
+    ),
+    key(
+        "child_memory_mib",
+        "1024",
+        "Memory that a child may map [MiB].",
+    ),
+    key(
+        "order_s",
+        "120",
+        "Time that one question may take [s], and its processor time.",
+    ),
+    key(
+        "silence_s",
+        "25",
+        "Time that a child may say nothing while it works [s]; below 30.",
+    ),
+    key(
+        "answer_mib",
+        "256",
+        "Bytes of the files of one report [MiB].",
+    ),
+    key("upload_mib", "192", "Bytes of one upload [MiB]."),
+    key("upload_files", "512", "Files of one upload."),
+    key(
+        "body_s",
+        "30",
+        "Time in which some more of a body must come [s].",
+    ),
+    key("upload_s", "600", "Time that an upload may take [s]."),
+    key(
+        "header_s",
+        "10",
+        "Time in which the head of a request must come, and for which a connection may be idle [s].",
+    ),
+    key("connections", "1024", "Connections at a time."),
+    key("queue", "200000", "Jobs that may wait."),
+    key(
+        "own_queue",
+        "100000",
+        "Jobs of one token that may wait or run.",
+    ),
+    key(
+        "own_mib",
+        "102400",
+        "Bytes that one token may upload in all [MiB].",
+    ),
+    key(
+        "gate_pairs",
+        "10000",
+        "Pairs of a recording and a design that one gate may have.",
+    ),
+    key(
+        "gate_rules",
+        "1000",
+        "Requirements and exceptions that one gate may have.",
+    ),
+    key("engine", "none", "What judges large gates: none, or slurm."),
+    key(
+        "engine_from_pairs",
+        "2000",
+        "Pairs of a gate beyond which it goes to the engine.",
+    ),
+    key(
+        "engine_share_pairs",
+        "20000",
+        "Pairs of one task of the engine, about.",
+    ),
+    key(
+        "engine_folder",
+        "",
+        "Folder that the engine's nodes see under the same name; `gates` in the data unless stated.",
+    ),
+    key(
+        "engine_program",
+        "",
+        "latchgate as the nodes call it; the one beside this program, or on the path, unless stated.",
+    ),
+    key(
+        "engine_options",
+        "",
+        "Options of sbatch with blanks between, for example --partition=short --time=04:00:00.",
+    ),
+    key(
+        "engine_s",
+        "600",
+        "Time in which a gate must be handed over, or found again [s].",
+    ),
+    key(
+        "rate_per_s",
+        "200",
+        "Requests of one token per second, on average.",
+    ),
+    key("rate_burst", "1000", "Requests of one token at once."),
+    key(
+        "free_mib",
+        "256",
+        "Space that uploads and jobs leave free on the disk [MiB].",
+    ),
+    key(
+        "wait_s",
+        "2",
+        "Time for which a question waits for its answer before it becomes a job [s].",
+    ),
+    key(
+        "drain_s",
+        "60",
+        "Time that work under way gets at the end [s].",
+    ),
+    key(
+        "log",
+        "info",
+        "Least level that is logged: error, warn, info, debug or trace.",
+    ),
+    key("log_format", "json", "json or text."),
+];
+
+/// Returns what a key is.
+#[must_use]
+pub fn meaning(name: &str) -> &'static str {
+    let known = KEYS.iter().find(|key| key.name == name);
+    known.map_or("", |key| key.meaning)
+}
+
+/// Where a value comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// Nobody stated it.
+    Default,
+    /// A file.
+    File(PathBuf),
+    /// The environment.
+    Environment(String),
+    /// The command line.
+    Flag,
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Default => f.write_str("default"),
+            Self::File(path) => write!(f, "file {}", path.display()),
+            Self::Environment(name) => write!(f, "environment {name}"),
+            Self::Flag => f.write_str("command line"),
+        }
+    }
+}
+
+/// Values with their origins.
+#[derive(Debug, Clone)]
+pub struct Layers(BTreeMap<&'static str, (String, Origin)>);
+
+impl Layers {
+    /// Puts the layers together.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, in a sentence: an unknown key, a file that cannot be read.
+    pub fn gather(
+        file: Option<&Path>,
+        environment: impl Iterator<Item = (String, String)>,
+        flags: &[(String, String)],
+    ) -> Result<Self, String> {
+        let defaults = KEYS.iter();
+        let mut layers = Self(
+            defaults
+                .map(|key| (key.name, (key.default.to_string(), Origin::Default)))
+                .collect(),
+        );
+        if let Some(path) = file {
+            let shown = path.display();
+            let text =
+                std::fs::read_to_string(path).map_err(|error| format!("{shown}: {error}"))?;
+            let table: toml::Table =
+                toml::from_str(&text).map_err(|error| format!("{shown}: {}", error.message()))?;
+            for (name, value) in table {
+                let value = match value {
+                    toml::Value::String(text) => text,
+                    toml::Value::Integer(number) => number.to_string(),
+                    toml::Value::Boolean(word) => word.to_string(),
+                    _ => {
+                        return Err(format!(
+                            "{shown}: `{name}` must be a text, a whole number or true or false"
+                        ));
+                    }
+                };
+                let origin = Origin::File(path.to_path_buf());
+                layers
+                    .put(&name, value, origin)
+                    .map_err(|error| format!("{shown}: {error}"))?;
+            }
+        }
+        for (name, value) in environment {
+            let Some(own) = name.strip_prefix("LATCHGATE_SERVE_") else {
+                continue;
+            };
+            let own = own.to_lowercase();
+            if own == "config" {
+                continue;
+            }
+            let origin = Origin::Environment(name.clone());
+            layers
+                .put(&own, value, origin)
+                .map_err(|error| format!("{name}: {error}"))?;
+        }
+        for (name, value) in flags {
+            layers.put(name, value.clone(), Origin::Flag)?;
+        }
+        layers.find_places();
+        Ok(layers)
+    }
+
+    /// Fills in the places that nobody stated, so that what is shown is what is used.
+    fn find_places(&mut self) {
+        if self.text("data").is_empty()
+            && let Some((data, from)) = default_data()
+        {
+            let found = (data.display().to_string(), Origin::Environment(from.into()));
+            self.0.insert("data", found);
+        }
+        let gates = Path::new(self.text("data")).join("gates");
+        for (name, place) in [("engine_folder", gates), ("engine_program", program())] {
+            if self.text(name).is_empty() {
+                let found = (place.display().to_string(), Origin::Default);
+                self.0.insert(name, found);
+            }
+        }
+    }
+
+    fn put(&mut self, name: &str, value: String, origin: Origin) -> Result<(), String> {
+        let Some(key) = KEYS.iter().find(|key| key.name == name) else {
+            let known: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
+            return Err(format!("unknown key `{name}`; known: {}", known.join(", ")));
+        };
+        self.0.insert(key.name, (value, origin));
+        Ok(())
+    }
+
+    /// Lists each key with its value and its origin.
+    pub fn entries(&self) -> impl Iterator<Item = (&'static str, &str, &Origin)> {
+        KEYS.iter().filter_map(|key| {
+            let (value, origin) = self.0.get(key.name)?;
+            Some((key.name, value.as_str(), origin))
+        })
+    }
+
+    fn text(&self, name: &str) -> &str {
+        self.0.get(name).map_or("", |(value, _)| value.as_str())
+    }
+
+    fn value<T: std::str::FromStr>(&self, name: &str, what: &str) -> Result<T, String> {
+        let text = self.text(name);
+        text.parse()
+            .map_err(|_| format!("`{name}` must be {what}, found `{text}`"))
+    }
+
+    /// Returns a whole number within bounds.
+    fn number(&self, name: &str, least: u64, most: u64) -> Result<u64, String> {
+        let what = format!("a whole number from {least} to {most}");
+        let number: u64 = self.value(name, &what)?;
+        if (least..=most).contains(&number) {
+            Ok(number)
+        } else {
+            Err(format!("`{name}` must be {what}, found {number}"))
+        }
+    }
+
+    fn seconds(&self, name: &str, most: u64) -> Result<Duration, String> {
+        Ok(Duration::from_secs(self.number(name, 1, most)?))
+    }
+
+    fn mebibytes(&self, name: &str, most: u64) -> Result<u64, String> {
+        Ok(self.number(name, 1, most)? << 20)
+    }
+}
+
+/// A cluster to which large gates go.
+#[derive(Debug, Clone)]
+pub struct EngineOptions {
+    /// Pairs of a gate beyond which it goes there.
+    pub from_pairs: u64,
+    /// Pairs of one task, about.
+    pub share_pairs: u64,
+    /// Folder that the nodes see.
+    pub folder: PathBuf,
+    /// latchgate as the nodes call it.
+    pub program: PathBuf,
+    /// Options of sbatch.
+    pub words: Vec<String>,
+    /// Time in which a gate must be handed over, or found again.
+    pub time: Duration,
+}
+
+/// The configuration, checked.
+#[derive(Debug, Clone)]
+pub struct Config {
+    /// Address and port.
+    pub listen: SocketAddr,
+    /// Folder of the data.
+    pub data: PathBuf,
+    /// Names under which the page is served beside the loopback's.
+    pub hosts: Vec<String>,
+    /// Whether a jail with gaps keeps the service from starting.
+    pub require_jail: bool,
+    /// Children that work on jobs.
+    pub places: usize,
+    /// Memory that a child may map [bytes].
+    pub child_memory_bytes: u64,
+    /// Time that one question may take.
+    pub order_time: Duration,
+    /// Time that a child may say nothing.
+    pub silence: Duration,
+    /// Bytes of the files of one report.
+    pub answer_bytes: u64,
+    /// Bytes of one upload.
+    pub upload_bytes: u64,
+    /// Files of one upload.
+    pub upload_files: usize,
+    /// Time in which some more of a body must come.
+    pub body_time: Duration,
+    /// Time that an upload may take.
+    pub upload_time: Duration,
+    /// Time in which the head of a request must come.
+    pub header_time: Duration,
+    /// Connections at a time.
+    pub connections: usize,
+    /// Jobs that may wait.
+    pub queue: u64,
+    /// Jobs of one token that may wait or run.
+    pub own_queue: u64,
+    /// Bytes that one token may upload.
+    pub own_bytes: u64,
+    /// Pairs of one gate.
+    pub gate_pairs: u64,
+    /// Requirements and exceptions of one gate.
+    pub gate_rules: u64,
+    /// What judges large gates.
+    pub engine: Option<EngineOptions>,
+    /// Requests of one token per second.
+    pub rate_per_s: u64,
+    /// Requests of one token at once.
+    pub rate_burst: u64,
+    /// Space that is left free [bytes].
+    pub free_bytes: u64,
+    /// Time for which a question waits for its answer.
+    pub wait: Duration,
+    /// Time that work under way gets at the end.
+    pub drain: Duration,
+    /// Least level that is logged.
+    pub log: tracing::Level,
+    /// Whether logs are JSON lines.
+    pub log_json: bool,
+}
+
+impl Config {
+    /// Checks every value.
+    ///
+    /// # Errors
+    ///
+    /// The first that is wrong, in a sentence.
+    pub fn of(layers: &Layers) -> Result<Self, String> {
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let words = |name| layers.text(name).split(',').map(str::trim);
+        let data = match layers.text("data") {
+            "" => return Err("no folder for the data: state `data`".into()),
+            stated => PathBuf::from(stated),
+        };
+        let engine = engine(layers)?;
+        Ok(Self {
+            listen: layers.value(
+                "listen",
+                "an address and a port, for example 127.0.0.1:8420",
+            )?,
+            data,
+            hosts: words("hosts")
+                .filter(|host| !host.is_empty())
+                .map(str::to_lowercase)
+                .collect(),
+            require_jail: layers.value("require_jail", "true or false")?,
+            places: match layers.number("places", 0, 1024)? {
+                0 => cores,
+                stated => usize::try_from(stated).unwrap_or(cores),
+            },
+            child_memory_bytes: layers.number("child_memory_mib", 64, 1 << 20)? << 20,
+            order_time: layers.seconds("order_s", 86_400)?,
+            silence: layers.seconds("silence_s", 29)?,
+            answer_bytes: layers.mebibytes("answer_mib", 1 << 20)?,
+            upload_bytes: layers.mebibytes("upload_mib", 1 << 20)?,
+            upload_files: usize::try_from(layers.number("upload_files", 1, 100_000)?).unwrap_or(1),
+            body_time: layers.seconds("body_s", 3600)?,
+            upload_time: layers.seconds("upload_s", 86_400)?,
+            header_time: layers.seconds("header_s", 3600)?,
+            connections: usize::try_from(layers.number("connections", 1, 1 << 20)?).unwrap_or(1),
+            queue: layers.number("queue", 1, 1 << 40)?,
+            own_queue: layers.number("own_queue", 1, 1 << 40)?,
+            own_bytes: layers.mebibytes("own_mib", 1 << 40)?,
+            gate_pairs: layers.number("gate_pairs", 1, 1 << 20)?,
+            gate_rules: layers.number("gate_rules", 1, 1 << 20)?,
+            engine,
+            rate_per_s: layers.number("rate_per_s", 1, 1 << 32)?,
+            rate_burst: layers.number("rate_burst", 1, 1 << 32)?,
+            free_bytes: layers.number("free_mib", 0, 1 << 40)? << 20,
+            wait: Duration::from_secs(layers.number("wait_s", 0, 60)?),
+            drain: layers.seconds("drain_s", 86_400)?,
+            log: layers.value("log", "error, warn, info, debug or trace")?,
+            log_json: match layers.text("log_format") {
+                "json" => true,
+                "text" => false,
+                other => {
+                    return Err(format!(
+                        "`log_format` must be json or text, found `{other}`"
+                    ));
+                }
+            },
+        })
+    }
+}
+
+fn engine(layers: &Layers) -> Result<Option<EngineOptions>, String> {
+    match layers.text("engine") {
+        "none" => return Ok(None),
+        "slurm" => {}
+        other => return Err(format!("`engine` must be none or slurm, found `{other}`")),
+    }
+    let folder = std::path::absolute(layers.text("engine_folder"))
+        .map_err(|error| format!("`engine_folder`: {error}"))?;
+    Ok(Some(EngineOptions {
+        from_pairs: layers.number("engine_from_pairs", 0, 1 << 40)?,
+        share_pairs: layers.number("engine_share_pairs", 1, 1 << 40)?,
+        folder,
+        program: layers.text("engine_program").into(),
+        words: layers
+            .text("engine_options")
+            .split_whitespace()
+            .map(String::from)
+            .collect(),
+        time: layers.seconds("engine_s", 86_400)?,
+    }))
+}
+
+/// Returns where the data lie unless that is stated, and which variable says so.
+fn default_data() -> Option<(PathBuf, &'static str)> {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    let places = [
+        ("XDG_STATE_HOME", "latchgate"),
+        ("HOME", ".local/state/latchgate"),
+    ];
+    let mut found = places
+        .into_iter()
+        .filter_map(|(name, below)| Some((PathBuf::from(set(name)?).join(below), name)));
+    found.next()
+}
+
+/// Finds the program beside this one, or on the path.
+fn program() -> PathBuf {
+    let beside = std::env::current_exe().ok();
+    let beside = beside.map(|own| own.with_file_name("latchgate"));
+    beside
+        .filter(|path| path.is_file())
+        .unwrap_or_else(|| Path::new("latchgate").into())
+}

@@ -1,0 +1,56 @@
+//! How the gates stand that a cluster has, as this process last saw them.
+
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+/// What the queue has of a gate.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct EngineTasks {
+    /// Tasks that run.
+    #[serde(default)]
+    pub running: u64,
+    /// Tasks that wait.
+    #[serde(default)]
+    pub waiting: u64,
+    /// Tasks that will never run.
+    #[serde(default)]
+    pub stuck: u64,
+    /// Whether the job that collects runs or waits.
+    #[serde(default)]
+    pub collecting: bool,
+    /// Why the queue could not be asked, where it could not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+/// What was seen of a gate since this process began.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Look {
+    pub(crate) decided: u64,
+    pub(crate) tasks: Option<EngineTasks>,
+    pub(crate) gone: u32,
+    pub(crate) unanswered: u32,
+    pub(crate) resubmits: u32,
+    pub(crate) next: Option<Instant>,
+}
+
+/// What was seen of the gates that a cluster has.
+#[derive(Debug, Default)]
+pub struct Engine(Mutex<HashMap<String, Look>>);
+
+impl Engine {
+    /// Locks what was seen, gate by gate.
+    pub(crate) fn looks(&self) -> MutexGuard<'_, HashMap<String, Look>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns how many pairs of a gate are decided, and what the queue has of it.
+    #[must_use]
+    pub fn seen(&self, id: &str) -> (u64, Option<EngineTasks>) {
+        let looks = self.looks();
+        let look = looks.get(id);
+        look.map_or((0, None), |look| (look.decided, look.tasks.clone()))
+    }
+}

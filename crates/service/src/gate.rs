@@ -1,0 +1,498 @@
+//! Gates over what is stored: a gate file whose `files` name recordings and whose `file` names
+//! designs of the store, its pairs decided by children, its outcome made by the library.
+
+use crate::app::{App, Parts};
+use crate::clock::now_ms;
+use crate::problem::Problem;
+use crate::store::{
+    Blobs, GateOutcome, GateRecording, GateStanding, Job, JobState, Ledger, Question, StoreError,
+    StoredDesign, StoredFile, StoredGate, StoredRecording, sha256_hex,
+};
+use axum::http::StatusCode;
+use glob::{MatchOptions, Pattern};
+use latchgate::gate::plan::PlannedRecording;
+use latchgate::gate::{
+    self, Asked, Baseline, GateFile, GateSummary, JudgedRecording, Plan, Store, file, junit,
+    markdown, page,
+};
+use latchgate::pipeline::{
+    Answer, DecisionRow, Design, Error, Limits, NUMBERS_REVISION, Reason, Request, apply_override,
+};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+/// Recordings that a gate looks through for its names.
+const LOOKED_THROUGH: u32 = 100_000;
+
+/// Time between two looks whether a gate's last pair is decided.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// Pairs that are not as required of which the full report is made, too.
+const IN_FULL: usize = 50;
+
+/// What a gate is asked beside its file.
+#[derive(Debug, Clone, Default)]
+pub struct GateAsked {
+    /// Name.
+    pub name: String,
+    /// The gate file.
+    pub text: String,
+    /// The gate to compare with.
+    pub baseline: Option<String>,
+    /// Whether pairs of the baseline may be gone.
+    pub allow_removed: bool,
+    /// Whether what is no worse than the baseline is let stand.
+    pub no_worse: bool,
+    /// The day against which exceptions are held; today unless stated.
+    pub date: Option<String>,
+}
+
+/// Looks up what a gate file names; returns the gate and, unless a cluster judges it, the question of
+/// each pair.
+///
+/// # Errors
+///
+/// A problem with everything that is wrong with the file, or that the baseline has no outcome.
+pub fn planned(parts: &Parts, asked: GateAsked) -> Result<(StoredGate, Vec<Question>), Problem> {
+    let file = GateFile::from_toml(&asked.name, &asked.text, &Limits::default()).map_err(told)?;
+    // Each pair is held against each of them, here.
+    let rules = (file.require.len() + file.allow.len()) as u64;
+    within("gate_rules", parts.config.gate_rules, rules, "rules")?;
+    let mut errors = Vec::new();
+    let recordings = recordings(&*parts.ledger, &file, &mut errors)?;
+    let mut versions = BTreeMap::new();
+    let designs = designs(&*parts.ledger, &file, &mut versions, &mut errors)?;
+    let count = (recordings.len() * designs.len()) as u64;
+    within("gate_pairs", parts.config.gate_pairs, count, "pairs")?;
+    let plan = Plan::of_found(&asked.name, &file, recordings, designs, errors).map_err(told)?;
+    if let Some(id) = &asked.baseline {
+        baseline(parts, id)?;
+    }
+    let date = match asked.date {
+        Some(date) if file::is_day(&date) => date,
+        Some(date) => {
+            let text = format!("date: a day such as 2027-03-31, found `{date}`");
+            return Err(Problem::bad_request(text));
+        }
+        None => file::day(now_ms().div_euclid(86_400_000)),
+    };
+    let mut stored = StoredGate {
+        id: String::new(),
+        name: asked.name,
+        text: asked.text,
+        recordings: plan.recordings.iter().map(entered).collect(),
+        designs: plan.designs.iter().map(|design| json!(design)).collect(),
+        versions,
+        baseline: asked.baseline,
+        allow_removed: asked.allow_removed,
+        no_worse: asked.no_worse,
+        // Without exceptions no day decides anything.
+        date: if file.allow.is_empty() {
+            String::new()
+        } else {
+            date
+        },
+        engine: None,
+        created_ms: 0,
+    };
+    stored.id = sha256_hex(format!("{NUMBERS_REVISION}{}", json!(stored)).as_bytes());
+    stored.created_ms = now_ms();
+    let engine = parts.config.engine.as_ref();
+    stored.engine = match parts.ledger.gate(&stored.id)? {
+        Some(known) => known.gate.engine,
+        None => engine
+            .filter(|engine| count > engine.from_pairs)
+            .map(|_| "slurm".into()),
+    };
+    if stored.engine.is_some() {
+        return Ok((stored, Vec::new()));
+    }
+    let pairs = (0..plan.recordings.len() * plan.designs.len())
+        .map(|number| question(&stored, number, true))
+        .collect();
+    Ok((stored, pairs))
+}
+
+/// Refuses a gate that is larger than the key of the configuration says.
+fn within(key: &str, most: u64, found: u64, what: &str) -> Result<(), Problem> {
+    if found <= most {
+        return Ok(());
+    }
+    let way_out = format!("divide the gate, or raise `{key}` in the service's configuration");
+    let (status, found) = (StatusCode::PAYLOAD_TOO_LARGE, format!("{found} {what}"));
+    Err(Problem::over(status, key, most, found, &way_out))
+}
+
+/// Returns the question of a pair, in the order of recordings, and of designs for each.
+pub(crate) fn question(gate: &StoredGate, number: usize, decision_alone: bool) -> Question {
+    let recording = &gate.recordings[number / gate.designs.len()];
+    let design = &gate.designs[number % gate.designs.len()];
+    let name = design["name"].as_str().unwrap_or("");
+    Question {
+        recording: recording.id.clone(),
+        request: recording.request.clone(),
+        design: design.clone(),
+        design_name: gate.versions.get(name).cloned(),
+        decision_alone,
+    }
+}
+
+fn entered(recording: &PlannedRecording) -> GateRecording {
+    GateRecording {
+        name: recording.name.clone(),
+        id: recording.path.display().to_string(),
+        request: json!(*recording.request),
+    }
+}
+
+/// Words everything that is wrong with a gate file.
+fn told(errors: Vec<Error>) -> Problem {
+    let first = errors.first().map(Problem::of_recording);
+    let texts: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    Problem {
+        code: "bad-gate".into(),
+        place: first.and_then(|problem| problem.place),
+        ..Problem::bad_request(texts.join("\n"))
+    }
+}
+
+/// Finds the recordings that the entries name, by name, pattern or identity: of one name the newest.
+fn recordings(
+    ledger: &dyn Ledger,
+    file: &GateFile,
+    errors: &mut Vec<Error>,
+) -> Result<Vec<PlannedRecording>, StoreError> {
+    let all = ledger.recordings(None, LOOKED_THROUGH)?;
+    let mut newest: BTreeMap<&str, &StoredRecording> = BTreeMap::new();
+    for (_, recording) in &all {
+        newest.entry(&recording.manifest.name).or_insert(recording);
+    }
+    let mut found: BTreeMap<String, PlannedRecording> = BTreeMap::new();
+    for entry in &file.recordings {
+        let request = Arc::new(entry.request.clone());
+        for files in &entry.files {
+            let mut named = named(files, &all, &newest).peekable();
+            if named.peek().is_none() {
+                let expected = format!("a stored recording named `{files}`");
+                let hint = "upload it first, or mend the name; /v1/recordings lists them";
+                errors.push(Error::malformed(expected, "none", hint).at(entry.place.clone()));
+            }
+            for (mut name, recording) in named {
+                if let Some(channel) = &entry.request.channel {
+                    name = format!("{name}#{channel}");
+                }
+                let planned = PlannedRecording {
+                    name: name.clone(),
+                    path: PathBuf::from(&recording.id),
+                    request: Arc::clone(&request),
+                };
+                let other = found.get(&name).filter(|known| **known != planned);
+                if other.is_some() {
+                    let expected = format!("`{name}` with one setting");
+                    let hint = "let one entry match it, or give it a channel in both";
+                    let two = "two entries that judge it differently";
+                    errors.push(Error::malformed(expected, two, hint).at(entry.place.clone()));
+                }
+                found.insert(name, planned);
+            }
+        }
+    }
+    Ok(found.into_values().collect())
+}
+
+/// Returns the recordings that a name, pattern or identity means, each with its name in the gate.
+fn named<'a>(
+    files: &'a str,
+    all: &'a [(i64, StoredRecording)],
+    newest: &'a BTreeMap<&str, &StoredRecording>,
+) -> Box<dyn Iterator<Item = (String, &'a StoredRecording)> + 'a> {
+    if let Some((_, recording)) = all.iter().find(|(_, recording)| recording.id == files) {
+        let short = files.get(..8).unwrap_or(files);
+        let name = format!("{}@{short}", recording.manifest.name);
+        return Box::new(std::iter::once((name, recording)));
+    }
+    let options = MatchOptions {
+        require_literal_separator: true,
+        ..MatchOptions::new()
+    };
+    let pattern = Pattern::new(files).ok();
+    let matches = move |name: &str| {
+        name == files
+            || pattern
+                .as_ref()
+                .is_some_and(|own| own.matches_with(name, options))
+    };
+    Box::new(
+        newest
+            .iter()
+            .filter(move |(name, _)| matches(name))
+            .map(|(name, recording)| ((*name).to_string(), *recording)),
+    )
+}
+
+/// Reads the designs that the entries name: `name@version`, or `name` for the newest.
+fn designs(
+    ledger: &dyn Ledger,
+    file: &GateFile,
+    versions: &mut BTreeMap<String, String>,
+    errors: &mut Vec<Error>,
+) -> Result<Vec<Design>, StoreError> {
+    let mut found: BTreeMap<String, Design> = BTreeMap::new();
+    for entry in &file.designs {
+        let (mut design, reference) = match &entry.file {
+            None => (Design::reference(), None),
+            Some(reference) => match StoredDesign::find(ledger, reference)? {
+                Some(stored) => {
+                    let reference = stored.reference();
+                    let odd = |_| StoreError::Damaged {
+                        what: format!("the design {reference}"),
+                    };
+                    let design = serde_json::from_value(stored.design).map_err(odd)?;
+                    (design, Some(reference))
+                }
+                None => {
+                    let expected = format!("a stored design named `{reference}`");
+                    let hint = "submit it first, or mend the name; /v1/designs lists them";
+                    let error = Error::malformed(expected, "none", hint);
+                    errors.push(error.at(entry.place.clone()));
+                    continue;
+                }
+            },
+        };
+        let changed = entry
+            .set
+            .iter()
+            .try_for_each(|text| apply_override(&mut design, text));
+        if let Err(error) = changed.and_then(|()| Ok(design.validate()?)) {
+            errors.push(error.at(entry.place.clone()));
+        }
+        if let Some(name) = &entry.name {
+            design.name.clone_from(name);
+        }
+        if found.contains_key(&design.name) {
+            let expected = format!("one design named `{}`", design.name);
+            let error = Error::malformed(expected, "two", "give one of them another `name`");
+            errors.push(error.at(entry.place.clone()));
+        }
+        let reference = reference.filter(|_| entry.set.is_empty());
+        versions.extend(reference.map(|full| (design.name.clone(), full)));
+        found.insert(design.name.clone(), design);
+    }
+    Ok(found.into_values().collect())
+}
+
+/// Reads a file of a gate's outcome.
+pub(crate) fn read(blobs: &dyn Blobs, file: &StoredFile) -> Result<Vec<u8>, StoreError> {
+    let mut bytes = Vec::new();
+    blobs.open(&file.sha256)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+fn baseline(parts: &Parts, id: &str) -> Result<Baseline, Problem> {
+    let standing = parts.ledger.gate(id)?;
+    let standing = standing.ok_or_else(|| Problem::not_found("such baseline"))?;
+    let Some(outcome) = settled(parts, standing)?.outcome else {
+        let text = "the baseline is not decided yet; wait until it is";
+        return Err(Problem::new(
+            StatusCode::CONFLICT,
+            "baseline-open",
+            "Not yet",
+            text,
+        ));
+    };
+    let summary = outcome.files.get("summary.json");
+    let summary = summary.ok_or_else(|| Problem::not_found("summary of the baseline"))?;
+    let bytes = read(&*parts.blobs, summary)?;
+    Baseline::from_json(id, &bytes).map_err(|error| Problem::of_recording(&error))
+}
+
+/// Makes the outcome of a gate whose pairs are all decided, unless it was made before.
+///
+/// # Errors
+///
+/// A problem if something cannot be read or kept.
+pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding, Problem> {
+    let gate = &standing.gate;
+    let count = gate.recordings.len() * gate.designs.len();
+    let is_open = standing.outcome.is_none() && gate.engine.is_none();
+    if !is_open || standing.decided < count as u64 {
+        return Ok(standing);
+    }
+    let jobs = parts.ledger.pairs(&gate.id)?;
+    if !jobs.iter().all(|job| job.state.has_ended()) {
+        return Ok(standing);
+    }
+    let decided = decided_here(gate, &jobs)?;
+    standing.outcome = Some(settle(parts, gate, decided)?);
+    Ok(standing)
+}
+
+/// Where the rows of a gate lie, recording by recording.
+pub(crate) type Decided = (Arc<Store>, Vec<JudgedRecording>);
+
+/// Makes the outcome of a gate out of its decisions, and keeps it.
+pub(crate) fn settle(
+    parts: &Parts,
+    gate: &StoredGate,
+    decided: Decided,
+) -> Result<GateOutcome, Problem> {
+    let (plan, summary) = summed_up(parts, gate, decided)?;
+    let mut files = BTreeMap::new();
+    let odd = |error: Error| Problem::of_recording(&error);
+    let mut keep = |name: &str, bytes: Vec<u8>| -> Result<(), StoreError> {
+        let mut writer = parts.blobs.begin()?;
+        writer.write(&bytes)?;
+        files.insert(name.to_string(), writer.finish(name)?);
+        Ok(())
+    };
+    let mut text = Vec::new();
+    summary.write_json(&mut text).map_err(odd)?;
+    keep("summary.json", text)?;
+    let mut text = Vec::new();
+    junit::write(&summary, &mut text).map_err(odd)?;
+    keep("junit.xml", text)?;
+    let text = markdown::render(&summary).map_err(odd)?;
+    keep("summary.md", text.into_bytes())?;
+    let mut text = Vec::new();
+    page::write(&summary, &page::ReportFolders::new(), &mut text).map_err(odd)?;
+    keep("index.html", text)?;
+    let outcome = GateOutcome {
+        exit_code: summary.exit_code,
+        not_as_required: summary.counts.not_as_required as u64,
+        files,
+        problem: None,
+    };
+    parts.ledger.end_gate(&gate.id, &outcome)?;
+    for number in summary.pairs.worst().into_iter().take(IN_FULL) {
+        let question = question(gate, number, false);
+        let owner = format!("gate {}", plan.gate);
+        parts
+            .ledger
+            .submit(&question.id(), &question, &owner, now_ms())?;
+    }
+    parts.crew.ring();
+    Ok(outcome)
+}
+
+/// Makes the outcome of every gate whose last pair is decided, until the service ends.
+pub async fn keep(app: App) {
+    let mut seen = None;
+    loop {
+        let counters = app.crew.counters();
+        let ended = [&counters.jobs_done, &counters.jobs_refused];
+        let ended = ended.map(|counter| counter.load(Ordering::Relaxed));
+        if seen != Some(ended) {
+            let settling = app.apart(|parts| {
+                for standing in parts.ledger.open_gates()? {
+                    settled(parts, standing)?;
+                }
+                Ok(())
+            });
+            match settling.await {
+                Ok(()) => seen = Some(ended),
+                Err(problem) => {
+                    tracing::warn!(problem = %problem.detail, "an outcome cannot be made");
+                }
+            }
+        }
+        tokio::time::sleep(LOOK).await;
+    }
+}
+
+/// Holds the decisions of a gate against what it requires.
+fn summed_up(
+    parts: &Parts,
+    gate: &StoredGate,
+    (store, judged): Decided,
+) -> Result<(Plan, GateSummary), Problem> {
+    let limits = Limits::default();
+    let file = GateFile::from_toml(&gate.name, &gate.text, &limits).map_err(told)?;
+    let odd = |what: String| StoreError::Damaged { what };
+    let request = |value: &Value| serde_json::from_value::<Request>(value.clone());
+    let mut recordings = Vec::with_capacity(gate.recordings.len());
+    for recording in &gate.recordings {
+        recordings.push(PlannedRecording {
+            name: recording.name.clone(),
+            path: PathBuf::from(&recording.id),
+            request: Arc::new(request(&recording.request).map_err(|e| odd(e.to_string()))?),
+        });
+    }
+    let designs: Result<Vec<Design>, _> = gate
+        .designs
+        .iter()
+        .map(|design| serde_json::from_value(design.clone()))
+        .collect();
+    let designs = designs.map_err(|error| odd(error.to_string()))?;
+    let plan = Plan::of_found(&gate.name, &file, recordings, designs, Vec::new()).map_err(told)?;
+    let known = gate.baseline.as_deref().map(|id| baseline(parts, id));
+    let known = known.transpose()?;
+    let asked = Asked {
+        date: &gate.date,
+        baseline: known.as_ref(),
+        allow_removed: gate.allow_removed,
+        no_worse: gate.no_worse,
+    };
+    let summary = gate::hold(&plan, judged, &store, asked);
+    Ok((
+        plan,
+        summary.map_err(|error| Problem::of_recording(&error))?,
+    ))
+}
+
+/// Puts the decisions of the jobs of a gate's pairs together.
+fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Result<Decided, Problem> {
+    let store = Arc::new(Store::unkept());
+    let mut judged = Vec::with_capacity(gate.recordings.len());
+    for jobs in jobs.chunks(gate.designs.len()) {
+        let rows: Vec<DecisionRow> = jobs.iter().zip(&gate.designs).map(row_of).collect();
+        // Every pair of a recording was read from the same file, and of the same channel.
+        let read = jobs.iter().find_map(|job| match &job.state {
+            JobState::Decided { row } => Some(row),
+            _ => None,
+        });
+        let read = |key: &str| Some(read?[key].as_str()?.to_string());
+        let rows = store.put_aside(&rows);
+        judged.push(JudgedRecording {
+            sha256: read("sha256"),
+            channel: read("channel"),
+            rows: rows.map_err(|error| Problem::of_recording(&error))?,
+            cached: 0,
+        });
+    }
+    Ok((store, judged))
+}
+
+/// Returns the row of a pair; one whose job has no answer is unusable, whatever the reason.
+fn row_of((job, design): (&Job, &Value)) -> DecisionRow {
+    let refused = match &job.state {
+        JobState::Decided { row } => {
+            match serde_json::from_value(row.get("row").unwrap_or(row).clone()) {
+                Ok(row) => return row,
+                Err(error) => json!({"detail": error.to_string()}),
+            }
+        }
+        JobState::Refused { problem } => problem.clone(),
+        _ => Value::Null,
+    };
+    let word = |key: &str, other: &str| refused[key].as_str().unwrap_or(other).to_string();
+    DecisionRow {
+        report_id: job.id.clone(),
+        verdict: Answer::Unusable,
+        reason: Reason {
+            code: word("code", "unreadable").into(),
+            text: word("detail", "no decision was kept"),
+        },
+        threshold_rad: design["criterion"]["threshold_rad"]
+            .as_f64()
+            .unwrap_or_default(),
+        peak_angle_rad: None,
+        uncertainty_rad: None,
+        coast_peak_angle_rad: None,
+        share: None,
+    }
+}

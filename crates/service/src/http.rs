@@ -1,0 +1,205 @@
+//! The HTTP interface: routes, who may use them, and what every answer carries.
+//!
+//! - `guard`: who is let in, same-origin checks, headers of every answer;
+//! - `server`: connections under deadlines, and the end of service;
+//! - `operations`: health, readiness, limits, counters, the description of the interface;
+//! - `recordings`: uploads;
+//! - `upload`: how an upload becomes files;
+//! - `verdicts`: questions, answers and their files;
+//! - `jobs`: questions under way;
+//! - `gates`: recordings and designs, each with each;
+//! - `designs`: designs by name and version;
+//! - `files`: stored bytes as answers;
+//! - `pages`: what people see in a browser.
+
+pub(crate) mod designs;
+mod files;
+pub(crate) mod gates;
+mod guard;
+mod jobs;
+mod operations;
+mod pages;
+pub(crate) mod recordings;
+mod server;
+mod upload;
+pub(crate) mod verdicts;
+
+pub(crate) use guard::COOKIE;
+pub use server::serve;
+
+use crate::app::App;
+use crate::auth::Scope;
+use crate::problem::{Problem, QUESTION_BYTES};
+use axum::Router;
+use axum::extract::DefaultBodyLimit;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use serde_json::{Value, json};
+use std::any::Any;
+use utoipa::OpenApi;
+use utoipa_axum::router::{OpenApiRouter, UtoipaMethodRouterExt};
+use utoipa_axum::routes;
+
+/// The routes that take no part in the description of the interface, and what they need; `None`
+/// where nobody is asked who they are.
+const PAGES: &[(&str, &str, Option<Scope>)] = &[
+    ("GET", "/", Some(Scope::Read)),
+    ("GET", "/recordings/{id}", Some(Scope::Read)),
+    ("GET", "/verdicts/{report_id}", Some(Scope::Read)),
+    ("GET", "/compare", Some(Scope::Read)),
+    ("GET", "/gates", Some(Scope::Read)),
+    ("GET", "/gates/{id}", Some(Scope::Read)),
+    ("GET", "/gates/{id}/runs/{number}", Some(Scope::Read)),
+    ("GET", "/designs", Some(Scope::Read)),
+    ("GET", "/login", None),
+    ("POST", "/login", None),
+    ("POST", "/logout", None),
+    ("GET", "/assets/{name}", None),
+];
+
+/// The routes of the interface, and what they need.
+const INTERFACE: &[(&str, &str, Option<Scope>)] = &[
+    ("GET", "/healthz", None),
+    ("GET", "/readyz", None),
+    ("GET", "/openapi.json", Some(Scope::Read)),
+    ("GET", "/metrics", Some(Scope::Admin)),
+    ("GET", "/v1/limits", Some(Scope::Read)),
+    ("GET", "/v1/recordings", Some(Scope::Read)),
+    ("POST", "/v1/recordings", Some(Scope::Submit)),
+    ("GET", "/v1/recordings/{id}", Some(Scope::Read)),
+    ("GET", "/v1/verdicts", Some(Scope::Read)),
+    ("POST", "/v1/verdicts", Some(Scope::Submit)),
+    ("POST", "/v1/what-if", Some(Scope::Submit)),
+    ("GET", "/v1/verdicts/{report_id}", Some(Scope::Read)),
+    ("GET", "/v1/verdicts/{report_id}/series", Some(Scope::Read)),
+    ("GET", "/v1/verdicts/{report_id}/{file}", Some(Scope::Read)),
+    ("GET", "/v1/jobs/{id}", Some(Scope::Read)),
+    ("GET", "/v1/jobs/{id}/events", Some(Scope::Read)),
+    ("GET", "/v1/gates", Some(Scope::Read)),
+    ("POST", "/v1/gates", Some(Scope::Submit)),
+    ("GET", "/v1/gates/{id}", Some(Scope::Read)),
+    ("GET", "/v1/gates/{id}/events", Some(Scope::Read)),
+    ("GET", "/v1/gates/{id}/{file}", Some(Scope::Read)),
+    ("GET", "/v1/designs", Some(Scope::Read)),
+    ("POST", "/v1/designs", Some(Scope::Submit)),
+    ("GET", "/v1/designs/{name}", Some(Scope::Read)),
+];
+
+/// Lists every route: method, path, and what it needs.
+pub fn declared() -> impl Iterator<Item = (&'static str, &'static str, Option<Scope>)> {
+    INTERFACE.iter().chain(PAGES).copied()
+}
+
+#[derive(OpenApi)]
+#[openapi(
+    info(
+        title = "latchgate",
+        description = "Recordings in, verdicts out. Errors are problem documents (RFC 9457)."
+    ),
+    components(schemas(Problem))
+)]
+struct Description;
+
+fn interface() -> OpenApiRouter<App> {
+    OpenApiRouter::with_openapi(Description::openapi())
+        .routes(routes!(operations::healthz))
+        .routes(routes!(operations::readyz))
+        .routes(routes!(operations::openapi))
+        .routes(routes!(operations::metrics))
+        .routes(routes!(operations::limits))
+        .routes(routes!(recordings::list, recordings::submit).layer(DefaultBodyLimit::disable()))
+        .routes(routes!(recordings::get))
+        .routes(routes!(verdicts::list, verdicts::submit))
+        .routes(routes!(verdicts::what_if))
+        .routes(routes!(verdicts::get))
+        .routes(routes!(verdicts::series))
+        .routes(routes!(verdicts::file))
+        .routes(routes!(jobs::get))
+        .routes(routes!(jobs::events))
+        .routes(routes!(gates::list, gates::submit))
+        .routes(routes!(gates::get))
+        .routes(routes!(gates::events))
+        .routes(routes!(gates::file))
+        .routes(routes!(designs::list, designs::submit))
+        .routes(routes!(designs::get))
+}
+
+/// Returns the description of the interface, made from the code.
+#[must_use]
+pub fn openapi() -> String {
+    let (_, description) = interface().split_for_parts();
+    let mut description = json!(description);
+    for (method, path, scope) in INTERFACE {
+        secure(
+            &mut description["paths"][path][method.to_lowercase()],
+            *scope,
+        );
+    }
+    description["components"]["securitySchemes"] = json!({
+        "token": {"type": "http", "scheme": "bearer", "description": "`latchgate-serve token create`; where no token exists, whoever reaches the loopback is asked for none"},
+        "cookie": {"type": "apiKey", "in": "cookie", "name": COOKIE, "description": "What the page's sign-in sets"},
+    });
+    format!("{description:#}\n")
+}
+
+/// Describes what a route needs, and how it refuses who has not that, or asks too much.
+fn secure(operation: &mut Value, scope: Option<Scope>) {
+    let refusal = |text: &str| {
+        let schema = json!({"$ref": "#/components/schemas/Problem"});
+        json!({"description": text, "content": {"application/problem+json": {"schema": schema}}})
+    };
+    let responses = &mut operation["responses"];
+    responses["429"] = refusal("Too many requests; `Retry-After` says when to come again");
+    for (status, text) in [
+        ("4XX", "Refused"),
+        ("5XX", "Not now, or what is stored is damaged"),
+    ] {
+        if responses[status].is_null() {
+            responses[status] = refusal(text);
+        }
+    }
+    operation["security"] = json!([]);
+    if let Some(scope) = scope {
+        let text = format!(
+            "The token has not the scope `{}`, or another page asks",
+            scope.name()
+        );
+        operation["responses"]["401"] = refusal("No token that is known");
+        operation["responses"]["403"] = refusal(&text);
+        operation["security"] = json!([{"token": [scope.name()]}, {"cookie": [scope.name()]}]);
+    }
+}
+
+/// Returns the service as one thing that answers requests.
+pub fn router(app: App) -> Router {
+    let (routes, _) = interface().split_for_parts();
+    routes
+        .merge(pages::routes())
+        .fallback(|| async { Problem::not_found("page or route of this address") })
+        .method_not_allowed_fallback(|| async {
+            let text = "this address does not take this method; see /openapi.json";
+            Problem::new(
+                StatusCode::METHOD_NOT_ALLOWED,
+                "method",
+                "Method not allowed",
+                text,
+            )
+        })
+        .layer(DefaultBodyLimit::max(QUESTION_BYTES))
+        .layer(tower_http::timeout::RequestBodyTimeoutLayer::new(
+            app.config.body_time,
+        ))
+        .layer(tower_http::catch_panic::CatchPanicLayer::custom(panicked))
+        .layer(axum::middleware::from_fn_with_state(
+            app.clone(),
+            guard::watch,
+        ))
+        .with_state(app)
+}
+
+/// Answers a request that met a fault of the program.
+fn panicked(_: Box<dyn Any + Send>) -> Response {
+    let text = "the program is at fault; its log says more";
+    let status = StatusCode::INTERNAL_SERVER_ERROR;
+    Problem::new(status, "fault", "A fault of the program", text).into_response()
+}

@@ -1,0 +1,235 @@
+//! Who is let in, same-origin checks on every change, and headers of every answer.
+
+use super::{INTERFACE, declared};
+use crate::app::App;
+use crate::auth::{Scope, Seen, Visitor};
+use crate::http::pages;
+use crate::problem::Problem;
+use axum::extract::{MatchedPath, Request, State};
+use axum::http::header::{self, HeaderName, HeaderValue};
+use axum::http::{HeaderMap, Method, StatusCode};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Redirect, Response};
+use std::sync::atomic::Ordering;
+use std::time::Instant;
+
+/// Name of the cookie that the page's sign-in sets.
+pub(crate) const COOKIE: &str = "latchgate";
+
+/// What a page may load: what this service serves, nothing inline.
+const POLICY: &str = "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'; object-src 'none'";
+
+/// Lets a request in or not, passes it on, and notes what became of it.
+pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Next) -> Response {
+    let began = Instant::now();
+    let method = request.method().clone();
+    let is_interface = is_interface(request.uri().path());
+    let path = request.extensions().get::<MatchedPath>();
+    let path = path.map_or_else(|| "-".to_string(), |path| path.as_str().to_string());
+    app.traffic.open.fetch_add(1, Ordering::Relaxed);
+    let (visitor, mut response) = match admit(&app, &path, &method, request.headers().clone()).await
+    {
+        Ok(visitor) => {
+            let name = visitor.name.clone();
+            request.extensions_mut().insert(visitor);
+            (name, next.run(request).await)
+        }
+        Err(refused) => ("-".to_string(), *refused),
+    };
+    app.traffic.open.fetch_sub(1, Ordering::Relaxed);
+    let status = response.status();
+    let counter = match status.as_u16() {
+        ..400 => &app.traffic.answered,
+        400..500 => &app.traffic.refused,
+        _ => &app.traffic.failed,
+    };
+    counter.fetch_add(1, Ordering::Relaxed);
+    let ms = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
+    // Neither query nor headers: they may hold what is not to be kept.
+    tracing::info!(%method, path, status = status.as_u16(), ms, visitor, "request");
+    if let Some(problem) = response.extensions_mut().remove::<Problem>()
+        && !is_interface
+    {
+        // The headers stay: when to come again, how to sign in.
+        response.headers_mut().remove(header::CONTENT_TYPE);
+        response.headers_mut().remove(header::CONTENT_LENGTH);
+        let page = pages::problem(&problem).into_response();
+        let (parts, body) = page.into_parts();
+        response.headers_mut().extend(parts.headers);
+        *response.body_mut() = body;
+    }
+    guarded(response.headers_mut());
+    response
+}
+
+/// Tells whether programs ask here, who are answered as `/openapi.json` says, or people.
+fn is_interface(path: &str) -> bool {
+    let known = |(_, known, _): &(&str, &str, Option<Scope>)| *known == path;
+    path == "/v1" || path.starts_with("/v1/") || INTERFACE.iter().any(known)
+}
+
+/// Adds the headers that every answer carries, where it has none of its own.
+fn guarded(headers: &mut HeaderMap) {
+    let own: [(HeaderName, &'static str); 6] = [
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "same-origin"),
+        (header::CACHE_CONTROL, "no-store"),
+        (
+            HeaderName::from_static("cross-origin-opener-policy"),
+            "same-origin",
+        ),
+        (
+            HeaderName::from_static("cross-origin-resource-policy"),
+            "same-origin",
+        ),
+    ];
+    for (name, value) in own {
+        headers
+            .entry(name)
+            .or_insert(HeaderValue::from_static(value));
+    }
+}
+
+async fn admit(
+    app: &App,
+    path: &str,
+    method: &Method,
+    headers: HeaderMap,
+) -> Result<Visitor, Box<Response>> {
+    let headers = &headers;
+    let refuse = |problem: Problem| Box::new(problem.into_response());
+    same_origin(method, headers).map_err(refuse)?;
+    let presented = presented(headers);
+    let asked = app.clone();
+    let seen =
+        tokio::task::spawn_blocking(move || asked.door.look(&*asked.ledger, presented.as_deref()));
+    let seen = match seen.await {
+        Ok(Ok(seen)) => seen,
+        Ok(Err(error)) => return Err(refuse(error.into())),
+        Err(_) => return Err(refuse(Problem::not_found("answer"))),
+    };
+    let asked_as = if *method == Method::HEAD {
+        "GET"
+    } else {
+        method.as_str()
+    };
+    let route = declared().find(|(verb, known, _)| *verb == asked_as && *known == path);
+    let visitor = match (seen, route) {
+        (Seen::Open(visitor), _) => {
+            // Without a token the name under which this is asked must be the machine's own, lest
+            // a page from elsewhere points its name here.
+            known_host(app, headers).map_err(refuse)?;
+            visitor
+        }
+        (Seen::Known(visitor), Some((_, _, Some(scope)))) if !visitor.may(scope) => {
+            return Err(refuse(forbidden(scope)));
+        }
+        (Seen::Known(visitor), _) => visitor,
+        // Where nobody is asked, a stranger may, and elsewhere learns nothing of what there is.
+        (Seen::Stranger, Some((_, _, None))) => Visitor::nobody(),
+        (Seen::Stranger, _) => {
+            let wants_page = headers
+                .get(header::ACCEPT)
+                .and_then(|accept| accept.to_str().ok())
+                .is_some_and(|accept| accept.contains("text/html"));
+            if wants_page && *method == Method::GET {
+                return Err(Box::new(Redirect::to("/login").into_response()));
+            }
+            return Err(Box::new(unknown()));
+        }
+    };
+    let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
+    if let Err(wait) = app.door.admit(&visitor.name, rate, burst) {
+        let found = "more requests of this token".into();
+        let status = StatusCode::TOO_MANY_REQUESTS;
+        return Err(refuse(Problem::later(status, "rate", rate, found, wait)));
+    }
+    Ok(visitor)
+}
+
+fn forbidden(scope: Scope) -> Problem {
+    let text = format!(
+        "this token may not do that; it needs the scope `{}`",
+        scope.name()
+    );
+    Problem::new(StatusCode::FORBIDDEN, "forbidden", "Forbidden", text)
+}
+
+fn unknown() -> Response {
+    let text = "send a token that is known: Authorization: Bearer TOKEN";
+    let status = StatusCode::UNAUTHORIZED;
+    let mut response = Problem::new(status, "no-token", "No known token", text).into_response();
+    let scheme = HeaderValue::from_static("Bearer");
+    response
+        .headers_mut()
+        .insert(header::WWW_AUTHENTICATE, scheme);
+    response
+}
+
+/// Returns the token that a request presents, in its header or in the page's cookie.
+fn presented(headers: &HeaderMap) -> Option<String> {
+    let bearer = headers
+        .get(header::AUTHORIZATION)
+        .and_then(|value| value.to_str().ok()?.strip_prefix("Bearer "))
+        .map(str::trim);
+    let cookies = headers.get_all(header::COOKIE).iter();
+    let mut cookies = cookies
+        .filter_map(|value| value.to_str().ok())
+        .flat_map(|value| value.split(';'));
+    let cookie = || {
+        cookies.find_map(|cookie| {
+            let (name, value) = cookie.trim().split_once('=')?;
+            (name == COOKIE).then_some(value)
+        })
+    };
+    bearer.or_else(cookie).map(String::from)
+}
+
+/// Refuses a change that a page from elsewhere asks for.
+fn same_origin(method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
+    if matches!(*method, Method::GET | Method::HEAD) {
+        return Ok(());
+    }
+    let text_of = |name: &HeaderName| headers.get(name).and_then(|value| value.to_str().ok());
+    let site = text_of(&HeaderName::from_static("sec-fetch-site"));
+    let from_elsewhere = site.is_some_and(|site| !matches!(site, "same-origin" | "none"));
+    let host = text_of(&header::HOST).unwrap_or("");
+    let other_origin = headers.contains_key(header::ORIGIN)
+        && text_of(&header::ORIGIN)
+            .and_then(|origin| origin.split_once("://"))
+            .is_none_or(|(_, origin)| origin != host);
+    if from_elsewhere || other_origin {
+        let text = "a page from elsewhere may not change anything here";
+        return Err(Problem::new(
+            StatusCode::FORBIDDEN,
+            "other-origin",
+            "Forbidden",
+            text,
+        ));
+    }
+    Ok(())
+}
+
+/// Refuses a name that is neither the loopback's nor configured.
+fn known_host(app: &App, headers: &HeaderMap) -> Result<(), Problem> {
+    let host = headers
+        .get(header::HOST)
+        .and_then(|host| host.to_str().ok());
+    let host = host.unwrap_or("").to_lowercase();
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => name,
+        _ => host.as_str(),
+    };
+    let own = ["localhost", "127.0.0.1", "[::1]"];
+    if own.contains(&name) || app.config.hosts.iter().any(|known| known == name) {
+        return Ok(());
+    }
+    let text = "the service is not known by this name; state it in the configuration's `hosts`";
+    Err(Problem::new(
+        StatusCode::MISDIRECTED_REQUEST,
+        "other-host",
+        "Unknown host",
+        text,
+    ))
+}

@@ -1,0 +1,272 @@
+//! The pages: made here as HTML, with one script of our own and one library for plots.
+//!
+//! - `recording`: what a recording holds, and the form that asks for a verdict;
+//! - `verdict`: a verdict with its plots, cursors and what-if;
+//! - `compare`: runs side by side;
+//! - `gates`: gates with their matrix;
+//! - `designs`: designs by version;
+//! - `history`: the margin of a recording over designs;
+//! - `show`: numbers and words for people.
+
+mod compare;
+mod designs;
+mod gates;
+mod history;
+mod recording;
+mod show;
+mod verdict;
+
+use crate::app::App;
+use crate::auth::{Scope, Seen, Visitor};
+use crate::http::verdicts::{VerdictEntry, Wanted, listed};
+use crate::problem::{Placed, Problem, Queried};
+use axum::Router;
+use axum::body::Bytes;
+use axum::extract::rejection::BytesRejection;
+use axum::extract::{Extension, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Redirect, Response};
+use axum::routing::{get, post};
+use maud::{DOCTYPE, Markup, html};
+
+/// Files that pages load: name, media type, bytes.
+const ASSETS: &[(&str, &str, &str)] = &[
+    (
+        "app.js",
+        "text/javascript; charset=utf-8",
+        include_str!("../../assets/app.js"),
+    ),
+    (
+        "app.css",
+        "text/css; charset=utf-8",
+        include_str!("../../assets/app.css"),
+    ),
+    (
+        "uplot-1.6.32.js",
+        "text/javascript; charset=utf-8",
+        include_str!("../../assets/uplot-1.6.32.js"),
+    ),
+    (
+        "uplot-1.6.32.css",
+        "text/css; charset=utf-8",
+        include_str!("../../assets/uplot-1.6.32.css"),
+    ),
+    (
+        "icon.svg",
+        "image/svg+xml",
+        include_str!("../../assets/icon.svg"),
+    ),
+    (
+        "uplot-LICENSE.txt",
+        "text/plain; charset=utf-8",
+        include_str!("../../assets/uplot-LICENSE.txt"),
+    ),
+];
+
+/// Returns the routes of the pages.
+pub(super) fn routes() -> Router<App> {
+    Router::new()
+        .route("/", get(home))
+        .route("/recordings/{id}", get(recording::page))
+        .route("/verdicts/{report_id}", get(verdict::page))
+        .route("/compare", get(compare::page))
+        .route("/gates", get(gates::list))
+        .route("/gates/{id}", get(gates::page))
+        .route("/gates/{id}/runs/{number}", get(gates::run))
+        .route("/designs", get(designs::page))
+        .route("/login", get(login_form).post(login))
+        .route("/logout", post(logout))
+        .route("/assets/{name}", get(asset))
+}
+
+/// Shows a problem.
+pub(crate) fn problem(problem: &Problem) -> Markup {
+    let body = html! {
+        h1 { (problem.title) }
+        p { (problem.detail) }
+        p { a href="/" { "All verdicts" } }
+    };
+    whole(&problem.title, &body)
+}
+
+/// Puts a page together.
+fn whole(title: &str, body: &Markup) -> Markup {
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) " · latchgate" }
+                link rel="stylesheet" href="/assets/uplot-1.6.32.css";
+                link rel="stylesheet" href="/assets/app.css";
+                link rel="icon" href="/assets/icon.svg";
+                script src="/assets/uplot-1.6.32.js" defer {}
+                script src="/assets/app.js" type="module" {}
+            }
+            body {
+                a.skip href="#main" { "To the content" }
+                header.top {
+                    nav aria-label="Pages" {
+                        a.brand href="/" { "latchgate" }
+                        a href="/" { "Verdicts" }
+                        a href="/gates" { "Gates" }
+                        a href="/designs" { "Designs" }
+                        a href="/openapi.json" { "API" }
+                    }
+                }
+                main id="main" { (body) }
+                div id="told" role="status" aria-live="polite" {}
+            }
+        }
+    }
+}
+
+/// The first page: where files are dropped, and what was judged.
+async fn home(State(app): State<App>, Queried(wanted): Queried<Wanted>) -> Result<Markup, Problem> {
+    let list = listed(&app, wanted.clone()).await?;
+    let filter = wanted.filter.as_deref().unwrap_or("");
+    let chosen = wanted.verdict.as_deref().unwrap_or("");
+    let body = html! {
+        h1 { "Would the door have stayed shut?" }
+        section.drop id="drop" aria-labelledby="drop-title" {
+            h2 id="drop-title" { "A recording" }
+            p { "Drop a file here, with its card or the other files of its test, or choose it. Nothing leaves this machine." }
+            p {
+                label.button for="files" { "Choose files" }
+                input id="files" type="file" multiple;
+            }
+            progress id="upload" max="1" value="0" hidden aria-label="Upload" {}
+            p id="upload-told" role="status" {}
+        }
+        h2 { "Verdicts" }
+        form.filters method="get" action="/" {
+            label { "Name " input type="search" name="filter" value=(filter); }
+            label { "Verdict "
+                select name="verdict" {
+                    @for (word, shown) in [("", "all"), ("pass", "pass"), ("fail", "fail"), ("undecided", "undecided"), ("unusable", "unusable")] {
+                        option value=(word) selected[word == chosen] { (shown) }
+                    }
+                }
+            }
+            button { "Show" }
+        }
+        form method="get" action="/compare" { (table(&list.verdicts)) }
+        @if let Some(next) = list.next {
+            p { a href=(format!("/?cursor={next}&filter={}&verdict={}", show::encoded(filter), show::encoded(chosen))) { "Earlier ones" } }
+        }
+    };
+    Ok(whole("Verdicts", &body))
+}
+
+/// Draws a table of verdicts, with boxes that choose runs to compare.
+fn table(verdicts: &[VerdictEntry]) -> Markup {
+    html! {
+        @if verdicts.is_empty() {
+            p { "None yet." }
+        } @else {
+            div.wide tabindex="0" role="region" aria-label="Verdicts" {
+                table {
+                    thead { tr {
+                        th scope="col" { "Compare" } th scope="col" { "Verdict" } th scope="col" { "Recording" }
+                        th scope="col" { "Channel" } th scope="col" { "Design" } th scope="col" { "Peak" }
+                        th scope="col" { "Limit" } th scope="col" { "Ensemble" }
+                    } }
+                    tbody { @for entry in verdicts { (row(entry)) } }
+                }
+            }
+            p { button { "Compare the chosen ones" } }
+        }
+    }
+}
+
+fn row(entry: &VerdictEntry) -> Markup {
+    let summary = &entry.summary;
+    let short = entry.report_id.get(..8).unwrap_or("");
+    let design = summary.full_design();
+    html! {
+        tr {
+            td { input type="checkbox" name="id" value=(entry.report_id) aria-label=(format!("Compare {} with {design}, report {short}", summary.file)); }
+            td { a href=(format!("/verdicts/{}", entry.report_id)) { (show::verdict(&summary.verdict)) } }
+            td { a href=(format!("/recordings/{}", entry.recording)) { (summary.file) } }
+            td { (summary.channel.as_deref().unwrap_or("–")) }
+            td { (design) }
+            td.number { (show::angle(summary.peak_angle_rad)) }
+            td.number { (show::angle(Some(summary.threshold_rad))) }
+            td { @if summary.members == 0 { "nominal run alone" } @else { (show::count(usize::try_from(summary.members).unwrap_or(0), "lever")) } }
+        }
+    }
+}
+
+async fn asset(Placed(name): Placed<String>) -> Response {
+    let found = ASSETS.iter().find(|(known, ..)| *known == name);
+    match found {
+        Some((_, kind, text)) => {
+            let headers = [
+                (header::CONTENT_TYPE, *kind),
+                (header::CACHE_CONTROL, "private, max-age=600"),
+            ];
+            (headers, *text).into_response()
+        }
+        None => Problem::not_found("such file").into_response(),
+    }
+}
+
+async fn login_form(Extension(visitor): Extension<Visitor>) -> Markup {
+    let body = html! {
+        h1 { "Sign in" }
+        @if visitor.may(Scope::Read) { p { "You are signed in as " strong { (visitor.name) } "." } }
+        form method="post" action="/login" {
+            label { "Token " input type="password" name="token" autocomplete="current-password" required; }
+            button { "Sign in" }
+        }
+        @if visitor.may(Scope::Read) {
+            form method="post" action="/logout" { button { "Sign out" } }
+        }
+    };
+    whole("Sign in", &body)
+}
+
+async fn login(
+    State(app): State<App>,
+    headers: HeaderMap,
+    body: Result<Bytes, BytesRejection>,
+) -> Response {
+    let body = match body {
+        Ok(body) => String::from_utf8_lossy(&body).into_owned(),
+        Err(error) => return Problem::of_body(error.status(), error.body_text()).into_response(),
+    };
+    let token = body.strip_prefix("token=").unwrap_or("").trim().to_string();
+    let presented = token.clone();
+    let seen = app
+        .on_disk(move |parts| parts.door.look(&*parts.ledger, Some(&presented)))
+        .await;
+    match seen {
+        Ok(Seen::Known(_)) => with_cookie(&format!("{token}; Max-Age=2592000"), &headers),
+        Ok(Seen::Open(_)) => Redirect::to("/").into_response(),
+        Ok(Seen::Stranger) => {
+            let text = "this token is not known, or was taken back";
+            let status = StatusCode::UNAUTHORIZED;
+            Problem::new(status, "no-token", "No known token", text).into_response()
+        }
+        Err(problem) => problem.into_response(),
+    }
+}
+
+async fn logout(headers: HeaderMap) -> Response {
+    with_cookie("; Max-Age=0", &headers)
+}
+
+fn with_cookie(value: &str, headers: &HeaderMap) -> Response {
+    let behind_tls = headers
+        .get("x-forwarded-proto")
+        .is_some_and(|proto| proto == "https");
+    let secure = if behind_tls { "; Secure" } else { "" };
+    let name = crate::http::COOKIE;
+    let text = format!("{name}={value}; Path=/; HttpOnly; SameSite=Strict{secure}");
+    let mut response = Redirect::to("/").into_response();
+    if let Ok(text) = HeaderValue::from_str(&text) {
+        response.headers_mut().insert(header::SET_COOKIE, text);
+    }
+    response
+}

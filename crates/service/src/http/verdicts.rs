@@ -1,0 +1,441 @@
+//! Questions, answers and their files.
+
+use super::files;
+use super::jobs::{self, JobStanding};
+use crate::app::App;
+use crate::auth::Visitor;
+use crate::clock::now_ms;
+use crate::pool::{Answer, How, Order, request_of};
+use crate::problem::{Placed, Problem, Queried, bounded};
+use crate::store::{Job, JobState, Manifest, Question, ResultFilter, StoredResult, Summary};
+use axum::Json;
+use axum::extract::{Extension, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use latchgate::report::{SERIES_FILE, VERDICT_FILE};
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use std::time::Duration;
+use utoipa::{IntoParams, ToSchema};
+
+/// A question.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Asking {
+    /// The recording's identity.
+    recording: String,
+    /// Settings by the words of the command line, `_` for `-`: how the recording is read,
+    /// conditioned and judged.
+    #[serde(default = "super::designs::empty")]
+    #[schema(value_type = Object)]
+    request: Value,
+    /// The design: tables of a design file, or `name@version` of one that is kept.
+    #[serde(default = "super::designs::empty")]
+    #[schema(value_type = Object)]
+    design: Value,
+    /// Overrides of the design, `lever.preload_torque_nm=2.82`.
+    #[serde(default)]
+    set: Vec<String>,
+}
+
+/// How long a question waits.
+#[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub(super) struct Waiting {
+    /// Seconds to wait for the answer before the question becomes a job, at most 60.
+    #[param(minimum = 0, maximum = 60)]
+    wait: Option<u32>,
+}
+
+/// Makes a question plain: every setting and every number of the design written out.
+async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
+    let request = request_of(&asking.request)?;
+    let (design, design_name) =
+        super::designs::resolved(app, &asking.design, &asking.set, &request).await?;
+    Ok(Question {
+        recording: asking.recording,
+        request: json!(request),
+        design: json!(design),
+        design_name,
+        decision_alone: false,
+    })
+}
+
+/// Asks for a verdict.
+#[utoipa::path(
+    post, path = "/v1/verdicts", params(Waiting), request_body = Asking,
+    responses(
+        (status = 200, description = "The verdict, the document of the command line", body = Object),
+        (status = 202, description = "It is worked on; `Location` says where to look", body = JobStanding),
+    )
+)]
+pub(super) async fn submit(
+    State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
+    Queried(waiting): Queried<Waiting>,
+    asking: Result<Json<Asking>, axum::extract::rejection::JsonRejection>,
+) -> Result<Response, Problem> {
+    let wait = match waiting.wait {
+        None => app.config.wait,
+        stated => Duration::from_secs(u64::from(bounded("wait", stated, 0, (0, 60))?)),
+    };
+    let Json(asking) =
+        asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
+    let question = question(&app, asking).await?;
+    let id = question.id();
+    let wanted = id.clone();
+    let known = app.on_disk(move |parts| parts.ledger.job(&wanted)).await?;
+    if let Some(Job {
+        state: JobState::Done { report_id },
+        ..
+    }) = known
+    {
+        return answered(&app, &report_id).await;
+    }
+    let recording = question.recording.clone();
+    let stored = app
+        .on_disk(move |parts| parts.ledger.recording(&recording))
+        .await?;
+    if stored.is_none() {
+        return Err(Problem::not_found(
+            "such recording; upload it to /v1/recordings first",
+        ));
+    }
+    let admitting = app.clone();
+    let owner = visitor.clone();
+    let admitted = tokio::task::spawn_blocking(move || admitting.admit_jobs(&owner, 1)).await;
+    admitted.unwrap_or_else(|_| Err(Problem::not_found("place")))?;
+    let mut watched = app.crew.watch(&id);
+    let wanted = id.clone();
+    let (job, is_new) = app
+        .on_disk(move |parts| {
+            parts
+                .ledger
+                .submit(&wanted, &question, &visitor.name, now_ms())
+        })
+        .await?;
+    if is_new {
+        app.crew.ring();
+    }
+    let ended = async {
+        let mut state = job.state;
+        while !state.has_ended() {
+            if watched.changed().await.is_err() {
+                // Nobody tells any more: it ended meanwhile, or the service does.
+                let wanted = id.clone();
+                let found = app.on_disk(move |parts| parts.ledger.job(&wanted)).await?;
+                return Ok(found.map_or(JobState::Queued, |job| job.state));
+            }
+            state = watched.borrow_and_update().state.clone();
+        }
+        Ok::<_, Problem>(state)
+    };
+    let state = match tokio::time::timeout(wait, ended).await {
+        Ok(state) => state?,
+        Err(_) => JobState::Running,
+    };
+    match state {
+        JobState::Done { report_id } => answered(&app, &report_id).await,
+        JobState::Refused { problem } => Err(jobs::problem_of(problem)),
+        state => Ok(jobs::accepted(&id, &state)),
+    }
+}
+
+async fn result(app: &App, report_id: &str) -> Result<StoredResult, Problem> {
+    let wanted = report_id.to_string();
+    let found = app
+        .on_disk(move |parts| parts.ledger.result(&wanted))
+        .await?;
+    found.ok_or_else(|| Problem::not_found("such verdict"))
+}
+
+/// Sends a verdict's document.
+async fn answered(app: &App, report_id: &str) -> Result<Response, Problem> {
+    let result = result(app, report_id).await?;
+    let mut response = files::send_of_report(app, &result, VERDICT_FILE, false).await?;
+    let place = format!("/v1/verdicts/{report_id}");
+    if let Ok(place) = place.parse() {
+        response.headers_mut().insert(header::LOCATION, place);
+    }
+    Ok(response)
+}
+
+/// Asks what the nominal lever does, soon; nothing is kept.
+#[utoipa::path(
+    post, path = "/v1/what-if", request_body = Asking,
+    responses(
+        (status = 200, description = "The document of the nominal runs alone", body = Object),
+    )
+)]
+pub(super) async fn what_if(
+    State(app): State<App>,
+    asking: Result<Json<Asking>, axum::extract::rejection::JsonRejection>,
+) -> Result<Json<Value>, Problem> {
+    let Json(asking) =
+        asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
+    let question = question(&app, asking).await?;
+    let wanted = question.recording.clone();
+    let stored = app
+        .on_disk(move |parts| parts.ledger.recording(&wanted))
+        .await?;
+    let stored = stored.ok_or_else(|| Problem::not_found("such recording"))?;
+    let order = Order::Answer {
+        how: How::WhatIf,
+        recording: question.recording,
+        request: question.request,
+        design: question.design,
+    };
+    match app.crew.ask(order, Some(stored.manifest)).await?.answer {
+        Answer::WhatIf { document } => Ok(Json(document)),
+        Answer::Problem { problem } => Err(jobs::problem_of(problem)),
+        _ => Err(Problem::not_found("answer")),
+    }
+}
+
+/// Sends a verdict: the document of the command line, which never changes.
+#[utoipa::path(
+    get, path = "/v1/verdicts/{report_id}",
+    params(("report_id" = String, Path, description = "The report's identity, with or without `.json`")),
+    responses(
+        (status = 200, description = "The document", body = Object),
+        (status = 304, description = "As the client has it"),
+    )
+)]
+pub(super) async fn get(
+    State(app): State<App>,
+    Placed(report_id): Placed<String>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    let report_id = report_id.strip_suffix(".json").unwrap_or(&report_id);
+    sent(&app, report_id, VERDICT_FILE, false, &headers).await
+}
+
+async fn sent(
+    app: &App,
+    report_id: &str,
+    name: &str,
+    download: bool,
+    headers: &HeaderMap,
+) -> Result<Response, Problem> {
+    let result = result(app, report_id).await?;
+    let tag = format!("\"{report_id}-{name}\"");
+    let known = headers
+        .get(header::IF_NONE_MATCH)
+        .and_then(|value| value.to_str().ok())
+        .is_some_and(|value| value.contains(&tag));
+    if known && result.files.contains_key(name) {
+        return Ok((StatusCode::NOT_MODIFIED, [(header::ETAG, tag)]).into_response());
+    }
+    files::send_of_report(app, &result, name, download).await
+}
+
+/// Which part of a file is wanted.
+#[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub(super) struct FileWanted {
+    /// Of `series.csv`: from this instant [s].
+    t0: Option<f64>,
+    /// Of `series.csv`: to this instant [s].
+    t1: Option<f64>,
+    /// `true` for an attachment.
+    download: Option<bool>,
+}
+
+/// Sends a file of a report: `report.html`, `series.csv`, `verdict.json`, or a plot as `.svg`.
+#[utoipa::path(
+    get, path = "/v1/verdicts/{report_id}/{file}",
+    params(
+        ("report_id" = String, Path, description = "The report's identity"),
+        ("file" = String, Path, description = "Its name"),
+        FileWanted
+    ),
+    responses(
+        (status = 200, description = "The file", content(
+            (String = "text/html"), (String = "text/csv"), (String = "image/svg+xml"),
+            (Object = "application/json"), (Vec<u8> = "application/octet-stream"))),
+        (status = 304, description = "As the client has it"),
+    )
+)]
+pub(super) async fn file(
+    State(app): State<App>,
+    Placed((report_id, name)): Placed<(String, String)>,
+    Queried(wanted): Queried<FileWanted>,
+    headers: HeaderMap,
+) -> Result<Response, Problem> {
+    if name == SERIES_FILE && (wanted.t0.is_some() || wanted.t1.is_some()) {
+        let result = result(&app, &report_id).await?;
+        let range = (wanted.t0, wanted.t1);
+        let (_, files) = series_of(&app, &result, range, None).await?;
+        let file = files.first();
+        let file = file.ok_or_else(|| Problem::not_found("series of this verdict"))?;
+        let mut response = files::send(&app, file).await?;
+        let name = files::attachment(&result, "series-part.csv");
+        response
+            .headers_mut()
+            .insert(header::CONTENT_DISPOSITION, name);
+        return Ok(response);
+    }
+    sent(
+        &app,
+        &report_id,
+        &name,
+        wanted.download == Some(true),
+        &headers,
+    )
+    .await
+}
+
+/// Has a child look into the series of a report.
+async fn series_of(
+    app: &App,
+    result: &StoredResult,
+    (from_s, to_s): (Option<f64>, Option<f64>),
+    pixels: Option<usize>,
+) -> Result<(Answer, Vec<crate::store::StoredFile>), Problem> {
+    let file = result.files.get(SERIES_FILE).cloned();
+    let file =
+        file.ok_or_else(|| Problem::not_found("series of this verdict: nothing was replayed"))?;
+    let order = Order::Series {
+        table: format!("series-{}", file.sha256),
+        from_s,
+        to_s,
+        pixels,
+    };
+    let manifest = Manifest {
+        name: file.name.clone(),
+        files: vec![file],
+        card: None,
+    };
+    let delivered = app.crew.ask(order, Some(manifest)).await?;
+    Ok((delivered.answer, delivered.files))
+}
+
+/// Which part of a series is wanted.
+#[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub(super) struct Range {
+    /// From this instant [s].
+    t0: Option<f64>,
+    /// To this instant [s].
+    t1: Option<f64>,
+    /// Pieces, of each of which the least and the largest value are shown; 2 to 8192.
+    #[param(minimum = 2, maximum = 8192)]
+    px: Option<u32>,
+}
+
+/// A series, thinned to what a plot can show.
+#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
+pub(super) struct Series {
+    /// Rows in the range.
+    rows: u64,
+    /// Whether each pair of values is the least and the largest of its piece.
+    thinned: bool,
+    /// Values by column: `time_s`, accelerations, velocity, angles.
+    #[schema(value_type = Object)]
+    columns: Value,
+}
+
+/// Sends signal and trajectories of a verdict, thinned to what a plot can show.
+#[utoipa::path(
+    get, path = "/v1/verdicts/{report_id}/series",
+    params(("report_id" = String, Path, description = "The report's identity"), Range),
+    responses(
+        (status = 200, description = "The series", body = Series),
+    )
+)]
+pub(super) async fn series(
+    State(app): State<App>,
+    Placed(report_id): Placed<String>,
+    Queried(range): Queried<Range>,
+) -> Result<Json<Series>, Problem> {
+    let result = result(&app, &report_id).await?;
+    let pixels = bounded("px", range.px, 1000, (2, 8192))? as usize;
+    let within = (range.t0, range.t1);
+    let (answer, _) = series_of(&app, &result, within, Some(pixels)).await?;
+    let Answer::Series { series } = answer else {
+        return Err(Problem::not_found("series of this verdict"));
+    };
+    let odd = |error: serde_json::Error| Problem::not_found(&format!("series ({error})"));
+    Ok(Json(serde_json::from_value(series).map_err(odd)?))
+}
+
+/// Which verdicts are wanted.
+#[derive(Debug, Clone, Default, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub(crate) struct Wanted {
+    /// `pass`, `fail`, `undecided` or `unusable`.
+    pub(crate) verdict: Option<String>,
+    /// The recording's identity.
+    pub(crate) recording: Option<String>,
+    /// The design's name.
+    pub(crate) design: Option<String>,
+    /// A part of the name of file, channel or design, or of the report's identity.
+    pub(crate) filter: Option<String>,
+    /// What the part before returned as `next`.
+    pub(crate) cursor: Option<i64>,
+    /// Entries, 1 to 200.
+    #[param(minimum = 1, maximum = 200)]
+    pub(crate) limit: Option<u32>,
+}
+
+/// A verdict in a list.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub(crate) struct VerdictEntry {
+    /// The report's identity.
+    pub(crate) report_id: String,
+    /// The recording's identity.
+    pub(crate) recording: String,
+    /// When it was made [ms since 1970].
+    pub(crate) created_ms: i64,
+    /// What was judged, and how that came out.
+    #[serde(flatten)]
+    pub(crate) summary: Summary,
+}
+
+/// Part of a list of verdicts, the newest first.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub(crate) struct VerdictList {
+    /// The verdicts.
+    pub(crate) verdicts: Vec<VerdictEntry>,
+    /// The `cursor` of the next part; absent at the end.
+    pub(crate) next: Option<i64>,
+}
+
+/// Lists verdicts, the newest first.
+#[utoipa::path(
+    get, path = "/v1/verdicts", params(Wanted),
+    responses(
+        (status = 200, description = "A part of the list", body = VerdictList),
+    )
+)]
+pub(super) async fn list(
+    State(app): State<App>,
+    Queried(wanted): Queried<Wanted>,
+) -> Result<Json<VerdictList>, Problem> {
+    Ok(Json(listed(&app, wanted).await?))
+}
+
+pub(crate) async fn listed(app: &App, wanted: Wanted) -> Result<VerdictList, Problem> {
+    let limit = bounded("limit", wanted.limit, 50, (1, 200))?;
+    let filter = ResultFilter {
+        verdict: wanted.verdict,
+        recording: wanted.recording,
+        design: wanted.design,
+        text: wanted.filter,
+        before: wanted.cursor,
+        limit,
+    };
+    let found = app
+        .on_disk(move |parts| parts.ledger.results(&filter))
+        .await?;
+    let full = found.len() == limit as usize;
+    let next = found.last().filter(|_| full).map(|(number, _)| *number);
+    let verdicts = found.into_iter().map(|(_, stored)| VerdictEntry {
+        report_id: stored.report_id,
+        recording: stored.recording,
+        created_ms: stored.created_ms,
+        summary: stored.summary,
+    });
+    let verdicts = verdicts.collect();
+    Ok(VerdictList { verdicts, next })
+}

@@ -1,0 +1,376 @@
+//! The commands of `latchgate-serve`.
+//!
+//! - `upkeep`: backup, restore, and the check of everything that is stored.
+
+mod upkeep;
+
+use crate::app::{App, Store};
+use crate::auth::{Scope, Secret};
+use crate::clock::now_ms;
+use crate::config::{Config, Layers};
+use crate::pool::{Answer, ChildOptions, Crew, CrewOptions, Lost, Order, Slot, Trial, child_work};
+use crate::store::StoredToken;
+use crate::{cluster_gates, gate, http};
+use clap::{Args, Parser, Subcommand};
+use std::fmt::Display;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::TcpListener;
+
+/// Serves latchgate over HTTP: recordings in, verdicts kept, with a page for people.
+///
+/// Without a command it serves until SIGTERM, which lets work under way end; a second one ends it
+/// at once. Whatever was acknowledged survives even kill -9.
+#[derive(Debug, Parser)]
+#[command(name = "latchgate-serve", version, max_term_width = 100)]
+struct Arguments {
+    #[command(flatten)]
+    common: CommonOptions,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Args)]
+struct CommonOptions {
+    /// Address and port [default: 127.0.0.1:8420]
+    #[arg(long, global = true, value_name = "ADDRESS:PORT")]
+    listen: Option<String>,
+    /// Folder of the data [default: $XDG_STATE_HOME/latchgate]
+    #[arg(long, global = true, value_name = "DIR")]
+    data: Option<String>,
+    /// Configuration file [default: $LATCHGATE_SERVE_CONFIG]
+    #[arg(long, global = true, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Refuse to start where the kernel does not give the whole jail
+    #[arg(long, global = true)]
+    require_jail: bool,
+    /// What judges large gates: none, or slurm; see `engine_from_pairs` [default: none]
+    #[arg(long, global = true, value_name = "ENGINE")]
+    engine: Option<String>,
+    /// Any key of the configuration; see `config show`
+    #[arg(long, global = true, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Read and judge what stands on standard input; started by the service alone
+    #[command(hide = true)]
+    Child {
+        /// Memory that it may map [bytes]
+        memory_bytes: u64,
+    },
+    /// Make, list and take back tokens
+    #[command(subcommand)]
+    Token(TokenCommand),
+    /// Show the configuration
+    #[command(subcommand)]
+    Config(ConfigCommand),
+    /// Try what a child is kept from: files, network, programs, memory, time
+    Jail,
+    /// Copy everything that is stored into a folder that does not exist, while the service runs
+    Backup {
+        /// Folder of the copy
+        folder: PathBuf,
+    },
+    /// Take a backup as the data; the folder of the data must not hold any
+    Restore {
+        /// Folder of the copy
+        folder: PathBuf,
+    },
+    /// Read every row and every file again and compare each with its hash
+    Fsck,
+    /// Print the description of the HTTP interface
+    Openapi,
+}
+
+#[derive(Debug, Subcommand)]
+enum TokenCommand {
+    /// Make a token and print it, this once
+    Create {
+        /// Who holds it
+        name: String,
+        /// What it may do: read, submit, admin, with commas between
+        #[arg(long, default_value = "read,submit")]
+        scopes: String,
+    },
+    /// List the tokens
+    List,
+    /// Take a token back
+    Revoke {
+        /// Who holds it
+        name: String,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum ConfigCommand {
+    /// Show each key with its value
+    Show {
+        /// And where it comes from
+        #[arg(long)]
+        origin: bool,
+    },
+}
+
+/// Runs the command line of this process.
+#[must_use]
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    match run(arguments) {
+        Ok(code) => code,
+        Err(text) => {
+            let _ = writeln!(io::stderr(), "latchgate-serve: {text}");
+            ExitCode::from(4)
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> Result<ExitCode, String> {
+    if let Some(Command::Child { memory_bytes }) = arguments.command {
+        // Whoever reads has gone, or said what no parent says; there is nobody to tell.
+        return Ok(match child_work(memory_bytes) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(_) => ExitCode::FAILURE,
+        });
+    }
+    let layers = layers(&arguments.common)?;
+    match arguments.command {
+        Some(Command::Config(ConfigCommand::Show { origin })) => show(&layers, origin),
+        Some(Command::Openapi) => say(http::openapi().trim_end()),
+        None => serve(Config::of(&layers)?),
+        Some(command) => upkeep_of(command, &Config::of(&layers)?),
+    }
+}
+
+fn upkeep_of(command: Command, config: &Config) -> Result<ExitCode, String> {
+    match command {
+        Command::Token(command) => token(command, &config.data),
+        Command::Jail => trials(config),
+        Command::Backup { folder } => upkeep::backup(&config.data, &folder).and_then(say),
+        Command::Restore { folder } => upkeep::restore(&folder, &config.data).and_then(say),
+        Command::Fsck => {
+            let (whole, text) = upkeep::fsck(&config.data)?;
+            say(text)?;
+            Ok(ExitCode::from(if whole { 0 } else { 4 }))
+        }
+        _ => Ok(ExitCode::SUCCESS),
+    }
+}
+
+fn say(text: impl Display) -> Result<ExitCode, String> {
+    let mut out = io::stdout().lock();
+    let written = writeln!(out, "{text}").and_then(|()| out.flush());
+    written.map_err(|error| error.to_string())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn layers(common: &CommonOptions) -> Result<Layers, String> {
+    let mut flags = Vec::new();
+    for assignment in &common.set {
+        let (key, value) = assignment
+            .split_once('=')
+            .ok_or_else(|| format!("--set takes KEY=VALUE, found `{assignment}`"))?;
+        flags.push((key.trim().to_string(), value.trim().to_string()));
+    }
+    for (name, value) in [
+        ("listen", &common.listen),
+        ("data", &common.data),
+        ("engine", &common.engine),
+    ] {
+        if let Some(value) = value {
+            flags.push((name.into(), value.clone()));
+        }
+    }
+    if common.require_jail {
+        flags.push(("require_jail".into(), "true".into()));
+    }
+    let stated = std::env::var_os("LATCHGATE_SERVE_CONFIG").map(PathBuf::from);
+    let file = common.config.clone().or(stated);
+    Layers::gather(file.as_deref(), std::env::vars(), &flags)
+}
+
+fn show(layers: &Layers, origin: bool) -> Result<ExitCode, String> {
+    let lines = layers.entries().map(|(name, value, from)| {
+        let from = if origin {
+            format!("  # {from}")
+        } else {
+            String::new()
+        };
+        format!("{name} = {value:?}{from}")
+    });
+    say(lines.collect::<Vec<_>>().join("\n"))
+}
+
+fn child_options(config: &Config) -> ChildOptions {
+    // The program that runs, also where another has taken its place on the disk meanwhile.
+    let program = PathBuf::from("/proc/self/exe");
+    ChildOptions {
+        program,
+        memory_bytes: config.child_memory_bytes,
+        order_time: config.order_time,
+        silence: config.silence,
+        answer_bytes: config.answer_bytes,
+    }
+}
+
+fn log(config: &Config) {
+    let subscriber = tracing_subscriber::fmt()
+        .with_max_level(config.log)
+        .with_writer(io::stderr);
+    if config.log_json {
+        subscriber.json().init();
+    } else {
+        subscriber.init();
+    }
+}
+
+fn serve(config: Config) -> Result<ExitCode, String> {
+    log(&config);
+    let store = Store::open(&config.data)?;
+    // Whoever held these is gone: this process alone serves the folder.
+    let told = |error: crate::store::StoreError| error.to_string();
+    store.ledger.reclaim(now_ms(), true).map_err(told)?;
+    let has_tokens = store.ledger.tokens().map_err(told)?;
+    if has_tokens.is_empty() && !config.listen.ip().is_loopback() {
+        return Err(format!(
+            "{} can be reached from elsewhere, and no token exists: make one with `latchgate-serve \
+             token create NAME`, or listen on 127.0.0.1",
+            config.listen
+        ));
+    }
+    let options = CrewOptions {
+        child: child_options(&config),
+        places: config.places,
+    };
+    let (ledger, blobs) = (Arc::clone(&store.ledger), Arc::clone(&store.blobs));
+    let crew = Crew::start(&options, ledger, blobs)
+        .map_err(|error| format!("no child can be started: {error}"))?;
+    let jail = crew.jail().clone();
+    if !jail.is_whole() {
+        let lacking = jail.lacking.join("; ");
+        if config.require_jail {
+            return Err(format!(
+                "the jail is not whole, and `require_jail` is set: {lacking}"
+            ));
+        }
+        tracing::warn!(%lacking, "the jail of children is not whole");
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .max_blocking_threads(64)
+        .build()
+        .map_err(|error| error.to_string())?;
+    let app = App::new(config, store, crew);
+    let outcome = runtime.block_on(listen(app));
+    runtime.shutdown_timeout(Duration::from_secs(1));
+    outcome
+}
+
+async fn listen(app: App) -> Result<ExitCode, String> {
+    let address = app.config.listen;
+    let listener = TcpListener::bind(address)
+        .await
+        .map_err(|error| format!("{address}: {error}; choose another with --listen"))?;
+    let own = listener.local_addr().map_err(|error| error.to_string())?;
+    let data = app.config.data.display();
+    say(format!("latchgate serves http://{own}/, data in {data}"))?;
+    tokio::spawn(reclaim(app.clone()));
+    tokio::spawn(gate::keep(app.clone()));
+    tokio::spawn(cluster_gates::keep(app.clone()));
+    http::serve(app, listener)
+        .await
+        .map_err(|error| error.to_string())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Takes back jobs whose lease has run out, from time to time.
+async fn reclaim(app: App) {
+    loop {
+        tokio::time::sleep(Duration::from_secs(5)).await;
+        match app
+            .on_disk(|parts| parts.ledger.reclaim(now_ms(), false))
+            .await
+        {
+            Ok(0) => {}
+            Ok(jobs) => tracing::warn!(jobs, "leases ran out"),
+            Err(problem) => tracing::warn!(problem = %problem.detail, "leases cannot be looked at"),
+        }
+    }
+}
+
+fn token(command: TokenCommand, data: &Path) -> Result<ExitCode, String> {
+    let ledger = Store::beside(data)?.ledger;
+    let told = |error: crate::store::StoreError| error.to_string();
+    match command {
+        TokenCommand::Create { name, scopes } => {
+            let unknown = scopes.split(',').find(|word| Scope::of(word).is_none());
+            if let Some(word) = unknown {
+                return Err(format!(
+                    "unknown scope `{word}`; known: read, submit, admin"
+                ));
+            }
+            let secret = Secret::draw().map_err(|error| error.to_string())?;
+            let token = StoredToken {
+                sha256: secret.sha256(),
+                name,
+                scopes,
+                created_ms: now_ms(),
+                revoked: false,
+            };
+            ledger.put_token(&token).map_err(told)?;
+            say(secret.reveal())
+        }
+        TokenCommand::List => {
+            for token in ledger.tokens().map_err(told)? {
+                let state = if token.revoked { "revoked" } else { "valid" };
+                say(format!("{}  {}  {state}", token.name, token.scopes))?;
+            }
+            Ok(ExitCode::SUCCESS)
+        }
+        TokenCommand::Revoke { name } => {
+            if ledger.revoke_token(&name).map_err(told)? {
+                Ok(ExitCode::SUCCESS)
+            } else {
+                Err(format!("there is no token `{name}`"))
+            }
+        }
+    }
+}
+
+/// Has a child try each thing that its jail must stop, and says what came of it.
+fn trials(config: &Config) -> Result<ExitCode, String> {
+    let mut options = child_options(config);
+    // Trials are to end soon, and 1 GiB is to be too much.
+    options.memory_bytes = options.memory_bytes.min(1 << 30);
+    options.silence = Duration::from_secs(2);
+    let folder = std::env::temp_dir().join(format!("latchgate-trials-{}", std::process::id()));
+    let blobs = crate::store::BlobFolder::open(&folder).map_err(|error| error.to_string())?;
+    let mut whole = true;
+    for trial in Trial::ALL {
+        let mut slot = Slot::new(options.clone()).map_err(|error| error.to_string())?;
+        let outcome = slot.order(&Order::Try { trial }, None, &blobs, &mut |_| {});
+        let (stopped, how) = match outcome {
+            Ok(delivered) => match delivered.answer {
+                Answer::Tried { stopped, how } => (stopped, how),
+                _ => (false, "no clear answer".into()),
+            },
+            Err(lost @ (Lost::Ended { .. } | Lost::Late { .. })) => (true, lost.to_string()),
+            Err(lost) => (false, lost.to_string()),
+        };
+        whole &= stopped;
+        let word = if stopped { "stopped" } else { "NOT STOPPED" };
+        say(format!("{trial:?}: {word} ({how})"))?;
+    }
+    let _ = std::fs::remove_dir_all(folder);
+    Ok(ExitCode::from(if whole { 0 } else { 4 }))
+}

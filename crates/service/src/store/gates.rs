@@ -1,0 +1,139 @@
+//! Gates and their pairs: each pair is a job, and one that was decided for another gate is decided.
+
+use super::sql::{confirmed, rows, text_of};
+use super::sum::of_row;
+use super::{GateOutcome, GateStanding, Job, Question, StoreError, StoredGate, jobs};
+use rusqlite::{Connection, Row, params};
+
+/// Reads every gate.
+pub(super) const EVERY: &str = "SELECT number, id, body, sum, outcome, outcome_sum, 0 FROM gates";
+
+/// The columns of a gate, with the number of its pairs that are decided.
+const STANDING: &str = "SELECT number, id, body, sum, outcome, outcome_sum,
+     CASE WHEN outcome IS NOT NULL THEN 0 ELSE
+         (SELECT count(*) FROM pairs JOIN jobs ON jobs.id = pairs.job WHERE pairs.gate = gates.id
+          AND jobs.state NOT IN ('queued', 'later', 'running')) END FROM gates";
+
+pub(super) fn gate_of(row: &Row<'_>) -> Result<(i64, GateStanding), StoreError> {
+    let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
+    let gate: StoredGate = confirmed("gate", &id, &body, &sum)?;
+    let outcome: Option<String> = row.get(4)?;
+    let outcome: Option<GateOutcome> = match outcome {
+        None => None,
+        Some(outcome) => {
+            let sum: String = row.get(5)?;
+            Some(confirmed("outcome", &id, &outcome, &sum)?)
+        }
+    };
+    let decided: i64 = row.get(6)?;
+    let decided = match outcome {
+        Some(_) => (gate.recordings.len() * gate.designs.len()) as u64,
+        None => decided.unsigned_abs(),
+    };
+    let standing = GateStanding {
+        gate,
+        decided,
+        outcome,
+    };
+    Ok((row.get(0)?, standing))
+}
+
+pub(super) fn put(
+    connection: &Connection,
+    gate: &StoredGate,
+    pairs: &[Question],
+    owner: &str,
+) -> Result<bool, StoreError> {
+    let body = text_of(gate);
+    let added = connection.execute(
+        "INSERT OR IGNORE INTO gates (id, name, body, sum) VALUES (?, ?, ?, ?)",
+        params![gate.id, gate.name, body, of_row("gate", &gate.id, &body)],
+    )?;
+    if added == 0 {
+        return again(connection, gate, pairs, owner);
+    }
+    let mut statement =
+        connection.prepare_cached("INSERT INTO pairs (gate, number, job) VALUES (?, ?, ?)")?;
+    for (number, question) in (0_i64..).zip(pairs) {
+        let job = question.id();
+        jobs::submit(connection, &job, question, owner, gate.created_ms)?;
+        statement.execute(params![gate.id, number, job])?;
+    }
+    Ok(true)
+}
+
+/// Puts those pairs of a known gate back in the queue that were refused for a reason that passes;
+/// its outcome is then open again, as is that of one that its engine did not judge. Returns whether
+/// it is.
+fn again(
+    connection: &Connection,
+    gate: &StoredGate,
+    pairs: &[Question],
+    owner: &str,
+) -> Result<bool, StoreError> {
+    let before: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
+    for question in pairs {
+        jobs::submit(connection, &question.id(), question, owner, gate.created_ms)?;
+    }
+    let after: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
+    let known = find(connection, &gate.id)?.and_then(|standing| standing.outcome);
+    let failed = known.is_some_and(|outcome| outcome.problem.is_some());
+    if after > before || failed {
+        let sql = "UPDATE gates SET outcome = NULL, outcome_sum = NULL WHERE id = ?";
+        connection.execute(sql, [&gate.id])?;
+    }
+    Ok(after > before || failed)
+}
+
+/// Counts the pairs of a gate that wait.
+const WAITING: &str = "SELECT count(*) FROM pairs JOIN jobs ON jobs.id = pairs.job
+     WHERE gate = ? AND state IN ('queued', 'later', 'running')";
+
+pub(super) fn find(connection: &Connection, id: &str) -> Result<Option<GateStanding>, StoreError> {
+    let found = rows(
+        connection,
+        &format!("{STANDING} WHERE id = ?"),
+        [id],
+        gate_of,
+    )?;
+    Ok(found.into_iter().next().map(|(_, standing)| standing))
+}
+
+pub(super) fn list(
+    connection: &Connection,
+    before: Option<i64>,
+    limit: u32,
+) -> Result<Vec<(i64, GateStanding)>, StoreError> {
+    let sql = format!("{STANDING} WHERE number < ? ORDER BY number DESC LIMIT ?");
+    let before = before.unwrap_or(i64::MAX);
+    rows(connection, &sql, params![before, limit], gate_of)
+}
+
+pub(super) fn open(connection: &Connection) -> Result<Vec<GateStanding>, StoreError> {
+    let sql = format!("{STANDING} WHERE outcome IS NULL ORDER BY number");
+    let found = rows(connection, &sql, [], gate_of)?;
+    Ok(found.into_iter().map(|(_, standing)| standing).collect())
+}
+
+pub(super) fn pairs(connection: &Connection, id: &str) -> Result<Vec<Job>, StoreError> {
+    let columns = jobs::COLUMNS.replace("id, body", "jobs.id, body");
+    let sql = format!(
+        "SELECT {columns} FROM pairs JOIN jobs ON jobs.id = pairs.job WHERE gate = ? ORDER BY pairs.number"
+    );
+    rows(connection, &sql, [id], jobs::job_of)
+}
+
+pub(super) fn end(
+    connection: &Connection,
+    id: &str,
+    outcome: &GateOutcome,
+) -> Result<(), StoreError> {
+    let text = text_of(outcome);
+    let sum = of_row("outcome", id, &text);
+    // An outcome that was handed out stays, unless its gate is asked again.
+    connection.execute(
+        "UPDATE gates SET outcome = ?, outcome_sum = ? WHERE id = ? AND outcome IS NULL",
+        params![text, sum, id],
+    )?;
+    Ok(())
+}

@@ -1,0 +1,199 @@
+//! Jobs: taken under a lease that is held by heartbeats, at most three attempts that end their
+//! child, and fenced, so that an attempt that lost its lease changes nothing.
+
+use super::sql::{confirmed, text_of};
+use super::sum::of_row;
+use super::{Job, JobState, Load, Question, StoreError};
+use rusqlite::{Connection, OptionalExtension, Row, params};
+use serde_json::Value;
+
+/// What made a refusal; another program may answer where this one did not.
+const PROGRAM: &str = env!("CARGO_PKG_VERSION");
+
+pub(super) const COLUMNS: &str =
+    "id, body, sum, state, attempt, failures, answer, answer_sum, program";
+
+/// Reads every job.
+pub(super) const EVERY: &str =
+    "SELECT id, body, sum, state, attempt, failures, answer, answer_sum, program FROM jobs";
+
+pub(super) fn job_of(row: &Row<'_>) -> Result<Job, StoreError> {
+    let (id, body, sum): (String, String, String) = (row.get(0)?, row.get(1)?, row.get(2)?);
+    let question: Question = confirmed("job", &id, &body, &sum)?;
+    let word: String = row.get(3)?;
+    let state = match word.as_str() {
+        "queued" | "later" => JobState::Queued,
+        "running" => JobState::Running,
+        _ => {
+            let (answer, sum): (String, String) = (row.get(6)?, row.get(7)?);
+            let answer: Value = confirmed(&word, &id, &answer, &sum)?;
+            match answer {
+                Value::String(report_id) if word == "done" => JobState::Done { report_id },
+                row if word == "done" => JobState::Decided { row },
+                problem => JobState::Refused { problem },
+            }
+        }
+    };
+    Ok(Job {
+        id,
+        question,
+        state,
+        attempt: row.get(4)?,
+        failures: row.get(5)?,
+    })
+}
+
+pub(super) fn find(connection: &Connection, id: &str) -> Result<Option<Job>, StoreError> {
+    let sql = format!("SELECT {COLUMNS} FROM jobs WHERE id = ?");
+    let mut statement = connection.prepare_cached(&sql)?;
+    let mut rows = statement.query([id])?;
+    rows.next()?.map(job_of).transpose()
+}
+
+pub(super) fn submit(
+    connection: &Connection,
+    id: &str,
+    question: &Question,
+    owner: &str,
+    now_ms: i64,
+) -> Result<(Job, bool), StoreError> {
+    // What another version refused is asked again.
+    connection.execute(
+        "DELETE FROM jobs WHERE id = ? AND state = 'refused' AND program <> ?",
+        params![id, PROGRAM],
+    )?;
+    let body = text_of(question);
+    // Of one question somebody waits for the answer; the many of a gate come after those.
+    let state = if question.decision_alone {
+        "later"
+    } else {
+        "queued"
+    };
+    let added = connection.execute(
+        "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state, not_before_ms) VALUES (?, ?, ?, ?, ?, ?)",
+        params![id, owner, body, of_row("job", id, &body), state, now_ms],
+    )?;
+    let job = find(connection, id)?.ok_or(StoreError::Fenced)?;
+    Ok((job, added == 1))
+}
+
+pub(super) fn any_waits(connection: &Connection, now_ms: i64) -> Result<bool, StoreError> {
+    let mut statement = connection.prepare_cached(
+        "SELECT 1 FROM jobs WHERE state IN ('queued', 'later') AND not_before_ms <= ? LIMIT 1",
+    )?;
+    Ok(statement.exists([now_ms])?)
+}
+
+pub(super) fn take(
+    connection: &Connection,
+    now_ms: i64,
+    lease_ms: i64,
+) -> Result<Option<Job>, StoreError> {
+    let id: Option<String> = connection
+        .prepare_cached(
+            "UPDATE jobs SET state = 'running', attempt = attempt + 1, lease_ms = ?2
+             WHERE number = coalesce(
+                 (SELECT number FROM jobs WHERE state = 'queued' AND not_before_ms <= ?1 ORDER BY number LIMIT 1),
+                 (SELECT number FROM jobs WHERE state = 'later' AND not_before_ms <= ?1 ORDER BY number LIMIT 1))
+             RETURNING id",
+        )?
+        .query_row(params![now_ms, lease_ms], |row| row.get(0))
+        .optional()?;
+    let Some(id) = id else { return Ok(None) };
+    match find(connection, &id) {
+        Err(StoreError::Damaged { what }) => {
+            // A question that cannot be read cannot be answered; it must not stop the others.
+            tracing::error!(%what, "a job is damaged and was set aside");
+            let sql = "UPDATE jobs SET state = 'damaged' WHERE id = ?";
+            connection.execute(sql, [&id])?;
+            Ok(None)
+        }
+        found => found,
+    }
+}
+
+/// Changes one row, or says that another attempt holds it.
+fn fenced(changed: usize) -> Result<(), StoreError> {
+    if changed == 1 {
+        Ok(())
+    } else {
+        Err(StoreError::Fenced)
+    }
+}
+
+pub(super) fn hold(
+    connection: &Connection,
+    id: &str,
+    attempt: i64,
+    lease_ms: i64,
+) -> Result<(), StoreError> {
+    fenced(connection.execute(
+        "UPDATE jobs SET lease_ms = ?3 WHERE id = ?1 AND state = 'running' AND attempt = ?2",
+        params![id, attempt, lease_ms],
+    )?)
+}
+
+pub(super) fn end(
+    connection: &Connection,
+    id: &str,
+    attempt: i64,
+    state: &str,
+    answer: &Value,
+) -> Result<(), StoreError> {
+    // What was damaged may be restored, who killed a child may be gone, and a machine that was busy
+    // may be idle; it is asked again.
+    let program = match answer["code"].as_str() {
+        Some("damaged" | "reader-was-killed" | "reader-was-late") => "",
+        _ => PROGRAM,
+    };
+    let answer = text_of(answer);
+    let sum = of_row(state, id, &answer);
+    fenced(connection.execute(
+        "UPDATE jobs SET state = ?3, answer = ?4, answer_sum = ?5, program = ?6
+         WHERE id = ?1 AND state = 'running' AND attempt = ?2",
+        params![id, attempt, state, answer, sum, program],
+    )?)
+}
+
+pub(super) fn give_back(
+    connection: &Connection,
+    id: &str,
+    attempt: i64,
+    counts: bool,
+    not_before_ms: i64,
+) -> Result<i64, StoreError> {
+    fenced(connection.execute(
+        "UPDATE jobs SET state = 'queued', failures = failures + ?3, not_before_ms = ?4
+         WHERE id = ?1 AND state = 'running' AND attempt = ?2",
+        params![id, attempt, i64::from(counts), not_before_ms],
+    )?)?;
+    let sql = "SELECT failures FROM jobs WHERE id = ?";
+    Ok(connection.query_row(sql, [id], |row| row.get(0))?)
+}
+
+pub(super) fn reclaim(
+    connection: &Connection,
+    now_ms: i64,
+    every: bool,
+) -> Result<usize, StoreError> {
+    Ok(connection.execute(
+        "UPDATE jobs SET state = 'queued' WHERE state = 'running' AND (?2 OR lease_ms < ?1)",
+        params![now_ms, every],
+    )?)
+}
+
+pub(super) fn load(connection: &Connection, owner: &str) -> Result<Load, StoreError> {
+    let count = |sql: &str, parameter: &str| -> Result<u64, StoreError> {
+        let mut statement = connection.prepare_cached(sql)?;
+        let count: i64 = statement.query_row([parameter], |row| row.get(0))?;
+        Ok(count.unsigned_abs())
+    };
+    let of_state = "SELECT count(*) FROM jobs WHERE state = ?1";
+    let own =
+        "SELECT count(*) FROM jobs WHERE owner = ?1 AND state IN ('queued', 'later', 'running')";
+    Ok(Load {
+        queued: count(of_state, "queued")? + count(of_state, "later")?,
+        running: count(of_state, "running")?,
+        own: count(own, owner)?,
+    })
+}

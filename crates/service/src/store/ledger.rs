@@ -1,0 +1,612 @@
+//! The ledger in SQLite: write-ahead log, synced at every commit, one writer that commits whatever
+//! waits as one group, readers beside it.
+
+use super::schema;
+use super::sql::{confirmed, rows, text_of};
+use super::sum::of_row;
+use super::{
+    GateOutcome, GateStanding, Job, Ledger, Load, Manifest, Question, ResultFilter, StoreError,
+    StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredToken, gates, jobs,
+};
+use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::Duration;
+
+/// Changes that are committed together at most.
+const GROUP: usize = 256;
+
+/// What is told to one who waits for a change once its group is committed or not.
+type After = Box<dyn FnOnce(Result<(), StoreError>) + Send>;
+
+/// A change that waits for the writer.
+type Change = Box<dyn FnOnce(&Connection) -> After + Send>;
+
+/// The ledger in an SQLite file.
+#[derive(Debug)]
+pub struct SqliteLedger {
+    path: PathBuf,
+    readers: Mutex<Vec<Connection>>,
+    changes: SyncSender<Change>,
+}
+
+impl SqliteLedger {
+    /// Opens the ledger, made if absent.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if it cannot be opened or was made by a later version.
+    pub fn open(path: &Path) -> Result<Self, StoreError> {
+        let writer = connect(path)?;
+        writer.execute_batch("PRAGMA journal_mode = WAL;")?;
+        let version: i64 = writer.query_row("PRAGMA user_version", [], |row| row.get(0))?;
+        if version > schema::VERSION {
+            return Err(StoreError::Broken {
+                reason: format!(
+                    "the data have version {version}, this program knows {} at most",
+                    schema::VERSION
+                ),
+            });
+        }
+        if version < schema::VERSION {
+            writer.execute_batch(schema::TABLES)?;
+            writer.pragma_update(None, "user_version", schema::VERSION)?;
+        }
+        let (changes, waiting) = sync_channel(4 * GROUP);
+        std::thread::Builder::new()
+            .name("ledger".into())
+            .spawn(move || write_in_groups(&writer, &waiting))?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            readers: Mutex::new(Vec::new()),
+            changes,
+        })
+    }
+
+    /// Has the writer make a change, and returns once it is on the disk.
+    fn write<T: Send + 'static>(
+        &self,
+        change: impl FnOnce(&Connection) -> Result<T, StoreError> + Send + 'static,
+    ) -> Result<T, StoreError> {
+        let (tell, told) = sync_channel(1);
+        let change: Change = Box::new(move |connection| {
+            let outcome = apart(connection, change);
+            Box::new(move |committed: Result<(), StoreError>| {
+                let _ = tell.send(committed.and(outcome));
+            })
+        });
+        let gone = || StoreError::Broken {
+            reason: "the writer of the ledger has ended".into(),
+        };
+        self.changes.send(change).map_err(|_| gone())?;
+        told.recv().map_err(|_| gone())?
+    }
+
+    fn read<T>(
+        &self,
+        read: impl FnOnce(&Connection) -> Result<T, StoreError>,
+    ) -> Result<T, StoreError> {
+        let kept = self.kept().pop();
+        let connection = kept.map_or_else(|| connect(&self.path), Ok)?;
+        let outcome = read(&connection);
+        self.kept().push(connection);
+        outcome
+    }
+
+    fn kept(&self) -> std::sync::MutexGuard<'_, Vec<Connection>> {
+        self.readers
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+fn connect(path: &Path) -> Result<Connection, StoreError> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_WRITE
+        | OpenFlags::SQLITE_OPEN_CREATE
+        | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let connection = Connection::open_with_flags(path, flags)?;
+    connection.busy_timeout(Duration::from_secs(5))?;
+    connection.execute_batch("PRAGMA synchronous = FULL; PRAGMA trusted_schema = OFF;")?;
+    Ok(connection)
+}
+
+/// Makes one change of a group; one that fails leaves the others as they are.
+fn apart<T>(
+    connection: &Connection,
+    change: impl FnOnce(&Connection) -> Result<T, StoreError>,
+) -> Result<T, StoreError> {
+    connection.execute_batch("SAVEPOINT one")?;
+    let outcome = change(connection);
+    let end = if outcome.is_ok() {
+        "RELEASE one"
+    } else {
+        "ROLLBACK TO one; RELEASE one"
+    };
+    connection.execute_batch(end)?;
+    outcome
+}
+
+fn write_in_groups(connection: &Connection, waiting: &Receiver<Change>) {
+    while let Ok(first) = waiting.recv() {
+        let begun = connection.execute_batch("BEGIN IMMEDIATE");
+        let mut group = vec![first(connection)];
+        while group.len() < GROUP
+            && let Ok(next) = waiting.try_recv()
+        {
+            group.push(next(connection));
+        }
+        let committed = begun
+            .and_then(|()| connection.execute_batch("COMMIT"))
+            .map_err(StoreError::from);
+        if let Err(error) = &committed {
+            tracing::error!(%error, changes = group.len(), "a group was not committed");
+            // After a full disk the transaction may have been rolled back already.
+            let _ = connection.execute_batch("ROLLBACK");
+        }
+        for after in group {
+            after(committed.clone());
+        }
+    }
+}
+
+/// The part of a recording that does not change.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct RecordingBody {
+    manifest: Manifest,
+    created_ms: i64,
+}
+
+const RECORDING_COLUMNS: &str = "number, id, body, sum, listing, listing_sum";
+
+fn recording_of(row: &Row<'_>) -> Result<(i64, StoredRecording), StoreError> {
+    let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
+    let body: RecordingBody = confirmed("recording", &id, &body, &sum)?;
+    let listing: Option<String> = row.get(4)?;
+    let listing = match listing {
+        None => None,
+        Some(listing) => {
+            let sum: String = row.get(5)?;
+            Some(confirmed("listing", &id, &listing, &sum)?)
+        }
+    };
+    let recording = StoredRecording {
+        id,
+        manifest: body.manifest,
+        created_ms: body.created_ms,
+        listing,
+    };
+    Ok((row.get(0)?, recording))
+}
+
+fn result_of(row: &Row<'_>) -> Result<(i64, StoredResult), StoreError> {
+    let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
+    Ok((row.get(0)?, confirmed("result", &id, &body, &sum)?))
+}
+
+fn design_of(row: &Row<'_>) -> Result<StoredDesign, StoreError> {
+    let (name, version): (String, i64) = (row.get(0)?, row.get(1)?);
+    let (body, sum): (String, String) = (row.get(2)?, row.get(3)?);
+    confirmed("design", &format!("{name}@{version}"), &body, &sum)
+}
+
+impl Ledger for SqliteLedger {
+    fn put_recording(
+        &self,
+        manifest: &Manifest,
+        owner: &str,
+        now_ms: i64,
+    ) -> Result<bool, StoreError> {
+        let (id, bytes, owner) = (manifest.id(), manifest.bytes(), owner.to_string());
+        let body = text_of(&RecordingBody {
+            manifest: manifest.clone(),
+            created_ms: now_ms,
+        });
+        self.write(move |connection| {
+            let sum = of_row("recording", &id, &body);
+            let added = connection.execute(
+                "INSERT OR IGNORE INTO recordings (id, owner, bytes, body, sum) VALUES (?, ?, ?, ?, ?)",
+                params![id, owner, bytes as i64, body, sum],
+            )?;
+            Ok(added == 1)
+        })
+    }
+
+    fn put_listing(&self, id: &str, listing: &Value) -> Result<(), StoreError> {
+        let (id, listing) = (id.to_string(), text_of(listing));
+        self.write(move |connection| {
+            let sum = of_row("listing", &id, &listing);
+            connection.execute(
+                "UPDATE recordings SET listing = ?, listing_sum = ? WHERE id = ?",
+                params![listing, sum, id],
+            )?;
+            Ok(())
+        })
+    }
+
+    fn recording(&self, id: &str) -> Result<Option<StoredRecording>, StoreError> {
+        let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings WHERE id = ?");
+        self.read(|connection| Ok(rows(connection, &sql, [id], recording_of)?.pop()))
+            .map(|found| found.map(|(_, recording)| recording))
+    }
+
+    fn recordings(
+        &self,
+        before: Option<i64>,
+        limit: u32,
+    ) -> Result<Vec<(i64, StoredRecording)>, StoreError> {
+        let sql = "SELECT number, id, body, sum, NULL, NULL FROM recordings WHERE number < ? ORDER BY number DESC LIMIT ?";
+        let before = before.unwrap_or(i64::MAX);
+        self.read(|connection| rows(connection, sql, params![before, limit], recording_of))
+    }
+
+    fn bytes_of(&self, owner: &str) -> Result<u64, StoreError> {
+        self.read(|connection| {
+            let bytes: i64 = connection.query_row(
+                "SELECT coalesce(sum(bytes), 0) FROM recordings WHERE owner = ?",
+                [owner],
+                |row| row.get(0),
+            )?;
+            Ok(bytes.unsigned_abs())
+        })
+    }
+
+    fn submit(
+        &self,
+        id: &str,
+        question: &Question,
+        owner: &str,
+        now_ms: i64,
+    ) -> Result<(Job, bool), StoreError> {
+        let (id, question, owner) = (id.to_string(), question.clone(), owner.to_string());
+        self.write(move |connection| jobs::submit(connection, &id, &question, &owner, now_ms))
+    }
+
+    fn job(&self, id: &str) -> Result<Option<Job>, StoreError> {
+        self.read(|connection| jobs::find(connection, id))
+    }
+
+    fn take(&self, now_ms: i64, lease_ms: i64) -> Result<Option<Job>, StoreError> {
+        // Most often nothing waits; the writer need not be troubled to find that out.
+        if !self.read(|connection| jobs::any_waits(connection, now_ms))? {
+            return Ok(None);
+        }
+        self.write(move |connection| jobs::take(connection, now_ms, lease_ms))
+    }
+
+    fn hold(&self, id: &str, attempt: i64, lease_ms: i64) -> Result<(), StoreError> {
+        let id = id.to_string();
+        self.write(move |connection| jobs::hold(connection, &id, attempt, lease_ms))
+    }
+
+    fn finish(&self, id: &str, attempt: i64, result: &StoredResult) -> Result<(), StoreError> {
+        let (id, result) = (id.to_string(), result.clone());
+        self.write(move |connection| {
+            put_result(connection, &result)?;
+            jobs::end(
+                connection,
+                &id,
+                attempt,
+                "done",
+                &Value::from(result.report_id),
+            )
+        })
+    }
+
+    fn decide(&self, id: &str, attempt: i64, row: &Value) -> Result<(), StoreError> {
+        let (id, row) = (id.to_string(), row.clone());
+        self.write(move |connection| jobs::end(connection, &id, attempt, "done", &row))
+    }
+
+    fn refuse(&self, id: &str, attempt: i64, problem: &Value) -> Result<(), StoreError> {
+        let (id, problem) = (id.to_string(), problem.clone());
+        self.write(move |connection| jobs::end(connection, &id, attempt, "refused", &problem))
+    }
+
+    fn give_back(
+        &self,
+        id: &str,
+        attempt: i64,
+        counts: bool,
+        not_before_ms: i64,
+    ) -> Result<i64, StoreError> {
+        let id = id.to_string();
+        self.write(move |connection| {
+            jobs::give_back(connection, &id, attempt, counts, not_before_ms)
+        })
+    }
+
+    fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError> {
+        self.write(move |connection| jobs::reclaim(connection, now_ms, every))
+    }
+
+    fn load(&self, owner: &str) -> Result<Load, StoreError> {
+        self.read(|connection| jobs::load(connection, owner))
+    }
+
+    fn result(&self, report_id: &str) -> Result<Option<StoredResult>, StoreError> {
+        self.read(|connection| find_result(connection, report_id))
+    }
+
+    fn results(&self, filter: &ResultFilter) -> Result<Vec<(i64, StoredResult)>, StoreError> {
+        let text = filter.text.as_ref().map(|text| text.to_lowercase());
+        self.read(|connection| {
+            rows(
+                connection,
+                "SELECT number, report_id, body, sum FROM results
+                 WHERE number < ?1 AND (?2 IS NULL OR verdict = ?2)
+                   AND (?3 IS NULL OR recording = ?3) AND (?4 IS NULL OR design = ?4)
+                   AND (?5 IS NULL OR instr(words, ?5) > 0)
+                 ORDER BY number DESC LIMIT ?6",
+                params![
+                    filter.before.unwrap_or(i64::MAX),
+                    filter.verdict,
+                    filter.recording,
+                    filter.design,
+                    text,
+                    filter.limit
+                ],
+                result_of,
+            )
+        })
+    }
+
+    fn put_design(
+        &self,
+        name: &str,
+        design: &Value,
+        now_ms: i64,
+    ) -> Result<StoredDesign, StoreError> {
+        let (name, design) = (name.to_string(), design.clone());
+        self.write(move |connection| put_design(connection, name, design, now_ms))
+    }
+
+    fn design(&self, name: &str, version: Option<i64>) -> Result<Option<StoredDesign>, StoreError> {
+        self.read(|connection| {
+            let found = rows(
+                connection,
+                "SELECT name, version, body, sum FROM designs
+                 WHERE name = ?1 AND (?2 IS NULL OR version = ?2) ORDER BY version DESC LIMIT 1",
+                params![name, version],
+                design_of,
+            )?;
+            Ok(found.into_iter().next())
+        })
+    }
+
+    fn designs(&self) -> Result<Vec<StoredDesign>, StoreError> {
+        self.read(|connection| {
+            rows(
+                connection,
+                "SELECT name, version, body, sum FROM designs ORDER BY name, version DESC LIMIT 1000",
+                [],
+                design_of,
+            )
+        })
+    }
+
+    fn put_gate(
+        &self,
+        gate: &StoredGate,
+        pairs: Vec<Question>,
+        owner: &str,
+    ) -> Result<bool, StoreError> {
+        let (gate, owner) = (gate.clone(), owner.to_string());
+        self.write(move |connection| gates::put(connection, &gate, &pairs, &owner))
+    }
+
+    fn gate(&self, id: &str) -> Result<Option<GateStanding>, StoreError> {
+        self.read(|connection| gates::find(connection, id))
+    }
+
+    fn gates(
+        &self,
+        before: Option<i64>,
+        limit: u32,
+    ) -> Result<Vec<(i64, GateStanding)>, StoreError> {
+        self.read(|connection| gates::list(connection, before, limit))
+    }
+
+    fn open_gates(&self) -> Result<Vec<GateStanding>, StoreError> {
+        self.read(gates::open)
+    }
+
+    fn pairs(&self, id: &str) -> Result<Vec<Job>, StoreError> {
+        self.read(|connection| gates::pairs(connection, id))
+    }
+
+    fn end_gate(&self, id: &str, outcome: &GateOutcome) -> Result<(), StoreError> {
+        let (id, outcome) = (id.to_string(), outcome.clone());
+        self.write(move |connection| gates::end(connection, &id, &outcome))
+    }
+
+    fn put_token(&self, token: &StoredToken) -> Result<(), StoreError> {
+        let token = token.clone();
+        self.write(move |connection| {
+            let added = connection.execute(
+                "INSERT OR IGNORE INTO tokens (sha256, name, scopes, created_ms) VALUES (?, ?, ?, ?)",
+                params![token.sha256, token.name, token.scopes, token.created_ms],
+            )?;
+            if added == 1 {
+                return Ok(());
+            }
+            Err(StoreError::Taken {
+                what: format!("the token `{}`", token.name),
+            })
+        })
+    }
+
+    fn revoke_token(&self, name: &str) -> Result<bool, StoreError> {
+        let name = name.to_string();
+        self.write(move |connection| {
+            let sql = "UPDATE tokens SET revoked = 1 WHERE name = ?";
+            Ok(connection.execute(sql, [name])? > 0)
+        })
+    }
+
+    fn tokens(&self) -> Result<Vec<StoredToken>, StoreError> {
+        self.read(|connection| {
+            rows(
+                connection,
+                "SELECT sha256, name, scopes, created_ms, revoked FROM tokens ORDER BY name",
+                [],
+                |row| {
+                    Ok(StoredToken {
+                        sha256: row.get(0)?,
+                        name: row.get(1)?,
+                        scopes: row.get(2)?,
+                        created_ms: row.get(3)?,
+                        revoked: row.get(4)?,
+                    })
+                },
+            )
+        })
+    }
+
+    fn copy_to(&self, path: &Path) -> Result<(), StoreError> {
+        let path = path.display().to_string();
+        self.read(|connection| Ok(connection.execute("VACUUM INTO ?", [path]).map(|_| ())?))
+    }
+
+    fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+        self.read(check)
+    }
+}
+
+/// Reads every row and notes which do not fit their hash, and which blobs the others need.
+fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+    let (mut damaged, mut needed) = (Vec::new(), Vec::new());
+    let whole: String = connection.query_row("PRAGMA integrity_check", [], |row| row.get(0))?;
+    if whole != "ok" {
+        damaged.push(format!("the database: {whole}"));
+    }
+    let mut note = |error| match error {
+        StoreError::Damaged { what } => {
+            damaged.push(what);
+            Ok(())
+        }
+        other => Err(other),
+    };
+    let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings");
+    for found in rows(connection, &sql, [], |row| Ok(recording_of(row)))? {
+        match found {
+            Ok((_, recording)) => {
+                needed.extend(recording.manifest.files);
+                needed.extend(recording.manifest.card);
+            }
+            Err(error) => note(error)?,
+        }
+    }
+    let sql = "SELECT number, report_id, body, sum FROM results";
+    for found in rows(connection, sql, [], |row| Ok(result_of(row)))? {
+        match found {
+            Ok((_, result)) => needed.extend(result.files.into_values()),
+            Err(error) => note(error)?,
+        }
+    }
+    let sql = "SELECT name, version, body, sum FROM designs";
+    for found in rows(connection, sql, [], |row| Ok(design_of(row)))? {
+        found.map(|_| ()).or_else(&mut note)?;
+    }
+    for found in rows(connection, gates::EVERY, [], |row| Ok(gates::gate_of(row)))? {
+        match found {
+            Ok((_, gate)) => {
+                needed.extend(
+                    gate.outcome
+                        .into_iter()
+                        .flat_map(|own| own.files.into_values()),
+                );
+            }
+            Err(error) => note(error)?,
+        }
+    }
+    for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
+        found.map(|_| ()).or_else(&mut note)?;
+    }
+    Ok((damaged, needed))
+}
+
+fn find_result(
+    connection: &Connection,
+    report_id: &str,
+) -> Result<Option<StoredResult>, StoreError> {
+    let sql = "SELECT number, report_id, body, sum FROM results WHERE report_id = ?";
+    let found = rows(connection, sql, [report_id], result_of)?.pop();
+    Ok(found.map(|(_, result)| result))
+}
+
+fn put_result(connection: &Connection, result: &StoredResult) -> Result<(), StoreError> {
+    let (id, summary) = (&result.report_id, &result.summary);
+    let body = text_of(result);
+    let sum = of_row("result", id, &body);
+    let words = [
+        summary.file.as_str(),
+        summary.channel.as_deref().unwrap_or(""),
+        &summary.design,
+        id,
+    ]
+    .join("\n")
+    .to_lowercase();
+    let values = params![
+        id,
+        result.recording,
+        summary.verdict,
+        summary.design,
+        words,
+        body,
+        sum
+    ];
+    let added = connection.execute(
+        "INSERT OR IGNORE INTO results (report_id, recording, verdict, design, words, body, sum)
+         VALUES (?, ?, ?, ?, ?, ?, ?)",
+        values,
+    )?;
+    if added == 0
+        && let Some(known) = find_result(connection, id)?
+        && known.content_sha256 != result.content_sha256
+    {
+        // The first answer was handed out under this identity and stays.
+        tracing::error!(report_id = %id, "one question has two answers");
+    }
+    Ok(())
+}
+
+fn put_design(
+    connection: &Connection,
+    name: String,
+    design: Value,
+    now_ms: i64,
+) -> Result<StoredDesign, StoreError> {
+    let newest = connection
+        .query_row(
+            "SELECT name, version, body, sum FROM designs WHERE name = ? ORDER BY version DESC LIMIT 1",
+            [&name],
+            |row| Ok(design_of(row)),
+        )
+        .optional()?
+        .transpose()?;
+    if let Some(newest) = &newest
+        && newest.design == design
+    {
+        return Ok(newest.clone());
+    }
+    let stored = StoredDesign {
+        version: newest.map_or(1, |newest| newest.version + 1),
+        name,
+        design,
+        created_ms: now_ms,
+    };
+    let body = text_of(&stored);
+    let key = stored.reference();
+    connection.execute(
+        "INSERT INTO designs (name, version, body, sum) VALUES (?, ?, ?, ?)",
+        params![
+            stored.name,
+            stored.version,
+            body,
+            of_row("design", &key, &body)
+        ],
+    )?;
+    Ok(stored)
+}

@@ -1,0 +1,624 @@
+//! The interface by its routes: what is asked and what comes back.
+
+use crate::support::{Client, Folder, Service, root, signal, without_run};
+use serde_json::{Value, json};
+use std::process::Command;
+
+#[track_caller]
+fn check_verdict(client: &Client, asking: &Value) -> Vec<u8> {
+    client.post("/v1/verdicts?wait=60", asking).expect(200).body
+}
+
+/// The document is that of the command line, byte for byte but for the run itself.
+#[test]
+fn cli_the_document_is_that_of_the_command_line() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let program =
+        std::path::Path::new(crate::support::PROGRAM).with_file_name("examples/latchgate");
+    for (name, options, request) in [
+        ("burst.csv", &[][..], json!({})),
+        (
+            "surviving.csv",
+            &["--members", "512"][..],
+            json!({"members": 512}),
+        ),
+        (
+            "half_sine_30g_11ms.csv",
+            &["--opens-when", "both", "--members", "0"],
+            json!({"opens_when": "both", "members": 0}),
+        ),
+    ] {
+        let id = client.upload(name)["id"].clone();
+        let served = check_verdict(&client, &json!({"recording": id, "request": request}));
+        let out = folder.0.join(format!("report-{name}"));
+        let status = Command::new(&program)
+            .arg("replay")
+            .arg(root().join("signals").join(name))
+            .args(options)
+            .arg("--out")
+            .arg(&out)
+            .output()
+            .unwrap();
+        assert!(
+            status.stderr.is_empty(),
+            "{}",
+            String::from_utf8_lossy(&status.stderr)
+        );
+        let written = std::fs::read(out.join("verdict.json")).unwrap();
+        assert_eq!(without_run(&served), without_run(&written), "{name}");
+        let document: Value = serde_json::from_slice(&served).unwrap();
+        let report = document["report_id"].as_str().unwrap();
+        for file in ["report.html", "event.svg", "series.csv"] {
+            let served = client
+                .get(&format!("/v1/verdicts/{report}/{file}"))
+                .expect(200)
+                .body;
+            assert!(
+                served == std::fs::read(out.join(file)).unwrap(),
+                "{name}: {file}"
+            );
+        }
+    }
+}
+
+#[test]
+fn cli_an_upload_is_known_again() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let path = "/v1/recordings?name=burst.csv";
+    let first = client.send("POST", path, &signal("burst.csv")).expect(201);
+    let again = client.send("POST", path, &signal("burst.csv")).expect(200);
+    assert_eq!(first.json(), again.json());
+    let recording = first.json();
+    assert_eq!(recording["channel"], "acceleration y (g)");
+    assert_eq!(recording["channels"][0]["samples"], 6001);
+    assert!(recording["findings"].is_array() && recording["candidates"].is_array());
+    let id = recording["id"].as_str().unwrap();
+    let got = client
+        .get(&format!("/v1/recordings/{id}"))
+        .expect(200)
+        .json();
+    assert_eq!(got, recording);
+    // Under another name it is another recording: readers go by names.
+    let other = client.send("POST", "/v1/recordings?name=b.csv", &signal("burst.csv"));
+    assert_ne!(other.expect(201).json()["id"], recording["id"]);
+}
+
+/// A form may be as large as the raw file: browsers send forms.
+#[test]
+fn cli_a_large_recording_is_taken_as_a_form() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["upload_mib=4"]);
+    let client = service.client();
+    let table = |rows: usize| format!("t_s,acc_y_g\n{}", "0.0001,1\n".repeat(rows));
+    let kept = client.upload_bytes("long.csv", table(300_000).as_bytes(), None);
+    assert!(kept.expect(201).json()["bytes"].as_u64().unwrap() > 2 << 20);
+    let refused = client.upload_bytes("longer.csv", table(700_000).as_bytes(), None);
+    assert_eq!(refused.expect(413).json()["limit"]["name"], "upload_bytes");
+}
+
+#[test]
+fn cli_settings_read_a_recording_otherwise() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let table = "Some export\n0;0,5\n0,001;0,7\n0,002;0,1\n0,003;0,2\n0,004;0,3\n";
+    let uploaded = client
+        .send("POST", "/v1/recordings?name=a.csv", table.as_bytes())
+        .expect(201);
+    let id = uploaded.json()["id"].as_str().unwrap().to_string();
+    let path = |request: &str| format!("/v1/recordings/{id}?request={request}");
+    let read = client
+        .get(&path(
+            "%7B%22skip_lines%22:1,%22decimal%22:%22,%22,%22time_column%22:%221%22%7D",
+        ))
+        .expect(200)
+        .json();
+    assert_eq!(read["channels"][0]["samples"], 5, "{read}");
+    assert_eq!(read["preview"][0], "Some export");
+    let slip = client
+        .get(&path("%7B%22skip_line%22:1%7D"))
+        .expect(400)
+        .json();
+    assert!(
+        slip["detail"]
+            .as_str()
+            .unwrap()
+            .contains("did you mean `skip_lines`?"),
+        "{slip}"
+    );
+}
+
+#[test]
+fn cli_a_verdict_lasts_and_is_listed() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let asking =
+        json!({"recording": id, "request": {"members": 128}, "set": ["lever.preload_torque_nm=3"]});
+    let first = client.post("/v1/verdicts?wait=60", &asking).expect(200);
+    let document = first.json();
+    assert_eq!(
+        document["design"]["modified"],
+        json!(["lever.preload_torque_nm"])
+    );
+    let report = document["report_id"].as_str().unwrap();
+    assert_eq!(
+        first.header("location"),
+        Some(format!("/v1/verdicts/{report}").as_str())
+    );
+    // The same question has the same answer, from the store: the run is that of the first time.
+    assert_eq!(
+        client.post("/v1/verdicts", &asking).expect(200).body,
+        first.body
+    );
+    let path = format!("/v1/verdicts/{report}");
+    let got = client.get(&path).expect(200);
+    assert_eq!(got.body, first.body);
+    assert_eq!(
+        client.get(&format!("{path}.json")).expect(200).body,
+        first.body
+    );
+    let tag = got.header("etag").unwrap().to_string();
+    assert!(got.header("cache-control").unwrap().contains("immutable"));
+    client
+        .clone()
+        .with("If-None-Match", &tag)
+        .get(&path)
+        .expect(304);
+    let listed = client.get("/v1/verdicts?filter=burst&verdict=pass").json();
+    let fail = client.get("/v1/verdicts?filter=burst&verdict=fail").json();
+    let both =
+        listed["verdicts"].as_array().unwrap().len() + fail["verdicts"].as_array().unwrap().len();
+    assert_eq!(both, 1, "{listed} {fail}");
+    assert_eq!(
+        client.get("/v1/verdicts?filter=nothing").json()["verdicts"],
+        json!([])
+    );
+}
+
+#[test]
+fn cli_lists_come_in_parts() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("surviving.csv")["id"].clone();
+    for torque in 0..5 {
+        let set = format!("lever.preload_torque_nm=1.{torque}");
+        check_verdict(
+            &client,
+            &json!({"recording": id, "request": {"members": 0}, "set": [set]}),
+        );
+    }
+    let mut seen = Vec::new();
+    let mut cursor = String::new();
+    loop {
+        let part = client
+            .get(&format!("/v1/verdicts?limit=2{cursor}"))
+            .expect(200)
+            .json();
+        for entry in part["verdicts"].as_array().unwrap() {
+            seen.push(entry["report_id"].as_str().unwrap().to_string());
+        }
+        match part["next"].as_i64() {
+            Some(next) => cursor = format!("&cursor={next}"),
+            None => break,
+        }
+    }
+    assert_eq!(seen.len(), 5);
+    seen.dedup();
+    assert_eq!(seen.len(), 5);
+}
+
+#[test]
+fn cli_a_series_is_thinned_or_cut() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let asking = json!({"recording": id, "request": {"members": 0}});
+    let document: Value = serde_json::from_slice(&check_verdict(&client, &asking)).unwrap();
+    let path = format!("/v1/verdicts/{}", document["report_id"].as_str().unwrap());
+    let whole = client
+        .get(&format!("{path}/series?px=100"))
+        .expect(200)
+        .json();
+    assert_eq!(
+        (&whole["rows"], &whole["thinned"]),
+        (&json!(6001), &json!(true))
+    );
+    let of = |series: &Value, name: &str| -> Vec<f64> {
+        let values = series["columns"][name].as_array().unwrap();
+        values.iter().map(|value| value.as_f64().unwrap()).collect()
+    };
+    let table = client.get(&format!("{path}/series.csv")).expect(200).text();
+    let used: Vec<f64> = table
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
+        .collect();
+    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+    // What is thinned keeps its extremes.
+    assert_eq!(least(&of(&whole, "acceleration_used_m_s2")), least(&used));
+    let part = client
+        .get(&format!("{path}/series?t0=0&t1=0.001&px=100"))
+        .json();
+    assert_eq!(
+        (&part["rows"], &part["thinned"]),
+        (&json!(21), &json!(false))
+    );
+    assert_eq!(of(&part, "time_s").len(), 21);
+    let cut = client
+        .get(&format!("{path}/series.csv?t0=0&t1=0.001"))
+        .expect(200)
+        .text();
+    assert_eq!(cut.lines().count(), 22);
+    assert!(
+        table.contains(cut.split_once('\n').unwrap().1),
+        "rows as they stand"
+    );
+}
+
+#[test]
+fn cli_designs_have_versions() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let keep = |torque: f64| {
+        let design = json!({"lever": {"preload_torque_nm": torque}});
+        let kept = client.post("/v1/designs", &json!({"name": "stiff", "design": design}));
+        kept.expect(201).json()["reference"]
+            .as_str()
+            .unwrap()
+            .to_string()
+    };
+    assert_eq!(keep(2.0), "stiff@1");
+    assert_eq!(keep(3.0), "stiff@2");
+    assert_eq!(keep(3.0), "stiff@2");
+    let first = client.get("/v1/designs/stiff@1").expect(200).json();
+    assert_eq!(first["design"]["lever"]["preload_torque_nm"], 2.0);
+    let id = client.upload("burst.csv")["id"].clone();
+    let of = |design: Value| {
+        let asking = json!({"recording": id, "request": {"members": 0}, "design": design});
+        let document: Value = serde_json::from_slice(&check_verdict(&client, &asking)).unwrap();
+        document["report_id"].clone()
+    };
+    assert_eq!(
+        of(json!("stiff@1")),
+        of(json!({"name": "stiff", "lever": {"preload_torque_nm": 2.0}})),
+        "without a name of its own it has that under which it is kept"
+    );
+    let made = json!({"name": "stiffer", "design": "stiff@2", "set": ["stop.restitution=0.7"]});
+    let made = client.post("/v1/designs", &made).expect(201).json();
+    assert_eq!(made["design"]["lever"]["preload_torque_nm"], 3.0);
+    assert_eq!(
+        (&made["design"]["name"], &made["design"]["modified"]),
+        (&json!("stiffer"), &json!([]))
+    );
+    let page = client.get("/designs?baseline=stiff@1").expect(200).text();
+    assert!(page.contains("stop.restitution 0.7 (was 0.8)"), "{page}");
+    assert_ne!(of(json!("stiff@1")), of(json!("stiff")));
+    client
+        .post(
+            "/v1/verdicts",
+            &json!({"recording": id, "design": "stiff@7"}),
+        )
+        .expect(404);
+    let slip = json!({"recording": id, "design": {"lever": {"mas_kg": 1}}});
+    let slip = client.post("/v1/verdicts", &slip).expect(400).json();
+    assert!(
+        slip["detail"].as_str().unwrap().contains("mass_kg"),
+        "{slip}"
+    );
+}
+
+/// A what-if is the nominal run of the same question, and is kept nowhere.
+#[test]
+fn cli_a_what_if_is_the_nominal_run() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let asking = json!({"recording": id, "set": ["lever.preload_torque_nm=2.5"]});
+    let quick = client.post("/v1/what-if", &asking).expect(200).json();
+    assert_eq!(client.get("/v1/verdicts").json()["verdicts"], json!([]));
+    let document: Value = serde_json::from_slice(&check_verdict(&client, &asking)).unwrap();
+    assert_eq!(quick["nominal"], document["nominal"]);
+    assert!(quick["ensemble"].is_null() && document["ensemble"].is_object());
+}
+
+#[test]
+fn cli_a_job_tells_its_steps() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let accepted = client
+        .post("/v1/verdicts?wait=0", &json!({"recording": id}))
+        .expect(202);
+    let place = accepted.header("location").unwrap().to_string();
+    let events = client.get(&format!("{place}/events")).expect(200).text();
+    assert!(events.contains("event: done"), "{events}");
+    let standing = client.get(&place).expect(200).json();
+    assert_eq!(standing["state"], "done");
+    client
+        .get(standing["verdict"].as_str().unwrap())
+        .expect(200);
+    // Asked again, the end is told at once.
+    assert!(
+        client
+            .get(&format!("{place}/events"))
+            .expect(200)
+            .text()
+            .contains("event: done")
+    );
+}
+
+/// All that a page loads is small: the script below 40 kB, everything below 200 kB.
+#[test]
+fn tidy_the_page_is_small() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 128}});
+    let verdict = client
+        .post("/v1/verdicts?wait=60", &question)
+        .expect(200)
+        .json();
+    let page = format!("/verdicts/{}", verdict["report_id"].as_str().unwrap());
+    let page = client.get(&page).expect(200).text();
+    let mut bytes = page.len();
+    for name in page.split('"').filter(|text| text.starts_with("/assets/")) {
+        bytes += client.get(name).expect(200).body.len();
+    }
+    assert!(bytes < 200_000, "{bytes}");
+    let script = client.get("/assets/app.js").expect(200).body.len();
+    assert!(script < 40_000, "{script}");
+}
+
+/// Errors name limit, value, place and the way out, in words of HTTP.
+#[test]
+fn cli_problems_say_what_to_do() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["upload_mib=1"]);
+    let client = service.client();
+    let large = client
+        .send("POST", "/v1/recordings?name=a.csv", &vec![b'1'; 2 << 20])
+        .expect(413);
+    assert_eq!(
+        large.header("content-type"),
+        Some("application/problem+json")
+    );
+    assert_eq!(large.json()["limit"]["value"], 1 << 20);
+    let several = "t_s,a_g,b_g\n0,1,1\n0.001,2,1\n0.002,1,1\n0.003,1,2\n";
+    let id = client
+        .send("POST", "/v1/recordings?name=two.csv", several.as_bytes())
+        .expect(201);
+    let id = id.json()["id"].clone();
+    let asked = client
+        .post("/v1/verdicts?wait=60", &json!({"recording": id}))
+        .expect(422)
+        .json();
+    assert_eq!(asked["verdict"], "unusable");
+    assert_eq!(asked["candidates"], json!(["a_g"]), "{asked}");
+    let detail = asked["detail"].as_str().unwrap();
+    assert!(
+        detail.contains("the field `request.channel` = NAME"),
+        "{detail}"
+    );
+    assert_eq!(asked["document"]["verdict"], "unusable");
+    let limited = json!({"recording": id, "request": {"channel": "a_g", "limit": {"lines": 2}}});
+    let limited = client
+        .post("/v1/verdicts?wait=60", &limited)
+        .expect(422)
+        .json();
+    assert_eq!(limited["limit"]["name"], "lines", "{limited}");
+    assert!(
+        limited["detail"]
+            .as_str()
+            .unwrap()
+            .contains("`request.limit.lines`"),
+        "{limited}"
+    );
+    client
+        .post("/v1/verdicts", &json!({"recording": "0".repeat(64)}))
+        .expect(404);
+    client.get("/v1/nothing").expect(404);
+    client.send("DELETE", "/v1/verdicts", &[]).expect(405);
+    for path in [
+        "/v1/verdicts?limit=abc",
+        "/v1/gates?limit=x",
+        "/v1/recordings?limit=abc",
+    ] {
+        let answer = client.get(path).expect(400);
+        let kind = answer.header("content-type");
+        assert_eq!(kind, Some("application/problem+json"), "{path}");
+    }
+    for name in ["../a.csv", "/a.csv", "a//b.csv", "a%5Cb.csv"] {
+        client
+            .send("POST", &format!("/v1/recordings?name={name}"), b"1")
+            .expect(400);
+    }
+}
+
+#[test]
+fn cli_the_description_is_the_committed_one() {
+    let (code, text) = Folder::new().run(&["openapi"]);
+    assert_eq!(code, 0);
+    let committed = std::fs::read_to_string(root().join("crates/service/openapi.json")).unwrap();
+    assert!(
+        text == committed,
+        "renew it: latchgate-serve openapi > crates/service/openapi.json"
+    );
+}
+
+#[test]
+fn cli_health_limits_and_counters_are_told() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    assert_eq!(client.get("/healthz").expect(200).text(), "ok\n");
+    assert_eq!(client.get("/readyz").expect(200).text(), "ready\n");
+    let limits = client.get("/v1/limits").expect(200).json();
+    assert!(limits["jail"]["seccomp"].is_boolean(), "{limits}");
+    assert!(limits["limits"].as_array().unwrap().len() > 20);
+    assert!(
+        client
+            .get("/metrics")
+            .expect(200)
+            .text()
+            .contains("latchgate_jobs_queued 0")
+    );
+}
+
+#[test]
+fn cli_the_configuration_tells_its_origins() {
+    let folder = Folder::new();
+    let file = folder.0.join("service.toml");
+    std::fs::write(&file, "queue = 7\nrate_per_s = 9\n").unwrap();
+    let output = Command::new(crate::support::PROGRAM)
+        .args([
+            "config",
+            "show",
+            "--origin",
+            "--set",
+            "own_queue=3",
+            "--config",
+        ])
+        .arg(&file)
+        .env("LATCHGATE_SERVE_RATE_PER_S", "11")
+        .output()
+        .unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let line = |key: &str| text.lines().find(|line| line.starts_with(key)).unwrap();
+    assert!(
+        line("queue =").ends_with("# file ".to_string().as_str())
+            || line("queue =").contains("# file ")
+    );
+    assert_eq!(
+        line("rate_per_s ="),
+        "rate_per_s = \"11\"  # environment LATCHGATE_SERVE_RATE_PER_S"
+    );
+    assert_eq!(line("own_queue ="), "own_queue = \"3\"  # command line");
+    assert_eq!(line("order_s ="), "order_s = \"120\"  # default");
+    let (code, text) = folder.run(&["--set", "qeue=1", "config", "show"]);
+    assert_eq!(code, 4);
+    assert!(text.contains("unknown key `qeue`"), "{text}");
+}
+
+/// What was found out about a table is told, and what a person states takes its place.
+#[test]
+fn cli_a_table_says_how_it_was_understood() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let check = |text: &str, request: &str, expected: &Value| {
+        let id = client
+            .upload_bytes("table.csv", text.as_bytes(), None)
+            .json()["id"]
+            .clone();
+        let path = format!("/v1/recordings/{}?request={request}", id.as_str().unwrap());
+        let listing = client.get(&path).expect(200).json();
+        let mapping = listing["mapping"].as_object();
+        let mapping = mapping.unwrap_or_else(|| panic!("{text}: {listing}"));
+        for (key, value) in expected.as_object().unwrap() {
+            assert_eq!(&mapping[key], value, "{key}: {listing}");
+        }
+    };
+    let plain = "t_s,acc_y_g\n0.001,1.5\n0.002,1.6\n0.003,1.7\n";
+    let found = json!({"separator": "comma", "decimal": ".", "header_line": 1, "data_line": 2,
+        "time_column": "t_s", "time_unit": "s"});
+    check(plain, "%7B%7D", &found);
+    let german = "Pr\u{fc}fstand 3\nZeit [ms];a_y [g]\n0,1;2,5\n0,2;2,6\n0,3;2,7\n";
+    let found = json!({"separator": "semicolon", "decimal": ",", "header_line": 2, "data_line": 3,
+        "time_column": "Zeit [ms]", "time_unit": "ms"});
+    check(german, "%7B%22header_line%22:2%7D", &found);
+    let stated = "%7B%22header_line%22:2,%22time_unit%22:%22s%22%7D";
+    check(german, stated, &json!({"time_unit": "s"}));
+    // Lines above the names are found where they begin with a word.
+    check(german, "%7B%7D", &found);
+    // A number alone may be a sample, so it is asked about; where the names seem to stand is told.
+    let seems =
+        json!({"separator": "semicolon", "header_line": 2, "data_line": 3, "time_column": null});
+    let numbered = german.replace("Pr\u{fc}fstand 3", "3");
+    check(&numbered, "%7B%7D", &seems);
+    let bare = "1.5\t3\n1.6\t4\n1.7\t5\n";
+    let found =
+        json!({"separator": "tab", "header_line": null, "data_line": 1, "time_column": null});
+    check(bare, "%7B%22rate_hz%22:1000%7D", &found);
+    // A file of another kind is no table.
+    let zip = client
+        .upload_bytes("odd.bin", b"PK\x03\x04nothing", None)
+        .json();
+    assert!(zip["mapping"].is_null(), "{zip}");
+}
+
+/// Designs that are stated inline and differ have names that tell them apart, in the words of the
+/// report; one that is kept has name and version.
+#[test]
+fn cli_inline_designs_have_names_that_tell_them_apart() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    client
+        .post(
+            "/v1/designs",
+            &json!({"name": "latch", "set": ["lever.preload_torque_nm=3"]}),
+        )
+        .expect(201);
+    let name = |design: Value, set: Value| {
+        let asking =
+            json!({"recording": id, "request": {"members": 0}, "design": design, "set": set});
+        let report = client
+            .post("/v1/verdicts?wait=60", &asking)
+            .expect(200)
+            .json();
+        let page = format!("/verdicts/{}", report["report_id"].as_str().unwrap());
+        let page = client.get(&page).expect(200).text();
+        let name = page.split("Design <strong>").nth(1).unwrap();
+        name.split("</strong>").next().unwrap().to_string()
+    };
+    let names = [
+        name(json!({"lever": {"preload_torque_nm": 2.5}}), json!([])),
+        name(json!({"lever": {"preload_torque_nm": 2.6}}), json!([])),
+        name(json!({}), json!(["lever.preload_torque_nm=2.5"])),
+        name(json!("latch"), json!([])),
+        name(json!("latch"), json!(["lever.preload_torque_nm=2.5"])),
+    ];
+    let nm = "\u{a0}N\u{b7}m";
+    let expected = [
+        format!("paper, modified: preload torque 2.5{nm} (0.1)"),
+        format!("paper, modified: preload torque 2.6{nm} (0.1)"),
+        format!("paper, modified: preload torque 2.5{nm} (0.1)"),
+        "latch@1".to_string(),
+        format!("latch@1, modified: preload torque 2.5{nm} (3)"),
+    ];
+    assert_eq!(names, expected);
+}
+
+/// systemd has nothing to say of the unit but that the program is not installed.
+#[test]
+fn tidy_the_unit_for_systemd_is_one() {
+    let unit = root().join("crates/service/latchgate-serve.service");
+    let output = Command::new("systemd-analyze")
+        .arg("verify")
+        .arg(unit)
+        .output()
+        .unwrap_or_else(|error| {
+            panic!("systemd-analyze: {error}; install the package systemd, as tests/run does")
+        });
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let own = said
+        .lines()
+        .filter(|line| line.contains("latchgate-serve.service"));
+    let odd: Vec<&str> = own
+        .filter(|line| !line.contains("is not executable"))
+        .collect();
+    assert!(odd.is_empty(), "{odd:?}");
+}

@@ -1,0 +1,225 @@
+//! What hostile uploads and clients can do: nothing to anybody else.
+
+use crate::support::{Folder, Service, signal};
+use serde_json::json;
+use std::io::Write;
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+/// Each thing that a child must not do is stopped.
+#[test]
+fn cli_the_jail_stops_what_a_child_tries() {
+    let folder = Folder::new();
+    let (code, text) = folder.run(&["jail"]);
+    assert_eq!(code, 0, "{text}");
+    assert_eq!(
+        text.lines()
+            .filter(|line| line.contains(": stopped"))
+            .count(),
+        8,
+        "{text}"
+    );
+}
+
+#[test]
+fn cli_the_whole_jail_can_be_required() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["require_jail=true"]);
+    let limits = service.client().get("/v1/limits").json();
+    assert_eq!(limits["jail"]["lacking"], json!([]));
+    assert_eq!(limits["jail"]["files"], "all");
+}
+
+/// An upload that takes more memory than a child may is unusable, with the reason; its neighbours
+/// are judged.
+#[test]
+fn verif_a_recording_that_ends_its_reader_is_unusable() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["child_memory_mib=96", "places=2"]);
+    let client = service.client();
+    let large = format!("t_s,acc_y_g\n{}", "0.0000001,1.00000001\n".repeat(3 << 20));
+    let answer = client
+        .send("POST", "/v1/recordings?name=large.csv", large.as_bytes())
+        .expect(201);
+    let recording = answer.json();
+    assert_eq!(
+        recording["problem"]["code"], "ends-its-reader",
+        "{recording}"
+    );
+    assert_eq!(recording["problem"]["verdict"], "unusable");
+    let detail = recording["problem"]["detail"].as_str().unwrap();
+    assert!(
+        detail.contains("signal 6") && detail.contains("3 of 3"),
+        "{detail}"
+    );
+    let asked = client.post(
+        "/v1/verdicts?wait=60",
+        &json!({"recording": recording["id"]}),
+    );
+    assert_eq!(asked.expect(422).json()["verdict"], "unusable");
+    let id = client.upload("burst.csv")["id"].clone();
+    client
+        .post(
+            "/v1/verdicts?wait=60",
+            &json!({"recording": id, "request": {"members": 0}}),
+        )
+        .expect(200);
+}
+
+/// A question that takes too long is ended, and its neighbours are answered meanwhile.
+#[test]
+fn verif_a_question_that_takes_too_long_is_ended() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["order_s=4", "silence_s=4", "places=2"]);
+    let client = service.client();
+    let mut table = String::from("t_s,acc_y_g\n");
+    for sample in 0..600_000 {
+        let push = if sample % 40 < 20 { -40 } else { 30 };
+        table += &format!("{:.5},{push}\n", f64::from(sample) * 1e-5);
+    }
+    let slow = client
+        .send("POST", "/v1/recordings?name=slow.csv", table.as_bytes())
+        .expect(201);
+    let asking = json!({"recording": slow.json()["id"], "request": {"opens_when": "both"}});
+    let patient = client.clone();
+    let waiting = std::thread::spawn(move || patient.post("/v1/verdicts?wait=60", &asking));
+    let id = client.upload("burst.csv")["id"].clone();
+    let began = Instant::now();
+    for torque in 0..3 {
+        let set = format!("lever.preload_torque_nm=2.{torque}");
+        let asking = json!({"recording": id, "request": {"members": 0}, "set": [set]});
+        client.post("/v1/verdicts?wait=60", &asking).expect(200);
+    }
+    assert!(
+        began.elapsed() < Duration::from_secs(40),
+        "{:?}",
+        began.elapsed()
+    );
+    let answer = waiting.join().unwrap().expect(422).json();
+    assert_eq!(answer["verdict"], "unusable", "{answer}");
+    assert!(
+        answer["detail"]
+            .as_str()
+            .unwrap()
+            .contains("longer than 4 s"),
+        "{answer}"
+    );
+    // Another time it may be answered: it is worked on again, not refused from the store.
+    let asking = json!({"recording": slow.json()["id"], "request": {"opens_when": "both"}});
+    client.post("/v1/verdicts?wait=0", &asking).expect(202);
+}
+
+/// Uploads of each kind; `LATCHGATE_SERVICE_UPLOADS` says how many.
+fn uploads() -> u32 {
+    std::env::var("LATCHGATE_SERVICE_UPLOADS").map_or(12, |text| text.parse().unwrap())
+}
+
+/// Among as many uploads that are no recordings, every good one is judged right.
+#[test]
+fn verif_hostile_uploads_harm_no_good_one() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let ask = |id: &serde_json::Value, number: u32| {
+        let set = format!("lever.preload_torque_nm=2.{number:03}");
+        json!({"recording": id, "request": {"members": 0}, "set": [set]})
+    };
+    let hostile = client.clone();
+    let hostile = std::thread::spawn(move || {
+        let good = signal("burst_imu.mcap");
+        let mut state = 1_u64;
+        for number in 0..uploads() {
+            let mut bytes = good.clone();
+            for _ in 0..20 {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1);
+                let at = (state >> 33) as usize % bytes.len();
+                bytes[at] = (state >> 25) as u8;
+            }
+            let name = ["a.mcap", "a.csv", "a.ev5", "a.zip", "a.lvm"][number as usize % 5];
+            let path = format!("/v1/recordings?name={number}{name}");
+            let answer = hostile.send("POST", &path, &bytes);
+            assert!(
+                answer.status == 201 || answer.status == 503,
+                "{}",
+                answer.text()
+            );
+            if answer.status == 201 {
+                let asking = json!({"recording": answer.json()["id"], "request": {"members": 0}});
+                let status = hostile.post("/v1/verdicts?wait=60", &asking).status;
+                assert!(matches!(status, 200 | 422), "{status}");
+            }
+        }
+    });
+    let lever = latchgate::pipeline::Design::reference();
+    let card = std::fs::read(crate::support::root().join("signals/burst.csv.toml")).unwrap();
+    let source = latchgate::pipeline::Source::bytes("burst.csv", signal("burst.csv"));
+    let source = source.with_card(card.clone());
+    let request = serde_json::from_str(r#"{"members": 0}"#).unwrap();
+    let (limits, control) = Default::default();
+    let prepared =
+        latchgate::pipeline::Prepared::open(&source, &request, &limits, &control).unwrap();
+    for number in 0..uploads() {
+        let mut design = lever.clone();
+        let preload = format!("lever.preload_torque_nm=2.{number:03}");
+        latchgate::pipeline::apply_override(&mut design, &preload).unwrap();
+        let expected = prepared
+            .judge(&design, Default::default(), &control)
+            .document;
+        let name = format!("good-{number}.csv");
+        let good = client.upload_bytes(&name, &signal("burst.csv"), Some(&card));
+        let id = good.expect(201).json()["id"].clone();
+        let served = client
+            .post("/v1/verdicts?wait=60", &ask(&id, number))
+            .expect(200)
+            .json();
+        assert_eq!(served["verdict"], expected.verdict.name());
+        let peak = expected.nominal.map(|run| run.peak_angle_rad);
+        assert_eq!(served["nominal"]["peak_angle_rad"].as_f64(), peak);
+    }
+    hostile.join().unwrap();
+}
+
+/// Clients that send their heads and bodies drop by drop hold up nobody.
+#[test]
+fn verif_slow_clients_hold_up_nobody() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["header_s=2", "body_s=2"]);
+    let client = service.client();
+    let slow: Vec<TcpStream> = (0..200)
+        .map(|number| {
+            let mut stream = TcpStream::connect(&service.address).unwrap();
+            let head = "POST /v1/recordings?name=a.csv HTTP/1.1\r\nHost: 127.0.0.1\r\n";
+            stream.write_all(head.as_bytes()).unwrap();
+            if number % 2 == 0 {
+                stream
+                    .write_all(b"Content-Length: 1000000\r\n\r\nt_s,")
+                    .unwrap();
+            }
+            stream
+        })
+        .collect();
+    let began = Instant::now();
+    let id = client.upload("burst.csv")["id"].clone();
+    client
+        .post(
+            "/v1/verdicts?wait=60",
+            &json!({"recording": id, "request": {"members": 0}}),
+        )
+        .expect(200);
+    assert!(
+        began.elapsed() < Duration::from_secs(5),
+        "{:?}",
+        began.elapsed()
+    );
+    // They are let go of by themselves.
+    for mut stream in slow {
+        stream
+            .set_read_timeout(Some(Duration::from_secs(10)))
+            .unwrap();
+        let mut answer = Vec::new();
+        let read = std::io::Read::read_to_end(&mut stream, &mut answer);
+        assert!(read.is_ok() || !answer.is_empty(), "{read:?}");
+    }
+}

@@ -1,0 +1,19 @@
+//! The service as its users meet it: a process, asked over HTTP.
+//!
+//! Tests that take long are marked `ignored`; `docs/service.md` says what they found.
+
+#![allow(clippy::disallowed_methods, reason = "tests may")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::float_cmp,
+    clippy::print_stdout,
+    reason = "tests"
+)]
+
+mod access;
+mod api;
+mod damage;
+mod gates;
+mod hostile;
+mod store;
+mod support;

@@ -1,0 +1,707 @@
+//! Which attractor a lever reaches from each initial state.
+//!
+//! The attractors are found first, from a coarse grid followed to the end. Then every cell is
+//! followed until it rests, or comes so near a known orbit that it can only end there: within a
+//! radius from which rings of states around each of the orbit's points were seen to converge. A cell
+//! that does neither is followed to the end and may add an attractor.
+
+use super::Headline;
+use super::orbit::{self, ForcedLever, Orbit, PhasePoint};
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::strobe_batch::{self, Ending, HarmonicStart};
+use latchgate_kernel::replay::{Section, Strobe};
+use latchgate_recording::error::Error;
+use serde::Serialize;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Options of the basins on one stop.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Options {
+    /// Lever, stop, frequency.
+    #[serde(flatten)]
+    pub forced: ForcedLever,
+    /// Amplitude [g].
+    pub amplitude_g: f64,
+    /// Least and largest initial angle [rad].
+    pub angle_rad: (f64, f64),
+    /// Least and largest initial angular velocity [rad/s].
+    pub velocity_rad_s: (f64, f64),
+    /// Cells along angle and velocity; a cell stands for its midpoint.
+    pub grid: (u32, u32),
+    /// Periods after which motion is taken for settled.
+    pub transient: u32,
+}
+
+/// Where a lever may end.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BasinAttractor {
+    /// Number, as in the rows.
+    pub index: u32,
+    /// Roman numeral and kind, for people.
+    pub name: String,
+    /// Period, in periods of the excitation; 0 for one that is not periodic.
+    pub period: u32,
+    /// State at the start of each period: angle [rad], angular velocity [rad/s].
+    pub points: Vec<PhasePoint>,
+    /// Largest angle [rad].
+    pub peak_angle_rad: f64,
+    /// Share of the cells [-]; `None` where the work was stopped before all were known.
+    pub share: Option<f64>,
+    /// Standard error of that as an estimate of the area, from pairs of neighbouring cells [-].
+    pub standard_error: Option<f64>,
+    /// Distance from its points within which a lever counts as caught, in the measure that
+    /// shrinks from period to period [rad].
+    pub capture_radius_rad: f64,
+    /// For each point, what takes a difference to that measure's circles, row by row; the
+    /// velocity over ω.
+    #[serde(skip)]
+    measures: Vec<[[f64; 2]; 2]>,
+}
+
+impl BasinAttractor {
+    /// Distance of a state from one of the points [rad].
+    fn distance(&self, forced: &ForcedLever, index: usize, state: PhasePoint) -> f64 {
+        let point = self.points[index];
+        let x = state.0 - point.0;
+        let y = (state.1 - point.1) / forced.angular_frequency_rad_s;
+        let [[a, b], [c, d]] = self.measures[index];
+        libm::hypot(a * x + b * y, c * x + d * y)
+    }
+
+    fn near(&self, forced: &ForcedLever, state: PhasePoint) -> bool {
+        (0..self.points.len())
+            .any(|index| self.distance(forced, index, state) <= self.capture_radius_rad)
+    }
+}
+
+/// One cell.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Row {
+    /// Initial angle [rad].
+    pub angle_rad: f64,
+    /// Initial angular velocity [rad/s].
+    pub angular_velocity_rad_s: f64,
+    /// Number of the attractor reached.
+    pub attractor: u32,
+}
+
+/// The study's answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Basins {
+    /// What it answers.
+    pub options: Options,
+    /// The attractors, rest first, then by their largest angle.
+    pub attractors: Vec<BasinAttractor>,
+    /// Attractor of each cell, the angle running fastest; `None` where the work was stopped.
+    pub cells: Vec<Option<u32>>,
+    /// The same with each cell at a boundary cut into four, for drawing; twice as many cells along
+    /// either side. Empty for a grid that is fine already, and where the work was stopped.
+    pub fine: Vec<Option<u32>>,
+    /// Share of cells with a neighbour that goes elsewhere [-]; `None` where the work was stopped
+    /// before all were known.
+    pub boundary_share: Option<f64>,
+    /// Exponent α with which that share falls with the size of a cell; the boundary's dimension is
+    /// 2 − α.
+    ///
+    /// # Source
+    ///
+    /// McDonald, Grebogi, Ott and Yorke, Physica D 17 (1985) 125.
+    pub uncertainty_exponent: Option<f64>,
+    /// Whether the work was done to its end.
+    pub complete: bool,
+}
+
+/// Distance of two states that are taken for the same [rad].
+const SAME: f64 = 1e-6;
+
+/// Cells along either side of the grid that finds the attractors.
+const COARSE: u32 = 20;
+
+/// Largest radius of capture [rad].
+const CAPTURE_MAX: f64 = 0.1;
+
+/// Longest period that is looked for.
+const PERIOD_MAX: usize = 32;
+
+/// Where a lever has come to.
+#[derive(Debug, Clone, PartialEq)]
+enum FinalMotion {
+    Rest,
+    Orbit(Vec<PhasePoint>, f64),
+    Irregular(f64),
+}
+
+/// Returns the attractor that a lever has certainly reached.
+fn caught(forced: &ForcedLever, known: &[BasinAttractor], section: &Section) -> Option<u32> {
+    let state = (section.angle_rad, section.velocity_rad_s);
+    known
+        .iter()
+        .find(|attractor| {
+            if attractor.period > 0 && attractor.peak_angle_rad <= REST_ANGLE_RAD {
+                // No impact in a whole period, and on the stop or in it at its end.
+                section.impacts == 0 && state.0 <= 0.0 && (state.0 < 0.0 || state.1 <= 0.0)
+            } else {
+                attractor.near(forced, state)
+            }
+        })
+        .map(|attractor| attractor.index)
+}
+
+/// Largest angle of a lever that counts as resting on its stop [rad].
+const REST_ANGLE_RAD: f64 = 1e-9;
+
+fn rests(section: &Section) -> bool {
+    section.impacts == 0 && section.peak_angle_rad <= REST_ANGLE_RAD
+}
+
+/// Follows `state` to its end.
+fn follow(options: &Options, state: PhasePoint) -> Result<FinalMotion, Error> {
+    let mut strobe = options.forced.strobe(options.amplitude_g, Some(state))?;
+    let mut resting = 0;
+    for _ in 0..options.transient {
+        let Some(section) = strobe.advance() else {
+            return Ok(FinalMotion::Irregular(f64::NAN));
+        };
+        resting = if rests(&section) { resting + 1 } else { 0 };
+        if resting >= 2 {
+            return Ok(FinalMotion::Rest);
+        }
+    }
+    settled(options, &mut strobe)
+}
+
+fn settled(options: &Options, strobe: &mut Strobe) -> Result<FinalMotion, Error> {
+    let mut sections = Vec::with_capacity(3 * PERIOD_MAX);
+    for _ in 0..3 * PERIOD_MAX {
+        let Some(section) = strobe.advance() else {
+            return Ok(FinalMotion::Irregular(f64::NAN));
+        };
+        sections.push(section);
+    }
+    let peak = sections
+        .iter()
+        .map(|section| section.peak_angle_rad)
+        .fold(f64::NEG_INFINITY, f64::max);
+    let Some(period) = orbit::period_of(&options.forced, &sections, SAME) else {
+        return Ok(FinalMotion::Irregular(peak));
+    };
+    let last = &sections[sections.len() - 1];
+    let start = (last.angle_rad, last.velocity_rad_s);
+    let points = orbit::find(&options.forced, options.amplitude_g, period, start).map_or_else(
+        || {
+            sections[sections.len() - period as usize..]
+                .iter()
+                .map(|section| (section.angle_rad, section.velocity_rad_s))
+                .collect()
+        },
+        |Orbit { points, .. }| points,
+    );
+    Ok(FinalMotion::Orbit(points, peak))
+}
+
+/// Finds the attractors and the basins.
+///
+/// # Errors
+///
+/// As [`Strobe::new`].
+pub fn run(options: &Options, control: &Control<'_>) -> Result<Basins, Error> {
+    let coarse = Options {
+        grid: (options.grid.0.min(COARSE), options.grid.1.min(COARSE)),
+        ..options.clone()
+    };
+    let quiet = Control {
+        threads: control.threads,
+        proceed: &|_| (control.proceed)(None),
+    };
+    let ends: Vec<FinalMotion> = quiet
+        .map(count(coarse.grid), |index| {
+            follow(options, midpoint(&coarse, index))
+        })
+        .into_iter()
+        .flatten()
+        .collect::<Result<_, _>>()?;
+    let mut attractors = Vec::new();
+    for end in ends {
+        admit(options, &mut attractors, end);
+    }
+    for attractor in &mut attractors {
+        attractor.measures = measures(options, attractor);
+        attractor.capture_radius_rad = capture_radius(options, attractor, &quiet)?;
+    }
+    let (cells, complete) = classify(options, &mut attractors, control)?;
+    let mut basins = Basins {
+        options: options.clone(),
+        attractors,
+        cells,
+        fine: Vec::new(),
+        boundary_share: None,
+        uncertainty_exponent: None,
+        complete,
+    };
+    basins.order();
+    if complete {
+        basins.measure(control)?;
+    }
+    Ok(basins)
+}
+
+fn count(grid: (u32, u32)) -> usize {
+    grid.0 as usize * grid.1 as usize
+}
+
+fn midpoint(options: &Options, index: usize) -> PhasePoint {
+    let columns = options.grid.0 as usize;
+    let at = |place: usize, cells: u32, (low, high): (f64, f64)| {
+        low + (high - low) * (place as f64 + 0.5) / f64::from(cells)
+    };
+    (
+        at(index % columns, options.grid.0, options.angle_rad),
+        at(index / columns, options.grid.1, options.velocity_rad_s),
+    )
+}
+
+/// Returns the number of the attractor that `end` is, which is added if it is new.
+fn admit(options: &Options, attractors: &mut Vec<BasinAttractor>, end: FinalMotion) -> u32 {
+    let (period, points, peak) = match end {
+        FinalMotion::Rest => (1, vec![(0.0, 0.0)], 0.0),
+        FinalMotion::Orbit(points, peak) => {
+            (u32::try_from(points.len()).unwrap_or(0), points, peak)
+        }
+        FinalMotion::Irregular(peak) => (0, Vec::new(), peak),
+    };
+    let same = |known: &BasinAttractor| {
+        known.period == period
+            && (period == 0
+                || known
+                    .points
+                    .iter()
+                    .any(|point| options.forced.distance(*point, points[0]) <= 100.0 * SAME))
+    };
+    if let Some(known) = attractors.iter().find(|known| same(known)) {
+        return known.index;
+    }
+    let index = u32::try_from(attractors.len()).unwrap_or(u32::MAX);
+    attractors.push(BasinAttractor {
+        index,
+        name: String::new(),
+        period,
+        points,
+        peak_angle_rad: peak,
+        share: None,
+        standard_error: None,
+        capture_radius_rad: 0.0,
+        measures: Vec::new(),
+    });
+    index
+}
+
+/// Returns for each point of an orbit what takes differences to coordinates in which the map round
+/// the orbit turns and shrinks them: those of its eigenvectors.
+fn measures(options: &Options, attractor: &BasinAttractor) -> Vec<[[f64; 2]; 2]> {
+    const ROUND: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
+    let forced = &options.forced;
+    let around = |point: &PhasePoint| {
+        let mut strobe = forced.strobe(options.amplitude_g, Some(*point)).ok()?;
+        strobe.start_map();
+        for _ in 0..attractor.period {
+            strobe.advance()?;
+        }
+        let [[a, b], [c, d]] = strobe.map()?.by_state;
+        let omega = forced.angular_frequency_rad_s;
+        eigenvectors([[a, b * omega], [c / omega, d]])
+    };
+    attractor
+        .points
+        .iter()
+        .map(|point| around(point).unwrap_or(ROUND))
+        .collect()
+}
+
+/// Returns the inverse of the eigenvectors of a matrix, side by side, or of real and imaginary part
+/// of one, scaled to keep areas; `None` where they all but agree.
+fn eigenvectors([[a, b], [c, d]]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
+    /// Largest ratio of a measure's longest to its shortest way.
+    const STRETCH_MAX: f64 = 20.0;
+    let (half, discriminant) = (0.5 * (a + d), 0.25 * (a - d) * (a - d) + b * c);
+    let root = discriminant.abs().sqrt();
+    let columns = if discriminant < 0.0 {
+        // (b, λ − a) with λ = half + i root.
+        [[b, 0.0], [half - a, root]]
+    } else {
+        let vector = |value: f64| {
+            let (x, y) = if b.abs() > c.abs() {
+                (b, value - a)
+            } else {
+                (value - d, c)
+            };
+            let length = libm::hypot(x, y);
+            [x / length, y / length]
+        };
+        let (first, second) = (vector(half + root), vector(half - root));
+        [[first[0], second[0]], [first[1], second[1]]]
+    };
+    let [[a, b], [c, d]] = columns;
+    let determinant = a * d - b * c;
+    let scale = determinant.abs().sqrt();
+    let norm = a * a + b * b + c * c + d * d;
+    (determinant.abs() > 0.0 && norm <= STRETCH_MAX * determinant.abs()).then(|| {
+        let factor = scale / determinant;
+        [[d * factor, -b * factor], [-c * factor, a * factor]]
+    })
+}
+
+/// Returns the largest radius tried from which a disk of states around each point of the orbit
+/// converges to it.
+fn capture_radius(
+    options: &Options,
+    attractor: &BasinAttractor,
+    control: &Control<'_>,
+) -> Result<f64, Error> {
+    /// States on a ring.
+    const RING: usize = 64;
+    /// Radii of rings.
+    const RINGS: [f64; 6] = [1.0, 0.85, 0.7, 0.5, 0.3, 0.15];
+    /// What a radius is tried after another.
+    const SHRINK: f64 = 0.8;
+    if attractor.period == 0 || attractor.peak_angle_rad <= REST_ANGLE_RAD {
+        return Ok(0.0);
+    }
+    let forced = &options.forced;
+    let mut radius = CAPTURE_MAX;
+    while radius > SAME {
+        let states: Vec<PhasePoint> = (0..attractor.points.len())
+            .flat_map(|index| {
+                let point = attractor.points[index];
+                let [[a, b], [c, d]] = attractor.measures[index];
+                // The measures keep areas.
+                let sign = (a * d - b * c).signum();
+                RINGS.iter().flat_map(move |part| {
+                    (0..RING).map(move |step| {
+                        let turn = std::f64::consts::TAU * step as f64 / RING as f64;
+                        let (sine, cosine) = libm::sincos(turn);
+                        let (x, y) = (part * radius * cosine, part * radius * sine);
+                        (
+                            point.0 + sign * (d * x - b * y),
+                            point.1 + sign * (a * y - c * x) * forced.angular_frequency_rad_s,
+                        )
+                    })
+                })
+            })
+            .filter(|state| forced.stop == StopModel::Soft || state.0 >= 0.0)
+            .collect();
+        if all_converge(options, attractor, &states, control)? {
+            return Ok(radius);
+        }
+        radius *= SHRINK;
+    }
+    Ok(SAME)
+}
+
+/// Tells whether each of `states` comes to the orbit for good.
+fn all_converge(
+    options: &Options,
+    attractor: &BasinAttractor,
+    states: &[PhasePoint],
+    control: &Control<'_>,
+) -> Result<bool, Error> {
+    let forced = &options.forced;
+    let arrived = |section: &Section| {
+        let state = (section.angle_rad, section.velocity_rad_s);
+        (0..attractor.points.len()).any(|index| attractor.distance(forced, index, state) <= SAME)
+    };
+    let failed = AtomicBool::new(false);
+    let strayed = |section: &Section| {
+        // One that goes where no orbit is has not converged; the others need not go on.
+        failed.load(Ordering::Relaxed) || rests(section)
+    };
+    let followed = strobe_batch::follow(
+        &forced.design,
+        states.len(),
+        &|index| HarmonicStart {
+            initial: Some(states[index]),
+            amplitude_m_s2: forced.sine(options.amplitude_g).amplitude_m_s2,
+        },
+        &forced.batch(options.transient, 1, true, control.threads),
+        &|_, _, section| {
+            let arrived = arrived(section);
+            if !arrived && strayed(section) {
+                failed.store(true, Ordering::Relaxed);
+                return true;
+            }
+            arrived
+        },
+        None,
+    )?;
+    Ok(followed
+        .iter()
+        .all(|lever| lever.sections.last().is_some_and(arrived)))
+}
+
+/// Returns the attractor of each cell, and whether all were done.
+fn classify(
+    options: &Options,
+    attractors: &mut Vec<BasinAttractor>,
+    control: &Control<'_>,
+) -> Result<(Vec<Option<u32>>, bool), Error> {
+    let states: Vec<PhasePoint> = (0..count(options.grid))
+        .map(|index| midpoint(options, index))
+        .collect();
+    reach(options, attractors, &states, control)
+}
+
+/// Returns the attractor that each of `states` reaches.
+fn reach(
+    options: &Options,
+    attractors: &mut Vec<BasinAttractor>,
+    states: &[PhasePoint],
+    control: &Control<'_>,
+) -> Result<(Vec<Option<u32>>, bool), Error> {
+    let forced = &options.forced;
+    let known: &[BasinAttractor] = attractors;
+    let watch = |done: usize| (control.proceed)(Some(done as f64 / states.len() as f64));
+    let followed = strobe_batch::follow(
+        &forced.design,
+        states.len(),
+        &|index| HarmonicStart {
+            initial: Some(states[index]),
+            amplitude_m_s2: forced.sine(options.amplitude_g).amplitude_m_s2,
+        },
+        &forced.batch(options.transient, 1, false, control.threads),
+        &|_, _, section| caught(forced, known, section).is_some(),
+        Some(&watch),
+    )?;
+    let mut cells = vec![None; states.len()];
+    let mut unknown = Vec::new();
+    for lever in &followed {
+        let last = lever.sections.last();
+        match last.and_then(|section| caught(forced, known, section)) {
+            Some(index) if lever.ending == Ending::Done => cells[lever.index] = Some(index),
+            _ => unknown.push(lever.index),
+        }
+    }
+    // Where no motion settles that may be every cell, so that it must be shared and stoppable.
+    let ends = control.map(unknown.len(), |nth| follow(options, states[unknown[nth]]));
+    for (index, end) in unknown.into_iter().zip(ends) {
+        if let Some(end) = end {
+            cells[index] = Some(admit(options, attractors, end?));
+        }
+    }
+    let complete = cells.iter().all(Option::is_some);
+    Ok((cells, complete))
+}
+
+/// Cells along a side up to which those at a boundary are cut into four: finer than twice that
+/// no picture shows.
+const REFINED_MAX: usize = 450;
+
+/// The quarters of a cell, from its midpoint.
+const QUARTERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+
+/// Counts the cells at a boundary.
+fn boundary_count(cells: &[Option<u32>], size: (usize, usize)) -> f64 {
+    let indices = 0..cells.len();
+    indices
+        .filter(|index| at_boundary(cells, size, *index))
+        .count() as f64
+}
+
+/// Tells whether one of the four neighbours of a cell goes elsewhere.
+fn at_boundary(cells: &[Option<u32>], (columns, rows): (usize, usize), index: usize) -> bool {
+    let (column, row) = (index % columns, index / columns);
+    let differs = |other: usize| cells[other] != cells[index];
+    (column > 0 && differs(index - 1))
+        || (column + 1 < columns && differs(index + 1))
+        || (row > 0 && differs(index - columns))
+        || (row + 1 < rows && differs(index + columns))
+}
+
+impl Basins {
+    /// Puts rest first and the others by their largest angle, and names them.
+    fn order(&mut self) {
+        let mut order: Vec<usize> = (0..self.attractors.len()).collect();
+        order.sort_by(|a, b| {
+            let peak = |n: usize| self.attractors[n].peak_angle_rad;
+            peak(*a).total_cmp(&peak(*b))
+        });
+        let mut renumbered = vec![0; order.len()];
+        let mut attractors = Vec::with_capacity(order.len());
+        for (new, old) in order.into_iter().enumerate() {
+            let index = u32::try_from(new).unwrap_or(u32::MAX);
+            renumbered[old] = index;
+            let mut attractor = self.attractors[old].clone();
+            attractor.index = index;
+            let kind = if attractor.period == 0 {
+                "not periodic".to_string()
+            } else if attractor.peak_angle_rad <= REST_ANGLE_RAD {
+                "rest".to_string()
+            } else {
+                format!("period {}", attractor.period)
+            };
+            attractor.name = format!("{} ({kind})", roman(new + 1));
+            attractors.push(attractor);
+        }
+        self.attractors = attractors;
+        for cell in self.cells.iter_mut().flatten() {
+            *cell = renumbered[*cell as usize];
+        }
+    }
+
+    /// Counts the share of each attractor.
+    fn measure_shares(&mut self) {
+        let (total, columns) = (self.cells.len() as f64, self.options.grid.0 as usize);
+        for attractor in &mut self.attractors {
+            let here = |cell: &Option<u32>| *cell == Some(attractor.index);
+            attractor.share =
+                Some(self.cells.iter().filter(|cell| here(cell)).count() as f64 / total);
+            let differing = self
+                .cells
+                .chunks(columns)
+                .flat_map(|line| line.chunks_exact(2))
+                .filter(|pair| here(&pair[0]) != here(&pair[1]))
+                .count() as f64;
+            attractor.standard_error = Some(differing.sqrt() / total);
+        }
+    }
+
+    /// Counts the shares, and cuts the cells at a boundary into four.
+    fn measure(&mut self, control: &Control<'_>) -> Result<(), Error> {
+        let total = self.cells.len() as f64;
+        let (columns, rows) = (self.options.grid.0 as usize, self.options.grid.1 as usize);
+        self.measure_shares();
+        let boundary: Vec<usize> = (0..self.cells.len())
+            .filter(|index| at_boundary(&self.cells, (columns, rows), *index))
+            .collect();
+        let boundary_share = boundary.len() as f64 / total;
+        self.boundary_share = Some(boundary_share);
+        if columns.max(rows) > REFINED_MAX {
+            let coarse: Vec<Option<u32>> = (0..rows / 2)
+                .flat_map(|row| (0..columns / 2).map(move |column| 2 * (row * columns + column)))
+                .map(|index| self.cells[index])
+                .collect();
+            let share =
+                boundary_count(&coarse, (columns / 2, rows / 2)) / coarse.len().max(1) as f64;
+            self.uncertainty_exponent =
+                (boundary_share > 0.0).then(|| libm::log2(share / boundary_share));
+            return Ok(());
+        }
+        let (quarter_angle, quarter_velocity) = (
+            0.25 * (self.options.angle_rad.1 - self.options.angle_rad.0) / columns as f64,
+            0.25 * (self.options.velocity_rad_s.1 - self.options.velocity_rad_s.0) / rows as f64,
+        );
+        let states: Vec<PhasePoint> = boundary
+            .iter()
+            .flat_map(|index| {
+                let (angle, velocity) = midpoint(&self.options, *index);
+                QUARTERS.map(|(x, y)| (angle + x * quarter_angle, velocity + y * quarter_velocity))
+            })
+            .collect();
+        let known = self.attractors.len();
+        let (parts, complete) = reach(&self.options, &mut self.attractors, &states, control)?;
+        // What only a quarter of a cell reaches is not listed.
+        self.attractors.truncate(known);
+        self.complete = complete;
+        if !complete {
+            return Ok(());
+        }
+        let mut fine: Vec<Option<u32>> = (0..4 * self.cells.len())
+            .map(|index| {
+                let (column, row) = (index % (2 * columns), index / (2 * columns));
+                self.cells[row / 2 * columns + column / 2]
+            })
+            .collect();
+        for (cell, four) in boundary.iter().zip(parts.chunks(4)) {
+            let (column, row) = (cell % columns, cell / columns);
+            for ((x, y), part) in QUARTERS.iter().zip(four) {
+                let column = 2 * column + usize::from(*x > 0.0);
+                let row = 2 * row + usize::from(*y > 0.0);
+                fine[row * 2 * columns + column] = part.filter(|part| (*part as usize) < known);
+            }
+        }
+        let finer = boundary_count(&fine, (2 * columns, 2 * rows)) / (4.0 * total);
+        self.uncertainty_exponent = (finer > 0.0).then(|| libm::log2(boundary_share / finer));
+        self.fine = fine;
+        Ok(())
+    }
+
+    /// Returns the cells as rows.
+    #[must_use]
+    pub fn rows(&self) -> Vec<Row> {
+        self.cells
+            .iter()
+            .enumerate()
+            .filter_map(|(index, cell)| {
+                let (angle_rad, angular_velocity_rad_s) = midpoint(&self.options, index);
+                cell.map(|attractor| Row {
+                    angle_rad,
+                    angular_velocity_rad_s,
+                    attractor,
+                })
+            })
+            .collect()
+    }
+
+    /// Returns what to take away.
+    #[must_use]
+    pub fn headlines(&self) -> Vec<Headline> {
+        let forced = &self.options.forced;
+        let subject = format!(
+            "A = {} g, ω = {} rad/s",
+            self.options.amplitude_g, forced.angular_frequency_rad_s
+        );
+        let mut lines = Vec::new();
+        let mut say = |what: String, value: Option<f64>| {
+            lines.push(Headline {
+                digits: Headline::DIGITS,
+                subject: subject.clone(),
+                model: Some(forced.stop),
+                what,
+                value,
+            });
+        };
+        for attractor in &self.attractors {
+            let name = &attractor.name;
+            say(
+                format!("{name}: largest angle [rad]"),
+                Some(attractor.peak_angle_rad),
+            );
+            say(format!("{name}: share of the cells [-]"), attractor.share);
+            say(
+                format!("{name}: its standard error [-]"),
+                attractor.standard_error,
+            );
+        }
+        say("cells at a boundary [-]".into(), self.boundary_share);
+        if let Some(exponent) = self.uncertainty_exponent {
+            say(
+                "uncertainty exponent of the boundary, at this size of cells [-]".into(),
+                Some(exponent),
+            );
+        }
+        lines
+    }
+}
+
+/// Returns a number in Roman numerals.
+fn roman(number: usize) -> String {
+    const NUMERALS: [(usize, &str); 9] = [
+        (100, "C"),
+        (90, "XC"),
+        (50, "L"),
+        (40, "XL"),
+        (10, "X"),
+        (9, "IX"),
+        (5, "V"),
+        (4, "IV"),
+        (1, "I"),
+    ];
+    let mut left = number;
+    let mut out = String::new();
+    for (value, numeral) in NUMERALS {
+        while left >= value {
+            out.push_str(numeral);
+            left -= value;
+        }
+    }
+    out
+}

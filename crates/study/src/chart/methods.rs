@@ -1,0 +1,51 @@
+//! How methods are drawn: a colour and a shape for each, crosses for failures.
+
+use latchgate_report::plot::canvas::Canvas;
+use latchgate_report::plot::frame::{LegendEntry, Sample};
+
+/// Rules of these charts, in terms of the colours' variables.
+pub(super) const RULES: &str = "\
+.plot .line{fill:none;stroke-width:1.5;stroke-linejoin:round}
+.plot .ink-line{stroke:var(--ink)}
+.plot .event-driven{stroke:var(--first)}
+.plot .rk4{stroke:var(--second)}
+.plot .rk4-located{stroke:var(--third)}
+.plot .dopri5{stroke:var(--ink);stroke-dasharray:6 3}
+.plot .dopri5-samples{stroke:var(--fourth)}
+.plot .moreau-jean{stroke:var(--raw)}
+.plot .dot{stroke:var(--paper);stroke-width:.75}
+.plot .dot-event-driven{fill:var(--first)}
+.plot .dot-rk4{fill:var(--second)}
+.plot .dot-rk4-located{fill:var(--third)}
+.plot .dot-dopri5{fill:var(--ink)}
+.plot .dot-dopri5-samples{fill:var(--fourth)}
+.plot .dot-moreau-jean{fill:var(--raw)}
+.plot .failure{fill:none;stroke:var(--fail);stroke-width:2}
+.plot .ring{fill:none;stroke:var(--ink);stroke-width:1.5}
+.plot .tiny{font-size:11px}
+.plot .good{fill:var(--pass);opacity:.75}
+.plot .fair{fill:var(--third);opacity:.35}
+.plot .poor{fill:var(--undecided);opacity:.55}
+.plot .bad{fill:var(--fail);opacity:.45}
+.plot .gone{fill:var(--fail);opacity:.9}
+";
+
+/// Draws a point of a method: a circle if it locates events, a diamond if they lie on its grid.
+pub(super) fn point(canvas: &mut Canvas, method: &str, at: (f64, f64)) {
+    let class = format!("dot dot-{method}");
+    match method {
+        "rk4" | "moreau-jean" => canvas.diamond(&class, at, 4.8),
+        _ => canvas.circle(&class, at, 3.6),
+    }
+}
+
+/// Draws the cross of a failure.
+pub(super) fn cross(canvas: &mut Canvas, (x, y): (f64, f64)) {
+    canvas.line("failure", (x - 4.0, y - 4.0), (x + 4.0, y + 4.0));
+    canvas.line("failure", (x - 4.0, y + 4.0), (x + 4.0, y - 4.0));
+}
+
+/// Names a method in the legend.
+pub(super) fn entry(method: &'static str) -> LegendEntry {
+    LegendEntry::new(Sample::Marked(method, point), method)
+}

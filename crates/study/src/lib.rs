@@ -1,0 +1,98 @@
+//! Studies: the paper's figures, what the methods cost and how far they are off, and where each
+//! of them fails.
+//!
+//! A study computes rows and headline figures and hands them on as values; it writes no file
+//! and reads no clock of its own.
+//!
+//! Motion on sines: `orbit` finds periodic orbits, `cascade` follows their branches; `bifurcation`,
+//! `attractor`, `basins`, `histories` and `excitation_map` show what they lead to. Without
+//! excitation: `free` is shared by `free_vibration` and `spectrogram`; `restitution` is one contact.
+//! `shock` is a crash; `damages` is what damage to a recording is seen. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
+
+pub mod attractor;
+pub mod basins;
+pub mod bifurcation;
+pub mod cascade;
+pub mod cases;
+pub mod chart;
+pub mod damages;
+pub mod excitation_map;
+pub mod files;
+pub mod free;
+pub mod free_vibration;
+pub mod histories;
+pub mod orbit;
+pub mod restitution;
+pub mod shock;
+pub mod spectrogram;
+pub mod stability;
+pub mod step_size;
+pub mod work_precision;
+
+use latchgate_kernel::model::stop::StopModel;
+use serde::{Deserialize, Serialize};
+
+/// A clock: seconds since some instant.
+pub type Stopwatch<'a> = &'a dyn Fn() -> f64;
+
+/// A figure that a reader should take away.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Headline {
+    /// Case or subject.
+    pub subject: String,
+    /// Stop model, where one belongs to it.
+    pub model: Option<StopModel>,
+    /// What the figure is, with its unit.
+    pub what: String,
+    /// The figure; `None` where there is none.
+    pub value: Option<f64>,
+    /// Significant digits worth showing; the JSON file has them all.
+    #[serde(skip, default = "usual_digits")]
+    pub digits: usize,
+}
+
+impl Headline {
+    /// Digits that most figures are shown with.
+    pub const DIGITS: usize = 4;
+    /// Digits of figures that are solutions of equations.
+    pub const EXACT: usize = 11;
+}
+
+const fn usual_digits() -> usize {
+    Headline::DIGITS
+}
+
+/// Headline figures of one subject, as they are put together.
+struct Figures {
+    subject: String,
+    model: StopModel,
+    digits: usize,
+    lines: Vec<Headline>,
+}
+
+impl Figures {
+    fn of(subject: impl Into<String>, model: StopModel) -> Self {
+        Self {
+            subject: subject.into(),
+            model,
+            digits: Headline::DIGITS,
+            lines: Vec::new(),
+        }
+    }
+
+    /// Sets the digits of the figures said from here on.
+    fn digits(mut self, digits: usize) -> Self {
+        self.digits = digits;
+        self
+    }
+
+    fn say(&mut self, what: &str, value: impl Into<Option<f64>>) {
+        self.lines.push(Headline {
+            subject: self.subject.clone(),
+            model: Some(self.model),
+            what: what.into(),
+            value: value.into(),
+            digits: self.digits,
+        });
+    }
+}

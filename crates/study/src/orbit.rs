@@ -1,0 +1,671 @@
+//! Periodic orbits of the stroboscopic map, where they are born and where their period doubles.
+//!
+//! An orbit is a solution of P^p(x) = x, found by Newton's method with the exact derivative of P
+//! through impacts. A bifurcation is a solution of that and of one equation on the multipliers,
+//! 1 − tr + det = 0 for a saddle-node and 1 + tr + det = 0 for a period doubling.
+//!
+//! # Source
+//!
+//! Kuznetsov, "Elements of Applied Bifurcation Theory", ch. 10; the map is section 3 of the paper.
+
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::excitation::Harmonic;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::strobe_batch::{self, Followed, HarmonicStart, StrobeBatchOptions};
+use latchgate_kernel::replay::{Section, Strobe};
+use latchgate_recording::error::Error;
+use serde::Serialize;
+
+/// A lever on sines of one frequency.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ForcedLever {
+    /// The lever.
+    pub design: Design,
+    /// Its stop.
+    #[serde(rename = "model")]
+    pub stop: StopModel,
+    /// What one g is [m/s²].
+    pub gravity_m_s2: f64,
+    /// ω [rad/s].
+    #[serde(rename = "omega_rad_s")]
+    pub angular_frequency_rad_s: f64,
+}
+
+/// Angle [rad] and angular velocity [rad/s].
+pub type PhasePoint = (f64, f64);
+
+impl ForcedLever {
+    /// Returns the sine of `amplitude_g` [g].
+    #[must_use]
+    pub fn sine(&self, amplitude_g: f64) -> Harmonic {
+        Harmonic {
+            amplitude_m_s2: amplitude_g * self.gravity_m_s2,
+            angular_frequency_rad_s: self.angular_frequency_rad_s,
+            phase_rad: 0.0,
+        }
+    }
+
+    /// Puts the lever into `state` under a sine of `amplitude_g` [g].
+    ///
+    /// # Errors
+    ///
+    /// As [`Strobe::new`].
+    pub fn strobe(&self, amplitude_g: f64, state: Option<PhasePoint>) -> Result<Strobe, Error> {
+        Ok(Strobe::new(
+            &self.design,
+            self.stop,
+            &self.sine(amplitude_g),
+            state,
+        )?)
+    }
+
+    /// Options of a batch of such levers, each followed `periods_max` periods, of which the last
+    /// `keep` are kept.
+    pub(super) fn batch(
+        &self,
+        periods_max: u32,
+        keep: u32,
+        peaks: bool,
+        threads: usize,
+    ) -> StrobeBatchOptions {
+        StrobeBatchOptions {
+            stop: self.stop,
+            angular_frequency_rad_s: self.angular_frequency_rad_s,
+            phase_rad: 0.0,
+            periods_max,
+            keep: keep as usize,
+            peaks,
+            threads,
+        }
+    }
+
+    /// Follows `count` such levers side by side, each from its start at its amplitude [g], over
+    /// `periods`, of which the last `keep` are kept.
+    pub(super) fn follow(
+        &self,
+        count: usize,
+        start: impl Fn(usize) -> (Option<PhasePoint>, f64) + Sync,
+        (periods, keep, peaks): (u32, u32, bool),
+        control: &Control<'_>,
+    ) -> Result<Vec<Followed>, Error> {
+        let start = |index: usize| {
+            let (initial, amplitude_g) = start(index);
+            HarmonicStart {
+                initial,
+                amplitude_m_s2: self.sine(amplitude_g).amplitude_m_s2,
+            }
+        };
+        Ok(strobe_batch::follow(
+            &self.design,
+            count,
+            &start,
+            &self.batch(periods, keep, peaks, control.threads),
+            &|_, _, _| false,
+            Some(&|done| (control.proceed)(Some(done as f64 / count as f64))),
+        )?)
+    }
+
+    /// Returns the amplitude at which a lever at rest leaves the rigid stop [g].
+    #[must_use]
+    pub fn lift_off_g(&self) -> f64 {
+        let lever = &self.design.lever;
+        lever.preload_torque_nm / (lever.unbalance_kg_m() * self.gravity_m_s2)
+    }
+
+    /// Size of a change of state, in radians of the excitation's motion.
+    fn size(&self, change: PhasePoint) -> f64 {
+        change
+            .0
+            .abs()
+            .max(change.1.abs() / self.angular_frequency_rad_s)
+    }
+
+    /// Distance of two states [rad].
+    #[must_use]
+    pub fn distance(&self, a: PhasePoint, b: PhasePoint) -> f64 {
+        self.size((a.0 - b.0, a.1 - b.1))
+    }
+}
+
+/// A periodic orbit.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Orbit {
+    /// Amplitude [g].
+    pub amplitude_g: f64,
+    /// Period, in periods of the excitation.
+    pub period: u32,
+    /// State at the start of each period: angle [rad], angular velocity [rad/s].
+    pub points: Vec<PhasePoint>,
+    /// Trace of the map's derivative over the whole orbit.
+    pub trace: f64,
+    /// Its determinant.
+    pub determinant: f64,
+    /// Largest angle on the orbit [rad].
+    pub peak_angle_rad: f64,
+    /// Impacts on it.
+    pub impacts: u64,
+}
+
+impl Orbit {
+    /// Left side of the equation that the multipliers fulfil where the orbit changes.
+    #[must_use]
+    pub fn condition(&self, kind: BifurcationKind) -> f64 {
+        kind.condition(self.trace, self.determinant)
+    }
+
+    /// Returns the multipliers: real and imaginary part of each.
+    #[must_use]
+    pub fn multipliers(&self) -> [(f64, f64); 2] {
+        let half = 0.5 * self.trace;
+        let discriminant = half * half - self.determinant;
+        if discriminant < 0.0 {
+            let imaginary = (-discriminant).sqrt();
+            return [(half, imaginary), (half, -imaginary)];
+        }
+        // The larger first, the smaller by the product, so that nothing cancels.
+        let larger = half + half.signum() * discriminant.sqrt();
+        let smaller = if larger == 0.0 {
+            0.0
+        } else {
+            self.determinant / larger
+        };
+        [(larger, 0.0), (smaller, 0.0)]
+    }
+
+    /// Returns the larger modulus of the multipliers: below one the orbit attracts.
+    #[must_use]
+    pub fn spectral_radius(&self) -> f64 {
+        self.multipliers()
+            .iter()
+            .map(|(re, im)| libm::hypot(*re, *im))
+            .fold(0.0, f64::max)
+    }
+}
+
+/// How an orbit changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BifurcationKind {
+    /// Born together with an unstable one: a multiplier of +1.
+    SaddleNode,
+    /// Gives way to one of twice the period: a multiplier of −1.
+    PeriodDoubling,
+}
+
+impl BifurcationKind {
+    fn condition(self, trace: f64, determinant: f64) -> f64 {
+        match self {
+            Self::SaddleNode => 1.0 - trace + determinant,
+            Self::PeriodDoubling => 1.0 + trace + determinant,
+        }
+    }
+}
+
+/// Where an orbit changes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Bifurcation {
+    /// How.
+    pub kind: BifurcationKind,
+    /// The orbit there.
+    pub orbit: Orbit,
+}
+
+/// What `period` periods make of a state.
+struct Image {
+    to: PhasePoint,
+    points: Vec<PhasePoint>,
+    /// d(to)/d(from), row by row.
+    by_state: [[f64; 2]; 2],
+    /// A d(to)/dA.
+    by_amplitude: [f64; 2],
+    peak_angle_rad: f64,
+    impacts: u64,
+}
+
+fn image(forced: &ForcedLever, amplitude_g: f64, from: PhasePoint, period: u32) -> Option<Image> {
+    let mut strobe = forced.strobe(amplitude_g, Some(from)).ok()?;
+    strobe.start_map();
+    let mut image = Image {
+        to: from,
+        points: Vec::with_capacity(period as usize),
+        by_state: [[0.0; 2]; 2],
+        by_amplitude: [0.0; 2],
+        peak_angle_rad: f64::NEG_INFINITY,
+        impacts: 0,
+    };
+    for _ in 0..period {
+        image.points.push(strobe.state());
+        let section = strobe.advance()?;
+        image.peak_angle_rad = image.peak_angle_rad.max(section.peak_angle_rad);
+        image.impacts += section.impacts;
+    }
+    let map = strobe.map()?;
+    (image.to, image.by_state, image.by_amplitude) =
+        (strobe.state(), map.by_state, map.by_amplitude);
+    Some(image)
+}
+
+impl Image {
+    fn residual(&self, from: PhasePoint) -> PhasePoint {
+        (self.to.0 - from.0, self.to.1 - from.1)
+    }
+
+    fn trace(&self) -> f64 {
+        self.by_state[0][0] + self.by_state[1][1]
+    }
+
+    fn determinant(&self) -> f64 {
+        let [[a, b], [c, d]] = self.by_state;
+        a * d - b * c
+    }
+
+    fn condition(&self, kind: BifurcationKind) -> f64 {
+        kind.condition(self.trace(), self.determinant())
+    }
+
+    fn into_orbit(self, amplitude_g: f64, period: u32) -> Orbit {
+        Orbit {
+            amplitude_g,
+            period,
+            trace: self.trace(),
+            determinant: self.determinant(),
+            points: self.points,
+            peak_angle_rad: self.peak_angle_rad,
+            impacts: self.impacts,
+        }
+    }
+}
+
+/// Steps of Newton's method at most.
+pub(super) const STEPS_MAX: u32 = 40;
+
+/// The same where an equation on the multipliers is solved as well.
+const LOCATE_STEPS_MAX: u32 = 25;
+
+/// Size of a step [rad] at which the method has converged if the next is no smaller.
+const CONVERGED: f64 = 1e-11;
+
+/// Longest step [rad]: further away the derivative says nothing.
+pub(super) const STEP_MAX: f64 = 0.05;
+
+/// Distance of two points of an orbit that are the same [rad].
+const SAME_POINT: f64 = 1e-8;
+
+/// Returns the least period of an orbit that may run round several times.
+fn least_period(forced: &ForcedLever, orbit: &Orbit) -> u32 {
+    (1..orbit.period)
+        .filter(|divisor| orbit.period.is_multiple_of(*divisor))
+        .find(|divisor| {
+            forced.distance(orbit.points[0], orbit.points[*divisor as usize]) <= SAME_POINT
+        })
+        .unwrap_or(orbit.period)
+}
+
+/// Finds the orbit of `period` periods near `guess`, or of a divisor of that, if it is one that
+/// runs round several times; `None` if there is none within reach.
+///
+/// A superstable orbit, one that rests, is found as well: there the map's derivative is zero and
+/// a step is an iteration.
+#[must_use]
+pub fn find(
+    forced: &ForcedLever,
+    amplitude_g: f64,
+    period: u32,
+    guess: PhasePoint,
+) -> Option<Orbit> {
+    find_within(forced, amplitude_g, period, guess, STEPS_MAX, &mut 0)
+}
+
+/// As [`find()`], in at most `steps` steps; adds the periods computed to `spent`.
+pub(super) fn find_within(
+    forced: &ForcedLever,
+    amplitude_g: f64,
+    period: u32,
+    guess: PhasePoint,
+    steps: u32,
+    spent: &mut u32,
+) -> Option<Orbit> {
+    let mut at = guess;
+    let mut least = f64::INFINITY;
+    for _ in 0..steps {
+        *spent = spent.saturating_add(period);
+        let image = image(forced, amplitude_g, at, period)?;
+        let (f, g) = image.residual(at);
+        let [[a, b], [c, d]] = image.by_state;
+        let (a, d) = (a - 1.0, d - 1.0);
+        let determinant = a * d - b * c;
+        let step = ((b * g - d * f) / determinant, (c * f - a * g) / determinant);
+        let size = forced.size(step);
+        if !size.is_finite() || size > 1e3 * STEP_MAX {
+            return None;
+        }
+        // Rounding leaves steps that no longer shrink.
+        if size <= 1e-15 || (least <= CONVERGED && size >= 0.5 * least) {
+            let orbit = image.into_orbit(amplitude_g, period);
+            let least = least_period(forced, &orbit);
+            return if least < period {
+                find(forced, amplitude_g, least, orbit.points[0])
+            } else {
+                Some(orbit)
+            };
+        }
+        least = least.min(size);
+        let part = (STEP_MAX / size).min(1.0);
+        at = (at.0 + part * step.0, at.1 + part * step.1);
+        if forced.stop == StopModel::Rigid && at.0 < 0.0 {
+            at.0 = 0.0;
+        }
+    }
+    None
+}
+
+/// Solves three linear equations by elimination with the largest pivot.
+fn solve(mut rows: [[f64; 4]; 3]) -> Option<[f64; 3]> {
+    for column in 0..3 {
+        let pivot =
+            (column..3).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()))?;
+        rows.swap(column, pivot);
+        let head = rows[column];
+        if head[column] == 0.0 || !head[column].is_finite() {
+            return None;
+        }
+        for (index, row) in rows.iter_mut().enumerate() {
+            if index != column {
+                let factor = row[column] / head[column];
+                for (to, from) in row.iter_mut().zip(head) {
+                    *to -= factor * from;
+                }
+            }
+        }
+    }
+    Some([0, 1, 2].map(|n| rows[n][3] / rows[n][n]))
+}
+
+/// Finds the bifurcation of the orbit of `period` periods near `guess` and `amplitude_g` [g]; adds
+/// the periods computed to `spent`.
+///
+/// The equation on the multipliers is differentiated by differences: that slows the method down,
+/// and leaves its solution alone.
+pub(super) fn locate(
+    forced: &ForcedLever,
+    kind: BifurcationKind,
+    period: u32,
+    guess: PhasePoint,
+    amplitude_g: f64,
+    spent: &mut u32,
+) -> Option<Bifurcation> {
+    /// Steps of the differences: angle [rad], velocity over ω [rad], relative amplitude.
+    const STEP: f64 = 1e-7;
+    let omega = forced.angular_frequency_rad_s;
+    let (mut at, mut amplitude) = (guess, amplitude_g);
+    let mut least = f64::INFINITY;
+    for _ in 0..LOCATE_STEPS_MAX {
+        *spent = spent.saturating_add(7 * period);
+        let here = image(forced, amplitude, at, period)?;
+        let (f, g) = here.residual(at);
+        let condition = |at: PhasePoint, amplitude: f64| {
+            image(forced, amplitude, at, period).map(|image| image.condition(kind))
+        };
+        let slope = |angle: f64, velocity: f64, strength: f64| -> Option<f64> {
+            let towards = |way: f64| {
+                let step = way * STEP;
+                condition(
+                    (at.0 + step * angle, at.1 + step * velocity * omega),
+                    amplitude * (1.0 + step * strength),
+                )
+            };
+            Some((towards(1.0)? - towards(-1.0)?) / (2.0 * STEP))
+        };
+        let [[a, b], [c, d]] = here.by_state;
+        let [step_angle, step_velocity, step_strength] = solve([
+            [a - 1.0, b * omega, here.by_amplitude[0], -f],
+            [c, (d - 1.0) * omega, here.by_amplitude[1], -g],
+            [
+                slope(1.0, 0.0, 0.0)?,
+                slope(0.0, 1.0, 0.0)?,
+                slope(0.0, 0.0, 1.0)?,
+                -here.condition(kind),
+            ],
+        ])?;
+        let size = step_angle
+            .abs()
+            .max(step_velocity.abs())
+            .max(step_strength.abs());
+        if !size.is_finite() {
+            return None;
+        }
+        if size <= 1e-15 || (least <= CONVERGED && size >= 0.5 * least) {
+            return Some(Bifurcation {
+                kind,
+                orbit: here.into_orbit(amplitude, period),
+            });
+        }
+        least = least.min(size);
+        let part = (0.2 * STEP_MAX / size).min(1.0);
+        at = (
+            at.0 + part * step_angle,
+            at.1 + part * step_velocity * omega,
+        );
+        amplitude *= 1.0 + part * step_strength;
+    }
+    None
+}
+
+/// Moves on by `periods` periods; `None` if the lever can no longer be followed.
+///
+/// # Errors
+///
+/// As [`Strobe::new`].
+pub fn settle(
+    forced: &ForcedLever,
+    amplitude_g: f64,
+    state: Option<PhasePoint>,
+    periods: u32,
+) -> Result<Option<PhasePoint>, Error> {
+    let mut strobe = forced.strobe(amplitude_g, state)?;
+    for _ in 0..periods {
+        if strobe.advance().is_none() {
+            return Ok(None);
+        }
+    }
+    Ok(Some(strobe.state()))
+}
+
+/// Returns the period of a settled sequence of sections: the least p with which it repeats
+/// itself to `tolerance` [rad]; `None` if none up to a third of its length does.
+#[must_use]
+pub fn period_of(forced: &ForcedLever, sections: &[Section], tolerance: f64) -> Option<u32> {
+    let state = |section: &Section| (section.angle_rad, section.velocity_rad_s);
+    (1..=sections.len() / 3)
+        .find(|p| {
+            sections
+                .iter()
+                .zip(&sections[*p..])
+                .all(|(a, b)| forced.distance(state(a), state(b)) <= tolerance)
+        })
+        .and_then(|p| u32::try_from(p).ok())
+}
+
+/// How small differences grow.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Growth {
+    /// Mean exponent per period of the excitation, over the periods that did not wipe out every
+    /// difference [-].
+    pub per_period: f64,
+    /// Standard error from means over batches.
+    pub standard_error: f64,
+    /// Periods followed.
+    pub periods: u32,
+    /// Periods in which the lever rested.
+    pub rests: u32,
+    /// Periods after which a trajectory came back to the very digits it had had: rounding has made
+    /// it repeat itself, and the exponent is that of the repeated part alone.
+    pub returned: Option<u32>,
+    /// Largest shrinking over any stretch of periods, in decades [-]: 15 of them leave nothing of
+    /// a difference as large as the motion.
+    pub shrunk_max: f64,
+    /// Largest growth over any stretch of periods, in decades [-]: 16 of them make rounding as
+    /// large as the motion.
+    pub decades_max: f64,
+}
+
+impl Growth {
+    /// Returns the largest Lyapunov exponent per period; `None` where rest on the stop, or a long
+    /// contact with a soft one, wipes out any difference, and where the digits repeat themselves:
+    /// no exponent then describes the motion.
+    #[must_use]
+    pub fn lyapunov(&self) -> Option<f64> {
+        (!self.forgets() && self.returned.is_none()).then_some(self.per_period)
+    }
+
+    /// Tells whether the motion wipes out differences of any size that a double holds.
+    #[must_use]
+    pub fn forgets(&self) -> bool {
+        /// Decades that a double holds.
+        const DECADES: f64 = 15.0;
+        self.rests > 0 || self.shrunk_max > DECADES
+    }
+
+    /// Tells whether rounding stays far below the motion.
+    #[must_use]
+    pub fn resolved(&self) -> bool {
+        /// Decades that leave four of the fifteen that a double has.
+        const DECADES: f64 = 11.0;
+        self.decades_max <= DECADES
+    }
+}
+
+/// One trajectory's share of a [`Growth`].
+#[derive(Debug, Clone, Default)]
+pub(super) struct GrowthSegment {
+    logs: Vec<f64>,
+    periods: u32,
+    rests: u32,
+    returned: Option<u32>,
+    largest: f64,
+    shrunk: f64,
+}
+
+/// Follows a small difference over `periods` periods after `transient`; `None` if the lever
+/// cannot be followed.
+pub(super) fn stretch(
+    forced: &ForcedLever,
+    amplitude_g: f64,
+    state: Option<PhasePoint>,
+    transient: u32,
+    periods: u32,
+) -> Result<Option<GrowthSegment>, Error> {
+    let mut strobe = forced.strobe(amplitude_g, state)?;
+    for _ in 0..transient {
+        if strobe.advance().is_none() {
+            return Ok(None);
+        }
+    }
+    let omega = forced.angular_frequency_rad_s;
+    let start = [1.0, omega];
+    let mut way = start;
+    let (mut sum, mut fall): (f64, f64) = (0.0, 0.0);
+    let mut states = Vec::with_capacity(periods as usize);
+    let mut seen = GrowthSegment {
+        logs: Vec::with_capacity(periods as usize),
+        periods,
+        ..GrowthSegment::default()
+    };
+    for _ in 0..periods {
+        strobe.start_map();
+        let Some(section) = strobe.advance() else {
+            return Ok(None);
+        };
+        let Some(map) = strobe.map() else {
+            return Ok(None);
+        };
+        seen.rests += u32::from(section.rested);
+        states.push((
+            section.angle_rad.to_bits(),
+            section.velocity_rad_s.to_bits(),
+        ));
+        let [[a, b], [c, d]] = map.by_state;
+        let moved = [a * way[0] + b * way[1], c * way[0] + d * way[1]];
+        let length = |way: [f64; 2]| libm::hypot(way[0], way[1] / omega);
+        let factor = length(moved) / length(way);
+        if factor > 0.0 {
+            let log = libm::log(factor);
+            seen.logs.push(log);
+            sum = (sum + log).max(0.0);
+            seen.largest = seen.largest.max(sum);
+            fall = (fall - log).max(0.0);
+            seen.shrunk = seen.shrunk.max(fall);
+            let scale = 1.0 / length(moved);
+            way = moved.map(|part| part * scale);
+        } else {
+            (sum, fall) = (0.0, 0.0);
+            way = start;
+        }
+    }
+    // What follows from the same digits is the same.
+    if let Some((last, before)) = states.split_last() {
+        let ago = before.iter().rev().position(|state| state == last);
+        seen.returned = ago.and_then(|ago| u32::try_from(ago + 1).ok());
+    }
+    Ok(Some(seen))
+}
+
+/// Puts trajectories together.
+pub(super) fn growth(stretches: &[GrowthSegment]) -> Option<Growth> {
+    /// Batches of each trajectory, for the standard error.
+    const BATCHES: usize = 10;
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let logs: Vec<f64> = stretches.iter().flat_map(|one| one.logs.clone()).collect();
+    if logs.is_empty() {
+        return None;
+    }
+    let whole = mean(&logs);
+    let batches: Vec<f64> = stretches
+        .iter()
+        .flat_map(|one| one.logs.chunks(one.logs.len().div_ceil(BATCHES).max(1)))
+        .map(mean)
+        .collect();
+    let spread: f64 = batches
+        .iter()
+        .map(|batch| (batch - whole) * (batch - whole))
+        .sum();
+    let count = batches.len() as f64;
+    Some(Growth {
+        per_period: whole,
+        standard_error: (spread / (count * (count - 1.0).max(1.0))).sqrt(),
+        periods: stretches.iter().map(|one| one.periods).sum(),
+        rests: stretches.iter().map(|one| one.rests).sum(),
+        returned: stretches.iter().find_map(|one| one.returned),
+        shrunk_max: stretches
+            .iter()
+            .map(|one| one.shrunk / std::f64::consts::LN_10)
+            .fold(0.0, f64::max),
+        decades_max: stretches
+            .iter()
+            .map(|one| one.largest / std::f64::consts::LN_10)
+            .fold(0.0, f64::max),
+    })
+}
+
+/// Measures how small differences grow over `periods` periods after `transient`; `None` if the
+/// lever cannot be followed, or if every period wipes out every difference.
+///
+/// # Errors
+///
+/// As [`Strobe::new`].
+///
+/// # Source
+///
+/// Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980) 9, with saltation at impacts:
+/// Müller, Chaos, Solitons & Fractals 5 (1995) 1671.
+pub fn difference_growth(
+    forced: &ForcedLever,
+    amplitude_g: f64,
+    state: Option<PhasePoint>,
+    transient: u32,
+    periods: u32,
+) -> Result<Option<Growth>, Error> {
+    let seen = stretch(forced, amplitude_g, state, transient, periods)?;
+    Ok(seen.and_then(|seen| growth(&[seen])))
+}

@@ -1,0 +1,694 @@
+//! From a conditioned channel to an answer: which runs are made, and what they say together.
+//!
+//! The whole assessment and the short question of a margin, whether it passes, stand together:
+//! both make the same runs by the same rule, and the short one ends where its answer is certain.
+
+use super::decision::VariantRun;
+use super::early::{self, MemberCache};
+use super::ensemble::{Ensemble, Scatter};
+use super::faults::Faults;
+use super::filters::{self, FilterRow};
+use super::interpolation::{Course, KnownChange};
+use super::ladder::{self, Ladder, LadderInput};
+use super::meter::Meter;
+use super::policy::{AssessDetail, AssessExtras, Policy, Variant};
+use super::proof::{self, Proof};
+use super::readings::{ReadingCache, Readings};
+use super::replay_findings::{crossing_outside_window, replay_findings, work_limit_reached};
+use super::runs::{RunDetail, RunSetup, index_of_largest};
+use super::screen::Decided;
+use super::usable_span::{UsableSpan, window_samples};
+use super::variant::VariantResult;
+use super::what_if::{self, WhatIf};
+use super::{
+    Answer, ErrorBudget, Evidence, Reason, RunAnswer, SampledSeries, ScreenedRun, Trace, budget,
+    looks, quantile_band, reasons,
+};
+use crate::conditioning::{Conditioned, spectrum};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::{Run, RunOutcome};
+use latchgate_kernel::units::OpensWhen;
+use latchgate_recording::Finding;
+use latchgate_recording::error::Error;
+use std::collections::BTreeMap;
+
+/// The answer with everything it rests on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assessment {
+    /// The answer.
+    pub answer: Answer,
+    /// Its reasons, the weightiest first.
+    pub why: Vec<Reason>,
+    /// The run with the largest peak.
+    pub nominal: Run,
+    /// Per stop, the run with the larger peak.
+    pub models: BTreeMap<StopModel, Run>,
+    /// Per polarity and stop, where two polarities were judged.
+    pub polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>>,
+    /// The answer of each stop and polarity by itself.
+    pub answers: Vec<RunAnswer>,
+    /// The ensemble of the stop and polarity with the largest nominal peak.
+    pub ensemble: Option<Ensemble>,
+    /// That of each stop and polarity that was not left out, where there are several.
+    pub ensembles: Vec<Ensemble>,
+    /// The rung that decided.
+    pub ladder: Ladder,
+    /// The nominal runs with one input moved by one standard deviation.
+    pub what_if: Vec<WhatIf>,
+    /// A pass waits for a person's word, so that the answer is undecided.
+    pub word_missing: bool,
+    /// All of the judged window could be judged: no blocking finding took any of it.
+    pub whole: bool,
+    /// The answer of the nominal runs after each filter.
+    pub filters: Vec<FilterRow>,
+    /// The parts of the nominal peak's uncertainty.
+    pub budget: ErrorBudget,
+    /// The closed-form bounds, per polarity and stop.
+    pub screens: Vec<ScreenedRun>,
+    /// Findings of the replay; those of reading and conditioning are not repeated.
+    pub findings: Vec<Finding>,
+    /// The curves of a report, if asked for.
+    pub evidence: Option<Evidence>,
+    /// Steps that all of it took.
+    pub work: u64,
+}
+
+/// One assessment: the recording, the question, and what follows from both before any run.
+struct Assessing<'a> {
+    setup: RunSetup<'a>,
+    conditioned: &'a Conditioned,
+    /// Of reading and conditioning.
+    findings: &'a [Finding],
+    extras: AssessExtras,
+    faults: Faults,
+    span: UsableSpan,
+    scatter: Option<Scatter>,
+}
+
+/// Replays `conditioned` and decides. `findings` are those of reading and conditioning.
+///
+/// # Errors
+///
+/// As [`latchgate_kernel::replay::run`]; [`OutOfRange`](latchgate_kernel::error::Error::OutOfRange) for a window without two
+/// samples, or for tolerances that leave what is physical, as [`super::ensemble::check`];
+/// [`Stopped`](latchgate_kernel::error::Error::Stopped).
+pub fn assess(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    policy: &Policy,
+    extras: AssessExtras,
+    control: &Control<'_>,
+) -> Result<Assessment, Error> {
+    let cache = ReadingCache::default();
+    assess_again(
+        conditioned,
+        findings,
+        design,
+        policy,
+        (extras, &cache),
+        control,
+    )
+}
+
+/// As [`assess`], with other readings of the samples from `cache`, which is of this recording.
+///
+/// # Errors
+///
+/// As [`assess`].
+pub fn assess_again(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    policy: &Policy,
+    (extras, cache): (AssessExtras, &ReadingCache),
+    control: &Control<'_>,
+) -> Result<Assessment, Error> {
+    let signal = &conditioned.used;
+    let window = window_samples(signal, policy.window_s)?;
+    let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
+    let work = Meter::new(policy.work);
+    let assessing = Assessing {
+        setup: RunSetup {
+            design,
+            policy,
+            follow_all: extras.follow_all,
+            detail: extras.detail,
+            control,
+            signal,
+            readings: Readings::of(conditioned, cache),
+            window,
+            work: &work,
+        },
+        conditioned,
+        findings,
+        extras,
+        span: UsableSpan::of(&faults, signal, window),
+        faults,
+        scatter: scatter(conditioned, design, policy)?,
+    };
+    let mut results = assessing.follow()?;
+    assessing.sample(&mut results)?;
+    assessing.conclude(results)
+}
+
+/// The scatter of an ensemble, if the policy asks for one.
+fn scatter(
+    conditioned: &Conditioned,
+    design: &Design,
+    policy: &Policy,
+) -> Result<Option<Scatter>, Error> {
+    (policy.members > 0)
+        .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, policy.seed))
+        .transpose()
+}
+
+impl Assessing<'_> {
+    /// Makes the nominal runs of every variant, and the further ones that no bound makes needless.
+    fn follow(&self) -> Result<Vec<VariantResult>, Error> {
+        let setup = &self.setup;
+        let variants = setup.policy.variants();
+        let screened: Vec<ScreenedRun> = variants
+            .iter()
+            .map(|variant| proof::screened(setup, *variant))
+            .collect();
+        let detail = if self.extras.evidence {
+            RunDetail::Trace
+        } else {
+            RunDetail::ErrorBound
+        };
+        let outcomes = setup.nominal_runs(&variants, detail)?;
+        let proofs = self.proofs(&screened, &variants, &outcomes)?;
+        let stand_ins = self.stand_ins(&proofs, &outcomes);
+        let proven: Vec<KnownChange> = proofs
+            .iter()
+            .zip(&screened)
+            .map(|(proof, screened)| match proof {
+                Some(proof) => proof.interpolation_at_most_rad.into(),
+                None if screened.answer == Some(Decided::Pass) => KnownChange::Unasked,
+                None => KnownChange::Unproven,
+            })
+            .collect();
+        let runs = setup.refined(outcomes, stand_ins, &proven)?;
+        let mut before_fault = match self.span {
+            UsableSpan::Until(_) => self
+                .usable()
+                .full_runs(&variants, RunDetail::ErrorBound)?
+                .into_iter(),
+            UsableSpan::Whole | UsableSpan::Nothing => Vec::new().into_iter(),
+        };
+        let all = variants.into_iter().zip(screened).zip(proofs).zip(runs);
+        Ok(all
+            .map(|(((variant, screened), proof), run)| VariantResult {
+                variant,
+                screened,
+                proof,
+                run,
+                before_fault: before_fault.next(),
+                ensemble: None,
+            })
+            .collect())
+    }
+
+    /// Asks the bounds about every variant, if any may be left out.
+    fn proofs(
+        &self,
+        screened: &[ScreenedRun],
+        variants: &[Variant],
+        outcomes: &[RunOutcome],
+    ) -> Result<Vec<Option<Proof>>, Error> {
+        let setup = &self.setup;
+        if proof::may_leave_out(setup.policy, setup.follow_all, self.span).is_err() {
+            return Ok(vec![None; variants.len()]);
+        }
+        let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
+        let of_each = variants.iter().zip(outcomes).zip(screened).enumerate();
+        of_each
+            .map(|(index, ((variant, outcome), screened))| {
+                if setup.detail < AssessDetail::Whole && index == largest {
+                    // It is followed in any case.
+                    return Ok(None);
+                }
+                let scatter = self.scatter.as_ref();
+                Proof::of(setup, scatter, *variant, outcome, screened.answer).map(Some)
+            })
+            .collect()
+    }
+
+    /// Returns what stands in for further runs, where a proof makes them needless. The variant
+    /// with the largest peak is followed in any case, for the figures.
+    fn stand_ins(
+        &self,
+        proofs: &[Option<Proof>],
+        outcomes: &[RunOutcome],
+    ) -> Vec<Option<VariantRun>> {
+        let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
+        let (threshold, members) = (self.setup.threshold_rad(), self.setup.policy.members);
+        let of_each = proofs.iter().zip(outcomes).enumerate();
+        of_each
+            .map(|(index, (proof, outcome))| {
+                let proof = proof.filter(|_| index != largest)?;
+                proof.proven(outcome, threshold, members)
+            })
+            .collect()
+    }
+
+    /// The runs over the samples that count.
+    fn usable(&self) -> RunSetup<'_> {
+        match self.span {
+            UsableSpan::Until(good) => RunSetup {
+                window: Some(good),
+                ..self.setup
+            },
+            UsableSpan::Whole | UsableSpan::Nothing => self.setup,
+        }
+    }
+
+    /// Runs the ensembles over the samples that count.
+    fn sample(&self, results: &mut [VariantResult]) -> Result<(), Error> {
+        match &self.scatter {
+            Some(scatter) if self.span != UsableSpan::Nothing => {
+                let limited = self.span != UsableSpan::Whole;
+                looks::run_ensembles(&self.usable(), scatter, results, limited)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Joins the answers, works out what stands beside them, and puts it into words.
+    fn conclude(&self, results: Vec<VariantResult>) -> Result<Assessment, Error> {
+        let setup = &self.setup;
+        let (design, policy) = (setup.design, setup.policy);
+        let answer = self.answer(&results);
+        let runs: Vec<&VariantRun> = results.iter().map(|result| &result.run).collect();
+        let nominal_index = index_of_largest(runs.iter().map(|run| run.run()));
+        let nominal = &results[nominal_index];
+        let filtered = if self.extras.filter_table {
+            filters::table(setup, self.conditioned, self.findings, &results)?
+        } else {
+            Vec::new()
+        };
+        let unfiltered_peak = filters::unfiltered_peak(&filtered, nominal.variant);
+        let brief = self.is_brief();
+        let budget = if brief {
+            ErrorBudget::default()
+        } else {
+            budget::budget(setup, self.conditioned, &results, nominal, unfiltered_peak)?
+        };
+        let filters: Vec<FilterRow> = filtered.into_iter().map(|filtered| filtered.row).collect();
+        let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), &runs);
+        findings.extend(filters::filter_decides(&filters));
+        let outside = setup.crossing_outside(&runs)?;
+        findings.extend(outside.map(|at| crossing_outside_window(at, design)));
+        findings.extend(self.faults.findings());
+        let mut what_if = if brief {
+            Vec::new()
+        } else {
+            self.what_if(&results)?
+        };
+        let evidence = self.evidence(&results, nominal)?;
+        let work_limit = setup.work.limit_reached();
+        findings.extend(work_limit.map(work_limit_reached));
+        let mut case = reasons::Explained {
+            answer,
+            design,
+            policy,
+            results: &results,
+            nominal,
+            findings: self.findings,
+            faults: &self.faults,
+            outside,
+            work_limit,
+            budget: &budget,
+            what_if: &[],
+        };
+        if brief && reasons::inputs_may_come_first(&case) {
+            what_if = self.what_if(&results)?;
+        }
+        case.what_if = &what_if;
+        let why = reasons::reasons(&case);
+        let ladder = ladder::ladder(&LadderInput {
+            policy,
+            follow_all: setup.follow_all,
+            threshold_rad: setup.threshold_rad(),
+            samples: setup.signal.samples.len(),
+            span: self.span,
+            results: &results,
+        });
+        let of_each = |run: &&VariantRun| run.stated(setup.threshold_rad());
+        Ok(Assessment {
+            answer,
+            why,
+            nominal: nominal.run.run().clone(),
+            models: by_model(&runs),
+            polarities: by_polarity(policy, &runs),
+            answers: runs.iter().map(of_each).collect(),
+            ensemble: nominal.ensemble.clone(),
+            ladder,
+            word_missing: false,
+            whole: self.span == UsableSpan::Whole,
+            what_if,
+            filters,
+            budget,
+            screens: results.iter().map(|result| result.screened).collect(),
+            findings,
+            evidence,
+            work: setup.work.spent(),
+            ensembles: several(results.into_iter().filter_map(|result| result.ensemble)),
+        })
+    }
+
+    /// Tells whether what the decision does not take is left out. Not near the limit of work, which
+    /// what is left out might have reached.
+    fn is_brief(&self) -> bool {
+        /// Times the work of the decision that all the rest takes at most.
+        const REST: u64 = 64;
+        let work = self.setup.work;
+        self.extras.detail < AssessDetail::Whole && work.left() / REST > work.spent()
+    }
+
+    /// The whole rule: parts 1 and 2 over what parts 3 and 4 say of all samples and of the good
+    /// ones.
+    fn answer(&self, results: &[VariantResult]) -> Answer {
+        let runs: Vec<&VariantRun> = results.iter().map(|result| &result.run).collect();
+        let before = results
+            .iter()
+            .filter_map(|result| result.before_fault.as_ref());
+        let of_good = self.setup.joined(&before.collect::<Vec<_>>());
+        self.span.answer(self.setup.joined(&runs), of_good)
+    }
+
+    /// Reruns with one input moved; none where a fault ends what can be judged.
+    fn what_if(&self, results: &[VariantResult]) -> Result<Vec<WhatIf>, Error> {
+        if self.span != UsableSpan::Whole {
+            return Ok(Vec::new());
+        }
+        let setup = &self.setup;
+        let spent: u64 = results.iter().map(|result| result.run.outcome.spent).sum();
+        if !setup.work.allows(8 * spent) {
+            return Ok(Vec::new());
+        }
+        // The bias belongs to the recording: nominal runs alone are asked about it as well.
+        let of_bias = || {
+            let error = self.conditioned.bias_standard_error_m_s2;
+            Scatter::of_bias(setup.design, error, setup.policy.seed)
+        };
+        let moved = self.scatter.clone().unwrap_or_else(of_bias);
+        what_if::reruns(setup, self.conditioned, &moved, results)
+    }
+
+    /// Trajectories, spread and spectra for a report, if asked for.
+    fn evidence(
+        &self,
+        results: &[VariantResult],
+        nominal: &VariantResult,
+    ) -> Result<Option<Evidence>, Error> {
+        if !self.extras.evidence {
+            return Ok(None);
+        }
+        let quantile_band = match &self.scatter {
+            Some(scatter) if self.setup.work.allows(64 * nominal.run.outcome.spent) => {
+                quantile_band::around(&self.setup, scatter, nominal.variant)?
+            }
+            _ => None,
+        };
+        let Conditioned { raw, used, .. } = self.conditioned;
+        let traces = traces(results, nominal.variant);
+        Ok(Some(Evidence {
+            raw: raw.clone(),
+            used: used.clone(),
+            series: SampledSeries::of(raw, used, &traces),
+            traces,
+            quantile_band,
+            spectrum_raw: spectrum::amplitude_spectrum(raw),
+            spectrum_used: spectrum::amplitude_spectrum(used),
+            spectrogram: spectrum::spectrogram(used),
+        }))
+    }
+}
+
+/// Returns whether the answer of [`assess`] is a pass, with no more runs than that takes.
+///
+/// # Errors
+///
+/// As [`assess`].
+pub fn passes(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    policy: &Policy,
+    control: &Control<'_>,
+) -> Result<bool, Error> {
+    let question = PassQuestion {
+        conditioned,
+        readings: &ReadingCache::default(),
+        findings,
+        design,
+        policy,
+        control,
+        work: &Meter::new(policy.work),
+    };
+    question.passes((&mut MemberCache::default(), false))
+}
+
+/// The question whether a verdict is a pass, as a search over designs asks it again and again.
+#[derive(Clone, Copy)]
+pub(crate) struct PassQuestion<'a> {
+    pub(crate) conditioned: &'a Conditioned,
+    /// Of the samples as used.
+    pub(crate) readings: &'a ReadingCache,
+    pub(crate) findings: &'a [Finding],
+    pub(crate) design: &'a Design,
+    pub(crate) policy: &'a Policy,
+    pub(crate) control: &'a Control<'a>,
+    pub(crate) work: &'a Meter,
+}
+
+/// Nominal runs that pass alone.
+#[derive(Debug, Clone)]
+pub(crate) struct PassingRuns(Vec<VariantRun>);
+
+/// What the nominal levers say of a pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct NominalPass {
+    pub(crate) passes: bool,
+    /// The error of a peak is no small part of it: other readings of the samples disagree.
+    pub(crate) in_doubt: bool,
+    /// At a value nearby the error may exceed the threshold: from impact to impact rounding has grown far,
+    /// or readings that disagree reach a good part of the threshold.
+    pub(crate) sensitive: bool,
+}
+
+impl PassQuestion<'_> {
+    /// Returns whether the rule says pass. `cache` says which members to ask first, which saves
+    /// most of them and changes no answer; with `trust_cache` members that stayed well below the
+    /// limit before are not asked again. A pass may then be wrong; "no pass" is certain all the
+    /// same.
+    pub(crate) fn passes(
+        &self,
+        (cache, trust_cache): (&mut MemberCache, bool),
+    ) -> Result<bool, Error> {
+        let Some(setup) = self.setup()? else {
+            return Ok(false);
+        };
+        // What cannot be scattered is refused, whatever the nominal levers say.
+        let scatter = scatter(self.conditioned, self.design, self.policy)?;
+        match setup.passing_runs(&cache.in_the_way_first(self.policy.variants()))? {
+            Ok(runs) => members_pass(&setup, scatter.as_ref(), &runs, (cache, trust_cache)),
+            Err(variant) => {
+                cache.stands_in_the_way(variant);
+                Ok(false)
+            }
+        }
+    }
+
+    /// Returns the nominal runs if all of them pass alone; otherwise a variant that does not, none where
+    /// a fault leaves no pass.
+    pub(crate) fn passing_runs(
+        &self,
+        cache: &MemberCache,
+    ) -> Result<Result<PassingRuns, Option<Variant>>, Error> {
+        let Some(setup) = self.setup()? else {
+            return Ok(Err(None));
+        };
+        let runs = setup.passing_runs(&cache.in_the_way_first(self.policy.variants()))?;
+        Ok(runs.map(PassingRuns).map_err(Some))
+    }
+
+    /// Returns whether the rule says pass, the nominal runs being those that pass alone; see
+    /// [`Self::passes`].
+    pub(crate) fn members_pass(
+        &self,
+        PassingRuns(runs): &PassingRuns,
+        cache: (&mut MemberCache, bool),
+    ) -> Result<bool, Error> {
+        let scatter = scatter(self.conditioned, self.design, self.policy)?;
+        match self.setup()? {
+            Some(setup) => members_pass(&setup, scatter.as_ref(), runs, cache),
+            None => Ok(false),
+        }
+    }
+
+    /// Returns what the rule says without an ensemble.
+    pub(crate) fn nominal(&self) -> Result<NominalPass, Error> {
+        const DOUBT_PART: f64 = 0.3;
+        const FAINT_PART: f64 = 0.02;
+        /// Part of the threshold. The error of half the levers of a crash test's channels stays below a
+        /// hundredth of this; where one in ten came beyond it, one in a hundred exceeded the threshold.
+        const SENSITIVE_PART: f64 = 1e-9;
+        /// Part of the threshold. Where readings disagree, their difference is another one at each value:
+        /// on a crash test's channel the largest of some hundred is twice the median.
+        const SCATTERED_PART: f64 = 0.5;
+        let none = NominalPass {
+            passes: false,
+            in_doubt: false,
+            sensitive: false,
+        };
+        let Some(setup) = self.setup()? else {
+            return Ok(none);
+        };
+        let threshold = setup.threshold_rad();
+        let stays = |run: &VariantRun| run.nominal_answer(threshold) == Answer::Pass;
+        let doubted = |run: &VariantRun| {
+            let peak = run.run().peak_angle_rad;
+            peak > FAINT_PART * threshold && run.interpolation_error_rad > DOUBT_PART * peak
+        };
+        let reach = |run: &VariantRun| {
+            let coast = run.run().coast_peak_angle_rad;
+            let coast = coast.map_or(0.0, |peak| peak + run.coast_uncertainty_rad());
+            coast.max(run.run().peak_angle_rad + run.uncertainty_rad())
+        };
+        let numerical = |run: &VariantRun| {
+            let coast = run.outcome.coast_error_rad;
+            coast.max(run.run().numerical_error_rad)
+        };
+        let clear = |run: &VariantRun| stays(run) && !doubted(run);
+        // A larger error could only confirm both.
+        let lost = |run: &VariantRun| !stays(run) && doubted(run);
+        let runs = setup
+            .nominal_runs(&self.policy.variants(), RunDetail::ErrorBound)?
+            .into_iter()
+            .map(|outcome| setup.enough_known(outcome, clear, lost))
+            .collect::<Result<Vec<_>, Error>>()?;
+        Ok(NominalPass {
+            passes: runs.iter().all(stays),
+            in_doubt: runs.iter().any(doubted),
+            sensitive: runs.iter().any(|run| {
+                numerical(run) > SENSITIVE_PART * threshold
+                    || (doubted(run) && reach(run) > SCATTERED_PART * threshold)
+            }),
+        })
+    }
+
+    /// Returns the highest angle [rad] of each nominal lever, and how it came to its peak.
+    pub(crate) fn courses(&self) -> Result<Vec<(f64, Course)>, Error> {
+        let Some(setup) = self.setup()? else {
+            return Ok(Vec::new());
+        };
+        let runs = setup.nominal_runs(&self.policy.variants(), RunDetail::PeakOnly)?;
+        let highest = |run: &Run| {
+            let coast = run.coast_peak_angle_rad;
+            coast.map_or(run.peak_angle_rad, |coast| coast.max(run.peak_angle_rad))
+        };
+        let runs = runs.iter().map(|outcome| &outcome.run);
+        Ok(runs.map(|run| (highest(run), Course::of(run))).collect())
+    }
+
+    /// Returns what the runs share; nothing where a fault leaves no pass.
+    fn setup(&self) -> Result<Option<RunSetup<'_>>, Error> {
+        let Self {
+            conditioned,
+            findings,
+            policy,
+            ..
+        } = *self;
+        let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
+        if faults.first_bad.is_some() {
+            return Ok(None);
+        }
+        let signal = &conditioned.used;
+        let window = window_samples(signal, policy.window_s)?;
+        Ok(Some(RunSetup {
+            design: self.design,
+            policy,
+            follow_all: true,
+            detail: AssessDetail::Decision,
+            control: self.control,
+            signal,
+            readings: Readings::of(conditioned, self.readings),
+            window,
+            work: self.work,
+        }))
+    }
+}
+
+/// Returns whether the rule says pass of nominal runs that pass alone.
+fn members_pass(
+    setup: &RunSetup<'_>,
+    scatter: Option<&Scatter>,
+    runs: &[VariantRun],
+    (cache, trust_cache): (&mut MemberCache, bool),
+) -> Result<bool, Error> {
+    match scatter {
+        // By parts 3 and 4 of the rule nothing but a pass of each joins to one.
+        None => Ok(true),
+        Some(scatter) => early::all_pass(setup, scatter, runs, cache, trust_cache),
+    }
+}
+
+/// Returns the run with the larger peak of each stop.
+fn by_model(runs: &[&VariantRun]) -> BTreeMap<StopModel, Run> {
+    let mut models: BTreeMap<StopModel, Run> = BTreeMap::new();
+    for run in runs.iter().map(|run| run.run()) {
+        let known = models.get(&run.model);
+        if known.is_none_or(|known| run.peak_angle_rad > known.peak_angle_rad) {
+            models.insert(run.model, run.clone());
+        }
+    }
+    models
+}
+
+/// Returns every run by sign and stop, where two signs were judged.
+fn by_polarity(
+    policy: &Policy,
+    runs: &[&VariantRun],
+) -> BTreeMap<OpensWhen, BTreeMap<StopModel, Run>> {
+    let mut polarities: BTreeMap<OpensWhen, BTreeMap<StopModel, Run>> = BTreeMap::new();
+    if policy.polarity.signs().len() > 1 {
+        for run in runs.iter().map(|run| run.run()) {
+            let of_sign = polarities.entry(run.opens_when).or_default();
+            of_sign.insert(run.model, run.clone());
+        }
+    }
+    polarities
+}
+
+/// Returns the ensembles if there are several: a single one is shown by itself.
+fn several(ensembles: impl Iterator<Item = Ensemble>) -> Vec<Ensemble> {
+    let all: Vec<Ensemble> = ensembles.collect();
+    if all.len() > 1 { all } else { Vec::new() }
+}
+
+/// Returns the trajectories, that of the nominal run first.
+fn traces(results: &[VariantResult], nominal: Variant) -> Vec<Trace> {
+    let mut traces: Vec<(Variant, Trace)> = results
+        .iter()
+        .map(|result| {
+            let Variant { opens_when, model } = result.variant;
+            let points = result.run.outcome.trace.clone();
+            let trace = Trace {
+                model,
+                opens_when,
+                points,
+            };
+            (result.variant, trace)
+        })
+        .collect();
+    let of_nominal = traces.iter().position(|(variant, _)| *variant == nominal);
+    if let Some(place) = of_nominal {
+        traces[..=place].rotate_right(1);
+    }
+    traces.into_iter().map(|(_, trace)| trace).collect()
+}

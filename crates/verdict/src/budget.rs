@@ -1,0 +1,137 @@
+//! The error budget: by how much the nominal peak changes when one part of the way to it does.
+
+use super::ErrorBudget;
+use super::policy::{Polarity, Variant};
+use super::runs::{RunDetail, RunSetup};
+use super::variant::VariantResult;
+use crate::conditioning::{self, Conditioned, Signal};
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_recording::error::Error;
+use std::borrow::Cow;
+
+/// The part of the budget that a rerun measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum BudgetPart {
+    Filter,
+    Bias,
+    Model,
+}
+
+/// One change of the nominal run.
+struct Rerun<'a> {
+    part: BudgetPart,
+    signal: Cow<'a, Signal>,
+    variant: Variant,
+}
+
+/// Measures the budget of `nominal`; `unfiltered_peak` is its peak without a filter [rad], where
+/// that is known.
+pub(super) fn budget(
+    setup: &RunSetup<'_>,
+    conditioned: &Conditioned,
+    results: &[VariantResult],
+    nominal: &VariantResult,
+    unfiltered_peak: Option<f64>,
+) -> Result<ErrorBudget, Error> {
+    let variant = nominal.variant;
+    let peak = nominal.run.run().peak_angle_rad;
+    let peak_of = |variant| {
+        let result = results.iter().find(|result| result.variant == variant)?;
+        Some(result.run.run().peak_angle_rad)
+    };
+    let other_stop = Variant {
+        model: match variant.model {
+            StopModel::Rigid => StopModel::Soft,
+            StopModel::Soft => StopModel::Rigid,
+        },
+        ..variant
+    };
+    let model_peak = peak_of(other_stop);
+    let mut reruns = own_reruns(setup, conditioned, variant, unfiltered_peak.is_none())?;
+    if model_peak.is_none() && admits_start(setup, other_stop.model) {
+        reruns.push(Rerun {
+            part: BudgetPart::Model,
+            signal: Cow::Borrowed(setup.signal),
+            variant: other_stop,
+        });
+    }
+    if !setup
+        .work
+        .allows(reruns.len() as u64 * nominal.run.outcome.spent)
+    {
+        reruns.clear();
+    }
+    let outcomes = setup.share(1, &reruns, |rerun| {
+        let detail = RunDetail::PeakOnly;
+        setup.run(&rerun.signal, rerun.variant, setup.window, detail)
+    })?;
+    let change = |other: f64| (other - peak).abs();
+    let mut budget = ErrorBudget {
+        numerical: Some(nominal.run.run().numerical_error_rad),
+        interpolation: Some(nominal.run.interpolation_error_rad),
+        model: model_peak.map(change),
+        filter: unfiltered_peak
+            .or(conditioned.filter.is_none().then_some(peak))
+            .map(change),
+        bias: None,
+        polarity: None,
+    };
+    for (rerun, outcome) in reruns.iter().zip(outcomes) {
+        let change = change(outcome.run.peak_angle_rad);
+        let entry = match rerun.part {
+            BudgetPart::Filter => &mut budget.filter,
+            BudgetPart::Bias => &mut budget.bias,
+            BudgetPart::Model => &mut budget.model,
+        };
+        *entry = Some(entry.map_or(change, |before| before.max(change)));
+    }
+    if setup.policy.polarity == Polarity::Undeclared {
+        let reversed = Variant {
+            opens_when: variant.opens_when.reversed(),
+            ..variant
+        };
+        budget.polarity = peak_of(reversed).map(change);
+    }
+    Ok(budget)
+}
+
+/// The reruns of a variant itself: without a filter if that is `unfiltered_wanted`, and with the
+/// bias moved.
+fn own_reruns<'a>(
+    setup: &RunSetup<'a>,
+    conditioned: &Conditioned,
+    variant: Variant,
+    unfiltered_wanted: bool,
+) -> Result<Vec<Rerun<'a>>, Error> {
+    let mut reruns = Vec::new();
+    if unfiltered_wanted && conditioned.filter.is_some() {
+        reruns.push(Rerun {
+            part: BudgetPart::Filter,
+            signal: Cow::Owned(conditioning::filtered(conditioned, None)?),
+            variant,
+        });
+    }
+    if conditioned.bias_samples > 0 {
+        reruns.extend([-1.0, 1.0].map(|direction| {
+            let shift = direction * conditioned.bias_standard_error_m_s2;
+            Rerun {
+                part: BudgetPart::Bias,
+                signal: Cow::Owned(shifted(setup.signal, shift)),
+                variant,
+            }
+        }));
+    }
+    Ok(reruns)
+}
+
+/// A lever that starts inside the soft stop has no counterpart on the rigid one.
+fn admits_start(setup: &RunSetup<'_>, model: StopModel) -> bool {
+    let outside = |angle| angle >= 0.0;
+    model == StopModel::Soft || setup.policy.initial_angle_rad.is_none_or(outside)
+}
+
+fn shifted(signal: &Signal, shift: f64) -> Signal {
+    let mut shifted = signal.clone();
+    shifted.samples.iter_mut().for_each(|a| *a += shift);
+    shifted
+}

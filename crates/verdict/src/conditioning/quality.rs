@@ -1,0 +1,391 @@
+//! Faults of a raw channel: sides and stretches that are missing, records cut inside the event.
+//!
+//! A channel is judged by its own noise: `noise` learns from the samples before the event how they are
+//! spread and how they hang together, and says from which length on a run of samples is no chance.
+//! They are looked for before anything is removed or filtered, since a filter rounds off what an
+//! overload leaves. Only the question whether a record starts or ends inside its event is asked of
+//! samples without their bias: an offset is no event.
+//!
+//! - `noise`: the channel at rest, and what chance makes on it;
+//! - `interpolated`: a slow channel on a fast raster;
+//! - `held`: stretches in which the motion was lost;
+//! - `top`: sides that were cut off, rectified, or ran over;
+//! - `doubts`: what is odd and proves nothing.
+
+mod doubts;
+mod held;
+mod interpolated;
+mod noise;
+mod top;
+
+use super::{ConditioningOptions, Signal, bias};
+pub use interpolated::SlowClock;
+use latchgate_kernel::units::{STANDARD_GRAVITY, plain};
+use latchgate_recording::{Finding, Severity};
+use noise::Noise;
+
+/// Quanta above which a level is told from noise around zero: healthy channels repeat
+/// values near zero three to seven times.
+const QUIET_QUANTA: f64 = 20.0;
+
+/// Largest part of the peak that samples before the event may reach if they shall tell noise.
+const QUIET_PART: f64 = 0.25;
+
+/// Part of the bends that change sides in noise; a motion of eight samples a period has as many.
+const TURNING_PART: f64 = 0.25;
+
+/// Part of the peak from which a sample is certainly inside the event, for drop-outs.
+const LOUD_PART: f64 = 0.25;
+
+/// Part of the peak that counts as "inside the event" at either end of a record.
+const EVENT_PART: f64 = 0.1;
+
+/// Least sample rate of a crash recording [Hz].
+const LEAST_RATE_HZ: f64 = 250.0;
+
+/// Two levels further apart than this are a signal, nearer than this a flickering last bit [g].
+const FLICKER_G: f64 = 1.0;
+
+/// Returns what is odd in a raw signal [m/s²]. `options` holds the bias as it will be removed, the
+/// declared range and whether the signal was made by a formula.
+#[must_use]
+pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
+    examine(raw, options).findings
+}
+
+/// What a raw signal shows of itself.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RawQuality {
+    /// What is odd in it.
+    pub findings: Vec<Finding>,
+    /// The clock that it was interpolated from, if it was.
+    pub slow_clock: Option<SlowClock>,
+}
+
+/// As [`findings`], with the clock that the signal was interpolated from.
+#[must_use]
+pub fn examine(raw: &Signal, options: &ConditioningOptions) -> RawQuality {
+    if raw.samples.is_empty() {
+        return RawQuality::default();
+    }
+    let facts = SignalFacts::new(raw, options);
+    // A formula may be made of straight lines.
+    let slow_clock = match options.synthetic {
+        true => None,
+        false => interpolated::slow_clock(facts.samples, &facts.levels, raw.rate),
+    };
+    let mut found = Vec::new();
+    found.extend(low_rate(raw));
+    found.extend(slow_clock.map(interpolated_finding));
+    let dead = dead_sensor(&facts);
+    let is_dead = dead.is_some();
+    if options.synthetic {
+        found.push(Finding::info(
+            "synthetic",
+            "the card says that the signal was made by a formula: clipping, frozen and dead \
+             sensors were not looked for",
+        ));
+    } else if is_dead {
+        found.extend(dead);
+    } else {
+        found.extend(top::clipping(&facts, options.range_g));
+        let held = held::held(&facts).or_else(|| held::stands_still(&facts));
+        // A clipped top stands still as well, and is told once.
+        let told = |held: &Finding| {
+            let before =
+                |one: &Finding| one.severity == Severity::Blocking && one.at_s <= held.at_s;
+            found.iter().any(before)
+        };
+        let held = held.filter(|held| !told(held));
+        found.extend(held);
+        found.extend(held::drop_out(&facts));
+        found.extend(top::wrap_around(&facts));
+        found.extend(top::one_signed(&facts));
+        if found.is_empty() {
+            found.extend(top::flickering(&facts));
+        }
+        found.extend(noise_unknown(&facts));
+    }
+    if facts.peak > 0.0 && !is_dead {
+        found.extend(starts_inside_event(&facts));
+        found.extend(ends_inside_event(&facts));
+        found.extend(doubts::findings(&facts));
+    }
+    RawQuality {
+        findings: found,
+        slow_clock,
+    }
+}
+
+/// What the detectors share.
+struct SignalFacts<'a> {
+    raw: &'a Signal,
+    samples: &'a [f64],
+    /// What will be removed as bias [m/s²].
+    bias: f64,
+    /// Largest magnitude without the bias [m/s²].
+    peak: f64,
+    /// Different values, rising.
+    levels: Vec<f64>,
+    /// Step of the grid on which the samples lie [m/s²]; 0 if there is one value only.
+    quantum: f64,
+    /// First sample after −1 ms.
+    contact: usize,
+    /// Number of samples before the event; 0 if they are too few to tell.
+    pre_event: usize,
+    /// Their mean and standard deviation [m/s²].
+    pre_mean: f64,
+    pre_deviation: f64,
+    pre_mean_error: f64,
+    /// What they tell of the channel at rest.
+    noise: Option<Noise>,
+}
+
+impl<'a> SignalFacts<'a> {
+    fn new(raw: &'a Signal, options: &ConditioningOptions) -> Self {
+        let samples = raw.samples.as_slice();
+        let removed = bias::bias(raw, options.bias).map_or(0.0, |(bias, _)| bias.mean_m_s2);
+        let count = bias::pre_event_samples(raw).unwrap_or(0);
+        let before = bias::bias(raw, super::BiasWindow::PreEvent)
+            .map(|(bias, _)| bias)
+            .unwrap_or_default();
+        let levels = noise::levels(samples);
+        let grid = noise::quantum(&noise::levels(&samples[..count]));
+        let position = (bias::PRE_EVENT_END_S - raw.start_s) * raw.rate.hertz();
+        let mut facts = Self {
+            raw,
+            samples,
+            bias: removed,
+            peak: reach(samples, removed),
+            quantum: match grid > 0.0 {
+                true => grid,
+                false => noise::quantum(&levels),
+            },
+            levels,
+            contact: (position + 1.01).floor().max(0.0) as usize,
+            pre_event: count,
+            pre_mean: before.mean_m_s2,
+            pre_deviation: before.standard_deviation_m_s2,
+            pre_mean_error: before.standard_error_m_s2,
+            noise: None,
+        };
+        // Where the event is lost, noise is the largest that is left.
+        let loudest = facts.loudest_before();
+        if loudest <= QUIET_PART * facts.peak || loudest <= 5.0 * facts.pre_deviation {
+            facts.noise = Noise::learn(&samples[..count], facts.quantum);
+        }
+        facts
+    }
+
+    /// Noise of single samples, as far as it can make neighbours equal by chance [quanta];
+    /// one where no samples before the event tell.
+    fn noise_quanta(&self) -> f64 {
+        if self.pre_event == 0 || self.quantum <= 0.0 {
+            return 1.0;
+        }
+        (self.pre_deviation / self.quantum).min(3.0)
+    }
+
+    /// How far the samples before the event lie from their mean at most.
+    fn loudest_before(&self) -> f64 {
+        reach(&self.samples[..self.pre_event], self.pre_mean)
+    }
+
+    /// Whether the samples before the event are all one number; `None` without such samples.
+    fn silent_before(&self) -> Option<bool> {
+        let samples = self.samples.get(..self.pre_event)?;
+        let first = samples.first()?;
+        Some(samples.iter().all(|value| same(*value, *first)))
+    }
+}
+
+/// How far samples lie from a level at most.
+fn reach(samples: &[f64], level: f64) -> f64 {
+    let distances = samples.iter().map(|value| (value - level).abs());
+    distances.fold(0.0, f64::max)
+}
+
+/// Tells whether samples bend to and fro as noise does, bends up to `least` left aside.
+fn turns_like_noise(samples: &[f64], least: f64) -> bool {
+    let (mut turns, mut seen, mut last) = (0_usize, 0_usize, 0.0);
+    for three in samples.windows(3) {
+        let bend = three[0] - 2.0 * three[1] + three[2];
+        if bend.abs() <= least {
+            continue;
+        }
+        seen += 1;
+        turns += usize::from(bend * last < 0.0);
+        last = bend;
+    }
+    seen >= 20 && turns as f64 > TURNING_PART * seen as f64
+}
+
+/// A channel that is silent before its event, or holds values longer than its spread explains,
+/// teaches nothing of its noise.
+fn noise_unknown(facts: &SignalFacts<'_>) -> Option<Finding> {
+    let how = match facts.noise {
+        None if facts.silent_before() == Some(true) => "are one and the same number",
+        Some(noise) if !noise.is_explained() => {
+            "hold one value for longer than their spread explains"
+        }
+        _ => return None,
+    };
+    let text = format!(
+        "the {} samples before the event {how}, so nothing tells the noise of the channel: held, \
+         filled and cut stretches were looked for by shape and long runs alone. If a formula made \
+         the signal, say `synthetic = true` in a card",
+        facts.pre_event
+    );
+    Some(Finding::warning("noise-unknown", text))
+}
+
+fn low_rate(raw: &Signal) -> Option<Finding> {
+    let rate = raw.rate.rounded();
+    (rate < LEAST_RATE_HZ).then(|| {
+        let text = format!(
+            "the sample rate is {rate} Hz; below {LEAST_RATE_HZ} Hz this is no crash recording: an \
+             impact falls between its samples"
+        );
+        Finding::blocking("low-rate", text)
+    })
+}
+
+/// A channel that was interpolated is judged by its own clock.
+fn interpolated_finding(clock: SlowClock) -> Finding {
+    let seen = format!(
+        "the channel was interpolated by straight lines from a clock of about {} Hz. {:.0} % of its \
+         motion lies on lines of {} samples",
+        plain(clock.rate_hz, 3),
+        100.0 * clock.part,
+        plain(clock.spacing, 3),
+    );
+    if clock.is_at_most(LEAST_RATE_HZ) {
+        let text = format!(
+            "{seen}. At {LEAST_RATE_HZ} Hz and below this is no crash recording: an impact falls \
+             between its samples. Fetch a channel that was recorded at a crash recorder's rate"
+        );
+        return Finding::blocking("low-rate", text);
+    }
+    let text = format!(
+        "{seen}. Nothing above {} Hz was measured. Export it on its own clock, or fetch a channel that \
+         was recorded at the full rate",
+        plain(0.5 * clock.rate_hz, 3)
+    );
+    Finding::warning("interpolated", text)
+}
+
+/// A record of one value, or one that flickers between two, carries no motion.
+fn dead_sensor(facts: &SignalFacts<'_>) -> Option<Finding> {
+    let text = match facts.levels.as_slice() {
+        [] => return None,
+        [only] => format!("every sample is {}", in_g(*only)),
+        [low, high] => {
+            let changes = facts.samples.chunk_by(|a, b| same(*a, *b)).count() - 1;
+            if high - low > FLICKER_G * STANDARD_GRAVITY && changes <= 4 {
+                return None;
+            }
+            let (low, high) = (in_g(*low), in_g(*high));
+            format!("the samples flicker between {low} and {high}")
+        }
+        _ => return None,
+    };
+    let said = format!("{text}: the channel measured no motion; check sensor and cable");
+    Some(Finding::blocking("dead-sensor", said))
+}
+
+/// Tells a cut top from the flat top that quantisation gives to a smooth one.
+///
+/// Near its top a smooth signal is a parabola. If r of its samples share one quantum q, it has
+/// fallen by at most q (1 + 2s/(r−1))² after s samples beyond the run, plus one quantum of
+/// rounding. A signal that has fallen further was cut: at s = 1, where nothing but the next
+/// sample counts, or both at half and at the whole length of the run. Noise of a few quanta
+/// lets three or four samples of a sharper top share a value by chance; q grows for them. A run
+/// may take several `quanta`.
+fn is_cut(facts: &SignalFacts<'_>, first: usize, length: usize, quanta: f64) -> bool {
+    let end = first + length - 1;
+    let level = facts.samples[first];
+    let reaches = |steps: usize| {
+        let ratio = 2.0 * steps as f64 / (length - 1) as f64;
+        (1.0 + ratio) * (1.0 + ratio)
+    };
+    let chance = match length {
+        ..=4 => 1.0 + 3.0 * facts.noise_quanta(),
+        5..=6 => 1.0 + 1.5 * facts.noise_quanta(),
+        _ => 1.0,
+    };
+    [true, false].into_iter().any(|before| {
+        let available = if before {
+            first
+        } else {
+            facts.samples.len() - 1 - end
+        };
+        let exceeds = |steps: usize, spare: f64| {
+            let steps = steps.min(available);
+            if steps == 0 {
+                return false;
+            }
+            let beyond = if before { first - steps } else { end + steps };
+            let fallen = (level - facts.samples[beyond]).abs() / facts.quantum;
+            fallen > spare * chance * quanta * reaches(steps) + 0.5 + quanta
+        };
+        exceeds(1, 1.0) || (exceeds(length / 2, 1.25) && exceeds(length, 1.25))
+    })
+}
+
+/// Says what the channel does before the event: bias with its standard error, and noise. `None`
+/// without samples before the event.
+#[must_use]
+pub fn before_event(raw: &Signal) -> Option<Finding> {
+    let count = bias::pre_event_samples(raw).filter(|count| *count > 1)?;
+    let (bias, _) = bias::bias(raw, super::BiasWindow::PreEvent).ok()?;
+    let text = format!(
+        "before the event, over {count} samples: bias {} ± {} (standard error), noise {} rms",
+        in_g(bias.mean_m_s2),
+        in_g(bias.standard_error_m_s2),
+        in_g(bias.standard_deviation_m_s2)
+    );
+    Some(Finding::info("pre-event", text))
+}
+
+fn starts_inside_event(facts: &SignalFacts<'_>) -> Option<Finding> {
+    let head = &facts.samples[..facts.samples.len().min(3)];
+    let text = inside_event(facts, head, "first", "before")?;
+    Some(Finding::blocking("starts-inside-event", text))
+}
+
+fn ends_inside_event(facts: &SignalFacts<'_>) -> Option<Finding> {
+    let tail = &facts.samples[facts.samples.len().saturating_sub(3)..];
+    let text = inside_event(facts, tail, "last", "after")?;
+    Some(Finding::blocking("ends-inside-event", text).at(facts.raw.end_s()))
+}
+
+fn inside_event(facts: &SignalFacts<'_>, ends: &[f64], which: &str, side: &str) -> Option<String> {
+    let level = median_magnitude(ends, facts.bias);
+    let (shown, peak) = (in_g(level), in_g(facts.peak));
+    let text = format!(
+        "the {which} three samples are at {shown} (median, without the bias), more than a tenth of \
+         the peak of {peak}: what came {side} is missing"
+    );
+    (level > EVENT_PART * facts.peak).then_some(text)
+}
+
+fn median_magnitude(samples: &[f64], bias: f64) -> f64 {
+    let mut sizes: Vec<f64> = samples.iter().map(|value| (value - bias).abs()).collect();
+    sizes.sort_unstable_by(f64::total_cmp);
+    // Of two, the smaller is the one that both exceed.
+    let middle = sizes.len().saturating_sub(1) / 2;
+    sizes.get(middle).copied().unwrap_or(0.0)
+}
+
+/// Tells whether two samples are the same number; +0 and −0 are.
+#[expect(
+    clippy::float_cmp,
+    reason = "samples of one converter code are the same number, and nothing else is"
+)]
+fn same(a: f64, b: f64) -> bool {
+    a == b
+}
+
+fn in_g(acceleration: f64) -> String {
+    format!("{:.4} g", acceleration / STANDARD_GRAVITY)
+}

@@ -1,0 +1,335 @@
+//! The decision rule: what one run says, and what several say together.
+
+use super::ensemble::bounds::{LOOKS, RULE_ERROR};
+use super::policy::{Polarity, Variant};
+use super::wording::percent;
+use super::{Answer, ErrorBudget, RunAnswer};
+use latchgate_kernel::replay::{Method, Run, RunOutcome};
+use latchgate_kernel::units::OpensWhen;
+use std::sync::LazyLock;
+
+/// The rule in words, as every verdict and report that rests on an ensemble states it.
+pub static DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
+    let (pass, nearly_all) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_MIN));
+    let most = percent(FAIL_SHARE_WITH_NOMINAL);
+    let (looks, count) = (looks_in_words(u32::to_string), LOOKS.len());
+    format!(
+        "U = numerical + interpolation error; p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
+{BEFORE_THE_RUNS}\
+(3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after {looks} members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - {RULE_ERROR}/{count}; members that could not be followed count against either answer: \
+pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most {pass} % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold, unless the method states no error that can be trusted; \
+fail, if the lower bound of p is at least {nearly_all} %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds {most} %; \
+undecided, if neither holds at the last look. \
+{JOINED}"
+    )
+});
+
+/// The rule in words where only nominal runs are judged.
+pub static NOMINAL_DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
+    format!(
+        "Nominal runs alone (as with the setting `members` = 0). U = numerical + interpolation error. \
+{BEFORE_THE_RUNS}\
+(3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold, unless the method states no error that can be trusted; \
+fail if the peak angle minus U exceeds the threshold; else undecided. \
+{JOINED}"
+    )
+});
+
+/// Parts 1 and 2 of the rule.
+const BEFORE_THE_RUNS: &str = "(1) fail, if the runs say so by (3) on the samples before the first that a blocking finding declares bad. \
+(2) Otherwise unusable, if any finding is blocking; one that begins after the judged window, and further away than the filter reaches, does not count. ";
+
+/// Parts 4 and 5 of the rule.
+const JOINED: &str = "(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts. (5) A pass is undecided while a finding asks for a person's word.";
+
+/// Lists the looks: "128, 512, 2048 and 10000", each number as `written`.
+#[must_use]
+pub fn looks_in_words(written: impl Fn(&u32) -> String) -> String {
+    let words: Vec<String> = LOOKS.iter().map(written).collect();
+    match words.split_last() {
+        Some((last, before)) => format!("{} and {last}", before.join(", ")),
+        None => String::new(),
+    }
+}
+
+/// Largest share that a pass lets cross the threshold [-], as the upper bound has it.
+pub const PASS_SHARE_MAX: f64 = 0.05;
+
+/// Least share that fails whatever the nominal run says [-], as the lower bound has it.
+pub const FAIL_SHARE_MIN: f64 = 0.95;
+
+/// Share beyond which a nominal run that fails does fail [-], as the lower bound has it.
+pub const FAIL_SHARE_WITH_NOMINAL: f64 = 0.5;
+
+/// Bounds of the share of an ensemble that exceeds the threshold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShareBounds {
+    /// Lower bound [-].
+    pub lower: f64,
+    /// Upper bound [-].
+    pub upper: f64,
+    /// Upper bound of the share that exceeds it in the judged window or coasting after it [-].
+    pub upper_with_coast: f64,
+}
+
+impl ShareBounds {
+    /// Those of an ensemble none of whose levers crosses.
+    pub const NONE_CROSSES: Self = Self {
+        lower: 0.0,
+        upper: 0.0,
+        upper_with_coast: 0.0,
+    };
+
+    /// Those of which nothing is known.
+    pub const UNKNOWN: Self = Self {
+        lower: 0.0,
+        upper: 1.0,
+        upper_with_coast: 1.0,
+    };
+}
+
+/// The peaks of a nominal run with their errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeakEstimate {
+    /// Largest angle in the window [rad].
+    pub peak_angle_rad: f64,
+    /// U of the peak, numerical plus interpolation error [rad].
+    pub uncertainty_rad: f64,
+    /// Largest angle after the window and its error [rad]; `None` without a coast.
+    pub coast_rad: Option<(f64, f64)>,
+    /// The method could follow the lever: else the numbers above mean nothing.
+    pub followed: bool,
+    /// The method bounds its error; one that only estimates it decides no pass.
+    pub bounded: bool,
+}
+
+impl PeakEstimate {
+    fn stays_below(&self, threshold_rad: f64) -> bool {
+        self.followed && self.peak_angle_rad + self.uncertainty_rad <= threshold_rad
+    }
+
+    fn coast_stays_below(&self, threshold_rad: f64) -> bool {
+        self.coast_rad
+            .is_none_or(|(coast, error)| coast + error <= threshold_rad)
+    }
+
+    fn exceeds(&self, threshold_rad: f64) -> bool {
+        self.followed && self.peak_angle_rad - self.uncertainty_rad > threshold_rad
+    }
+}
+
+/// Returns what one stop and polarity says by part 3 of the rule; without `share` by the nominal
+/// run alone. At a look that is not the last, undecided means that the next one follows.
+#[must_use]
+pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<ShareBounds>) -> Answer {
+    let few_exceed = share.is_none_or(|share| share.upper_with_coast <= PASS_SHARE_MAX);
+    let most_exceed = share.is_none_or(|share| share.lower > FAIL_SHARE_WITH_NOMINAL);
+    let nearly_all_exceed = share.is_some_and(|share| share.lower >= FAIL_SHARE_MIN);
+    if few_exceed
+        && estimate.bounded
+        && estimate.stays_below(threshold_rad)
+        && estimate.coast_stays_below(threshold_rad)
+    {
+        Answer::Pass
+    } else if nearly_all_exceed || (most_exceed && estimate.exceeds(threshold_rad)) {
+        Answer::Fail
+    } else {
+        Answer::Undecided
+    }
+}
+
+/// The nominal run of one variant, with its error and the share of scattered levers that cross.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VariantRun {
+    /// The nominal run.
+    pub outcome: RunOutcome,
+    /// Bound on what straight lines between samples do to peak and coast peak [rad].
+    pub interpolation_error_rad: f64,
+    /// What an ensemble adds; `None` where the nominal run alone is judged.
+    pub share: Option<ShareBounds>,
+    /// Error and share are bounds in closed form, since nothing but the nominal run was made.
+    pub left_out: bool,
+}
+
+impl VariantRun {
+    /// Returns the variant that was run.
+    #[must_use]
+    pub fn variant(&self) -> Variant {
+        let Run {
+            opens_when, model, ..
+        } = self.outcome.run;
+        Variant { opens_when, model }
+    }
+
+    /// Returns the run.
+    #[must_use]
+    pub fn run(&self) -> &Run {
+        &self.outcome.run
+    }
+
+    /// Returns U, numerical plus interpolation error [rad].
+    #[must_use]
+    pub fn uncertainty_rad(&self) -> f64 {
+        self.run().numerical_error_rad + self.interpolation_error_rad
+    }
+
+    /// Returns the error of the coast's peak [rad], never less than U.
+    #[must_use]
+    pub fn coast_uncertainty_rad(&self) -> f64 {
+        self.uncertainty_rad()
+            .max(self.outcome.coast_error_rad + self.interpolation_error_rad)
+    }
+
+    /// Returns what this run says by part 3 of the rule, with the errors it says it with.
+    #[must_use]
+    pub fn stated(&self, threshold_rad: f64) -> RunAnswer {
+        // An error as large as no number can be is that of a run that was not followed.
+        let measured = !self.outcome.broke_down && !self.left_out;
+        let followed = |error: f64| (measured && error < f64::MAX).then_some(error);
+        let run = self.run();
+        RunAnswer {
+            model: run.model,
+            opens_when: run.opens_when,
+            answer: self.answer(threshold_rad),
+            interpolation_error_rad: followed(self.interpolation_error_rad),
+            uncertainty_rad: followed(self.uncertainty_rad()),
+            coast_uncertainty_rad: run
+                .coast_peak_angle_rad
+                .and_then(|_| followed(self.coast_uncertainty_rad())),
+        }
+    }
+
+    /// Returns the peaks with their errors.
+    #[must_use]
+    pub fn estimate(&self) -> PeakEstimate {
+        let run = self.run();
+        PeakEstimate {
+            peak_angle_rad: run.peak_angle_rad,
+            uncertainty_rad: self.uncertainty_rad(),
+            coast_rad: run
+                .coast_peak_angle_rad
+                .map(|coast| (coast, self.coast_uncertainty_rad())),
+            followed: !self.outcome.broke_down,
+            bounded: run.method == Method::EventDriven.name(),
+        }
+    }
+
+    /// Returns whether nothing but the method, which states no error that can be trusted, forbids
+    /// the nominal run to pass.
+    #[must_use]
+    pub fn held_back_by_method(&self, threshold_rad: f64) -> bool {
+        let estimate = self.estimate();
+        !estimate.bounded
+            && estimate.stays_below(threshold_rad)
+            && estimate.coast_stays_below(threshold_rad)
+    }
+
+    /// Returns whether only the motion after the last judged sample forbids the nominal run to
+    /// pass.
+    #[must_use]
+    pub fn held_back_by_coast(&self, threshold_rad: f64) -> bool {
+        let estimate = self.estimate();
+        estimate.stays_below(threshold_rad) && !estimate.coast_stays_below(threshold_rad)
+    }
+
+    /// Returns what this stop and polarity says by part 3 of the rule.
+    #[must_use]
+    pub fn answer(&self, threshold_rad: f64) -> Answer {
+        decide(&self.estimate(), threshold_rad, self.share)
+    }
+
+    /// Returns what the nominal run alone says.
+    #[must_use]
+    pub fn nominal_answer(&self, threshold_rad: f64) -> Answer {
+        decide(&self.estimate(), threshold_rad, None)
+    }
+}
+
+/// Joins the answers of variants by part 4 of the rule; no answers, no pass.
+pub(super) fn combine(polarity: Polarity, answers: &[(OpensWhen, Answer)]) -> Answer {
+    let per_sign: Vec<Answer> = polarity
+        .signs()
+        .iter()
+        .map(|sign| {
+            let own = answers.iter().filter(|(of, _)| of == sign);
+            unanimous(&own.map(|(_, answer)| *answer).collect::<Vec<_>>())
+        })
+        .collect();
+    match polarity {
+        Polarity::Both => worse(&per_sign),
+        Polarity::Declared(_) | Polarity::Undeclared => unanimous(&per_sign),
+    }
+}
+
+/// Returns whether every answer that the open variants may still give leads to one; each variant
+/// stands with its answer, `None` while it is open.
+pub(super) fn settled<'a>(
+    polarity: Polarity,
+    variants: impl IntoIterator<Item = (&'a VariantRun, Option<Answer>)>,
+    threshold_rad: f64,
+) -> bool {
+    let mut joined: Vec<Vec<(OpensWhen, Answer)>> = vec![Vec::new()];
+    for (run, answer) in variants {
+        let mut possible = vec![Answer::Fail, Answer::Undecided];
+        if decide(
+            &run.estimate(),
+            threshold_rad,
+            Some(ShareBounds::NONE_CROSSES),
+        ) == Answer::Pass
+        {
+            possible.push(Answer::Pass);
+        }
+        let possible = answer.map_or(possible, |answer| vec![answer]);
+        let sign = run.variant().opens_when;
+        // At most four variants of three answers.
+        joined = joined
+            .iter()
+            .flat_map(|before| {
+                let with = |answer: &Answer| [before.as_slice(), &[(sign, *answer)]].concat();
+                possible.iter().map(with)
+            })
+            .collect();
+    }
+    let mut outcomes = joined.iter().map(|answers| combine(polarity, answers));
+    let first = outcomes.next();
+    outcomes.all(|outcome| Some(outcome) == first)
+}
+
+/// Joins the answers of stops, or of undeclared polarities: one answer if all agree.
+#[must_use]
+pub fn unanimous(answers: &[Answer]) -> Answer {
+    match answers {
+        [] => Answer::Undecided,
+        [first, rest @ ..] if rest.iter().all(|answer| answer == first) => *first,
+        _ => Answer::Undecided,
+    }
+}
+
+/// Joins the answers of polarities that were declared as both: the worse counts.
+#[must_use]
+pub fn worse(answers: &[Answer]) -> Answer {
+    [Answer::Fail, Answer::Undecided]
+        .into_iter()
+        .find(|answer| answers.contains(answer))
+        .unwrap_or_else(|| unanimous(answers))
+}
+
+impl ErrorBudget {
+    /// Returns the parts with their names, the largest first; parts not measured are left out.
+    #[must_use]
+    pub fn ranked(&self) -> Vec<(&'static str, f64)> {
+        let mut parts: Vec<(&'static str, f64)> = [
+            ("numerical", self.numerical),
+            ("interpolation", self.interpolation),
+            ("model", self.model),
+            ("filter", self.filter),
+            ("bias", self.bias),
+            ("polarity", self.polarity),
+        ]
+        .into_iter()
+        .filter_map(|(name, value)| value.map(|value| (name, value)))
+        .collect();
+        parts.sort_by(|a, b| b.1.total_cmp(&a.1));
+        parts
+    }
+}

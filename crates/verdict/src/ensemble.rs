@@ -1,0 +1,518 @@
+//! The ensemble: levers and recordings scattered as far as design and input are uncertain.
+//!
+//! Independent normal draws truncated at three standard deviations: scale and bias of the
+//! recording, restitution and every key that the design gives a tolerance. Member 0 is the
+//! nominal lever, and counts as a member. How many members cross the threshold is looked at a
+//! few times, each time with bounds that allow for the other looks, until the rule decides.
+//!
+//! - `bounds`: bounds of a share from a count, and the looks that share their error;
+//! - `draw`: draws: a counter-based generator and the truncated normal distribution;
+//! - `drivers`: what drives the peak, and how it is spread.
+
+pub mod bounds;
+pub mod draw;
+pub(super) mod drivers;
+
+use super::decision::{PASS_SHARE_MAX, ShareBounds};
+use super::policy::Variant;
+pub use bounds::LOOKS;
+use draw::TRUNCATION;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::lever::Lever;
+use latchgate_kernel::model::parameters::{PARAMETERS, Range, Slot};
+use latchgate_kernel::model::stop::{Stop, StopModel};
+use latchgate_kernel::replay::batch::Member;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_recording::error::Error;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::sync::LazyLock;
+
+/// Largest ensemble that may be asked for.
+pub const MEMBERS_MAX: u32 = 1_000_000;
+
+/// Returns the looks at an ensemble of at most `members`: those of [`LOOKS`] below it, at most
+/// three, and itself.
+///
+/// An ensemble beyond 10 000 takes its last look there instead, so that there are never more
+/// than the four looks that the bounds allow for.
+#[must_use]
+pub fn looks(members: u32) -> Vec<u32> {
+    let mut looks: Vec<u32> = LOOKS[..3]
+        .iter()
+        .copied()
+        .filter(|look| *look < members)
+        .collect();
+    if members > 0 {
+        looks.push(members);
+    }
+    looks
+}
+
+/// Quantiles of the members' peak angle [rad].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PeakQuantiles {
+    /// Five in a hundred stay below.
+    pub p05: f64,
+    /// The median.
+    pub p50: f64,
+    /// Five in a hundred go beyond.
+    pub p95: f64,
+    /// The largest.
+    pub max: f64,
+}
+
+/// The correlation of one scattered parameter with the peak.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Driver {
+    /// Design key of the parameter.
+    pub parameter: Cow<'static, str>,
+    /// One standard deviation of it, in the key's unit.
+    pub standard_deviation: f64,
+    /// Spearman's rank correlation of its draws with the peak [-]; `None` if either does not
+    /// vary.
+    pub rank_correlation: Option<f64>,
+    /// Its square by the sum of all squares [-].
+    pub share: Option<f64>,
+}
+
+/// Why an ensemble ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum End {
+    /// The rule decided.
+    #[serde(rename = "decided")]
+    Decided,
+    /// All members were run, and the rule did not decide.
+    #[serde(rename = "last look")]
+    LastLook,
+    /// Whatever more members would have said, the other stops and polarities had settled the
+    /// answer.
+    #[serde(rename = "could not change the answer")]
+    NoMatter,
+    /// More members would have taken more steps than the limit `work` allows.
+    #[serde(rename = "work limit")]
+    WorkLimit,
+}
+
+/// The ensemble of one stop and polarity: how many of its levers cross, and how their peaks spread.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Ensemble {
+    /// Stop model.
+    pub model: StopModel,
+    /// Sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// Members that were run, the nominal one included.
+    pub members: u32,
+    /// Members whose peak exceeds the threshold.
+    pub exceeded: u32,
+    /// Members that could not be followed: the upper bound counts them as exceeding, the lower
+    /// one as not exceeding.
+    pub failed_to_run: u32,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Generator of the draws.
+    pub generator: Cow<'static, str>,
+    /// Integrator of the members.
+    pub method: Cow<'static, str>,
+    /// The look at which it ended, counted from 1.
+    pub look: usize,
+    /// Why it ended there.
+    pub ended: End,
+    /// Confidence of each of the two bounds at each look [-].
+    pub confidence: f64,
+    /// One-sided lower bound of the share that exceeds the threshold [-].
+    pub p_lower: f64,
+    /// One-sided upper bound of that share [-].
+    pub p_upper: f64,
+    /// Members that exceed the threshold only in the coast after the last judged sample.
+    pub exceeded_in_coast: u32,
+    /// As `p_upper`, of the levers that exceed it in the window or in that coast [-]; this one
+    /// decides about a pass.
+    pub p_upper_with_coast: f64,
+    /// Quantiles of the peak [rad]; `None` if no member could be followed.
+    pub peak_angle_rad: Option<PeakQuantiles>,
+    /// The last instant judged, where a fault ends the samples that the ensemble rests on [s].
+    pub judged_until_s: Option<f64>,
+    /// Rank correlation beyond which a parameter drives the peak by more than chance [-]:
+    /// 1.96/√(members − 1).
+    pub rank_correlation_by_chance: Option<f64>,
+    /// What drives the peak, the strongest first.
+    pub drivers: Vec<Driver>,
+}
+
+impl Ensemble {
+    /// Returns the variant that was sampled.
+    #[must_use]
+    pub fn variant(&self) -> Variant {
+        Variant {
+            opens_when: self.opens_when,
+            model: self.model,
+        }
+    }
+
+    /// Works out how the peaks of its members are spread and what drives them.
+    pub(super) fn spread(&mut self, scatter: &Scatter, members: &MemberPeaks) {
+        let peaks = members.window_rad.as_slice();
+        self.peak_angle_rad = drivers::quantiles(peaks);
+        self.drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
+            let member = u32::try_from(member).unwrap_or(u32::MAX);
+            scatter.draw(member, &scatter.parameters[parameter])
+        });
+    }
+
+    /// Returns the bounds of the share that exceeds the threshold.
+    #[must_use]
+    pub fn share(&self) -> ShareBounds {
+        ShareBounds {
+            lower: self.p_lower,
+            upper: self.p_upper,
+            upper_with_coast: self.p_upper_with_coast,
+        }
+    }
+}
+
+/// Members that exceed a threshold, and members that could not be followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Count {
+    /// Members in all.
+    pub members: u32,
+    /// Of these, with a peak above the threshold.
+    pub exceeded: u32,
+    /// Of these, with a peak at or below it, but above it in the coast after the window.
+    pub exceeded_in_coast: u32,
+    /// Of these, not followed.
+    pub failed_to_run: u32,
+}
+
+impl Count {
+    /// Counts peaks [rad]; NaN is that of a member that was not followed.
+    #[must_use]
+    pub fn of(peaks: &[f64], threshold_rad: f64) -> Self {
+        let number = |wanted: &dyn Fn(f64) -> bool| {
+            u32::try_from(peaks.iter().filter(|peak| wanted(**peak)).count()).unwrap_or(u32::MAX)
+        };
+        Self {
+            members: u32::try_from(peaks.len()).unwrap_or(u32::MAX),
+            exceeded: number(&|peak| peak > threshold_rad && peak.is_finite()),
+            exceeded_in_coast: 0,
+            failed_to_run: number(&|peak| !peak.is_finite()),
+        }
+    }
+
+    /// Counts members as [`Self::of`] does, and those that exceed the threshold in the coast
+    /// only. `highest` are the largest angles of window and coast [rad]; NaN where a coast was
+    /// not followed.
+    #[must_use]
+    pub fn with_coast(peaks: &[f64], highest: &[f64], threshold_rad: f64) -> Self {
+        let later = peaks.iter().zip(highest).filter(|(peak, highest)| {
+            **peak <= threshold_rad && (highest.is_nan() || **highest > threshold_rad)
+        });
+        Self {
+            exceeded_in_coast: u32::try_from(later.count()).unwrap_or(u32::MAX),
+            ..Self::of(peaks, threshold_rad)
+        }
+    }
+
+    /// Returns bounds of the share that exceeds the threshold, each at the confidence of a look;
+    /// members that were not followed count against either answer.
+    #[must_use]
+    pub fn share(&self) -> ShareBounds {
+        let confidence = bounds::LOOK_CONFIDENCE;
+        let (members, exceeded) = (u64::from(self.members), u64::from(self.exceeded));
+        let at_most = exceeded + u64::from(self.failed_to_run);
+        let with_coast = at_most + u64::from(self.exceeded_in_coast);
+        ShareBounds {
+            lower: bounds::lower(exceeded, members, confidence),
+            upper: bounds::upper(at_most, members, confidence),
+            upper_with_coast: bounds::upper(with_coast, members, confidence),
+        }
+    }
+}
+
+/// Returns the most members of a look that a pass lets exceed the threshold; none where not even
+/// that is enough for a pass, which a complete look then shows.
+pub(super) fn most_of_a_pass(look: u32) -> usize {
+    // Asked thousands of times of the same few looks.
+    static OF_LOOKS: LazyLock<[usize; LOOKS.len()]> = LazyLock::new(|| LOOKS.map(most_to_pass));
+    match LOOKS.iter().position(|of| *of == look) {
+        Some(index) => OF_LOOKS[index],
+        None => most_to_pass(look),
+    }
+}
+
+fn most_to_pass(look: u32) -> usize {
+    let allows = |count: u32| {
+        let share = Count {
+            members: look,
+            exceeded: count,
+            exceeded_in_coast: 0,
+            failed_to_run: 0,
+        }
+        .share();
+        share.upper <= PASS_SHARE_MAX
+    };
+    let (mut most, mut more) = (0, look);
+    while more - most > 1 {
+        let middle = u32::midpoint(most, more);
+        if allows(middle) {
+            most = middle;
+        } else {
+            more = middle;
+        }
+    }
+    most as usize
+}
+
+/// One parameter that is scattered.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Design key.
+    pub name: &'static str,
+    /// One standard deviation, in the key's unit.
+    pub deviation: f64,
+    /// Number of its stream.
+    stream: u32,
+    /// What moves with it in a member.
+    slot: Slot,
+}
+
+/// Returns what is scattered, in the order that numbers the generator's streams.
+fn scattered(design: &Design, bias_standard_error_m_s2: f64) -> Vec<Parameter> {
+    let deviation = |parameter| {
+        let stated = design.deviation(parameter).unwrap_or(0.0);
+        match parameter.slot {
+            Slot::InputBias => stated.max(bias_standard_error_m_s2 / STANDARD_GRAVITY),
+            _ => stated,
+        }
+    };
+    let mut parameters: Vec<Parameter> = PARAMETERS
+        .iter()
+        .filter_map(|parameter| {
+            Some(Parameter {
+                name: parameter.name,
+                deviation: deviation(parameter),
+                stream: parameter.stream?,
+                slot: parameter.slot,
+            })
+        })
+        .filter(|parameter| parameter.deviation > 0.0)
+        .collect();
+    parameters.sort_by_key(|parameter| parameter.stream);
+    parameters
+}
+
+/// The scatter of design and input.
+#[derive(Debug, Clone)]
+pub struct Scatter {
+    lever: Lever,
+    stop: Stop,
+    parameters: Vec<Parameter>,
+    seed: u64,
+}
+
+impl Scatter {
+    /// Takes the scatter from a design; the bias's standard deviation is the larger of the
+    /// design's and `bias_standard_error_m_s2`.
+    ///
+    /// # Errors
+    ///
+    /// As [`check`].
+    pub fn new(design: &Design, bias_standard_error_m_s2: f64, seed: u64) -> Result<Self, Error> {
+        check(design)?;
+        Ok(Self {
+            lever: design.lever,
+            stop: design.stop,
+            parameters: scattered(design, bias_standard_error_m_s2),
+            seed,
+        })
+    }
+
+    /// Takes the scatter of the recording's bias alone, whatever else the design scatters.
+    pub(super) fn of_bias(design: &Design, bias_standard_error_m_s2: f64, seed: u64) -> Self {
+        let mut parameters = scattered(design, bias_standard_error_m_s2);
+        parameters.retain(|parameter| matches!(parameter.slot, Slot::InputBias));
+        Self {
+            lever: design.lever,
+            stop: design.stop,
+            parameters,
+            seed,
+        }
+    }
+
+    /// Returns what is scattered, in a fixed order.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// Returns member `index`'s draw of a parameter, in standard deviations [-]; 0 of member 0.
+    #[must_use]
+    pub fn draw(&self, index: u32, parameter: &Parameter) -> f64 {
+        if index == 0 {
+            0.0
+        } else {
+            draw::truncated_normal(self.seed, index, parameter.stream)
+        }
+    }
+
+    /// Returns a member; member 0 is the nominal lever on the recording as it is.
+    #[must_use]
+    pub fn member(&self, index: u32) -> Member {
+        self.build(|parameter| self.draw(index, parameter))
+    }
+
+    /// Returns the nominal lever with one parameter moved by `deviations` of its own.
+    #[must_use]
+    pub fn moved(&self, name: &str, deviations: f64) -> Member {
+        self.build(|parameter| {
+            if parameter.name == name {
+                deviations
+            } else {
+                0.0
+            }
+        })
+    }
+
+    fn build(&self, deviations: impl Fn(&Parameter) -> f64) -> Member {
+        let mut member = Member {
+            lever: self.lever,
+            stop: self.stop,
+            scale: 1.0,
+            bias_m_s2: 0.0,
+        };
+        for parameter in &self.parameters {
+            let shift = deviations(parameter) * parameter.deviation;
+            match parameter.slot {
+                Slot::Lever(field) => *field(&mut member.lever) += shift,
+                Slot::Stop(field) => *field(&mut member.stop) += shift,
+                Slot::InputScale => member.scale += shift,
+                Slot::InputBias => member.bias_m_s2 += shift * STANDARD_GRAVITY,
+                // It has no stream.
+                Slot::Threshold => {}
+            }
+        }
+        // A third of a value, taken off three times, may leave less than nothing by rounding,
+        // and a restitution near 1 is drawn beyond it.
+        for parameter in PARAMETERS {
+            let value = match parameter.slot {
+                Slot::Lever(field) => field(&mut member.lever),
+                Slot::Stop(field) => field(&mut member.stop),
+                Slot::InputScale | Slot::InputBias | Slot::Threshold => continue,
+            };
+            *value = parameter.range.hold(*value);
+        }
+        member.stop.follow_restitution(&self.stop, &self.lever);
+        member
+    }
+}
+
+/// Checks that no draw leaves what is physical: three standard deviations below their nominal
+/// value, what must be positive still is, and what must not be negative is not. A restitution
+/// is held within 0 and 1 instead: a stop of R = 0.98 ± 0.01 is a sound design, and its draws
+/// beyond 1 become the liveliest stop there is.
+///
+/// # Errors
+///
+/// [`OutOfRange`](latchgate_kernel::error::Error::OutOfRange), naming the tolerance.
+pub fn check(design: &Design) -> Result<(), Error> {
+    let scale = design.input.scale;
+    if TRUNCATION * scale >= 1.0 {
+        return Err(refused("input.scale", "less than 1/3", scale));
+    }
+    for parameter in PARAMETERS {
+        if !parameter.has_tolerance() || parameter.range == Range::Ratio {
+            continue;
+        }
+        let nominal = design.value(parameter);
+        let may_vanish = parameter.range == Range::NotNegative;
+        let deviation = design.deviation(parameter).unwrap_or(0.0);
+        // A third that is written with 16 digits may exceed a third by rounding.
+        let least = nominal - TRUNCATION * deviation;
+        let good = if may_vanish {
+            least >= -1e-12 * nominal
+        } else {
+            least > 0.0
+        };
+        if !(good || deviation <= 0.0) {
+            let expected = format!(
+                "{} a third of the value itself, {nominal}: draws reach {TRUNCATION} standard \
+                 deviations, and {}",
+                if may_vanish { "at most" } else { "less than" },
+                if may_vanish {
+                    "it cannot be negative"
+                } else {
+                    "it must stay positive"
+                }
+            );
+            return Err(refused(
+                &format!("tolerance.{}", parameter.key()),
+                &expected,
+                deviation,
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn refused(what: &str, expected: &str, found: f64) -> Error {
+    Error::out_of_range(
+        what,
+        expected,
+        format!(
+            "{found}; give a smaller one, or judge the nominal lever with the setting `members` = 0"
+        ),
+    )
+}
+
+/// The peaks of members, in their order.
+#[derive(Debug, Clone, Default)]
+pub(super) struct MemberPeaks {
+    /// Largest angle of each in the window [rad]; NaN if it could not be followed.
+    pub(super) window_rad: Vec<f64>,
+    /// Largest angle of each in the window or in the coast after it [rad]; NaN if it could not be
+    /// followed.
+    pub(super) highest_rad: Vec<f64>,
+}
+
+impl MemberPeaks {
+    /// Counts the members that exceed the threshold.
+    pub(super) fn count(&self, threshold_rad: f64) -> Count {
+        Count::with_coast(&self.window_rad, &self.highest_rad, threshold_rad)
+    }
+}
+
+/// Sums up the ensemble of one variant, which ended at the look `look`, counted from 1; how its
+/// peaks are spread is left open.
+pub(super) fn summarise(
+    scatter: &Scatter,
+    members: &MemberPeaks,
+    threshold_rad: f64,
+    Variant { opens_when, model }: Variant,
+    (look, ended): (usize, End),
+    judged_until_s: Option<f64>,
+) -> Ensemble {
+    let count = members.count(threshold_rad);
+    let share = count.share();
+    Ensemble {
+        model,
+        opens_when,
+        members: count.members,
+        exceeded: count.exceeded,
+        failed_to_run: count.failed_to_run,
+        seed: scatter.seed,
+        generator: draw::GENERATOR.into(),
+        method: "event-driven".into(),
+        look,
+        ended,
+        confidence: bounds::LOOK_CONFIDENCE,
+        p_lower: share.lower,
+        p_upper: share.upper,
+        exceeded_in_coast: count.exceeded_in_coast,
+        p_upper_with_coast: share.upper_with_coast,
+        peak_angle_rad: None,
+        judged_until_s,
+        rank_correlation_by_chance: (count.members > 1)
+            .then(|| 1.96 / f64::from(count.members - 1).sqrt()),
+        drivers: Vec::new(),
+    }
+}

@@ -1,0 +1,209 @@
+//! The same recording after each filter: what the nominal runs say then.
+
+use super::Answer;
+use super::decision::{VariantRun, combine};
+use super::faults::Faults;
+use super::policy::Variant;
+use super::proof;
+use super::readings::{ReadingCache, Readings};
+use super::runs::{RunDetail, RunSetup};
+use super::usable_span::UsableSpan;
+use super::variant::VariantResult;
+use super::wording::filter_name;
+use crate::conditioning::{self, Cfc, Conditioned};
+use latchgate_recording::Finding;
+use latchgate_recording::error::Error;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// The answer and peak of the nominal runs after one filter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FilterRow {
+    /// Filter: `none`, `cfc1000`, `cfc600`, `cfc180`, `cfc60`.
+    pub filter: Cow<'static, str>,
+    /// The answer of the nominal runs by the rule without an ensemble; `None` if the filter cannot
+    /// be applied.
+    pub verdict: Option<Answer>,
+    /// Largest angle in the judged window, of the stops and polarities that count [rad].
+    pub peak_angle_rad: Option<f64>,
+    /// The filter that the verdict rests on.
+    pub chosen: bool,
+    /// Why the filter cannot be applied, where it cannot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// A row with the peak of each variant [rad].
+pub(super) struct FilteredRow {
+    pub(super) row: FilterRow,
+    peaks: Vec<(Variant, f64)>,
+}
+
+/// Judges the recording after each filter; the one that was chosen is not run again.
+pub(super) fn table(
+    setup: &RunSetup<'_>,
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    results: &[VariantResult],
+) -> Result<Vec<FilteredRow>, Error> {
+    let filters: Vec<Option<Cfc>> = std::iter::once(None).chain(Cfc::ALL.map(Some)).collect();
+    let spent: u64 = results.iter().map(|result| result.run.outcome.spent).sum();
+    if !setup.work.allows(15 * spent) {
+        return Ok(Vec::new());
+    }
+    let of_filter = |filter: Option<Cfc>| {
+        // A filter carries a fault backwards, each by its own reach.
+        let faults = Faults::of(conditioned, filter, findings, setup.policy.window_s);
+        let span = UsableSpan::of(&faults, setup.signal, setup.window);
+        if filter == conditioned.filter {
+            let of_all = results.iter().map(|result| {
+                let peak = result.run.run().peak_angle_rad;
+                Ok((result.variant, setup.nominal_answer(&result.run)?, peak))
+            });
+            let of_all = of_all.collect::<Result<Vec<_>, Error>>()?;
+            let good = results
+                .iter()
+                .filter_map(|result| result.before_fault.as_ref());
+            let mut filtered = judged(setup, filter, span, &of_all, good);
+            filtered.row.chosen = true;
+            return Ok(filtered);
+        }
+        match conditioning::filtered(conditioned, filter) {
+            Ok(used) => {
+                let refiltered = Conditioned {
+                    raw: conditioned.raw.clone(),
+                    used,
+                    filter,
+                    findings: Vec::new(),
+                    ..*conditioned
+                };
+                after(setup, span, &refiltered, results)
+            }
+            Err(error) => Ok(FilteredRow {
+                row: FilterRow {
+                    filter: filter_name(filter).into(),
+                    verdict: None,
+                    peak_angle_rad: None,
+                    chosen: false,
+                    reason: Some(error.to_string()),
+                },
+                peaks: Vec::new(),
+            }),
+        }
+    };
+    // One after the other: memory holds the signals of one at a time, and what each may take is
+    // known before it.
+    filters.into_iter().map(of_filter).collect()
+}
+
+/// Judges the recording after another filter.
+fn after(
+    setup: &RunSetup<'_>,
+    span: UsableSpan,
+    refiltered: &Conditioned,
+    results: &[VariantResult],
+) -> Result<FilteredRow, Error> {
+    let variants: Vec<Variant> = results.iter().map(|result| result.variant).collect();
+    let cache = ReadingCache::default();
+    let setup = RunSetup {
+        signal: &refiltered.used,
+        readings: Readings::of(refiltered, &cache),
+        ..*setup
+    };
+    let runs = setup.nominal_runs(&variants, RunDetail::ErrorBound)?;
+    let stand_ins = proof::nominal_stand_ins(&setup, span, &variants, &runs)?;
+    let answers = setup.answers(&runs, stand_ins)?;
+    let of_all: Vec<(Variant, Answer, f64)> = variants
+        .iter()
+        .zip(answers)
+        .zip(&runs)
+        .map(|((variant, answer), run)| (*variant, answer, run.run.peak_angle_rad))
+        .collect();
+    let good = match span {
+        UsableSpan::Until(good) => RunSetup {
+            window: Some(good),
+            ..setup
+        }
+        .full_runs(&variants, RunDetail::ErrorBound)?,
+        UsableSpan::Whole | UsableSpan::Nothing => Vec::new(),
+    };
+    Ok(judged(
+        &setup,
+        refiltered.filter,
+        span,
+        &of_all,
+        good.iter(),
+    ))
+}
+
+/// Joins what the nominal runs say after one filter, each with its peak [rad], and those before a
+/// fault.
+fn judged<'a>(
+    setup: &RunSetup<'_>,
+    filter: Option<Cfc>,
+    span: UsableSpan,
+    of_all: &[(Variant, Answer, f64)],
+    good: impl Iterator<Item = &'a VariantRun>,
+) -> FilteredRow {
+    let polarity = setup.policy.polarity;
+    let of_good: Vec<_> = good
+        .map(|run| {
+            let answer = run.nominal_answer(setup.threshold_rad());
+            (run.variant().opens_when, answer)
+        })
+        .collect();
+    let signed: Vec<_> = of_all
+        .iter()
+        .map(|(variant, answer, _)| (variant.opens_when, *answer))
+        .collect();
+    let peaks: Vec<(Variant, f64)> = of_all
+        .iter()
+        .map(|(variant, _, peak)| (*variant, *peak))
+        .collect();
+    FilteredRow {
+        row: FilterRow {
+            filter: filter_name(filter).into(),
+            verdict: Some(span.answer(combine(polarity, &signed), combine(polarity, &of_good))),
+            peak_angle_rad: peaks.iter().map(|(_, peak)| *peak).reduce(f64::max),
+            chosen: false,
+            reason: None,
+        },
+        peaks,
+    }
+}
+
+/// Returns the peak that a variant reaches without a filter [rad].
+pub(super) fn unfiltered_peak(table: &[FilteredRow], variant: Variant) -> Option<f64> {
+    let none = filter_name(None);
+    let unfiltered = table.iter().find(|filtered| filtered.row.filter == none)?;
+    let own = unfiltered.peaks.iter().find(|(of, _)| *of == variant)?;
+    Some(own.1)
+}
+
+/// Returns a finding if the nominal runs answer differently after different filters.
+pub(super) fn filter_decides(rows: &[FilterRow]) -> Option<Finding> {
+    let mut answers: Vec<(Answer, Vec<&str>)> = Vec::new();
+    for row in rows {
+        let Some(answer) = row.verdict else {
+            continue;
+        };
+        match answers.iter_mut().find(|(known, _)| *known == answer) {
+            Some((_, filters)) => filters.push(&row.filter),
+            None => answers.push((answer, vec![&row.filter])),
+        }
+    }
+    if answers.len() < 2 {
+        return None;
+    }
+    let list: Vec<String> = answers
+        .iter()
+        .map(|(answer, filters)| format!("{} with {}", answer.name(), filters.join(", ")))
+        .collect();
+    Some(Finding::warning(
+        "filter-decides",
+        format!(
+            "The filter decides what the nominal runs say: {}. A heavier filter takes away what opens the lever, so its pass is the weaker evidence.",
+            list.join("; ")
+        ),
+    ))
+}

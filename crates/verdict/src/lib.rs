@@ -1,0 +1,213 @@
+//! From a channel to an answer: conditioning, verdict, margin.
+//!
+//! [`conditioning`] makes a channel into the acceleration that drives the lever, the modules beside this
+//! text say what the runs, their errors and the findings together mean, and [`margin`] says how far that
+//! answer is from changing.
+//!
+//! [`assess()`] goes from a conditioned channel to an answer. Below it stand, from the bottom up:
+//! the question (`policy`), the samples that count (`faults`, `usable_span`), the work that may be
+//! done (`meter`) and the words (`wording`); the rule (`decision`), the bounds (`screen`) and the
+//! scatter (`ensemble`); the runs (`runs`), on several `readings` of the samples for their
+//! `interpolation` error, and what bounds prove of them (`proof`); one record of each stop and sign
+//! with all that it came to (`variant`); the ensembles (`looks`, or `early` where only a pass
+//! matters); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the sentences
+//! (`replay_findings`, `reasons`, `ladder`); `word` holds a pass back until a person has spoken;
+//! `series` lays signal and trajectories side by side.
+//!
+//! - `assess`: from a conditioned channel to an answer: which runs are made, and what they say
+//!   together.
+
+pub mod conditioning;
+
+pub mod assess;
+mod budget;
+pub mod decision;
+pub(crate) mod early;
+pub mod ensemble;
+pub(crate) mod faults;
+pub mod filters;
+pub(crate) mod interpolation;
+pub mod ladder;
+mod looks;
+pub mod margin;
+pub(crate) mod meter;
+pub mod policy;
+mod proof;
+mod quantile_band;
+pub mod readings;
+mod reasons;
+mod replay_findings;
+mod runs;
+pub mod screen;
+mod series;
+pub(crate) mod usable_span;
+mod variant;
+pub mod what_if;
+mod word;
+pub mod wording;
+
+pub use assess::{Assessment, assess, passes};
+pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
+pub use ensemble::Ensemble;
+pub use filters::FilterRow;
+pub use ladder::Ladder;
+pub use policy::{AssessDetail, AssessExtras, ModelChoice, Polarity, Policy, Variant};
+pub use quantile_band::QuantileBand;
+pub use series::{SampledSeries, SeriesRun};
+pub use what_if::WhatIf;
+
+use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::TracePoint;
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::OpensWhen;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+/// The answer for one recording and one design.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Answer {
+    /// The lever stays below the threshold, uncertainty included.
+    Pass,
+    /// The lever crosses the threshold, uncertainty included.
+    Fail,
+    /// The uncertainty of input, model or method spans the threshold.
+    Undecided,
+    /// The recording cannot carry an answer.
+    Unusable,
+}
+
+impl Answer {
+    /// Returns the word that verdicts use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Undecided => "undecided",
+            Self::Unusable => "unusable",
+        }
+    }
+
+    /// Returns the process's exit code: 0 pass, 1 fail, 3 undecided, 4 unusable.
+    #[must_use]
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Self::Pass => 0,
+            Self::Fail => 1,
+            Self::Undecided => 3,
+            Self::Unusable => 4,
+        }
+    }
+}
+
+/// A reason for the verdict.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Reason {
+    /// Stable name.
+    pub code: Cow<'static, str>,
+    /// One sentence.
+    pub text: String,
+}
+
+/// The parts of the nominal peak's uncertainty; each is a change of the nominal
+/// peak measured by a rerun [rad], `None` where no rerun was possible or none applies.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct ErrorBudget {
+    /// Integration and rounding.
+    pub numerical: Option<f64>,
+    /// What straight lines between samples leave out: a bound.
+    pub interpolation: Option<f64>,
+    /// Rigid against soft stop.
+    pub model: Option<f64>,
+    /// The filter against none.
+    pub filter: Option<f64>,
+    /// The larger of plus and minus one standard error of the bias.
+    pub bias: Option<f64>,
+    /// As declared against reversed; `None` if declared by a card or option.
+    pub polarity: Option<f64>,
+}
+
+/// Closed-form bounds that need no integration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Screens {
+    /// T0/(mL) in g: below it in the opening direction a lever on a rigid stop never leaves.
+    pub static_threshold_g: f64,
+    /// The same in m/s².
+    pub static_threshold_m_s2: f64,
+    /// √(2 I0 (T0 φ* + k0 φ*²/2))/(mL) [m/s]: the least ∫|a| dt that can reach the threshold.
+    pub impulse_threshold_m_s: f64,
+    /// ∫|a| dt of the signal as used, over the whole record [m/s].
+    pub impulse_m_s: Option<f64>,
+    /// The bounds, per polarity and stop that count.
+    pub runs: Vec<ScreenedRun>,
+}
+
+/// The closed-form bounds of one polarity and stop.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ScreenedRun {
+    /// Stop model.
+    pub model: StopModel,
+    /// Polarity.
+    pub opens_when: OpensWhen,
+    /// The answer they prove; `None` where only a run can tell.
+    pub answer: Option<screen::Decided>,
+    /// The simplest bound that proves it.
+    pub by: Option<screen::Screen>,
+    /// Of a proven pass, an angle that the lever does not exceed [rad].
+    pub peak_at_most_rad: Option<f64>,
+    /// Every bound with its value and limit.
+    pub bounds: [screen::Bound; 4],
+}
+
+/// The answer of one stop and polarity by part 3 of the rule, with the errors of its peak.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunAnswer {
+    /// Stop model.
+    pub model: StopModel,
+    /// Sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// The answer of this run alone. Not called a verdict: a script that looks for
+    /// `"verdict": "pass"` shall find the document's alone.
+    pub answer: Answer,
+    /// Bound on what straight lines between samples do to the peak [rad]; `None` where a run
+    /// could not be followed or was not needed.
+    pub interpolation_error_rad: Option<f64>,
+    /// U of the peak, numerical plus interpolation error [rad].
+    pub uncertainty_rad: Option<f64>,
+    /// U of the coast's peak [rad]; `None` where there is no coast.
+    pub coast_uncertainty_rad: Option<f64>,
+}
+
+/// The trajectory of one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace {
+    /// Stop model.
+    pub model: StopModel,
+    /// Polarity.
+    pub opens_when: OpensWhen,
+    /// Points in time order, dense enough to draw.
+    pub points: Vec<TracePoint>,
+}
+
+/// The curves that a report draws beside the document.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evidence {
+    /// The acceleration as recorded [m/s²].
+    pub raw: Signal,
+    /// The acceleration as used, in the recording's polarity [m/s²].
+    pub used: Signal,
+    /// Trajectories, the nominal run's first.
+    pub traces: Vec<Trace>,
+    /// Signal, velocity and trajectories sample by sample.
+    pub series: SampledSeries,
+    /// The spread of members around the nominal run.
+    pub quantile_band: Option<QuantileBand>,
+    /// Amplitude spectrum before conditioning.
+    pub spectrum_raw: AmplitudeSpectrum,
+    /// Amplitude spectrum as used.
+    pub spectrum_used: AmplitudeSpectrum,
+    /// Spectrogram of the acceleration as used.
+    pub spectrogram: Spectrogram,
+}

@@ -1,0 +1,219 @@
+//! The ensembles of all variants, look by look, until the rule decides or what is still open can
+//! no longer change the answer.
+
+use super::Answer;
+use super::decision::{ShareBounds, VariantRun, decide, settled};
+use super::ensemble::{self, Count, End, MemberPeaks, Scatter, most_of_a_pass};
+use super::policy::{AssessDetail, Variant};
+use super::runs::RunSetup;
+use super::variant::VariantResult;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::Breakdown;
+use latchgate_kernel::replay::batch::AskedPeaks;
+use latchgate_recording::error::Error;
+
+/// Members that a thread takes at a time.
+pub(super) const MEMBERS_TAKEN: usize = 64;
+
+/// The ensemble of one variant on its way.
+#[derive(Clone)]
+struct Sampling {
+    peaks: MemberPeaks,
+    /// Looks that it took part in.
+    looks: usize,
+    answer: Option<Answer>,
+    ended: End,
+    /// Steps that its members took.
+    spent: u64,
+}
+
+/// Tells whether neither a pass nor a fail can come of the members that are missing at the last
+/// look, `last`: too many cross for the one and too few for the other, whatever the rest does.
+fn out_of_reach(run: &VariantRun, count: Count, last: u32, threshold: f64) -> bool {
+    let says = |share| decide(&run.estimate(), threshold, Some(share));
+    let missing = last - count.members;
+    let crossing = count.exceeded + count.exceeded_in_coast + count.failed_to_run;
+    let passes = says(ShareBounds::NONE_CROSSES) == Answer::Pass
+        && crossing as usize <= most_of_a_pass(last);
+    let best_for_a_fail = Count {
+        members: last,
+        exceeded: count.exceeded + missing,
+        exceeded_in_coast: 0,
+        failed_to_run: 0,
+    };
+    !passes && says(best_for_a_fail.share()) != Answer::Fail
+}
+
+/// Returns the steps that the members up to `look` may take: as those before them, or half of
+/// what the nominal run took each, since several advance side by side. A nominal lever that took
+/// too much has members that do.
+fn predicted(run: &VariantRun, sampling: &Sampling, look: u32) -> u64 {
+    let known = sampling.peaks.window_rad.len() as u64;
+    let missing = u64::from(look).saturating_sub(known);
+    match known {
+        0 if matches!(
+            run.outcome.breakdown,
+            Some(Breakdown::TooManySteps | Breakdown::StopTooDamped)
+        ) =>
+        {
+            u64::MAX
+        }
+        0 => missing.saturating_mul(run.outcome.spent / 2),
+        _ => missing.saturating_mul(sampling.spent / known),
+    }
+}
+
+/// Runs the ensemble of every variant that was not left out and notes it in `results`, with the
+/// share that crosses; `setup` has the samples that count as its window. `limited`: a fault ends
+/// those samples.
+pub(super) fn run_ensembles(
+    setup: &RunSetup<'_>,
+    scatter: &Scatter,
+    results: &mut [VariantResult],
+    limited: bool,
+) -> Result<(), Error> {
+    let threshold = setup.threshold_rad();
+    // The largest nominal peak comes first: its ensemble is the one that is shown.
+    let mut order: Vec<usize> = (0..results.len()).collect();
+    order.sort_by(|a, b| {
+        let peak = |index: &usize| results[*index].counted().run().peak_angle_rad;
+        peak(b).total_cmp(&peak(a))
+    });
+    let mut samplings: Vec<Sampling> = results
+        .iter()
+        .map(|result| Sampling {
+            peaks: MemberPeaks::default(),
+            looks: 0,
+            answer: (result.counted().left_out).then(|| result.counted().answer(threshold)),
+            ended: End::NoMatter,
+            spent: 0,
+        })
+        .collect();
+    let asked = asked_peaks(setup, results);
+    let open = samplings.iter().filter(|of| of.answer.is_none()).count();
+    let members = open as f64 * f64::from(setup.policy.members);
+    for (number, look) in (1..).zip(ensemble::looks(setup.policy.members)) {
+        for &index in &order {
+            let variants = results.iter().map(VariantResult::counted);
+            let answers = samplings.iter().map(|of| of.answer);
+            let settled = samplings[index].looks > 0
+                && settled(setup.policy.polarity, variants.zip(answers), threshold);
+            if samplings[index].answer.is_some() || settled {
+                continue;
+            }
+            let run = results[index].counted();
+            // The limit is held against a look before it begins: a share counts all of its members.
+            if !setup.work.allows(predicted(run, &samplings[index], look)) {
+                results[index].counted_mut().share = Some(ShareBounds::UNKNOWN);
+                let sampling = &mut samplings[index];
+                (sampling.answer, sampling.ended) = (Some(Answer::Undecided), End::WorkLimit);
+                continue;
+            }
+            let done: usize = samplings.iter().map(|of| of.peaks.window_rad.len()).sum();
+            let sampling = &mut samplings[index];
+            let missing = look as usize - sampling.peaks.window_rad.len();
+            let before = setup.work.spent() - sampling.spent;
+            let (from, to) = (done as f64 / members, (done + missing) as f64 / members);
+            setup.control.during(from, to, |control| {
+                let variant = results[index].variant;
+                let peaks = (&mut sampling.peaks, asked);
+                extend(setup, control, scatter, variant, look, peaks)
+            })?;
+            sampling.spent = setup.work.spent() - before;
+            sampling.looks = number;
+            let run = results[index].counted_mut();
+            let count = sampling.peaks.count(threshold);
+            run.share = Some(count.share());
+            let answer = run.answer(threshold);
+            if answer != Answer::Undecided {
+                (sampling.answer, sampling.ended) = (Some(answer), End::Decided);
+            } else if out_of_reach(run, count, setup.policy.members, threshold)
+                && (!run.estimate().bounded
+                    || (setup.detail == AssessDetail::Answer
+                        && are_affordable(setup, results, &samplings)))
+            {
+                // A method for comparison cannot pass, or nobody asks for the share: its members need
+                // not be asked to the last.
+                samplings[index].answer = Some(answer);
+            } else if look == setup.policy.members {
+                let sampling = &mut samplings[index];
+                (sampling.answer, sampling.ended) = (Some(answer), End::LastLook);
+            }
+        }
+    }
+    let last = setup.window.filter(|_| limited).map(|(_, last)| last);
+    let until_s = last.map(|last| setup.signal.time_s(last));
+    for (result, of) in results.iter_mut().zip(samplings) {
+        let end = (of.looks, of.ended);
+        result.ensemble = (of.looks > 0).then(|| {
+            let mut summed =
+                ensemble::summarise(scatter, &of.peaks, threshold, result.variant, end, until_s);
+            if setup.detail == AssessDetail::Whole {
+                summed.spread(scatter, &of.peaks);
+            }
+            summed
+        });
+    }
+    Ok(())
+}
+
+/// Returns what is asked of the members: on which side of the threshold they stay, where nothing
+/// is told but the decision and the members are far from the limit of work, which they would
+/// come to later that way.
+fn asked_peaks(setup: &RunSetup<'_>, results: &[VariantResult]) -> AskedPeaks {
+    /// Times what a nominal run takes that a member may.
+    const TIMES: u64 = 8;
+    let samples = setup.signal.samples.len() as u64;
+    let of_run = |result: &VariantResult| result.counted().outcome.spent + samples;
+    let each: u64 = results.iter().map(of_run).sum();
+    let all = TIMES * u64::from(setup.policy.members);
+    if setup.detail < AssessDetail::Whole && each.saturating_mul(all) <= setup.work.left() {
+        AskedPeaks {
+            from_rad: setup.threshold_rad(),
+            to_rad: setup.threshold_rad(),
+        }
+    } else {
+        AskedPeaks::ALL
+    }
+}
+
+/// Returns whether the members of all variants that are still open, each of which some are known, would be
+/// asked to the last far from the limit of work: what leaves some out must not decide what the limit
+/// leaves undecided.
+fn are_affordable(setup: &RunSetup<'_>, results: &[VariantResult], samplings: &[Sampling]) -> bool {
+    /// Times what the members so far took each.
+    const TIMES: u64 = 2;
+    let open = results.iter().zip(samplings);
+    let open = open.filter(|(_, of)| of.answer.is_none());
+    if open.clone().any(|(_, of)| of.looks == 0) {
+        return false;
+    }
+    let predicted = open
+        .map(|(result, of)| predicted(result.counted(), of, setup.policy.members))
+        .fold(0, u64::saturating_add);
+    predicted.saturating_mul(TIMES) <= setup.work.left()
+}
+
+/// Runs the members of one variant up to `look`, those that are in `peaks` not again.
+fn extend(
+    setup: &RunSetup<'_>,
+    control: &Control<'_>,
+    scatter: &Scatter,
+    variant: Variant,
+    look: u32,
+    (peaks, asked): (&mut MemberPeaks, AskedPeaks),
+) -> Result<(), Error> {
+    let known = u32::try_from(peaks.window_rad.len()).unwrap_or(look);
+    let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
+    let found = setup.share_by(control, MEMBERS_TAKEN, &tasks, |&first| {
+        let count = MEMBERS_TAKEN.min((look - first) as usize);
+        let member =
+            |index: usize| scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)));
+        setup.peaks(variant, count, &member, asked)
+    })?;
+    for more in found {
+        peaks.window_rad.extend(more.window_rad);
+        peaks.highest_rad.extend(more.highest_rad);
+    }
+    Ok(())
+}

@@ -1,0 +1,229 @@
+//! The design's limit under half-sine pulses: amplitude against change of velocity.
+
+use super::runs::{LeverTrial, NominalRuns};
+use super::search::{self, Edge, Excess, Probe};
+use crate::meter::Meter;
+use crate::{ModelChoice, Polarity, Policy, screen};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_recording::error::Error;
+use serde::{Deserialize, Serialize};
+
+/// Durations of the pulses [s]: 1 to 100 ms by the preferred numbers R20 of ISO 3.
+pub const DURATIONS_MS: [f64; 41] = [
+    1.0, 1.12, 1.25, 1.4, 1.6, 1.8, 2.0, 2.24, 2.5, 2.8, 3.15, 3.55, 4.0, 4.5, 5.0, 5.6, 6.3, 7.1,
+    8.0, 9.0, 10.0, 11.2, 12.5, 14.0, 16.0, 18.0, 20.0, 22.4, 25.0, 28.0, 31.5, 35.5, 40.0, 45.0,
+    50.0, 56.0, 63.0, 71.0, 80.0, 90.0, 100.0,
+];
+
+/// Sample intervals of a pulse; straight lines between samples take (π/N)²/12, less than 1e-6,
+/// off its change of velocity.
+const INTERVALS: u32 = 1000;
+
+/// Amplitudes that a search begins with.
+const AMPLITUDES: usize = 120;
+
+/// Amplitudes that are looked at together, from the smallest on.
+const AMPLITUDES_TAKEN: usize = 16;
+
+/// A half-sine pulse that just brings the lever to the threshold.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LimitPoint {
+    /// Stop model.
+    pub model: StopModel,
+    /// Duration of the pulse [s].
+    pub duration_s: f64,
+    /// The greatest amplitude below which every smaller one stays at or below the threshold [g];
+    /// `None` if none between a tenth and ten times the sum of the two bounds reaches it.
+    pub amplitude_g: Option<f64>,
+    /// Its bracket [g].
+    pub amplitude_bracket_g: Option<(f64, f64)>,
+    /// Change of velocity of that pulse, 2·amplitude·duration/π [m/s].
+    pub velocity_change_m_s: Option<f64>,
+}
+
+/// The place of the recording on the chart.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RecordingPoint {
+    /// Sign of the recorded acceleration that is taken to open.
+    pub opens_when: OpensWhen,
+    /// Largest acceleration in the opening direction, as used [g].
+    pub peak_g: f64,
+    /// Largest change of velocity in the opening direction between two samples [m/s].
+    pub velocity_change_m_s: f64,
+}
+
+/// The design's limit, and the recording beside it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LimitCurve {
+    /// T0/(mL), below which no length of pulse lifts a lever off a rigid stop [g].
+    pub static_threshold_g: f64,
+    /// The least change of velocity that brings a lever on a rigid stop to the threshold [m/s].
+    pub impulse_threshold_m_s: f64,
+    /// Critical pulses, by stop and then by duration.
+    pub points: Vec<LimitPoint>,
+    /// The recording, for each sign that counts.
+    pub recording: Vec<RecordingPoint>,
+}
+
+/// Finds the limit of `design` for each stop of `model`.
+///
+/// # Errors
+///
+/// As [`latchgate_kernel::replay::run`].
+pub fn limit_curve(
+    design: &Design,
+    model: ModelChoice,
+    recording: Vec<RecordingPoint>,
+    control: &Control<'_>,
+) -> Result<LimitCurve, Error> {
+    let bounds = screen::screens(design, None);
+    let pulses: Vec<(StopModel, f64)> = model
+        .stops()
+        .iter()
+        .flat_map(|stop| DURATIONS_MS.map(|duration_ms| (*stop, duration_ms / 1e3)))
+        .collect();
+    let points = control.try_map(&pulses, |&(stop, duration_s)| {
+        // The pulses themselves are shared among the threads.
+        let own = control.with_threads(1);
+        own.unmeasured(|own| critical_pulse(design, stop, duration_s, own))
+    })?;
+    Ok(LimitCurve {
+        static_threshold_g: bounds.static_threshold_g,
+        impulse_threshold_m_s: bounds.impulse_threshold_m_s,
+        points,
+        recording,
+    })
+}
+
+/// Finds the half-sine pulse of `duration_s` [s] that just brings the lever, at rest when it
+/// begins, to its threshold, while it acts or after.
+///
+/// # Errors
+///
+/// As [`latchgate_kernel::replay::run`].
+pub fn critical_pulse(
+    design: &Design,
+    stop: StopModel,
+    duration_s: f64,
+    control: &Control<'_>,
+) -> Result<LimitPoint, Error> {
+    let signal = half_sine(duration_s)?;
+    let policy = Policy::new(
+        ModelChoice::Only(stop),
+        Polarity::Declared(OpensWhen::Negative),
+    );
+    let work = Meter::new(u64::MAX);
+    let runs = NominalRuns {
+        work: &work,
+        signal: &signal,
+        policy: &policy,
+        control,
+        window: None,
+        enough_rad: search::followed_to_rad(design.criterion.threshold_rad),
+    };
+    let bounds = screen::screens(design, None);
+    // Neither bound alone lets the lever reach the threshold, and about their sum does.
+    let impulsive =
+        bounds.impulse_threshold_m_s * std::f64::consts::PI / (2.0 * duration_s * STANDARD_GRAVITY);
+    let sum = bounds.static_threshold_g + impulsive;
+    let grid: Vec<f64> = (0..=AMPLITUDES)
+        .map(|index| sum * libm::pow(10.0, 2.0 * index as f64 / AMPLITUDES as f64 - 1.0))
+        .collect();
+    let scan = |amplitudes: &[f64]| {
+        let trials: Vec<LeverTrial> = amplitudes
+            .iter()
+            .map(|amplitude| LeverTrial::new(design, *amplitude))
+            .collect();
+        runs.scan(&trials)
+    };
+    let found = search::changes_among(
+        up_to_first(&grid, &scan)?,
+        &Probe {
+            scan: &scan,
+            exact: &|amplitude| runs.exact(&LeverTrial::new(design, amplitude)),
+            width: &|amplitude| 1e-12 * amplitude,
+            near_rad: 0.01 * design.criterion.threshold_rad,
+            distance: &|amplitude| amplitude,
+            narrowed: 1,
+            values_max: 5 * AMPLITUDES,
+        },
+    )?;
+    let first = found
+        .crossings
+        .iter()
+        .find(|crossing| crossing.edge == Edge::Pass && crossing.low.1.pass <= 0.0);
+    let amplitude = first.map(|crossing| crossing.low.0);
+    Ok(LimitPoint {
+        model: stop,
+        duration_s,
+        amplitude_g: amplitude,
+        amplitude_bracket_g: first.map(|crossing| (crossing.low.0, crossing.high.0)),
+        velocity_change_m_s: amplitude.map(|amplitude| {
+            2.0 * amplitude * STANDARD_GRAVITY * duration_s / std::f64::consts::PI
+        }),
+    })
+}
+
+/// Scans the amplitudes up to the second beyond the first that passes no more: what larger ones do is
+/// not asked for.
+fn up_to_first(grid: &[f64], scan: &search::ScanFn<'_>) -> Result<Vec<(f64, Excess)>, Error> {
+    let mut seen: Vec<(f64, Excess)> = Vec::new();
+    for amplitudes in grid.chunks(AMPLITUDES_TAKEN) {
+        seen.extend(amplitudes.iter().copied().zip(scan(amplitudes)?));
+        if let Some(first) = seen.iter().position(|(_, excess)| excess.pass > 0.0) {
+            let next = grid
+                .get(seen.len()..(first + 3).min(grid.len()))
+                .unwrap_or_default();
+            seen.extend(next.iter().copied().zip(scan(next)?));
+            seen.truncate(first + 3);
+            break;
+        }
+    }
+    Ok(seen)
+}
+
+/// Returns a half-sine pulse of one g in the opening direction.
+fn half_sine(duration_s: f64) -> Result<Signal, Error> {
+    let rate = SampleRate::from_hertz(f64::from(INTERVALS) / duration_s)?;
+    Ok(Signal {
+        start_s: 0.0,
+        rate,
+        // The last sample is zero and not what rounding leaves of sin π.
+        samples: (0..=INTERVALS)
+            .map(|index| {
+                let phase = std::f64::consts::PI * f64::from(index) / f64::from(INTERVALS);
+                if index == INTERVALS {
+                    0.0
+                } else {
+                    -STANDARD_GRAVITY * libm::sin(phase)
+                }
+            })
+            .collect(),
+    })
+}
+
+/// Places a recording on the chart: its largest acceleration in the opening direction, and the
+/// largest rise of the velocity in that direction from one sample to a later one.
+#[must_use]
+pub fn recording_point(signal: &Signal, opens_when: OpensWhen) -> RecordingPoint {
+    let sign = opens_when.sign();
+    let mut peak = 0.0_f64;
+    let (mut gained, mut most) = (0.0_f64, 0.0_f64);
+    let interval = signal.rate.interval().seconds();
+    for a in &signal.samples {
+        peak = peak.max(-sign * a);
+    }
+    for pair in signal.samples.windows(2) {
+        gained = (gained - sign * 0.5 * (pair[0] + pair[1]) * interval).max(0.0);
+        most = most.max(gained);
+    }
+    RecordingPoint {
+        opens_when,
+        peak_g: peak / STANDARD_GRAVITY,
+        velocity_change_m_s: most,
+    }
+}

@@ -1,0 +1,150 @@
+//! Findings of the replay itself.
+
+use super::decision::VariantRun;
+use super::policy::{Polarity, Policy};
+use super::wording::instant;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::Method;
+use latchgate_kernel::units::{SampleInterval, plain};
+use latchgate_recording::Finding;
+
+/// Returns the finding of a crossing that the window leaves out.
+pub(super) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
+    Finding::warning(
+        "crossing-outside-window",
+        format!(
+            "Outside the judged window the lever crosses the limit of {} rad, first at {}; with the setting `window` that does not count.",
+            design.criterion.threshold_rad,
+            instant(at_s)
+        ),
+    )
+    .at(at_s)
+}
+
+/// Returns the finding of a question that took more than it may.
+pub(super) fn work_limit_reached(limit: u64) -> Finding {
+    Finding::warning(
+        "work-limit",
+        format!(
+            "The question would take more than {limit} steps, its limit `work`: runs were broken off or left out. Ask for fewer with the setting `members`, or raise it with the setting `limit` = work={}.",
+            limit.saturating_mul(10)
+        ),
+    )
+}
+
+/// Returns what the nominal runs show to be odd.
+pub(super) fn replay_findings(
+    design: &Design,
+    policy: &Policy,
+    interval: SampleInterval,
+    runs: &[&VariantRun],
+) -> Vec<Finding> {
+    let mut findings = implausible(design);
+    if policy.polarity == Polarity::Undeclared {
+        findings.push(Finding::warning(
+            "polarity-undeclared",
+            "Neither option nor card says which sign of the recorded acceleration opens the lever; both were judged. State it with the setting `opens_when` or in the card.",
+        ));
+    }
+    if runs
+        .iter()
+        .any(|of| of.run().peak_angle_rad > std::f64::consts::FRAC_PI_2)
+    {
+        findings.push(Finding::info(
+            "beyond-geometry",
+            "The angle exceeds π/2, where a lever on a latch has long met other parts: the crossing of the threshold stands, the size of the peak does not.",
+        ));
+    }
+    if let Some(of) = runs.iter().find(|of| of.outcome.broke_down) {
+        findings.push(Finding::warning(
+            "method-broke-down",
+            format!("The {} method could not follow the lever on the {} stop{}; its numbers mean nothing.", of.run().method, of.run().model.name(), of.outcome.breakdown.map_or_else(String::new, |why| format!(": {}", why.text()))),
+        ));
+    }
+    findings.extend(method_findings(design, policy, interval, runs));
+    for of in runs {
+        let run = of.run();
+        if run.numerical_error_rad > 0.01 * design.criterion.threshold_rad
+            && policy.method == Method::EventDriven
+        {
+            findings.push(Finding::warning(
+                "rounding-amplified",
+                format!(
+                    "{} impacts on the {} stop have carried rounding to {:.1e} rad: the peak is not known better than that.",
+                    run.impacts,
+                    run.model.name(),
+                    run.numerical_error_rad
+                ),
+            ));
+        }
+        if run.first_crossing_s.is_some_and(|time| time < 0.0) {
+            findings.push(
+                Finding::warning(
+                    "crossing-before-contact",
+                    format!("On the {} stop the threshold is crossed before time zero, the instant of first contact: check bias, filter and time zero.", run.model.name()),
+                )
+                .at(run.first_crossing_s.unwrap_or(0.0)),
+            );
+        }
+    }
+    findings
+}
+
+/// Returns the numbers of the design that no latch has; what rests on them comes after.
+fn implausible(design: &Design) -> Vec<Finding> {
+    let of_each = design.implausible();
+    of_each
+        .map(|(parameter, value)| {
+            let (low, high) = parameter.plausible;
+            let unit = match parameter.unit {
+                "1" => String::new(),
+                unit => format!(" {unit}"),
+            };
+            Finding::warning(
+                "design-implausible",
+                format!(
+                    "The design's {} is {value}{unit}; a latch has {low} to {}{unit}: the verdict is about a lever of another world.",
+                    parameter.name,
+                    plain(high, 4)
+                ),
+            )
+        })
+        .collect()
+}
+
+/// Returns what is known of the method that was asked for.
+fn method_findings(
+    design: &Design,
+    policy: &Policy,
+    interval: SampleInterval,
+    runs: &[&VariantRun],
+) -> Vec<Finding> {
+    let method = policy.method;
+    let mut findings = Vec::new();
+    match method {
+        Method::EventDriven => return findings,
+        Method::Rk4 { .. } => findings.push(Finding::warning(
+            "fixed-step-method",
+            "The fixed-step method sees impacts only at the end of a step; it is for comparison, and its stated error is an estimate from halving the step.",
+        )),
+        _ => findings.push(Finding::warning(
+            "comparison-method",
+            format!(
+                "The {} method is for comparison; its stated error is an estimate from a second run with {}.",
+                method.name(),
+                if method.steps_per_period().is_some() { "half the step" } else { "a tenth of the tolerance" }
+            ),
+        )),
+    }
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        if runs.iter().any(|of| of.run().model == stop) {
+            for text in method.known_failures(design, stop, interval, policy.tolerance_rad) {
+                if !findings.iter().any(|known| known.text == text) {
+                    findings.push(Finding::warning("method-known-to-fail", text));
+                }
+            }
+        }
+    }
+    findings
+}

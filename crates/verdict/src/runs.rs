@@ -1,0 +1,206 @@
+//! The runs of one assessment: what they share, the nominal runs, and the peaks of members.
+
+use super::Answer;
+use super::decision::{VariantRun, combine};
+use super::ensemble::MemberPeaks;
+use super::meter::Meter;
+use super::policy::{AssessDetail, Policy, Variant};
+use super::readings::Readings;
+use super::usable_span::SampleSpan;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, MemberOf, MemberPeak};
+use latchgate_kernel::replay::{self, Breakdown, Run, RunOptions, RunOutcome};
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::OpensWhen;
+use latchgate_recording::error::Error;
+
+/// The detail that a run carries along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RunDetail {
+    /// Its own error, and the trajectory for a drawing.
+    Trace,
+    /// Its own error.
+    ErrorBound,
+    /// Neither: it is compared with a run that has them.
+    PeakOnly,
+}
+
+/// Everything that the runs of one assessment share.
+#[derive(Clone, Copy)]
+pub(crate) struct RunSetup<'a> {
+    pub(crate) design: &'a Design,
+    pub(crate) policy: &'a Policy,
+    /// Follow every stop in full, whatever bounds prove.
+    pub(crate) follow_all: bool,
+    /// How much is worked out.
+    pub(crate) detail: AssessDetail,
+    pub(crate) control: &'a Control<'a>,
+    pub(crate) signal: &'a Signal,
+    /// Other readings of the samples.
+    pub(crate) readings: Readings<'a>,
+    /// First and last judged sample; `None` for all.
+    pub(crate) window: Option<SampleSpan>,
+    /// What all runs may take and have taken.
+    pub(crate) work: &'a Meter,
+}
+
+/// Samples, of all runs, from which further threads gain more than their start costs.
+const SHARED_SAMPLES: usize = 20_000;
+
+impl RunSetup<'_> {
+    pub(crate) fn threshold_rad(&self) -> f64 {
+        self.design.criterion.threshold_rad
+    }
+
+    pub(crate) fn initial(&self, model: StopModel) -> Option<(f64, f64)> {
+        let Design { stop, lever, .. } = self.design;
+        self.policy.initial(model, stop, lever)
+    }
+
+    /// Does `of` each item and returns the results in the items' order; `runs` says how many runs
+    /// an item takes, few of which on a short recording stay on one thread.
+    ///
+    /// # Errors
+    ///
+    /// The first of `of`, in the items' order; [`Stopped`](latchgate_kernel::error::Error::Stopped).
+    pub(crate) fn share<T: Sync, R: Send>(
+        &self,
+        runs: usize,
+        items: &[T],
+        of: impl Fn(&T) -> Result<R, Error> + Sync,
+    ) -> Result<Vec<R>, Error> {
+        self.control
+            .unmeasured(|control| self.share_by(control, runs, items, of))
+    }
+
+    /// As [`Self::share`]; `control` is told how many of the items are done.
+    pub(super) fn share_by<T: Sync, R: Send>(
+        &self,
+        control: &Control<'_>,
+        runs: usize,
+        items: &[T],
+        of: impl Fn(&T) -> Result<R, Error> + Sync,
+    ) -> Result<Vec<R>, Error> {
+        control.check()?;
+        self.work.share_out(items.len());
+        let runs = runs.saturating_mul(items.len());
+        let few = self.signal.samples.len().saturating_mul(runs) < SHARED_SAMPLES;
+        let threads = if few { 1 } else { control.threads };
+        control.with_threads(threads).try_map(items, of)
+    }
+
+    /// Runs one variant on `signal`, of whose samples `window` are judged.
+    pub(crate) fn run(
+        &self,
+        signal: &Signal,
+        variant: Variant,
+        window: Option<SampleSpan>,
+        detail: RunDetail,
+    ) -> Result<RunOutcome, Error> {
+        let (method, tolerance_rad) = self.policy.method_on(variant.model);
+        let options = RunOptions {
+            stop: variant.model,
+            opens_when: variant.opens_when,
+            method,
+            tolerance_rad,
+            step_s: None,
+            initial: self.initial(variant.model),
+            window,
+            trace: detail == RunDetail::Trace,
+            error_bound: detail != RunDetail::PeakOnly,
+            peak_only: detail == RunDetail::PeakOnly,
+        };
+        let within = self.work.within(self.control);
+        let outcome = replay::run_within(signal, self.design, &options, &within)?;
+        self.work.add(outcome.spent);
+        if outcome.breakdown == Some(Breakdown::TooManySteps) {
+            self.work.cut();
+        }
+        Ok(outcome)
+    }
+
+    /// Runs every variant on the samples.
+    pub(super) fn nominal_runs(
+        &self,
+        variants: &[Variant],
+        detail: RunDetail,
+    ) -> Result<Vec<RunOutcome>, Error> {
+        self.share(1, variants, |variant| {
+            self.run(self.signal, *variant, self.window, detail)
+        })
+    }
+
+    /// Joins what runs say by parts 3 and 4 of the rule.
+    pub(super) fn joined(&self, runs: &[&VariantRun]) -> Answer {
+        let threshold = self.threshold_rad();
+        let answers: Vec<(OpensWhen, Answer)> = runs
+            .iter()
+            .map(|run| (run.variant().opens_when, run.answer(threshold)))
+            .collect();
+        combine(self.policy.polarity, &answers)
+    }
+
+    /// Returns how far `count` members come on one variant; as far as
+    /// that is `asked`.
+    pub(super) fn peaks(
+        &self,
+        variant: Variant,
+        count: usize,
+        member: MemberOf<'_>,
+        asked: AskedPeaks,
+    ) -> Result<MemberPeaks, Error> {
+        let parts = replay::subdivision(self.signal, self.design, variant.model);
+        let options = BatchOptions {
+            stop: variant.model,
+            opens_when: variant.opens_when,
+            initial: self.initial(variant.model),
+            window: self
+                .window
+                .map(|(first, last)| (parts * first, parts * last)),
+            coast: true,
+            asked,
+            threads: 1,
+        };
+        let within = self.work.within_of_members(self.control);
+        let signal = replay::divided(self.signal, parts);
+        let peaks = batch::peaks_within(&signal, count, member, &options, &within)?;
+        self.work.add(peaks.iter().map(|peak| peak.spent).sum());
+        Ok(MemberPeaks {
+            window_rad: peaks.iter().map(|peak| peak.peak_angle_rad).collect(),
+            highest_rad: peaks.iter().map(MemberPeak::highest_rad).collect(),
+        })
+    }
+
+    /// Returns when the lever first crosses the threshold outside the judged window [s], if it
+    /// does so on a variant that does not cross inside.
+    pub(super) fn crossing_outside(&self, runs: &[&VariantRun]) -> Result<Option<f64>, Error> {
+        let stays = |of: &&&VariantRun| of.run().first_crossing_s.is_none();
+        let tasks: Vec<Variant> = runs
+            .iter()
+            .filter(|_| self.window.is_some())
+            .filter(stays)
+            .map(|of| of.variant())
+            .collect();
+        let whole = self.share(1, &tasks, |variant| {
+            self.run(self.signal, *variant, None, RunDetail::PeakOnly)
+        })?;
+        let crossings = whole
+            .iter()
+            .filter_map(|outcome| outcome.run.first_crossing_s);
+        Ok(crossings.reduce(f64::min))
+    }
+}
+
+/// Returns the place of the run with the largest peak, the first of several.
+pub(super) fn index_of_largest<'a>(runs: impl Iterator<Item = &'a Run>) -> usize {
+    let peaks: Vec<f64> = runs.map(|run| run.peak_angle_rad).collect();
+    let mut largest = 0;
+    for (index, peak) in peaks.iter().enumerate() {
+        if *peak > peaks[largest] {
+            largest = index;
+        }
+    }
+    largest
+}

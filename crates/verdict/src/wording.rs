@@ -1,0 +1,90 @@
+//! Words and numbers as every sentence of a verdict spells them.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::policy::{Polarity, Policy, Variant};
+use crate::conditioning::{Cfc, bias};
+use latchgate_kernel::units::{plain, short};
+
+/// Returns the name of a filter as verdicts state it.
+#[must_use]
+pub fn filter_name(filter: Option<Cfc>) -> &'static str {
+    filter.map_or("none", Cfc::name)
+}
+
+/// Returns how the bias's standard error counts correlated samples.
+#[must_use]
+pub fn bias_method() -> &'static str {
+    bias::STANDARD_ERROR_METHOD
+}
+
+/// Returns an instant with its unit: milliseconds below ten seconds, as in the report.
+pub(super) fn instant(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{} ms", plain(1e3 * seconds, 5))
+    } else {
+        format!("{} s", plain(seconds, 7))
+    }
+}
+
+/// Returns an angle of the lever with its unit; beyond 90°, where the model of the lever means
+/// nothing, that alone.
+pub(crate) fn angle(radians: f64, digits: usize) -> String {
+    if radians > FRAC_PI_2 {
+        return "more than 90°".into();
+    }
+    format!("{} rad", plain(radians, digits))
+}
+
+/// Returns an error of an angle with its unit; beyond 90° that alone.
+pub(crate) fn angle_error(radians: f64, digits: usize) -> String {
+    let space = if radians > FRAC_PI_2 { " " } else { "" };
+    format!("±{space}{}", angle(radians, digits))
+}
+
+/// Returns a share in percent, with the digits that matter at the bounds of the rule.
+#[must_use]
+pub fn percent(share: f64) -> String {
+    short(100.0 * share, 4)
+}
+
+/// Returns a change with its sign.
+pub(super) fn signed(change: f64) -> String {
+    let sign = if change < 0.0 { "" } else { "+" };
+    format!("{sign}{}", plain(change, 3))
+}
+
+/// Names a variant in a list of several.
+pub(super) fn briefly(variant: Variant) -> String {
+    format!(
+        "{} stop, {} opens",
+        variant.model.name(),
+        variant.opens_when.name()
+    )
+}
+
+/// Names a variant, and whether its sign is declared.
+pub(super) fn describe(variant: Variant, policy: &Policy) -> String {
+    let word = match policy.polarity {
+        Polarity::Declared(_) => "opens",
+        Polarity::Both | Polarity::Undeclared => "taken to open",
+    };
+    format!(
+        "{} stop, {} acceleration {word}",
+        variant.model.name(),
+        variant.opens_when.name()
+    )
+}
+
+/// Makes a sentence of a finding's text: a capital first, a full stop last.
+pub(super) fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let mut sentence: String = letters
+        .next()
+        .map(|first| first.to_uppercase().chain(letters).collect())
+        .unwrap_or_default();
+    if !sentence.ends_with(['.', '!', '?']) {
+        sentence.push('.');
+    }
+    sentence
+}
