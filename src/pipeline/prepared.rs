@@ -185,10 +185,10 @@ impl Prepared {
     /// let prepared = Prepared::open(&source, &Request::default(), &limits, &control).unwrap();
     /// let paper = Design::reference();
     /// let mut heavier = Design::reference();
-    /// heavier.set("lever.mass_kg=0.16")?;
+    /// heavier.override_number("lever.mass_kg", 0.16)?;
     /// assert_eq!(prepared.report_id(&paper), prepared.report_id(&paper));
     /// assert_ne!(prepared.report_id(&paper), prepared.report_id(&heavier));
-    /// # Ok::<(), latchgate_recording::error::Error>(())
+    /// # Ok::<(), latchgate::pipeline::KernelError>(())
     /// ```
     #[must_use]
     pub fn report_id(&self, design: &Design) -> String {

@@ -48,7 +48,7 @@ use std::collections::BTreeMap;
 /// # Examples
 ///
 /// ```
-/// use latchgate::pipeline::Request;
+/// use latchgate_document::Request;
 ///
 /// let request: Request = serde_json::from_str(r#"{"channel": "acc_y", "members": 0}"#)?;
 /// assert_eq!(request.channel.as_deref(), Some("acc_y"));

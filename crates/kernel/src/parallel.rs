@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 /// # Examples
 ///
 /// ```
-/// use latchgate::pipeline::Control;
+/// use latchgate_kernel::parallel::Control;
 ///
 /// // Stops once half of the work is done.
 /// let control = Control {

@@ -84,7 +84,7 @@ impl Source {
     /// # Examples
     ///
     /// ```
-    /// use latchgate::pipeline::Source;
+    /// use latchgate_recording::Source;
     ///
     /// let source = Source::bytes("crash.csv", *b"t_s,acc_y_g\n0,0\n")
     ///     .with_card(*b"opens_when = \"negative\"\n");
@@ -103,7 +103,7 @@ impl Source {
     /// # Examples
     ///
     /// ```
-    /// use latchgate::pipeline::Source;
+    /// use latchgate_recording::Source;
     /// use std::sync::Arc;
     ///
     /// let parts: [(&str, Arc<[u8]>); 2] = [
