@@ -823,3 +823,30 @@ fn regress_a_card_among_named_bytes_is_read() {
         document_of(&signals("burst.csv"), &nominal())
     );
 }
+
+/// A run that only estimates its error decides no pass, by whatever method: where the default passes,
+/// every method to compare with stays undecided.
+#[test]
+fn verif_only_a_bound_passes() {
+    let source = signals("surviving.csv");
+    for method in [
+        "event-driven",
+        "rk4",
+        "rk4-located",
+        "dopri5",
+        "dopri5-samples",
+        "moreau-jean",
+    ] {
+        let request = request(json!({"method": method, "model": "rigid", "members": 0}));
+        let document = document_of(&source, &request);
+        let runs = || document.models.values().chain(&document.nominal);
+        let bounded = runs().all(|run| run.error.is_bound());
+        assert_eq!(bounded, method == "event-driven", "{method}");
+        let expected = if bounded { "pass" } else { "undecided" };
+        assert_eq!(document.verdict.name(), expected, "{method}");
+        assert!(runs().count() >= 2, "{method}");
+        for run in runs() {
+            assert_eq!(run.error.rad(), run.numerical_error_rad, "{method}");
+        }
+    }
+}

@@ -141,6 +141,32 @@ impl Within<'_> {
     }
 }
 
+/// What a run states of the error of its peak angle [rad].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", content = "rad", rename_all = "lowercase")]
+pub enum ErrorStatement {
+    /// The error is at most this.
+    Bound(f64),
+    /// The error is about this; nothing proves it. A run that only estimates its error decides no pass.
+    Estimate(f64),
+}
+
+impl ErrorStatement {
+    /// Returns the number [rad], whatever its kind.
+    #[must_use]
+    pub fn rad(self) -> f64 {
+        match self {
+            Self::Bound(rad) | Self::Estimate(rad) => rad,
+        }
+    }
+
+    /// True if the error is bounded.
+    #[must_use]
+    pub fn is_bound(self) -> bool {
+        matches!(self, Self::Bound(_))
+    }
+}
+
 /// What the lever did.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Run {
@@ -172,8 +198,10 @@ pub struct Run {
     pub moving_at_end: bool,
     /// Largest angle after the window's last sample under no excitation [rad]; `None` if at rest.
     pub coast_peak_angle_rad: Option<f64>,
-    /// Bound on the error of the peak angle from integration and rounding [rad].
+    /// Error of the peak angle from integration and rounding [rad].
     pub numerical_error_rad: f64,
+    /// The same with its kind.
+    pub error: ErrorStatement,
     /// What it cost.
     pub work: Work,
 }
@@ -574,6 +602,13 @@ fn finish(
     let too_many = kernel.took_too_many();
     let finite_peak = peak.angle.is_finite() && peak.bound().is_finite();
     let broke_down = stuck || (moving && coast.is_none()) || !finite_peak;
+    let numerical_error_rad = if !options.error_bound {
+        f64::INFINITY
+    } else if peak.bound().is_finite() {
+        peak.bound()
+    } else {
+        f64::MAX
+    };
     RunOutcome {
         run: Run {
             model: options.stop,
@@ -590,13 +625,8 @@ fn finish(
             final_velocity_rad_s: finite(velocity),
             moving_at_end: moving,
             coast_peak_angle_rad: coast.map(|peak| peak.angle),
-            numerical_error_rad: if !options.error_bound {
-                f64::INFINITY
-            } else if peak.bound().is_finite() {
-                peak.bound()
-            } else {
-                f64::MAX
-            },
+            numerical_error_rad,
+            error: ErrorStatement::Bound(numerical_error_rad),
             work,
         },
         trace: trace.unwrap_or_default(),

@@ -4,7 +4,7 @@ use super::ensemble::bounds::{LOOKS, RULE_ERROR};
 use super::policy::{Polarity, Variant};
 use super::wording::percent;
 use super::{Answer, ErrorBudget, RunAnswer};
-use latchgate_kernel::replay::{Method, Run, RunOutcome};
+use latchgate_kernel::replay::{Run, RunOutcome};
 use latchgate_kernel::units::OpensWhen;
 use std::sync::LazyLock;
 
@@ -210,7 +210,7 @@ impl VariantRun {
                 .coast_peak_angle_rad
                 .map(|coast| (coast, self.coast_uncertainty_rad())),
             followed: !self.outcome.broke_down,
-            bounded: run.method == Method::EventDriven.name(),
+            bounded: run.error.is_bound(),
         }
     }
 

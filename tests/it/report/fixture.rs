@@ -6,7 +6,7 @@ use latchgate_document::blocks::{ConditioningBlock, Document, RecordingBlock, Ru
 use latchgate_document::request::{PolaritySource, Request};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{Run, TracePoint, Work};
+use latchgate_kernel::replay::{ErrorStatement, Run, TracePoint, Work};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::Finding;
@@ -549,6 +549,7 @@ fn run(
         moving_at_end: angle > 0.0,
         coast_peak_angle_rad: (angle > 0.0).then_some(angle * 1.02),
         numerical_error_rad: 3.1e-13,
+        error: ErrorStatement::Bound(3.1e-13),
         work: Work {
             steps: 12_345,
             rhs: 98_760,

@@ -35,8 +35,8 @@ use super::breakdown::Breakdown;
 use super::kernel::Kernel;
 use super::recorder::Recorder;
 use super::{
-    MOVING_ENERGY_J, Method, Run, RunOptions, RunOutcome, TracePoint, Within, Work, energy_j,
-    finite,
+    ErrorStatement, MOVING_ENERGY_J, Method, Run, RunOptions, RunOutcome, TracePoint, Within, Work,
+    energy_j, finite,
 };
 use crate::error::Error;
 use crate::model::design::Design;
@@ -259,6 +259,11 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
     } else {
         None
     };
+    let numerical_error_rad = if options.error_bound {
+        finite(error)
+    } else {
+        f64::INFINITY
+    };
     RunOutcome {
         run: Run {
             model: problem.stop,
@@ -275,11 +280,8 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
             final_velocity_rad_s: finite(velocity),
             moving_at_end: moving,
             coast_peak_angle_rad: coast.map(|peak| peak.angle),
-            numerical_error_rad: if options.error_bound {
-                finite(error)
-            } else {
-                f64::INFINITY
-            },
+            numerical_error_rad,
+            error: ErrorStatement::Estimate(numerical_error_rad),
             work: raw.work,
         },
         trace: record.trace.unwrap_or_default(),
