@@ -11,6 +11,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "a program of its own")]
 
+use latchgate_kernel::pulse::Pulse;
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::f64::consts::PI;
@@ -170,11 +171,8 @@ fn table(header: &str, grid: Grid, samples: &[(i32, f64)], time_decimals: usize)
 }
 
 fn half_sine_g(t: f64, amplitude_g: f64, duration_s: f64) -> f64 {
-    if (0.0..=duration_s).contains(&t) {
-        amplitude_g * libm::sin(PI * t / duration_s)
-    } else {
-        0.0
-    }
+    let peak = amplitude_g;
+    Pulse::HalfSine { peak, duration_s }.at(t)
 }
 
 /// Scale that brings the largest sample of the burst at 20 kHz to 1000 g.
@@ -182,20 +180,12 @@ const BURST_SCALE_G: f64 = 148.8;
 
 /// A sin² envelope of 35 ms over 24 tones from 20 to 480 Hz whose phases follow the golden ratio.
 pub(crate) fn burst_g(t: f64) -> f64 {
-    const DURATION_S: f64 = 0.035;
-    if !(0.0..=DURATION_S).contains(&t) {
-        return 0.0;
-    }
-    let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
-    let envelope = libm::sin(PI * t / DURATION_S);
-    let tones: f64 = (1..=24)
-        .map(|j| {
-            let j = f64::from(j);
-            let turns = 5.0 * golden * j * j;
-            libm::sin(2.0 * PI * (20.0 * j * t + (turns - turns.floor())))
-        })
-        .sum();
-    BURST_SCALE_G * envelope * envelope * tones
+    let burst = Pulse::Burst {
+        scale: BURST_SCALE_G,
+        duration_s: 0.035,
+        phases: 5.0,
+    };
+    burst.at(t)
 }
 
 const BURST_FORMULA: &str = "\

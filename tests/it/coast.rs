@@ -7,28 +7,25 @@
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::pulse::Pulse;
 use latchgate_kernel::replay::{self, RunOptions};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
-use std::f64::consts::PI;
 
 const RATE_HZ: f64 = 10_000.0;
 
 /// A half-sine of 30 g and 11 ms in a record of `seconds`, the rest zero.
 fn half_sine(seconds: f64) -> Signal {
     let count = (seconds * RATE_HZ).round() as u32;
+    let pulse = Pulse::HalfSine {
+        peak: -30.0 * STANDARD_GRAVITY,
+        duration_s: 0.011,
+    };
     Signal {
         start_s: 0.0,
         rate: SampleRate::from_hertz(RATE_HZ).unwrap(),
         samples: (0..=count)
-            .map(|n| f64::from(n) / RATE_HZ / 0.011)
-            .map(|part| {
-                if part < 1.0 {
-                    -30.0 * STANDARD_GRAVITY * (PI * part).sin()
-                } else {
-                    0.0
-                }
-            })
+            .map(|n| pulse.at(f64::from(n) / RATE_HZ))
             .collect(),
     }
 }

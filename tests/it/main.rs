@@ -58,6 +58,7 @@ mod pictures;
 mod pipeline;
 mod polynomial;
 mod preambles;
+mod pulses;
 mod recordings;
 mod reference;
 mod remark_words;

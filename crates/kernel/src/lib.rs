@@ -17,4 +17,6 @@ pub mod model;
 
 pub mod signal;
 
+pub mod pulse;
+
 pub mod replay;

@@ -5,11 +5,12 @@
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::Harmonic;
+use latchgate_kernel::pulse::{Pulse, tones};
 use latchgate_kernel::replay::{self, RunOptions, RunOutcome};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::SampleRate;
 use latchgate_recording::error::Error;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// One excitation with its initial state.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,19 +90,6 @@ impl StudyCase {
     }
 }
 
-/// Σ sin(2π(20 j t + p_j)) over j = 1..24 with p_j = frac(q P j²) and P = (√5−1)/2: tones from 20
-/// to 480 Hz whose phases follow the golden ratio.
-fn tones(t: f64, q: f64) -> f64 {
-    let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
-    (1..=24)
-        .map(|j| {
-            let j = f64::from(j);
-            let turns = q * golden * j * j;
-            libm::sin(TAU * (20.0 * j * t + (turns - turns.floor())))
-        })
-        .sum()
-}
-
 fn sampled(rate_hz: f64, intervals: u32, formula: impl Fn(f64) -> f64) -> Result<Drive, Error> {
     Ok(Drive::Samples(Signal {
         start_s: 0.0,
@@ -119,14 +107,15 @@ fn sampled(rate_hz: f64, intervals: u32, formula: impl Fn(f64) -> f64) -> Result
 ///
 /// None for any `gravity` [m/s²]; the rate is valid.
 pub fn shock(gravity: f64) -> Result<StudyCase, Error> {
-    const DURATION_S: f64 = 0.035;
+    let burst = Pulse::Burst {
+        scale: 148.8 * gravity,
+        duration_s: 0.035,
+        phases: 5.0,
+    };
     Ok(StudyCase {
         name: "shock",
         title: "shock of 35 ms, 1000 g, 20 kHz".into(),
-        drive: sampled(20_000.0, 700, |t| {
-            let envelope = libm::sin(PI * t / DURATION_S);
-            148.8 * gravity * envelope * envelope * tones(t, 5.0)
-        })?,
+        drive: Drive::Samples(burst.signal(20_000.0)?),
         initial: None,
     })
 }

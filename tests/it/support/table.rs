@@ -1,5 +1,6 @@
 //! Tables and signals of `signals/` as arguments.
 
+use latchgate_kernel::pulse::Pulse;
 use std::path::Path;
 
 /// The path of a recording of `signals/`.
@@ -22,11 +23,8 @@ pub(crate) fn table(of: impl Fn(f64) -> f64) -> String {
 
 /// Half a sine of `peak` [g] from `start` on, `length` long [s]; 0 elsewhere.
 pub(crate) fn half_sine(time: f64, start: f64, length: f64, peak: f64) -> f64 {
-    if (start..start + length).contains(&time) {
-        peak * (std::f64::consts::PI * (time - start) / length).sin()
-    } else {
-        0.0
-    }
+    let duration_s = length;
+    Pulse::HalfSine { peak, duration_s }.at(time - start)
 }
 
 /// A pulse that the paper's lever survives if a negative acceleration opens it, a push of 2.2 m/s

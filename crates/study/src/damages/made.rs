@@ -1,9 +1,10 @@
 //! Recordings made by formula, as a sensor with noise, an offset and a grid would give them.
 
 use super::Chance;
+use latchgate_kernel::pulse::Pulse;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{STANDARD_GRAVITY, SampleRate};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// A body that rings after the impact: amplitude [g], frequency [Hz], decay [s], onset [s], phase.
 type Mode = [f64; 5];
@@ -37,17 +38,15 @@ pub(super) fn recording(chance: &mut Chance) -> Signal {
         _ => noise / chance.scale(4.0, 200.0),
     };
     let memory = chance.between(0.0, 0.8);
+    let push = Pulse::Haversine {
+        peak: -2.0 * velocity / width / STANDARD_GRAVITY,
+        duration_s: width,
+    };
     let motion = |t: f64| {
         if t < onset {
             return 0.0;
         }
-        let part = (t - onset) / width;
-        let haversine = libm::sin(PI * part) * libm::sin(PI * part);
-        let mut value = if part < 1.0 {
-            -2.0 * velocity / width / STANDARD_GRAVITY * haversine
-        } else {
-            0.0
-        };
+        let mut value = push.at(t - onset);
         for [amplitude, frequency, decay, begin, phase] in &modes {
             let since = t - onset - begin;
             if since > 0.0 {

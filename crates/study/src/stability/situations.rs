@@ -2,10 +2,11 @@
 
 use super::{MethodSetting, Options, Stability, StabilityCase};
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::pulse::Pulse;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::SampleRate;
 use latchgate_recording::error::Error;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// A situation: name, stops it is about, and the excitation with its start.
 struct Situation {
@@ -83,14 +84,12 @@ fn situations(options: &Options) -> Result<Vec<Situation>, Error> {
                 .collect(),
         })
     };
-    let half_sine = |amplitude: f64, duration: f64| {
-        move |_: u32, t: f64| {
-            if t < duration {
-                -amplitude * libm::sin(PI * t / duration)
-            } else {
-                0.0
-            }
-        }
+    let half_sine = |amplitude: f64, duration_s: f64| {
+        let pulse = Pulse::HalfSine {
+            peak: -amplitude,
+            duration_s,
+        };
+        move |_: u32, t: f64| pulse.at(t)
     };
     let mut late = sampled(10_000.0, 1000, &half_sine(30.0 * g, 0.011))?;
     // Eleven days: the clock resolves 1e-10 s here.

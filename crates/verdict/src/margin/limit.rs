@@ -7,6 +7,7 @@ use crate::{ModelChoice, Polarity, Policy, screen};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::pulse::Pulse;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use latchgate_recording::error::Error;
@@ -188,21 +189,14 @@ fn up_to_first(grid: &[f64], scan: &search::ScanFn<'_>) -> Result<Vec<(f64, Exce
 
 /// Returns a half-sine pulse of one g in the opening direction.
 fn half_sine(duration_s: f64) -> Result<Signal, Error> {
-    let rate = SampleRate::from_hertz(f64::from(INTERVALS) / duration_s)?;
+    // A pulse as long as it has intervals: its last sample is zero and not what rounding leaves of sin π.
+    let pulse = Pulse::HalfSine {
+        peak: -STANDARD_GRAVITY,
+        duration_s: f64::from(INTERVALS),
+    };
     Ok(Signal {
-        start_s: 0.0,
-        rate,
-        // The last sample is zero and not what rounding leaves of sin π.
-        samples: (0..=INTERVALS)
-            .map(|index| {
-                let phase = std::f64::consts::PI * f64::from(index) / f64::from(INTERVALS);
-                if index == INTERVALS {
-                    0.0
-                } else {
-                    -STANDARD_GRAVITY * libm::sin(phase)
-                }
-            })
-            .collect(),
+        rate: SampleRate::from_hertz(f64::from(INTERVALS) / duration_s)?,
+        ..pulse.signal(1.0)?
     })
 }
 
