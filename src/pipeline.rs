@@ -56,6 +56,7 @@ pub use inspect::{
 };
 pub use latchgate_document::design_file::{apply_override, design_from_bytes};
 pub use latchgate_document::identity::NUMBERS_REVISION;
+pub use latchgate_document::request::words_of;
 pub use latchgate_document::{
     Document, MarginDocument, MarginRequest, PolaritySource, Request, blocks,
 };
@@ -68,6 +69,7 @@ pub use latchgate_kernel::units;
 pub use latchgate_recording::card::{AcceptedWord, CardPolarity};
 pub use latchgate_recording::csv::TableMapping;
 pub use latchgate_recording::error::{Error, ErrorKind};
+pub use latchgate_recording::setting::Setting;
 pub use latchgate_recording::{Card, Finding, Limits, Severity, Source, read_within};
 pub use latchgate_verdict::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
 pub use latchgate_verdict::{Answer, Evidence, ModelChoice, Reason};

@@ -2,20 +2,20 @@
 
 use super::values::{
     ColorArgument, Grid, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample,
-    ValueWords, parse_grid, parse_limit, parse_log, parse_resample,
+    ValueWords, parse_grid, parse_limit, parse_log, parse_resample, words_shown,
 };
 use clap::Args;
 use latchgate_document::request::{
-    MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT,
-    parse_accepted, parse_bias, parse_count, parse_decimal, parse_filter, parse_finite,
-    parse_map_axis, parse_phi0, parse_polarity, parse_positive, parse_sensitivity, parse_standard,
-    parse_time_source, parse_time_unit, parse_tolerance, parse_unit, parse_velocity, parse_window,
+    MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, Word as _,
+    parse_bias, parse_count, parse_finite, parse_map_axis, parse_phi0, parse_positive,
+    parse_sensitivity, parse_time_unit, parse_tolerance, parse_velocity, parse_window,
 };
 use latchgate_kernel::units::{
     AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit,
 };
 use latchgate_recording::card::{AcceptedWord, CardPolarity};
 use latchgate_recording::error::Error;
+use latchgate_recording::setting::Setting;
 use latchgate_recording::{Limits, Source};
 use latchgate_verdict::conditioning::{BiasWindow, FilterChoice, FilterStandard};
 use latchgate_verdict::ensemble::MEMBERS_MAX;
@@ -96,8 +96,8 @@ pub struct ReadArguments {
     /// Recording to read; - for standard input
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
-    /// Format of the recording, if it shall not be detected [possible values: csv, ev5, iso-mme, lvm, mcap]
-    #[arg(long, value_name = "FORMAT", hide_possible_values = true, value_parser = ValueWords(|text: &str| Ok::<_, String>(text.to_string()), &["csv", "ev5", "iso-mme", "lvm", "mcap"]))]
+    /// Format of the recording, if it shall not be detected
+    #[arg(long, value_name = "FORMAT", value_parser = ValueWords::of(Setting::InputFormat, |text| Ok(text.to_string())))]
     pub input_format: Option<String>,
     /// Column name or 1-based number, or MCAP topic:field.path [default: the one lateral acceleration]
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
@@ -111,11 +111,11 @@ pub struct ReadArguments {
     )]
     pub time_column: Option<String>,
     /// Unit of the time column: s, ms, us, ns, min, h or day, also behind a number: 10us, 0.1ms [default: as the file states, else s]
-    #[arg(long, value_name = "UNIT", hide_possible_values = true, value_parser = ValueWords(parse_time_unit, &["s", "ms", "us", "ns", "min", "h", "day"]))]
+    #[arg(long, value_name = "UNIT", hide_possible_values = true, value_parser = ValueWords::of(Setting::TimeUnit, parse_time_unit))]
     pub time_unit: Option<TimeUnit>,
     /// Whose clock tells the time of a log's messages: the stamp in them, or when they were logged or
     /// published [default: header where the messages have stamps, else log]
-    #[arg(long, value_name = "header|log|publish", hide_possible_values = true, value_parser = ValueWords(parse_time_source, &["header", "log", "publish"]))]
+    #[arg(long, value_name = words_shown(Setting::TimeSource), hide_possible_values = true, value_parser = ValueWords::of(Setting::TimeSource, MessageClock::from_word))]
     pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns; lines above it are no samples [default: found]
     #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_hyphen_values = true)]
@@ -130,7 +130,7 @@ pub struct ReadArguments {
     #[arg(long, value_name = "N", value_parser = count(0, u32::MAX), allow_hyphen_values = true)]
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table; the other mark may then separate thousands [default: found]
-    #[arg(long, value_name = ".|,", hide_possible_values = true, value_parser = ValueWords(parse_decimal, &[".", ","]))]
+    #[arg(long, value_name = words_shown(Setting::Decimal), hide_possible_values = true, value_parser = ValueWords::of(Setting::Decimal, DecimalMark::from_word))]
     pub decimal: Option<DecimalMark>,
     /// Sample rate where the file holds no time, or no unit of it; held against its steps [Hz]
     #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_hyphen_values = true)]
@@ -140,7 +140,7 @@ pub struct ReadArguments {
     #[arg(long, value_name = "S", value_parser = parse_finite, allow_hyphen_values = true)]
     pub time_zero: Option<f64>,
     /// Unit of acceleration [default: as header, units row, card or format states]
-    #[arg(long, value_name = "g|mg|m/s2|cm/s2|mm/s2|mm/ms2|ft/s2|in/s2|kilo-g", hide_possible_values = true, value_parser = ValueWords(parse_unit, &["g", "mg", "m/s2", "cm/s2", "mm/s2", "mm/ms2", "ft/s2", "in/s2", "kilo-g"]))]
+    #[arg(long, value_name = words_shown(Setting::Unit), hide_possible_values = true, value_parser = ValueWords::of(Setting::Unit, AccelerationUnit::from_word))]
     pub unit: Option<AccelerationUnit>,
     /// What one of the samples means as an acceleration, where they are volts, counts or another
     /// quantity: '20 g/V', or '10 mV/g'
@@ -214,24 +214,24 @@ pub struct ReplayArguments {
     pub velocity_change: Option<f64>,
     /// What a person has checked of a recording that is unlike a crash: clock, its sample rate and
     /// length; several words with commas
-    #[arg(help_heading = "Signal", long, value_name = "WORD", value_delimiter = ',', value_parser = ValueWords(parse_accepted, &["clock"]))]
+    #[arg(help_heading = "Signal", long, value_name = "WORD", value_delimiter = ',', value_parser = ValueWords::of(Setting::Accept, AcceptedWord::from_word))]
     pub accept: Vec<AcceptedWord>,
     /// Sign of the recorded acceleration that opens the lever; both: judge each, the worse counts
     /// [default: the card; else both are judged and must agree]
-    #[arg(help_heading = "Signal", long, value_name = "negative|positive|both", hide_possible_values = true, value_parser = ValueWords(parse_polarity, &["negative", "positive", "both"]))]
+    #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::OpensWhen), hide_possible_values = true, value_parser = ValueWords::of(Setting::OpensWhen, CardPolarity::from_word))]
     pub opens_when: Option<CardPolarity>,
     /// Window whose mean is removed, START..END in s, or none [default: all samples at t <= -1 ms
     /// if they span at least 5 ms]
-    #[arg(help_heading = "Signal", long, value_name = "START..END|none", hide_possible_values = true, value_parser = ValueWords(parse_bias, &["none"]), allow_hyphen_values = true)]
+    #[arg(help_heading = "Signal", long, value_name = "START..END|none", hide_possible_values = true, value_parser = ValueWords::of(Setting::Bias, parse_bias), allow_hyphen_values = true)]
     pub bias: Option<BiasWindow>,
     /// Channel frequency class [default: cfc1000 where the rate is at least 10 kHz, else none]
-    #[arg(help_heading = "Signal", long, value_name = "none|cfc60|cfc180|cfc600|cfc1000", hide_possible_values = true, value_parser = ValueWords(parse_filter, &["none", "cfc60", "cfc180", "cfc600", "cfc1000"]))]
+    #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::Filter), hide_possible_values = true, value_parser = ValueWords::of(Setting::Filter, FilterChoice::from_word))]
     pub filter: Option<FilterChoice>,
     /// Filter constant and end treatment
-    #[arg(help_heading = "Signal", long, value_name = "iso6487|saej211", hide_possible_values = true, value_parser = ValueWords(parse_standard, &["iso6487", "saej211"]), default_value = "iso6487")]
+    #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::FilterStandard), hide_possible_values = true, value_parser = ValueWords::of(Setting::FilterStandard, FilterStandard::from_word), default_value = "iso6487")]
     pub filter_standard: FilterStandard,
     /// Rate fed to the model [Hz], or native
-    #[arg(help_heading = "Signal", long, value_name = "HZ|native", hide_possible_values = true, value_parser = ValueWords(parse_resample, &["native"]), default_value = "native", allow_hyphen_values = true)]
+    #[arg(help_heading = "Signal", long, value_name = "HZ|native", hide_possible_values = true, value_parser = ValueWords::of(Setting::Resample, parse_resample), default_value = "native", allow_hyphen_values = true)]
     pub resample: Resample,
     /// Judge only crossings inside START..END in s; the whole record drives the lever
     #[arg(help_heading = "Signal", long, value_name = "START..END", value_parser = parse_window, allow_hyphen_values = true)]

@@ -6,6 +6,7 @@ use latchgate_document::request;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Method;
 use latchgate_recording::Limits;
+use latchgate_recording::setting::Setting;
 use latchgate_verdict::ModelChoice;
 use std::ffi::OsStr;
 use tracing::level_filters::LevelFilter;
@@ -19,14 +20,26 @@ pub enum OutputFormat {
     Json,
 }
 
-/// What reads a value, and the words that it may be, for completions; it may be others, too.
+/// What reads a value, and the words of its setting, for completions; it may be others, too.
 #[derive(Debug, Clone)]
-pub struct ValueWords<T>(
-    /// What reads it.
-    pub fn(&str) -> Result<T, String>,
-    /// The words.
-    pub &'static [&'static str],
-);
+pub struct ValueWords<T> {
+    read: fn(&str) -> Result<T, String>,
+    words: Vec<&'static str>,
+}
+
+impl<T> ValueWords<T> {
+    /// Returns the reader `read` for a setting.
+    #[must_use]
+    pub fn of(setting: Setting, read: fn(&str) -> Result<T, String>) -> Self {
+        let words = request::words_of(setting);
+        Self { read, words }
+    }
+}
+
+/// Returns the words of a setting as help shows them: `g|mg|m/s2`.
+pub(super) fn words_shown(setting: Setting) -> String {
+    request::words_of(setting).join("|")
+}
 
 impl<T: Clone + Send + Sync + 'static> TypedValueParser for ValueWords<T> {
     type Value = T;
@@ -37,13 +50,13 @@ impl<T: Clone + Send + Sync + 'static> TypedValueParser for ValueWords<T> {
         argument: Option<&clap::Arg>,
         value: &OsStr,
     ) -> Result<T, clap::Error> {
-        let read = self.0;
+        let read = self.read;
         (move |text: &str| read(text)).parse_ref(command, argument, value)
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
         Some(Box::new(
-            self.1.iter().map(|word| PossibleValue::new(*word)),
+            self.words.iter().map(|word| PossibleValue::new(*word)),
         ))
     }
 }

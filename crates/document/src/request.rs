@@ -6,19 +6,22 @@
 //! recording, the card before what the file itself says. How many threads work, who watches and
 //! which report is drawn are no part of it: they change no number.
 //!
+//! - `fields`: the fields of a request in and out of serde;
 //! - `map`: a request as keys and values, both ways;
+//! - `read`: how each field is read and written;
 //! - `value`: the values of settings as words, for options, files and documents alike.
 
+mod fields;
 mod map;
+mod read;
 mod value;
 
 pub use map::{MarginRequest, parse_grid};
 pub use value::{
-    MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, parse_accepted, parse_bias,
-    parse_count, parse_decimal, parse_filter, parse_finite, parse_map_axis, parse_method,
-    parse_model, parse_number, parse_phi0, parse_polarity, parse_positive, parse_resample,
-    parse_sensitivity, parse_standard, parse_time_source, parse_time_unit, parse_tolerance,
-    parse_unit, parse_velocity, parse_window,
+    MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, Word, parse_bias, parse_count,
+    parse_finite, parse_map_axis, parse_method, parse_number, parse_phi0, parse_positive,
+    parse_resample, parse_sensitivity, parse_time_unit, parse_tolerance, parse_velocity,
+    parse_window, words_of,
 };
 
 use latchgate_kernel::model::Design;
@@ -57,70 +60,214 @@ use std::collections::BTreeMap;
 /// # Ok::<(), serde_json::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "map::SettingsAsStated", into = "BTreeMap<String, Value>")]
+#[serde(remote = "Self", default, deny_unknown_fields)]
 pub struct Request {
     /// Format name of [`FORMATS`]; recognised if absent.
+    #[serde(
+        deserialize_with = "read::some_text",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub input_format: Option<String>,
     /// Channel to judge: a name, a number, `topic:field.path`, a code or pattern.
+    #[serde(
+        deserialize_with = "read::name",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub channel: Option<String>,
     /// Name or number of the column that holds the time.
+    #[serde(
+        deserialize_with = "read::name",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub time_column: Option<String>,
     /// Unit of that column.
+    #[serde(
+        deserialize_with = "read::time_unit",
+        serialize_with = "read::write_text",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub time_unit: Option<TimeUnit>,
     /// Whose clock tells the time of a log's messages.
+    #[serde(
+        deserialize_with = "read::some_word",
+        serialize_with = "read::write_some_word",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
+    #[serde(
+        deserialize_with = "read::line",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub header_line: Option<u32>,
     /// Line of a text table that holds the units of its columns.
+    #[serde(
+        deserialize_with = "read::line",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub unit_line: Option<u32>,
     /// Last line of a text table; what stands below is no sample.
+    #[serde(
+        deserialize_with = "read::line",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub last_line: Option<u32>,
     /// Lines at the start of a text table that are passed over.
+    #[serde(
+        deserialize_with = "read::lines",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table.
+    #[serde(
+        deserialize_with = "read::some_word",
+        serialize_with = "read::write_some_word",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub decimal: Option<DecimalMark>,
     /// Sample rate where the file holds no time [Hz].
+    #[serde(
+        deserialize_with = "read::positive",
+        serialize_with = "read::write_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub rate_hz: Option<f64>,
     /// Instant of first contact on the file's clock [s].
+    #[serde(
+        deserialize_with = "read::finite",
+        serialize_with = "read::write_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub time_zero: Option<f64>,
     /// Unit of acceleration.
+    #[serde(
+        deserialize_with = "read::some_word",
+        serialize_with = "read::write_some_word",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub unit: Option<AccelerationUnit>,
     /// What one of the samples means as an acceleration, where they are another quantity.
+    #[serde(
+        deserialize_with = "read::sensitivity",
+        serialize_with = "read::write_text",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub sensitivity: Option<SensorSensitivity>,
     /// Remarks that a person has read and accepts, as they are shown; those of the card join them.
+    #[serde(
+        deserialize_with = "read::remarks",
+        skip_serializing_if = "Vec::is_empty"
+    )]
     pub accepted_remarks: Vec<String>,
     /// Velocity change that a person knows from another source [m/s].
+    #[serde(
+        rename = "velocity_change",
+        deserialize_with = "read::positive",
+        serialize_with = "read::write_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub velocity_change_m_s: Option<f64>,
     /// What a person accepts of the recording; that of the card joins it.
+    #[serde(
+        rename = "accept",
+        deserialize_with = "read::accepted",
+        skip_serializing_if = "Vec::is_empty"
+    )]
     pub accepted: Vec<AcceptedWord>,
     /// Sign of the recorded acceleration that opens the lever.
+    #[serde(
+        deserialize_with = "read::some_word",
+        serialize_with = "read::write_some_word",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub opens_when: Option<CardPolarity>,
     /// Samples whose mean is removed.
+    #[serde(
+        deserialize_with = "read::bias",
+        serialize_with = "read::write_bias",
+        skip_serializing_if = "is_default_bias"
+    )]
     pub bias: BiasWindow,
     /// Channel frequency class.
+    #[serde(
+        deserialize_with = "read::word",
+        serialize_with = "read::write_word",
+        skip_serializing_if = "is_default_filter"
+    )]
     pub filter: FilterChoice,
     /// Whose filter.
+    #[serde(deserialize_with = "read::word", serialize_with = "read::write_word")]
     pub filter_standard: FilterStandard,
     /// Rate fed to the model [Hz]; `None` for the recording's.
+    #[serde(
+        rename = "resample",
+        deserialize_with = "read::resample",
+        serialize_with = "read::write_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub resample_hz: Option<f64>,
     /// Judged window, from and to [s]; `None` for the whole record.
+    #[serde(
+        rename = "window",
+        deserialize_with = "read::window",
+        serialize_with = "read::write_window",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub window_s: Option<(f64, f64)>,
     /// Stop models that decide.
+    #[serde(deserialize_with = "read::word", serialize_with = "read::write_word")]
     pub model: ModelChoice,
     /// Integrator.
+    #[serde(
+        deserialize_with = "read::method",
+        serialize_with = "read::write_method"
+    )]
     pub method: Method,
     /// Truncation let pass in a step [rad]; `None` for the method's own.
+    #[serde(
+        rename = "tolerance",
+        deserialize_with = "read::tolerance",
+        serialize_with = "read::write_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub tolerance_rad: Option<f64>,
     /// Largest ensemble; 0 for nominal runs alone.
+    #[serde(deserialize_with = "read::members")]
     pub members: u32,
     /// Seed of the ensemble.
+    #[serde(deserialize_with = "read::seed")]
     pub seed: u64,
     /// Initial angle [rad]; `None` for that of rest on the stop.
+    #[serde(
+        rename = "phi0",
+        deserialize_with = "read::phi0",
+        serialize_with = "read::write_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub phi0_rad: Option<f64>,
     /// Initial angular velocity [rad/s]; `None` for rest.
+    #[serde(
+        rename = "omega0",
+        deserialize_with = "read::velocity",
+        serialize_with = "read::write_number",
+        skip_serializing_if = "Option::is_none"
+    )]
     pub omega0_rad_s: Option<f64>,
     /// Limits on input that are changed, by name.
+    #[serde(
+        rename = "limit",
+        deserialize_with = "read::limits",
+        skip_serializing_if = "BTreeMap::is_empty"
+    )]
     pub limits: BTreeMap<String, u64>,
+}
+
+fn is_default_bias(bias: &BiasWindow) -> bool {
+    *bias == BiasWindow::PreEvent
+}
+
+fn is_default_filter(filter: &FilterChoice) -> bool {
+    *filter == FilterChoice::Default
 }
 
 impl Default for Request {

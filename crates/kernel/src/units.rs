@@ -575,6 +575,9 @@ impl TimeUnit {
         ),
     ];
 
+    /// Names that people are shown, the usual ones first.
+    pub const NAMES: [&str; 7] = ["s", "ms", "us", "ns", "min", "h", "day"];
+
     /// Returns the unit of `times`/`parts` seconds; `None` beyond a picosecond and thirty years.
     fn of_ratio(times: u128, parts: u128) -> Option<Self> {
         let (mut divisor, mut rest) = (times, parts);

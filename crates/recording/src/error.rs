@@ -5,6 +5,7 @@
 
 use crate::setting::Setting;
 use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::units::AccelerationUnit;
 use std::fmt;
 use std::ops::Range;
 use std::path::Path;
@@ -319,7 +320,8 @@ pub enum ErrorKind {
     },
     /// Nothing states the unit of acceleration.
     #[error(
-        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = g|mg|m/s2|cm/s2|mm/s2|mm/ms2|ft/s2|in/s2|kilo-g"
+        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = {}",
+        AccelerationUnit::ALL.map(|(_, name)| name).join("|")
     )]
     MissingUnit,
     /// Nothing states the time of the samples.

@@ -3,19 +3,14 @@
 //! What is written and what is read of a setting stand in one file, so that one is not added
 //! without the other; the keys of a margin are those of a replay and a few more.
 
-use super::value::{self, STEPS_PER_PERIOD_DEFAULT};
-use super::{Request, parse_method};
-use latchgate_recording::Limits;
-use latchgate_recording::card::AcceptedWord;
+use super::{Request, fields, parse_method, read, value};
 use latchgate_recording::error::{Error, ErrorKind};
 use latchgate_recording::setting::Setting;
-use latchgate_verdict::conditioning::{BiasWindow, FilterChoice};
-use latchgate_verdict::ensemble::MEMBERS_MAX;
 use latchgate_verdict::margin::{MapAxis, MapRequest, map::GRID_MAX};
 use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// Settings by key, as JSON, TOML or a form states them.
@@ -23,7 +18,11 @@ type Entries = BTreeMap<String, Value>;
 
 impl From<Request> for Entries {
     fn from(request: Request) -> Self {
-        all(&request)
+        let mut entries = fields::write(&request);
+        if let Some(steps) = request.method.steps_per_period() {
+            entries.insert(Setting::StepsPerPeriod.key().to_string(), json!(steps));
+        }
+        entries
     }
 }
 
@@ -58,7 +57,7 @@ impl TryFrom<Entries> for Request {
     type Error = Error;
 
     fn try_from(mut entries: Entries) -> Result<Self, Error> {
-        let request = from_entries(&mut entries)?;
+        let request = take_request(&mut entries)?;
         refuse_unknown(&entries, OF_REPLAY)?;
         Ok(request)
     }
@@ -156,122 +155,38 @@ const OF_MARGIN: &[Setting] = &[
     Setting::MapGrid,
 ];
 
-/// Returns every setting that has a value, defaults among them.
-fn all(request: &Request) -> Entries {
-    let mut found = Entries::new();
-    let mut put = |setting: Setting, value: Option<Value>| {
-        if let Some(value) = value {
-            found.insert(setting.key().to_string(), value);
-        }
-    };
-    let text = |text: &Option<String>| text.as_ref().map(|text| json!(text));
-    let number = |number: Option<f64>| number.map(|number| json!(number + 0.0));
-    put(Setting::InputFormat, text(&request.input_format));
-    put(Setting::Channel, text(&request.channel));
-    put(Setting::TimeColumn, text(&request.time_column));
-    put(
-        Setting::TimeUnit,
-        request.time_unit.map(|unit| json!(unit.to_string())),
-    );
-    put(
-        Setting::TimeSource,
-        request.time_source.map(|clock| json!(clock.name())),
-    );
-    let count = |count: Option<u32>| count.map(|count| json!(count));
-    put(Setting::HeaderLine, count(request.header_line));
-    put(Setting::UnitLine, count(request.unit_line));
-    put(Setting::LastLine, count(request.last_line));
-    put(Setting::SkipLines, count(request.skip_lines));
-    put(
-        Setting::Decimal,
-        request.decimal.map(|mark| json!(mark.name())),
-    );
-    put(Setting::RateHz, number(request.rate_hz));
-    put(Setting::TimeZero, number(request.time_zero));
-    put(Setting::Unit, request.unit.map(|unit| json!(unit.name())));
-    let sensitivity = request.sensitivity.as_ref();
-    put(
-        Setting::Sensitivity,
-        sensitivity.map(|sensitivity| json!(sensitivity.to_string())),
-    );
-    put(
-        Setting::AcceptedRemarks,
-        (!request.accepted_remarks.is_empty()).then(|| json!(request.accepted_remarks)),
-    );
-    put(Setting::VelocityChange, number(request.velocity_change_m_s));
-    put(
-        Setting::Accept,
-        (!request.accepted.is_empty()).then(|| json!(request.accepted)),
-    );
-    put(
-        Setting::OpensWhen,
-        request.opens_when.map(|sign| json!(sign.name())),
-    );
-    put(
-        Setting::Bias,
-        match request.bias {
-            BiasWindow::PreEvent => None,
-            BiasWindow::None => Some(json!("none")),
-            BiasWindow::Window(start, end) => Some(json!(value::interval((start, end)))),
-        },
-    );
-    put(
-        Setting::Filter,
-        match request.filter {
-            FilterChoice::Default => None,
-            FilterChoice::None => Some(json!("none")),
-            FilterChoice::Class(class) => Some(json!(class.name())),
-        },
-    );
-    put(
-        Setting::FilterStandard,
-        Some(json!(request.filter_standard.name())),
-    );
-    put(Setting::Resample, number(request.resample_hz));
-    put(
-        Setting::Window,
-        request
-            .window_s
-            .map(|window| json!(value::interval(window))),
-    );
-    put(Setting::Model, Some(json!(request.model.name())));
-    put(Setting::Method, Some(json!(request.method.name())));
-    put(
-        Setting::StepsPerPeriod,
-        request.method.steps_per_period().map(|steps| json!(steps)),
-    );
-    put(Setting::Tolerance, number(request.tolerance_rad));
-    put(Setting::Members, Some(json!(request.members)));
-    put(Setting::Seed, Some(json!(request.seed)));
-    put(Setting::Phi0, number(request.phi0_rad));
-    put(Setting::Omega0, number(request.omega0_rad_s));
-    put(
-        Setting::Limit,
-        (!request.limits.is_empty()).then(|| json!(request.limits)),
-    );
-    found
-}
-
 /// Takes a request out of `entries`, where other settings may be left.
 ///
 /// # Errors
 ///
-/// [`OutOfRange`](latchgate_kernel::error::Error::OutOfRange) for a value that its setting does not take.
-fn from_entries(entries: &mut Entries) -> Result<Request, Error> {
-    let mut request = Request::default();
-    let mut steps_per_period = STEPS_PER_PERIOD_DEFAULT;
-    for &setting in OF_REPLAY {
+/// [`ErrorKind::BadSetting`] for a value that its setting does not take.
+fn take_request(entries: &mut Entries) -> Result<Request, Error> {
+    let keys = OF_REPLAY
+        .iter()
+        .filter(|setting| **setting != Setting::StepsPerPeriod);
+    let stated: serde_json::Map<String, Value> = keys
+        .filter_map(|setting| entries.remove_entry(setting.key()))
         // A null says nothing, as an absent key does.
-        if let Some(value) = entries
-            .remove(setting.key())
-            .filter(|value| !value.is_null())
-        {
-            set(&mut request, &mut steps_per_period, setting, &value)
-                .map_err(|wrong| refused(setting, &value, wrong))?;
-        }
+        .filter(|(_, value)| !value.is_null())
+        .collect();
+    let found = stated.clone();
+    let mut request = fields::read(stated).map_err(|(key, wrong)| ErrorKind::BadSetting {
+        setting: *OF_REPLAY
+            .iter()
+            .find(|setting| setting.key() == key)
+            .unwrap_or(&Setting::Limit),
+        wrong,
+        found: found.get(&key).map_or_else(String::new, Value::to_string),
+    })?;
+    // The steps are part of the method, and a setting of their own.
+    if let Some(value) = entries
+        .remove(Setting::StepsPerPeriod.key())
+        .filter(|value| !value.is_null())
+    {
+        let steps = read::whole(&value, 1, u32::MAX)
+            .map_err(|wrong| refused(Setting::StepsPerPeriod, &value, wrong))?;
+        request.method = parse_method(request.method.name(), steps).unwrap_or(request.method);
     }
-    request.method =
-        parse_method(request.method.name(), steps_per_period).unwrap_or(request.method);
     Ok(request)
 }
 
@@ -291,130 +206,6 @@ fn refuse_unknown(entries: &Entries, known: &[Setting]) -> Result<(), Error> {
     };
     let known: Vec<&str> = known.iter().map(|setting| setting.key()).collect();
     Err(Error::unknown("setting", key.clone(), &known))
-}
-
-/// Sets one value; an error says what was expected.
-fn set(
-    request: &mut Request,
-    steps_per_period: &mut u32,
-    setting: Setting,
-    value: &Value,
-) -> Result<(), String> {
-    match setting {
-        Setting::InputFormat => request.input_format = Some(text(value)?.into()),
-        Setting::Channel => request.channel = Some(name(value)?),
-        Setting::TimeColumn => request.time_column = Some(name(value)?),
-        Setting::TimeUnit => request.time_unit = Some(value::parse_time_unit(text(value)?)?),
-        Setting::TimeSource => request.time_source = Some(value::parse_time_source(text(value)?)?),
-        Setting::HeaderLine => request.header_line = Some(count(value, 1, u32::MAX)?),
-        Setting::UnitLine => request.unit_line = Some(count(value, 1, u32::MAX)?),
-        Setting::LastLine => request.last_line = Some(count(value, 1, u32::MAX)?),
-        Setting::SkipLines => request.skip_lines = Some(count(value, 0, u32::MAX)?),
-        Setting::Decimal => request.decimal = Some(value::parse_decimal(text(value)?)?),
-        Setting::RateHz => request.rate_hz = Some(value::positive(number(value)?)?),
-        Setting::TimeZero => request.time_zero = Some(value::finite(number(value)?)?),
-        Setting::Unit => request.unit = Some(value::parse_unit(text(value)?)?),
-        Setting::Sensitivity => {
-            request.sensitivity = Some(value::parse_sensitivity(text(value)?)?);
-        }
-        Setting::AcceptedRemarks => request.accepted_remarks = texts(value)?,
-        Setting::VelocityChange => {
-            request.velocity_change_m_s = Some(value::positive(number(value)?)?);
-        }
-        Setting::Accept => request.accepted = accepted(value)?,
-        Setting::OpensWhen => request.opens_when = Some(value::parse_polarity(text(value)?)?),
-        Setting::Bias => request.bias = value::parse_bias(text(value)?)?,
-        Setting::Filter => request.filter = value::parse_filter(text(value)?)?,
-        Setting::FilterStandard => request.filter_standard = value::parse_standard(text(value)?)?,
-        Setting::Resample => {
-            request.resample_hz = match value {
-                Value::String(text) => value::parse_resample(text)?,
-                _ => Some(value::rate_to_resample(number(value)?)?),
-            };
-        }
-        Setting::Window => request.window_s = Some(value::parse_window(text(value)?)?),
-        Setting::Model => request.model = value::parse_model(text(value)?)?,
-        Setting::Method => request.method = parse_method(text(value)?, *steps_per_period)?,
-        Setting::StepsPerPeriod => *steps_per_period = count(value, 1, u32::MAX)?,
-        Setting::Tolerance => request.tolerance_rad = Some(value::tolerance(number(value)?)?),
-        Setting::Members => request.members = count(value, 0, MEMBERS_MAX)?,
-        Setting::Seed => {
-            request.seed = value
-                .as_u64()
-                .ok_or("must be a whole number, not negative".to_string())?;
-        }
-        Setting::Phi0 => request.phi0_rad = Some(value::phi0(number(value)?)?),
-        Setting::Omega0 => request.omega0_rad_s = Some(value::velocity(number(value)?)?),
-        Setting::Limit => request.limits = limits(value)?,
-        _ => return Err("must be a setting of a replay".into()),
-    }
-    Ok(())
-}
-
-fn text(value: &Value) -> Result<&str, String> {
-    value.as_str().ok_or_else(|| "must be a text".into())
-}
-
-fn texts(value: &Value) -> Result<Vec<String>, String> {
-    let list = value.as_array().ok_or("must be a list of texts")?;
-    list.iter()
-        .map(|one| text(one).map(str::to_string))
-        .collect()
-}
-
-/// Words to accept: a list, or one alone.
-fn accepted(value: &Value) -> Result<Vec<AcceptedWord>, String> {
-    let words = match value {
-        Value::String(word) => vec![word.clone()],
-        list => texts(list)?,
-    };
-    let words: Result<BTreeSet<AcceptedWord>, String> = words
-        .iter()
-        .map(|word| value::parse_accepted(word))
-        .collect();
-    words.map(|words| words.into_iter().collect())
-}
-
-/// A name, or a number that counts from 1.
-fn name(value: &Value) -> Result<String, String> {
-    match value {
-        Value::String(text) => Ok(text.clone()),
-        Value::Number(number) if number.as_u64().is_some_and(|number| number > 0) => {
-            Ok(number.to_string())
-        }
-        _ => Err("must be a name, or a number from 1".into()),
-    }
-}
-
-fn number(value: &Value) -> Result<f64, String> {
-    value.as_f64().ok_or_else(|| "must be a number".into())
-}
-
-fn count(value: &Value, least: u32, most: u32) -> Result<u32, String> {
-    value
-        .as_u64()
-        .and_then(|count| u32::try_from(count).ok())
-        .filter(|count| (least..=most).contains(count))
-        .ok_or_else(|| format!("must be a whole number from {least} to {most}"))
-}
-
-fn limits(value: &Value) -> Result<BTreeMap<String, u64>, String> {
-    let table = value.as_object().ok_or("must be a table of limits")?;
-    let mut changed = BTreeMap::new();
-    for (name, value) in table {
-        let value = value.as_u64().ok_or("must hold whole numbers")?;
-        Limits::default()
-            .set(&format!("{name}={value}"))
-            .map_err(|error| error.to_string())?;
-        changed.insert(name.clone(), value);
-    }
-    // A limit that is stated as it stands is none that was changed.
-    for limit in Limits::default().entries() {
-        if changed.get(&*limit.name) == Some(&limit.value) {
-            changed.remove(&*limit.name);
-        }
-    }
-    Ok(changed)
 }
 
 /// The question of a margin: that of a replay, and what is searched.
@@ -477,7 +268,7 @@ impl TryFrom<Entries> for MarginRequest {
 
     fn try_from(mut entries: Entries) -> Result<Self, Error> {
         let mut request = Self {
-            replay: from_entries(&mut entries)?,
+            replay: take_request(&mut entries)?,
             ..Self::default()
         };
         let mut take = |setting: Setting| {
@@ -485,12 +276,12 @@ impl TryFrom<Entries> for MarginRequest {
             value.filter(|value| !value.is_null())
         };
         if let Some(value) = take(Setting::CounterweightRadius) {
-            request.counterweight_radius_m = number(&value)
+            request.counterweight_radius_m = read::number(&value)
                 .and_then(value::positive)
                 .map_err(|expected| refused(Setting::CounterweightRadius, &value, expected))?;
         }
         if let Some(value) = take(Setting::Points) {
-            let points = count(&value, 50, 20_000)
+            let points = read::whole(&value, 50, 20_000)
                 .map_err(|expected| refused(Setting::Points, &value, expected))?;
             request.points = Some(points);
         }
@@ -505,7 +296,7 @@ impl TryFrom<Entries> for MarginRequest {
         };
         let (columns, rows) = match grid {
             None => (GRID, GRID),
-            Some(value) => text(&value)
+            Some(value) => read::text(&value)
                 .and_then(parse_grid)
                 .map_err(|expected| refused(Setting::MapGrid, &value, expected))?,
         };
@@ -530,8 +321,8 @@ fn axes(value: &Value) -> Result<[MapAxis; 2], String> {
         return Err(expected.into());
     };
     Ok([
-        value::parse_map_axis(text(x)?)?,
-        value::parse_map_axis(text(y)?)?,
+        value::parse_map_axis(read::text(x)?)?,
+        value::parse_map_axis(read::text(y)?)?,
     ])
 }
 

@@ -5,8 +5,10 @@ use latchgate_kernel::replay::Method;
 use latchgate_kernel::units::{
     AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit,
 };
+use latchgate_recording::FORMATS;
 use latchgate_recording::card::{AcceptedWord, CardPolarity};
 use latchgate_recording::error::nearest_name;
+use latchgate_recording::setting::Setting;
 use latchgate_verdict::ModelChoice;
 use latchgate_verdict::conditioning::resample::LEAST_RATE_HZ;
 use latchgate_verdict::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
@@ -148,21 +150,137 @@ fn one_of<T: Copy>(text: &str, known: &[(T, &str)]) -> Result<T, String> {
     // A letter or two are near to any.
     let nearest = near.filter(|name| name.len() > 2 && wanted.len() > 2);
     let meant = nearest.map_or(String::new(), |name| format!("; did you mean {name}?"));
-    let (last, others) = names.split_last().ok_or("nothing is known")?;
-    let others = match others {
-        [] => String::new(),
-        others => format!("{} or ", others.join(", ")),
-    };
-    Err(format!("expected {others}{last}{meant}"))
+    Err(format!("expected {}{meant}", in_words(&names)))
 }
 
-/// Reads a unit of acceleration.
-///
-/// # Errors
-///
-/// As [`parse_number`].
-pub fn parse_unit(text: &str) -> Result<AccelerationUnit, String> {
-    AccelerationUnit::from_spelling(text).map_or_else(|| one_of(text, &AccelerationUnit::ALL), Ok)
+/// Joins names: "rigid or soft", "s, ms or us".
+fn in_words(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => (*one).to_string(),
+        [others @ .., last] => format!("{} or {last}", others.join(", ")),
+    }
+}
+
+/// A value that is one of a few words.
+pub trait Word: Copy + PartialEq + Send + Sync + 'static {
+    /// Lists the values with their words, in the order in which people are shown them.
+    fn all() -> Vec<(Self, &'static str)>;
+
+    /// Reads a word, whatever its case.
+    ///
+    /// # Errors
+    ///
+    /// Says what was expected.
+    fn from_word(text: &str) -> Result<Self, String> {
+        one_of(text, &Self::all())
+    }
+
+    /// Returns the word of the value; empty for one that is stated by absence alone.
+    fn word(self) -> &'static str {
+        let all = Self::all().into_iter();
+        all.into_iter()
+            .find(|(value, _)| *value == self)
+            .map_or("", |(_, word)| word)
+    }
+}
+
+impl Word for AccelerationUnit {
+    fn all() -> Vec<(Self, &'static str)> {
+        Self::ALL.to_vec()
+    }
+
+    fn from_word(text: &str) -> Result<Self, String> {
+        Self::from_spelling(text).map_or_else(|| one_of(text, &Self::ALL), Ok)
+    }
+}
+
+impl Word for MessageClock {
+    fn all() -> Vec<(Self, &'static str)> {
+        Self::ALL.map(|clock| (clock, clock.name())).to_vec()
+    }
+}
+
+impl Word for DecimalMark {
+    fn all() -> Vec<(Self, &'static str)> {
+        Self::ALL.map(|mark| (mark, mark.name())).to_vec()
+    }
+
+    fn from_word(text: &str) -> Result<Self, String> {
+        match text.trim() {
+            "point" => Ok(Self::Point),
+            "comma" => Ok(Self::Comma),
+            _ => one_of(text, &Self::all()),
+        }
+    }
+}
+
+impl Word for CardPolarity {
+    fn all() -> Vec<(Self, &'static str)> {
+        Self::ALL.map(|sign| (sign, sign.name())).to_vec()
+    }
+}
+
+impl Word for AcceptedWord {
+    fn all() -> Vec<(Self, &'static str)> {
+        Self::ALL.map(|word| (word, word.name())).to_vec()
+    }
+}
+
+impl Word for FilterChoice {
+    fn all() -> Vec<(Self, &'static str)> {
+        let classes = Cfc::ALL.into_iter().rev();
+        let classes = classes.map(|class| (Self::Class(class), class.name()));
+        [(Self::None, "none")].into_iter().chain(classes).collect()
+    }
+}
+
+impl Word for FilterStandard {
+    fn all() -> Vec<(Self, &'static str)> {
+        [Self::Iso6487, Self::SaeJ211]
+            .map(|standard| (standard, standard.name()))
+            .to_vec()
+    }
+}
+
+impl Word for ModelChoice {
+    fn all() -> Vec<(Self, &'static str)> {
+        [
+            Self::Auto,
+            Self::Only(StopModel::Rigid),
+            Self::Only(StopModel::Soft),
+        ]
+        .map(|model| (model, model.name()))
+        .to_vec()
+    }
+}
+
+/// Lists the words that a setting takes, in the order in which people are shown them: all there are,
+/// or some beside numbers; none for a setting that takes text or numbers alone.
+#[must_use]
+pub fn words_of(setting: Setting) -> Vec<&'static str> {
+    fn of<T: Word>() -> Vec<&'static str> {
+        T::all().into_iter().map(|(_, word)| word).collect()
+    }
+    match setting {
+        Setting::InputFormat => {
+            let mut names: Vec<_> = FORMATS.iter().map(|format| format.name).collect();
+            names.sort_unstable();
+            names
+        }
+        Setting::TimeUnit => TimeUnit::NAMES.to_vec(),
+        Setting::TimeSource => of::<MessageClock>(),
+        Setting::Decimal => of::<DecimalMark>(),
+        Setting::Unit => of::<AccelerationUnit>(),
+        Setting::Accept => of::<AcceptedWord>(),
+        Setting::OpensWhen => of::<CardPolarity>(),
+        Setting::Bias => vec!["none"],
+        Setting::Filter => of::<FilterChoice>(),
+        Setting::FilterStandard => of::<FilterStandard>(),
+        Setting::Resample => vec!["native"],
+        Setting::Model => of::<ModelChoice>(),
+        _ => Vec::new(),
+    }
 }
 
 /// Reads what one of a quantity that is no acceleration means.
@@ -180,87 +298,10 @@ pub fn parse_sensitivity(text: &str) -> Result<SensorSensitivity, String> {
 ///
 /// As [`parse_number`].
 pub fn parse_time_unit(text: &str) -> Result<TimeUnit, String> {
-    let spelled = TimeUnit::from_spelling(text);
-    spelled.ok_or_else(|| {
-        "expected s, ms, us, ns, min, h or day, or a number with one, as in 10us".into()
+    TimeUnit::from_spelling(text).ok_or_else(|| {
+        let names = in_words(&TimeUnit::NAMES);
+        format!("expected {names}, or a number with one, as in 10us")
     })
-}
-
-/// Reads whose clock tells the time of a log's messages.
-///
-/// # Errors
-///
-/// As [`parse_number`].
-pub fn parse_time_source(text: &str) -> Result<MessageClock, String> {
-    one_of(text, &MessageClock::ALL.map(|clock| (clock, clock.name())))
-}
-
-/// Reads a decimal mark.
-///
-/// # Errors
-///
-/// As [`parse_number`].
-pub fn parse_decimal(text: &str) -> Result<DecimalMark, String> {
-    let known = DecimalMark::ALL.map(|mark| (mark, mark.name()));
-    match text.trim() {
-        "point" => Ok(DecimalMark::Point),
-        "comma" => Ok(DecimalMark::Comma),
-        _ => one_of(text, &known),
-    }
-}
-
-/// Reads which sign of the recorded acceleration opens.
-///
-/// # Errors
-///
-/// As [`parse_number`].
-pub fn parse_polarity(text: &str) -> Result<CardPolarity, String> {
-    one_of(text, &CardPolarity::ALL.map(|sign| (sign, sign.name())))
-}
-
-/// Reads what a person accepts of a recording.
-///
-/// # Errors
-///
-/// As [`parse_number`].
-pub fn parse_accepted(text: &str) -> Result<AcceptedWord, String> {
-    one_of(text, &AcceptedWord::ALL.map(|word| (word, word.name())))
-}
-
-/// Reads a channel frequency class.
-///
-/// # Errors
-///
-/// As [`parse_number`].
-pub fn parse_filter(text: &str) -> Result<FilterChoice, String> {
-    let mut known = vec![(FilterChoice::None, "none")];
-    let classes = Cfc::ALL.into_iter().rev();
-    known.extend(classes.map(|class| (FilterChoice::Class(class), class.name())));
-    one_of(text, &known)
-}
-
-/// Reads whose filter is meant.
-///
-/// # Errors
-///
-/// As [`parse_number`].
-pub fn parse_standard(text: &str) -> Result<FilterStandard, String> {
-    let known = [FilterStandard::Iso6487, FilterStandard::SaeJ211];
-    one_of(text, &known.map(|standard| (standard, standard.name())))
-}
-
-/// Reads which stop models decide.
-///
-/// # Errors
-///
-/// As [`parse_number`].
-pub fn parse_model(text: &str) -> Result<ModelChoice, String> {
-    let known = [
-        ModelChoice::Auto,
-        ModelChoice::Only(StopModel::Rigid),
-        ModelChoice::Only(StopModel::Soft),
-    ];
-    one_of(text, &known.map(|model| (model, model.name())))
 }
 
 /// Reads an integrator, those of fixed step with so many steps per natural period of the lever.

@@ -7,53 +7,36 @@ use crate::http::recordings::{Recording, look};
 use crate::http::verdicts::{Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
 use axum::extract::State;
-use latchgate::pipeline::Design;
+use latchgate::pipeline::{Design, Setting, words_of};
 use maud::{Markup, html};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
 /// Settings of reading that the form offers: key, label, what it is left at unless that was found.
-const READING: &[(&str, &str, &str)] = &[
-    ("input_format", "Format", "found"),
-    ("time_column", "Time column", "found"),
-    ("time_unit", "Unit of time", "s"),
-    ("time_source", "Clock of a log", "header"),
-    ("rate_hz", "Sample rate [Hz]", "from the time"),
-    ("header_line", "Line of the names", "found"),
-    ("unit_line", "Line of the units", "beside the names"),
-    ("last_line", "Last line of the table", "the file's"),
-    ("skip_lines", "Lines to pass over", "0"),
-    ("decimal", "Decimal mark", "found"),
-    ("unit", "Unit of acceleration", "as stated"),
-    ("sensitivity", "Sensitivity, as 20 g/V", "none"),
-    ("time_zero", "Time of first contact [s]", "0"),
+const READING: &[(Setting, &str, &str)] = &[
+    (Setting::InputFormat, "Format", "found"),
+    (Setting::TimeColumn, "Time column", "found"),
+    (Setting::TimeUnit, "Unit of time", "s"),
+    (Setting::TimeSource, "Clock of a log", "header"),
+    (Setting::RateHz, "Sample rate [Hz]", "from the time"),
+    (Setting::HeaderLine, "Line of the names", "found"),
+    (Setting::UnitLine, "Line of the units", "beside the names"),
+    (Setting::LastLine, "Last line of the table", "the file's"),
+    (Setting::SkipLines, "Lines to pass over", "0"),
+    (Setting::Decimal, "Decimal mark", "found"),
+    (Setting::Unit, "Unit of acceleration", "as stated"),
+    (Setting::Sensitivity, "Sensitivity, as 20 g/V", "none"),
+    (Setting::TimeZero, "Time of first contact [s]", "0"),
 ];
 
-/// Settings that take one of a few words.
-const CHOICES: &[(&str, &[&str])] = &[
-    ("input_format", &["csv", "lvm", "ev5", "iso-mme", "mcap"]),
-    ("time_source", &["header", "log", "publish"]),
-    ("decimal", &[".", ","]),
-];
+/// Units of time with a number that the form suggests beside the plain ones.
+const COUNTED_TIME_UNITS: &[&str] = &["10us", "100us", "100ns"];
 
-/// Units of time that the form suggests; any number may stand before one.
-const TIME_UNITS: &[&str] = &[
-    "s", "ms", "us", "ns", "10us", "100us", "100ns", "min", "day",
-];
-
-/// Settings of judging that the form offers: key, label, choices.
-const JUDGING: &[(&str, &str, &[&str])] = &[
-    (
-        "opens_when",
-        "Opening direction",
-        &["", "negative", "positive", "both"],
-    ),
-    (
-        "filter",
-        "Filter",
-        &["", "none", "cfc60", "cfc180", "cfc600", "cfc1000"],
-    ),
-    ("model", "Stop", &["", "auto", "rigid", "soft"]),
+/// Settings of judging that the form offers, with their labels.
+const JUDGING: &[(Setting, &str)] = &[
+    (Setting::OpensWhen, "Opening direction"),
+    (Setting::Filter, "Filter"),
+    (Setting::Model, "Stop"),
 ];
 
 /// Shows a recording, read as the query's settings say.
@@ -64,7 +47,9 @@ pub(super) async fn page(
 ) -> Result<Markup, Problem> {
     let stated: Map<String, Value> = settings
         .iter()
-        .filter(|(key, value)| !value.is_empty() && READING.iter().any(|(known, ..)| known == key))
+        .filter(|(key, value)| {
+            !value.is_empty() && READING.iter().any(|(setting, ..)| setting.key() == *key)
+        })
         .map(|(key, value)| (key.clone(), typed(value)))
         .collect();
     let request = (!stated.is_empty()).then(|| Value::Object(stated.clone()));
@@ -112,7 +97,8 @@ fn typed(text: &str) -> Value {
 /// Words a text for whoever sees the form: its fields have names of their own.
 fn on_the_page(text: &str) -> String {
     let mut text = text.replace("; choose one with the field `request.channel` = NAME", "");
-    for (key, label, _) in READING {
+    for (setting, label, _) in READING {
+        let key = setting.key();
         text = text.replace(
             &format!("the field `request.{key}` ="),
             &format!("“{label}” as"),
@@ -164,20 +150,24 @@ fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool
                 }
             }
             form.fields method="get" {
-                @for (key, label, otherwise) in READING {
-                    @let own = stated(key);
+                @for (setting, label, otherwise) in READING {
+                    @let (key, value) = (setting.key(), stated(setting.key()));
+                    @let is_choice = matches!(setting, Setting::InputFormat | Setting::TimeSource | Setting::Decimal);
                     label { (label) " "
-                        @match CHOICES.iter().find(|(known, _)| known == key) {
-                            Some((_, choices)) => select name=(key) {
+                        @if is_choice {
+                            select name=(key) {
                                 option value="" { (left(key, otherwise)) }
-                                @for choice in *choices { option value=(choice) selected[*choice == own] { (choice) } }
-                            },
-                            None => input name=(key) placeholder=(left(key, otherwise)) value=(own)
-                                list=[(*key == "time_unit").then_some("time-units")];
+                                @for choice in words_of(*setting) { option value=(choice) selected[choice == value] { (choice) } }
+                            }
+                        } @else {
+                            input name=(key) placeholder=(left(key, otherwise)) value=(value)
+                                list=[(*setting == Setting::TimeUnit).then_some("time-units")];
                         }
                     }
                 }
-                datalist id="time-units" { @for unit in TIME_UNITS { option value=(unit) {} } }
+                datalist id="time-units" {
+                    @for unit in words_of(Setting::TimeUnit).iter().chain(COUNTED_TIME_UNITS) { option value=(unit) {} }
+                }
                 @if let Some(search) = settings.get("search") { input type="hidden" name="search" value=(search); }
                 button { "Read again" }
             }
@@ -289,10 +279,11 @@ fn question(designs: &[(String, String)]) -> Markup {
                     @for (design, differences) in designs { option value=(design) data-differences=(differences) { (design) } }
                 }
             }
-            @for (key, label, choices) in JUDGING {
+            @for (setting, label) in JUDGING {
                 label { (label) " "
-                    select name=(key) {
-                        @for choice in *choices { option value=(choice) { @if choice.is_empty() { "as the card says, or the default" } @else { (choice) } } }
+                    select name=(setting.key()) {
+                        option value="" { "as the card says, or the default" }
+                        @for choice in words_of(*setting) { option value=(choice) { (choice) } }
                     }
                 }
             }

@@ -1,0 +1,41 @@
+//! The fields of a request in and out of serde.
+//!
+//! Serde's derived code reads and writes them ([`Request`] is its own `remote`); what stands here calls it
+//! by settings, so that an unknown key names the nearest known one and a bad value names its setting.
+
+use super::Request;
+use super::map::SettingsAsStated;
+use serde::de::{Deserialize, Deserializer, Error as _};
+use serde::ser::{Serialize, Serializer};
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// Reads the fields that are stated; an error names the key and says what was expected.
+pub(super) fn read(stated: Map<String, Value>) -> Result<Request, (String, String)> {
+    let mut track = serde_path_to_error::Track::new();
+    let value = Value::Object(stated);
+    let tracked = serde_path_to_error::Deserializer::new(value, &mut track);
+    Request::deserialize(tracked).map_err(|error| (track.path().to_string(), error.to_string()))
+}
+
+/// Returns every field that has a value, defaults among them.
+pub(super) fn write(request: &Request) -> BTreeMap<String, Value> {
+    let written = Request::serialize(request, serde_json::value::Serializer);
+    match written {
+        Ok(Value::Object(fields)) => fields.into_iter().collect(),
+        _ => BTreeMap::new(),
+    }
+}
+
+impl Serialize for Request {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        BTreeMap::from(self.clone()).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Request {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let stated = SettingsAsStated::deserialize(deserializer)?;
+        Self::try_from(stated).map_err(D::Error::custom)
+    }
+}
