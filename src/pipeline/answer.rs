@@ -79,8 +79,8 @@ impl RecordingFacts {
             bias_standard_error_method: wording::bias_method().into(),
             bias_samples: conditioned.bias_samples,
             bias_window_s: conditioned.bias_window_s,
-            filter: wording::filter_name(conditioned.filter).into(),
-            filter_standard: conditioned.filter_standard.name().into(),
+            filter: conditioned.filter,
+            filter_standard: conditioned.filter_standard,
             filter_design_frequency_hz: conditioned
                 .filter
                 .map(|filter| cfc::design_frequency_hz(filter, conditioned.filter_standard)),

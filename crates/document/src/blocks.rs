@@ -7,6 +7,7 @@ use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Part, TestFacts};
+use latchgate_verdict::conditioning::{Cfc, FilterStandard};
 use latchgate_verdict::margin::PreloadAnswer;
 use latchgate_verdict::{
     Answer, Ensemble, ErrorBudget, FilterRow, Ladder, Reason, RunAnswer, Screens, WhatIf,
@@ -70,9 +71,10 @@ pub struct ConditioningBlock {
     /// First and last instant of the bias window [s].
     pub bias_window_s: Option<(f64, f64)>,
     /// Filter: `none`, `cfc60`, `cfc180`, `cfc600`, `cfc1000`.
-    pub filter: Cow<'static, str>,
+    #[serde(with = "latchgate_verdict::conditioning::applied_filter")]
+    pub filter: Option<Cfc>,
     /// Standard of the filter.
-    pub filter_standard: Cow<'static, str>,
+    pub filter_standard: FilterStandard,
     /// Design frequency of the filter's two passes, fd [Hz].
     pub filter_design_frequency_hz: Option<f64>,
     /// End treatment in words.

@@ -77,16 +77,55 @@ pub enum Method {
 }
 
 impl Method {
+    /// Returns the method without its numbers.
+    #[must_use]
+    pub fn kind(self) -> MethodKind {
+        match self {
+            Self::EventDriven => MethodKind::EventDriven,
+            Self::Rk4 { .. } => MethodKind::Rk4,
+            Self::Rk4Located { .. } => MethodKind::Rk4Located,
+            Self::Dopri5 { at_samples: false } => MethodKind::Dopri5,
+            Self::Dopri5 { at_samples: true } => MethodKind::Dopri5Samples,
+            Self::MoreauJean { .. } => MethodKind::MoreauJean,
+        }
+    }
+
+    /// Returns the name that options and verdicts use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.kind().name()
+    }
+}
+
+/// A method without its numbers, as documents state it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MethodKind {
+    /// [`Method::EventDriven`].
+    EventDriven,
+    /// [`Method::Rk4`].
+    Rk4,
+    /// [`Method::Rk4Located`].
+    Rk4Located,
+    /// [`Method::Dopri5`] with steps of its own.
+    Dopri5,
+    /// [`Method::Dopri5`] with steps that end at samples.
+    Dopri5Samples,
+    /// [`Method::MoreauJean`].
+    MoreauJean,
+}
+
+impl MethodKind {
     /// Returns the name that options and verdicts use.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::EventDriven => "event-driven",
-            Self::Rk4 { .. } => "rk4",
-            Self::Rk4Located { .. } => "rk4-located",
-            Self::Dopri5 { at_samples: false } => "dopri5",
-            Self::Dopri5 { at_samples: true } => "dopri5-samples",
-            Self::MoreauJean { .. } => "moreau-jean",
+            Self::Rk4 => "rk4",
+            Self::Rk4Located => "rk4-located",
+            Self::Dopri5 => "dopri5",
+            Self::Dopri5Samples => "dopri5-samples",
+            Self::MoreauJean => "moreau-jean",
         }
     }
 }
@@ -173,7 +212,7 @@ pub struct Run {
     /// Stop model.
     pub model: StopModel,
     /// Integrator.
-    pub method: Cow<'static, str>,
+    pub method: MethodKind,
     /// Sign of the recorded acceleration that opens.
     pub opens_when: OpensWhen,
     /// Largest angle in the window [rad].
@@ -612,7 +651,7 @@ fn finish(
     RunOutcome {
         run: Run {
             model: options.stop,
-            method: options.method.name().into(),
+            method: options.method.kind(),
             opens_when: options.opens_when,
             peak_angle_rad: finite(peak.angle),
             peak_time_s: peak.time,

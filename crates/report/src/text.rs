@@ -7,6 +7,7 @@ use latchgate_document::Document;
 use latchgate_document::number::plain;
 use latchgate_recording::{Finding, Severity};
 use latchgate_verdict::Answer;
+use latchgate_verdict::wording::filter_name;
 use std::path::Path;
 
 /// Findings that are told unasked.
@@ -175,7 +176,11 @@ fn detail(out: &mut TerminalLines, document: &Document) {
         .iter()
         .filter_map(|row| {
             let peak = words::bounded_angle(row.peak_angle_rad?);
-            Some(format!("{} {} ({peak})", row.filter, row.verdict?.name()))
+            Some(format!(
+                "{} {} ({peak})",
+                filter_name(row.filter),
+                row.verdict?.name()
+            ))
         })
         .collect();
     if !filters.is_empty() {

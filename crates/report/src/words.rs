@@ -252,8 +252,8 @@ pub(super) fn capital(text: &str) -> String {
 
 /// Returns how the signal was conditioned, in a line.
 pub(super) fn conditioned(block: &ConditioningBlock) -> String {
-    let filter = match block.filter.strip_prefix("cfc") {
-        Some(class) => format!("CFC\u{00A0}{class}"),
+    let filter = match block.filter {
+        Some(class) => format!("CFC\u{00A0}{}", class.class()),
         None => "no filter".into(),
     };
     let bias = match block.bias_window_s {
@@ -665,7 +665,7 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 6] {
     } = document.error_budget_rad;
     let unmeasured = "not measured: no rerun was possible";
     let conditioning = document.conditioning.as_ref();
-    let unfiltered = conditioning.is_some_and(|block| block.filter == "none");
+    let unfiltered = conditioning.is_some_and(|block| block.filter.is_none());
     let unbiased = conditioning.is_some_and(|block| block.bias_window_s.is_none());
     let declared = document.recording.opens_when_source != PolaritySource::Undeclared;
     let unless = |applies: bool, reason| if applies { reason } else { unmeasured };

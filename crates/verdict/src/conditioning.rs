@@ -25,6 +25,7 @@ pub mod spectrum;
 use latchgate_kernel::units::{STANDARD_GRAVITY, SampleRate, plain};
 use latchgate_recording::error::{Error, ErrorKind, Place};
 use latchgate_recording::{Channel, Finding};
+use serde::{Deserialize, Serialize};
 
 pub use crash::velocity_change_m_s;
 pub use latchgate_kernel::signal::Signal;
@@ -82,6 +83,36 @@ impl Cfc {
     }
 }
 
+/// The filter that was applied, as documents state it: `none` or the name of its class.
+pub mod applied_filter {
+    use super::Cfc;
+    use serde::de::{Deserialize, Deserializer, Error as _};
+    use serde::ser::Serializer;
+
+    /// Writes the name.
+    ///
+    /// # Errors
+    ///
+    /// Those of the serializer.
+    pub fn serialize<S: Serializer>(filter: &Option<Cfc>, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(filter.map_or("none", Cfc::name))
+    }
+
+    /// Reads a name.
+    ///
+    /// # Errors
+    ///
+    /// For a text that is neither `none` nor a class.
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Cfc>, D::Error> {
+        let name = String::deserialize(from)?;
+        let class = Cfc::ALL.into_iter().find(|class| class.name() == name);
+        match class {
+            None if name != "none" => Err(D::Error::custom(format!("unknown filter `{name}`"))),
+            class => Ok(class),
+        }
+    }
+}
+
 /// Which filter to apply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FilterChoice {
@@ -94,7 +125,8 @@ pub enum FilterChoice {
 }
 
 /// The standard whose filter constant and end treatment are used.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum FilterStandard {
     /// ISO 6487: ωd = 2π·CFC·25/12, point-mirrored ends of 10 ms.
     Iso6487,

@@ -80,6 +80,13 @@ impl ShareBounds {
         upper_with_coast: 0.0,
     };
 
+    /// Those of an ensemble all of whose levers cross.
+    pub const ALL_CROSS: Self = Self {
+        lower: 1.0,
+        upper: 1.0,
+        upper_with_coast: 1.0,
+    };
+
     /// Those of which nothing is known.
     pub const UNKNOWN: Self = Self {
         lower: 0.0,
@@ -136,6 +143,25 @@ pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<ShareBo
     } else {
         Answer::Undecided
     }
+}
+
+/// Returns the answers that part 3 of the rule may still give where the share ends between `fewest` and
+/// `most`: [`decide`] asked at both ends, since a larger share never passes and a smaller one never fails.
+#[must_use]
+pub fn reachable(
+    estimate: &PeakEstimate,
+    threshold_rad: f64,
+    fewest: ShareBounds,
+    most: ShareBounds,
+) -> Vec<Answer> {
+    let mut answers = vec![Answer::Undecided];
+    if decide(estimate, threshold_rad, Some(fewest)) == Answer::Pass {
+        answers.push(Answer::Pass);
+    }
+    if decide(estimate, threshold_rad, Some(most)) == Answer::Fail {
+        answers.push(Answer::Fail);
+    }
+    answers
 }
 
 /// The nominal run of one variant, with its error and the share of scattered levers that cross.
@@ -270,16 +296,11 @@ pub(super) fn settled<'a>(
 ) -> bool {
     let mut joined: Vec<Vec<(OpensWhen, Answer)>> = vec![Vec::new()];
     for (run, answer) in variants {
-        let mut possible = vec![Answer::Fail, Answer::Undecided];
-        if decide(
-            &run.estimate(),
-            threshold_rad,
-            Some(ShareBounds::NONE_CROSSES),
-        ) == Answer::Pass
-        {
-            possible.push(Answer::Pass);
-        }
-        let possible = answer.map_or(possible, |answer| vec![answer]);
+        let (none, all) = (ShareBounds::NONE_CROSSES, ShareBounds::ALL_CROSS);
+        let possible = match answer {
+            Some(answer) => vec![answer],
+            None => reachable(&run.estimate(), threshold_rad, none, all),
+        };
         let sign = run.variant().opens_when;
         // At most four variants of three answers.
         joined = joined

@@ -21,6 +21,7 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::parameters::{PARAMETERS, Range, Slot};
 use latchgate_kernel::model::stop::{Stop, StopModel};
+use latchgate_kernel::replay::MethodKind;
 use latchgate_kernel::replay::batch::Member;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::error::Error;
@@ -113,7 +114,7 @@ pub struct Ensemble {
     /// Generator of the draws.
     pub generator: Cow<'static, str>,
     /// Integrator of the members.
-    pub method: Cow<'static, str>,
+    pub method: MethodKind,
     /// The look at which it ended, counted from 1.
     pub look: usize,
     /// Why it ended there.
@@ -501,7 +502,7 @@ pub(super) fn summarise(
         failed_to_run: count.failed_to_run,
         seed: scatter.seed,
         generator: draw::GENERATOR.into(),
-        method: "event-driven".into(),
+        method: MethodKind::EventDriven,
         look,
         ended,
         confidence: bounds::LOOK_CONFIDENCE,

@@ -14,13 +14,13 @@ use crate::conditioning::{self, Cfc, Conditioned};
 use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
 
 /// The answer and peak of the nominal runs after one filter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FilterRow {
     /// Filter: `none`, `cfc1000`, `cfc600`, `cfc180`, `cfc60`.
-    pub filter: Cow<'static, str>,
+    #[serde(with = "conditioning::applied_filter")]
+    pub filter: Option<Cfc>,
     /// The answer of the nominal runs by the rule without an ensemble; `None` if the filter cannot
     /// be applied.
     pub verdict: Option<Answer>,
@@ -81,7 +81,7 @@ pub(super) fn table(
             }
             Err(error) => Ok(FilteredRow {
                 row: FilterRow {
-                    filter: filter_name(filter).into(),
+                    filter,
                     verdict: None,
                     peak_angle_rad: None,
                     chosen: false,
@@ -162,7 +162,7 @@ fn judged<'a>(
         .collect();
     FilteredRow {
         row: FilterRow {
-            filter: filter_name(filter).into(),
+            filter,
             verdict: Some(span.answer(combine(polarity, &signed), combine(polarity, &of_good))),
             peak_angle_rad: peaks.iter().map(|(_, peak)| *peak).reduce(f64::max),
             chosen: false,
@@ -174,8 +174,9 @@ fn judged<'a>(
 
 /// Returns the peak that a variant reaches without a filter [rad].
 pub(super) fn unfiltered_peak(table: &[FilteredRow], variant: Variant) -> Option<f64> {
-    let none = filter_name(None);
-    let unfiltered = table.iter().find(|filtered| filtered.row.filter == none)?;
+    let unfiltered = table
+        .iter()
+        .find(|filtered| filtered.row.filter.is_none())?;
     let own = unfiltered.peaks.iter().find(|(of, _)| *of == variant)?;
     Some(own.1)
 }
@@ -188,8 +189,8 @@ pub(super) fn filter_decides(rows: &[FilterRow]) -> Option<Finding> {
             continue;
         };
         match answers.iter_mut().find(|(known, _)| *known == answer) {
-            Some((_, filters)) => filters.push(&row.filter),
-            None => answers.push((answer, vec![&row.filter])),
+            Some((_, filters)) => filters.push(filter_name(row.filter)),
+            None => answers.push((answer, vec![filter_name(row.filter)])),
         }
     }
     if answers.len() < 2 {

@@ -2,8 +2,8 @@
 //! no longer change the answer.
 
 use super::Answer;
-use super::decision::{ShareBounds, VariantRun, decide, settled};
-use super::ensemble::{self, Count, End, MemberPeaks, Scatter, most_of_a_pass};
+use super::decision::{ShareBounds, VariantRun, reachable, settled};
+use super::ensemble::{self, Count, End, MemberPeaks, Scatter};
 use super::policy::{AssessDetail, Variant};
 use super::runs::RunSetup;
 use super::variant::VariantResult;
@@ -30,18 +30,16 @@ struct Sampling {
 /// Tells whether neither a pass nor a fail can come of the members that are missing at the last
 /// look, `last`: too many cross for the one and too few for the other, whatever the rest does.
 fn out_of_reach(run: &VariantRun, count: Count, last: u32, threshold: f64) -> bool {
-    let says = |share| decide(&run.estimate(), threshold, Some(share));
-    let missing = last - count.members;
-    let crossing = count.exceeded + count.exceeded_in_coast + count.failed_to_run;
-    let passes = says(ShareBounds::NONE_CROSSES) == Answer::Pass
-        && crossing as usize <= most_of_a_pass(last);
-    let best_for_a_fail = Count {
+    let fewest = Count {
         members: last,
-        exceeded: count.exceeded + missing,
-        exceeded_in_coast: 0,
-        failed_to_run: 0,
+        ..count
     };
-    !passes && says(best_for_a_fail.share()) != Answer::Fail
+    let most = Count {
+        exceeded: count.exceeded + last - count.members,
+        ..fewest
+    };
+    let (fewest, most) = (fewest.share(), most.share());
+    reachable(&run.estimate(), threshold, fewest, most) == [Answer::Undecided]
 }
 
 /// Returns the steps that the members up to `look` may take: as those before them, or half of

@@ -309,7 +309,7 @@ fn peak(case: &Explained<'_>) -> Reason {
     let threshold = case.threshold_rad();
     let place = describe(case.nominal.variant, case.policy);
     if nominal.outcome.broke_down {
-        return not_followed(&run.method, &place);
+        return not_followed(run.method.name(), &place);
     }
     // What is found on faulty samples is told, but not as if it were known.
     let (lever, proviso) = if case.answer == Answer::Unusable {
@@ -388,7 +388,10 @@ fn others_not_followed(case: &Explained<'_>) -> Option<Reason> {
         .iter()
         .map(|result| describe(result.variant, case.policy))
         .collect();
-    Some(not_followed(&first.run.run().method, &places.join("; ")))
+    Some(not_followed(
+        first.run.run().method.name(),
+        &places.join("; "),
+    ))
 }
 
 /// Says that only the method stands in the way of a pass.
@@ -400,7 +403,7 @@ fn method_without_bound(case: &Explained<'_>) -> Option<Reason> {
         code: "method-without-bound".into(),
         text: format!(
             "The {} method only estimates its error: it may have stepped over what opens the lever, so it decides no pass. Judge by the event-driven method.",
-            held.run.run().method
+            held.run.run().method.name()
         ),
     })
 }

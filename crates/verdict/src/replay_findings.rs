@@ -59,7 +59,7 @@ pub(super) fn replay_findings(
     if let Some(of) = runs.iter().find(|of| of.outcome.broke_down) {
         findings.push(Finding::warning(
             "method-broke-down",
-            format!("The {} method could not follow the lever on the {} stop{}; its numbers mean nothing.", of.run().method, of.run().model.name(), of.outcome.breakdown.map_or_else(String::new, |why| format!(": {}", why.text()))),
+            format!("The {} method could not follow the lever on the {} stop{}; its numbers mean nothing.", of.run().method.name(), of.run().model.name(), of.outcome.breakdown.map_or_else(String::new, |why| format!(": {}", why.text()))),
         ));
     }
     findings.extend(method_findings(design, policy, interval, runs));

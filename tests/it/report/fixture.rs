@@ -6,12 +6,13 @@ use latchgate_document::blocks::{ConditioningBlock, Document, RecordingBlock, Ru
 use latchgate_document::request::{PolaritySource, Request};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{ErrorStatement, Run, TracePoint, Work};
+use latchgate_kernel::replay::{ErrorStatement, MethodKind, Run, TracePoint, Work};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::Finding;
 use latchgate_recording::card::CardPolarity;
 use latchgate_verdict::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
+use latchgate_verdict::conditioning::{Cfc, FilterStandard};
 use latchgate_verdict::ensemble::{Driver, End, PeakQuantiles};
 use latchgate_verdict::what_if::{Change, ChangedSide};
 use latchgate_verdict::{
@@ -79,7 +80,7 @@ fn with_ensemble(case: &mut Case) {
             failed_to_run: u32::from(index == 1),
             seed: 1,
             generator: "made up".into(),
-            method: "event-driven".into(),
+            method: MethodKind::EventDriven,
             look: 3,
             ended: [End::Decided, End::LastLook, End::NoMatter, End::Decided][index],
             confidence: 0.9875,
@@ -121,11 +122,11 @@ fn with_ensemble(case: &mut Case) {
             }],
         })
         .collect();
-    document.filters = ["none", "cfc1000", "cfc600", "cfc180", "cfc60"]
-        .into_iter()
+    document.filters = std::iter::once(None)
+        .chain(Cfc::ALL.map(Some))
         .enumerate()
         .map(|(index, filter)| FilterRow {
-            filter: filter.into(),
+            filter,
             verdict: (index != 2).then_some(if index < 2 {
                 Answer::Fail
             } else {
@@ -437,8 +438,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             bias_standard_error_method: "integrated autocorrelation time".into(),
             bias_samples: 191,
             bias_window_s: Some((START_S, -0.001)),
-            filter: "cfc1000".into(),
-            filter_standard: "iso6487".into(),
+            filter: Some(Cfc::Cfc1000),
+            filter_standard: FilterStandard::Iso6487,
             filter_design_frequency_hz: Some(25.0 / 12.0 * 1000.0),
             filter_end_treatment: Some("10 ms of point-mirrored samples at each end".into()),
             resample_hz: None,
@@ -535,7 +536,7 @@ fn run(
     impacts.truncate(200);
     let run = Run {
         model,
-        method: "event-driven".into(),
+        method: MethodKind::EventDriven,
         opens_when,
         peak_angle_rad: peak,
         peak_time_s: peak_time,

@@ -7,6 +7,7 @@ use crate::support::{Folder, data, latchgate, signal_file, table, without_run};
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions};
 use latchgate_verdict::ensemble::bounds::{LOOK_CONFIDENCE, lower, upper};
 use latchgate_verdict::ensemble::{End, Scatter};
+use latchgate_verdict::wording::filter_name;
 use latchgate_verdict::{Ensemble, FilterRow};
 
 // ---------------------------------------------------------------- verdicts
@@ -350,11 +351,11 @@ fn verif_polarities_with_ensembles() {
 
 // ---------------------------------------------------------------- filters and inputs
 
-fn rows(assessment: &Assessment) -> Vec<(&str, Option<Answer>)> {
+fn rows(assessment: &Assessment) -> Vec<(&'static str, Option<Answer>)> {
     assessment
         .filters
         .iter()
-        .map(|row| (&*row.filter, row.verdict))
+        .map(|row| (filter_name(row.filter), row.verdict))
         .collect()
 }
 
@@ -408,7 +409,7 @@ fn verif_the_filter_table_is_what_each_filter_gives() {
         assert_eq!(row.verdict, Some(own.answer));
         for other in &tables {
             check_close(
-                &row.filter,
+                filter_name(row.filter),
                 other.filters[index].peak_angle_rad.unwrap(),
                 own.nominal.peak_angle_rad,
                 1e-12,

@@ -4,11 +4,11 @@
 //! by settings, so that an unknown key names the nearest known one and a bad value names its setting.
 
 use super::Request;
-use super::map::SettingsAsStated;
-use serde::de::{Deserialize, Deserializer, Error as _};
+use serde::de::{Deserialize, Deserializer, Error as _, MapAccess, Visitor};
 use serde::ser::{Serialize, Serializer};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// Reads the fields that are stated; an error names the key and says what was expected.
 pub(super) fn read(stated: Map<String, Value>) -> Result<Request, (String, String)> {
@@ -36,6 +36,38 @@ impl Serialize for Request {
 impl<'de> Deserialize<'de> for Request {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let stated = SettingsAsStated::deserialize(deserializer)?;
-        Self::try_from(stated).map_err(D::Error::custom)
+        Self::try_from(stated.0).map_err(D::Error::custom)
+    }
+}
+
+/// Settings as a document states them: each key once, since of two some readers take the first.
+pub(super) struct SettingsAsStated(pub(super) BTreeMap<String, Value>);
+
+impl<'de> Deserialize<'de> for SettingsAsStated {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct EachKeyOnce;
+
+        impl<'de> Visitor<'de> for EachKeyOnce {
+            type Value = SettingsAsStated;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a table of settings")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(
+                self,
+                mut map: A,
+            ) -> Result<SettingsAsStated, A::Error> {
+                let mut entries = BTreeMap::new();
+                while let Some((key, value)) = map.next_entry::<String, Value>()? {
+                    if entries.insert(key.clone(), value).is_some() {
+                        return Err(A::Error::custom(format!("the key `{key}` stands twice")));
+                    }
+                }
+                Ok(SettingsAsStated(entries))
+            }
+        }
+
+        deserializer.deserialize_map(EachKeyOnce)
     }
 }

@@ -3,15 +3,14 @@
 //! What is written and what is read of a setting stand in one file, so that one is not added
 //! without the other; the keys of a margin are those of a replay and a few more.
 
-use super::{Request, fields, parse_method, read, value};
+use super::fields::{self, SettingsAsStated};
+use super::{Request, parse_method, read, value};
 use latchgate_recording::error::{Error, ErrorKind};
 use latchgate_recording::setting::Setting;
 use latchgate_verdict::margin::{MapAxis, MapRequest, map::GRID_MAX};
-use serde::de::{Deserializer, Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::fmt;
 
 /// Settings by key, as JSON, TOML or a form states them.
 type Entries = BTreeMap<String, Value>;
@@ -60,46 +59,6 @@ impl TryFrom<Entries> for Request {
         let request = take_request(&mut entries)?;
         refuse_unknown(&entries, OF_REPLAY)?;
         Ok(request)
-    }
-}
-
-/// Settings as a document states them: each key once, since of two some readers take the first.
-pub(super) struct SettingsAsStated(Entries);
-
-impl<'de> Deserialize<'de> for SettingsAsStated {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct EachKeyOnce;
-
-        impl<'de> Visitor<'de> for EachKeyOnce {
-            type Value = SettingsAsStated;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a table of settings")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(
-                self,
-                mut map: A,
-            ) -> Result<SettingsAsStated, A::Error> {
-                let mut entries = Entries::new();
-                while let Some((key, value)) = map.next_entry::<String, Value>()? {
-                    if entries.insert(key.clone(), value).is_some() {
-                        return Err(A::Error::custom(format!("the key `{key}` stands twice")));
-                    }
-                }
-                Ok(SettingsAsStated(entries))
-            }
-        }
-
-        deserializer.deserialize_map(EachKeyOnce)
-    }
-}
-
-impl TryFrom<SettingsAsStated> for Request {
-    type Error = Error;
-
-    fn try_from(stated: SettingsAsStated) -> Result<Self, Error> {
-        Self::try_from(stated.0)
     }
 }
 

@@ -267,7 +267,7 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
     RunOutcome {
         run: Run {
             model: problem.stop,
-            method: options.method.name().into(),
+            method: options.method.kind(),
             opens_when: options.opens_when,
             peak_angle_rad: finite(record.peak.0),
             peak_time_s: record.peak.1,

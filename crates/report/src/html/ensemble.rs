@@ -11,6 +11,7 @@ use latchgate_verdict::decision::{
 };
 use latchgate_verdict::ensemble::{End, Ensemble};
 use latchgate_verdict::what_if::Change;
+use latchgate_verdict::wording::filter_name;
 use std::fmt::Write as _;
 
 /// Draws the bounds of the share of levers that cross against those of the rule, a bar for each
@@ -327,7 +328,7 @@ pub(super) fn filters(page: &mut Page, document: &Document) {
         } else {
             "<tr>"
         });
-        page.element("th", "", &row.filter);
+        page.element("th", "", filter_name(row.filter));
         page.element("td", "", row.verdict.map_or(ABSENT, Answer::name));
         let text = row
             .peak_angle_rad

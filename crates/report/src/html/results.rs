@@ -106,7 +106,7 @@ fn quantities(page: &mut Page, document: &Document, runs: &[&Run]) {
         ("Bound on the numerical error [rad]", &|run| {
             significant(run.numerical_error_rad, 3)
         }),
-        ("Method", &|run| run.method.to_string()),
+        ("Method", &|run| run.method.name().to_string()),
         ("Steps · evaluations", &|run| {
             format!("{} · {}", count(run.work.steps), count(run.work.rhs))
         }),

@@ -7,6 +7,7 @@ use latchgate_document::blocks::ConditioningBlock;
 use latchgate_document::number::{ABSENT, count, exact, significant, trimmed};
 use latchgate_kernel::model::parameters::{PARAMETERS, Slot};
 use latchgate_kernel::units::STANDARD_GRAVITY;
+use latchgate_verdict::conditioning::FilterStandard;
 
 /// Writes what was judged: test, channel, design, and who checked it.
 pub(super) fn judged(page: &mut Page, document: &Document) {
@@ -179,37 +180,33 @@ fn bias(page: &mut Page, block: &ConditioningBlock) {
 
 /// Writes the filter, with its standard.
 fn filter(page: &mut Page, block: &ConditioningBlock) {
-    if block.filter == "none" {
+    let Some(class) = block.filter else {
         page.fact("Filter", "none");
-    } else {
-        let class = block
-            .filter
-            .strip_prefix("cfc")
-            .map_or_else(|| block.filter.to_string(), |class| format!("CFC {class}"));
-        page.fact(
-            "Filter",
-            &format!("{class}, two passes of a two-pole Butterworth, no phase"),
-        );
-        page.fact(
-            "Standard and its constant",
-            match &*block.filter_standard {
-                "iso6487" => "ISO 6487: fd = 25/12 · CFC",
-                "saej211" => "SAE J211-1: fd = 2.0775 · CFC",
-                other => other,
-            },
-        );
-        page.fact(
-            "Design frequency fd",
-            &block.filter_design_frequency_hz.map_or_else(
-                || ABSENT.into(),
-                |design| format!("{}\u{00A0}Hz", trimmed(design, 7)),
-            ),
-        );
-        page.fact(
-            "End treatment",
-            block.filter_end_treatment.as_deref().unwrap_or(ABSENT),
-        );
-    }
+        return;
+    };
+    let class = class.class();
+    page.fact(
+        "Filter",
+        &format!("CFC {class}, two passes of a two-pole Butterworth, no phase"),
+    );
+    page.fact(
+        "Standard and its constant",
+        match block.filter_standard {
+            FilterStandard::Iso6487 => "ISO 6487: fd = 25/12 · CFC",
+            FilterStandard::SaeJ211 => "SAE J211-1: fd = 2.0775 · CFC",
+        },
+    );
+    page.fact(
+        "Design frequency fd",
+        &block.filter_design_frequency_hz.map_or_else(
+            || ABSENT.into(),
+            |design| format!("{}\u{00A0}Hz", trimmed(design, 7)),
+        ),
+    );
+    page.fact(
+        "End treatment",
+        block.filter_end_treatment.as_deref().unwrap_or(ABSENT),
+    );
 }
 
 /// Writes the design with its tolerances.

@@ -8,6 +8,7 @@ use latchgate_document::number::significant;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::Severity;
+use latchgate_verdict::conditioning::Cfc;
 
 pub(super) const NAME: &str = "acceleration";
 
@@ -132,19 +133,16 @@ pub(super) fn used_text(context: &PlotContext) -> String {
     } else {
         "no bias removed"
     };
-    let filter = if block.filter == "none" {
-        "no filter".to_string()
-    } else {
-        filter_name(&block.filter)
-    };
+    let filter = filter_text(block.filter);
     format!("as used ({bias}, {filter})")
 }
 
-/// Returns `CFC 1000` for `cfc1000`.
-pub(super) fn filter_name(filter: &str) -> String {
-    filter
-        .strip_prefix("cfc")
-        .map_or_else(|| filter.to_string(), |class| format!("CFC {class}"))
+/// Returns the filter as a legend names it: `CFC 1000`, `no filter`.
+pub(super) fn filter_text(filter: Option<Cfc>) -> String {
+    filter.map_or_else(
+        || "no filter".into(),
+        |class| format!("CFC {}", class.class()),
+    )
 }
 
 fn points(context: &PlotContext, panel: &Frame, signal: &Signal) -> Vec<(f64, f64)> {

@@ -1,6 +1,6 @@
 //! Amplitude spectra before and after conditioning.
 
-use super::acceleration::filter_name;
+use super::acceleration::filter_text;
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
 use super::{Figure, PlotContext, thin};
@@ -34,8 +34,8 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
 
     let conditioning = context.document.conditioning.as_ref();
     let class = conditioning
-        .and_then(|block| block.filter.strip_prefix("cfc"))
-        .and_then(|class| class.parse::<f64>().ok());
+        .and_then(|block| block.filter)
+        .map(|filter| f64::from(filter.class()));
     let design_hz = conditioning.and_then(|block| block.filter_design_frequency_hz);
 
     let mut canvas = Canvas::with_capacity(96 * 1024);
@@ -97,8 +97,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
 fn used_text(context: &PlotContext) -> String {
     match &context.document.conditioning {
         None => "as used".into(),
-        Some(block) if block.filter == "none" => "as used (no filter)".into(),
-        Some(block) => format!("as used ({})", filter_name(&block.filter)),
+        Some(block) => format!("as used ({})", filter_text(block.filter)),
     }
 }
 
