@@ -535,8 +535,22 @@ fn line_of_row(text: &[u8], row: usize) -> Option<u64> {
         .map(|(line, _)| line as u64 + 1)
 }
 
+/// A range of instants [s].
+#[derive(Debug, Clone, Copy)]
+struct Bracket {
+    low: f64,
+    high: f64,
+}
+
+impl Bracket {
+    const EVERYWHERE: Self = Self {
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+    };
+}
+
 /// Finds the time base of stamps that repeat, since they have too few digits, at a stated rate:
-/// each of them must be the instant of its row to its own last digit, rounded or cut off.
+/// each of them must be the instant of its row to its own last digit, all rounded or all cut off.
 fn coarse_base(
     stamps_s: &[f64],
     digits_s: &[f64],
@@ -544,20 +558,40 @@ fn coarse_base(
     rate: SampleRate,
 ) -> Result<TimeBase, Error> {
     let interval = rate.interval().seconds();
-    // Where the start may lie if stamps are cut off towards zero or rounded up, and if rounded.
-    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-    let (mut rounded_low, mut rounded_high) = (low, high);
+    // Where the first row may lie if stamps are rounded, cut off downwards, towards zero or upwards.
+    let mut starts = [Bracket::EVERYWHERE; 4];
     for ((stamp, digit), row) in stamps_s.iter().zip(digits_s).zip(0_u32..) {
         let instant = f64::from(row) * interval;
         let slack = 1e-9 * digit + 8.0 * f64::EPSILON * (instant + stamp.abs());
-        let start = stamp - instant;
-        low = low.max(start - digit - slack);
-        high = high.min(start + digit + slack);
-        rounded_low = rounded_low.max(start - 0.5 * digit - slack);
-        rounded_high = rounded_high.min(start + 0.5 * digit + slack);
+        let below = if *stamp > 0.0 { 0.0 } else { 1.0 };
+        let above = if *stamp < 0.0 { 0.0 } else { 1.0 };
+        let ranges = [(0.5, 0.5), (0.0, 1.0), (below, above), (1.0, 0.0)];
+        for (start, (below, above)) in starts.iter_mut().zip(ranges) {
+            start.low = start.low.max(stamp - instant - below * digit - slack);
+            start.high = start.high.min(stamp - instant + above * digit + slack);
+        }
     }
     let coarsest = digits_s.iter().copied().fold(0.0, f64::max);
-    if low > high {
+    let off_s = starts.map(|start| start.low - start.high);
+    let off_s = off_s.into_iter().fold(f64::INFINITY, f64::min);
+    let possible = starts.into_iter().filter(|start| start.low <= start.high);
+    let (low, high) = possible
+        .clone()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |range, start| {
+            (range.0.min(start.low), range.1.max(start.high))
+        });
+    let first = stamps_s[0];
+    let on_grid = (first / interval).round() * interval;
+    let plain = |start: Bracket| {
+        let mut instants = [first, on_grid].into_iter();
+        instants.find(|at| (start.low..=start.high).contains(at))
+    };
+    let middle = |start: Bracket| 0.5 * (start.low + start.high);
+    let start_s = possible
+        .clone()
+        .find_map(plain)
+        .or(possible.clone().next().map(middle));
+    let Some(start_s) = start_s else {
         return Err(Error::malformed(
             format!(
                 "stamps that follow {} Hz to a printed digit, as option or card say",
@@ -571,18 +605,8 @@ fn coarse_base(
              setting `rate_hz`",
         )
         .at(Place::default().channel(name.to_string())));
-    }
-    if rounded_low <= rounded_high {
-        (low, high) = (rounded_low, rounded_high);
-    }
-    let fits = |at: &f64| (low..=high).contains(at);
-    let first = stamps_s[0];
-    let on_grid = (first / interval).round() * interval;
-    let start_s = [first, on_grid].into_iter().find(fits);
-    let start_s = match from_first {
-        true => 0.0,
-        false => start_s.unwrap_or(0.5 * (low + high)),
     };
+    let start_s = if from_first { 0.0 } else { start_s };
     let text = format!(
         "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which \
          they follow to their printed digits, so that the start is known to {} s",
