@@ -506,11 +506,12 @@ fn unit_of(
         Some(_) => column.unit_source,
         None => "header",
     };
-    let text = column.stated_unit();
+    let (text, unread) = (column.stated_unit(), column.unread_unit());
     let statement = UnitStatement {
         unit: column.unit,
         source,
         text: text.as_deref(),
+        unread: unread.as_deref(),
         place: &format!("the {source} of `{}`", column.name),
     };
     Unit::find(statement, options, selection, findings)

@@ -353,11 +353,12 @@ impl LabviewFile<'_> {
             stamps.map_or(Ok(()), |stamps| stamps.check_marks(header.decimal))?;
             numbers.check_marks(header.decimal)?;
         }
-        let text = column.stated_unit();
+        let (text, unread) = (column.stated_unit(), column.unread_unit());
         let statement = UnitStatement {
             unit: column.unit,
             source: "header",
             text: text.as_deref(),
+            unread: unread.as_deref(),
             place: "the header",
         };
         let unit = Unit::find(statement, options, selection, &mut findings)?;
