@@ -510,13 +510,11 @@ impl header::Described {
         time_base::rate_of_interval(self.time_unit.to_seconds(interval), digit).ok()
     }
 
-    /// Tells whether header and table, at that rate, only count the samples: by ones of no stated unit.
+    /// Tells whether header and table, at that rate, only count the samples: by ones of no stated unit, or of
+    /// seconds, in which nobody samples a crash.
     fn counts_samples(&self, rate: SampleRate) -> bool {
         let is_one = |one: f64| (one - 1.0).abs() < 1e-9;
         let stated = self.interval.as_deref().and_then(text::header_number);
-        self.time_label.is_none()
-            && self.time_unit == TimeUnit::SECOND
-            && stated.is_some_and(is_one)
-            && is_one(rate.hertz())
+        self.time_unit == TimeUnit::SECOND && stated.is_some_and(is_one) && is_one(rate.hertz())
     }
 }
