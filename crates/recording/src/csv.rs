@@ -225,9 +225,15 @@ impl<'a> TableText<'a> {
             judged: &choice.columns,
             interval_s: base.rate.interval().seconds(),
         };
-        findings.extend(beside.contradictions(instant, self.asked)?);
+        let mut beside = beside.compare(instant, self.asked)?;
+        findings.append(&mut beside.findings);
         let counts = self.count_findings(&counters, counts, &rows, &base);
         let samples = self.held_against(&time, &rows, &base);
+        let confirmed_by = layout.preamble.confirms(&samples).or(beside.confirmed_by);
+        let mut doubts = beside.doubts;
+        let odd_steps = counts.iter().filter(|one| one.code == "index-step");
+        doubts.extend(odd_steps.map(|one| one.text.clone()));
+        doubts.extend(layout.preamble.span_doubt(&samples));
         let (remarks, flags) = self.said(&choice.columns, &time, &rows, &base)?;
         base.findings.extend(counts);
         if self.lines.more_words {
@@ -236,7 +242,8 @@ impl<'a> TableText<'a> {
                 "the file holds more comments than are read for what they say of the samples",
             ));
         }
-        let gravity = self.lines.words.iter().any(|(_, text)| says_gravity(text));
+        let lines = self.lines.words.iter().chain(&self.lines.above);
+        let gravity = lines.into_iter().any(|(_, text)| says_gravity(text));
         let of = |column: Option<usize>| {
             let of_it = remarks.iter().filter(move |(of, _)| *of == column);
             of_it.map(|(_, remark)| remark.clone())
@@ -257,6 +264,8 @@ impl<'a> TableText<'a> {
                 };
                 let mut draft = Draft::of_words(column, unit, clock, findings);
                 draft.stated.gravity |= gravity;
+                draft.stated.clock_confirmed_by.clone_from(&confirmed_by);
+                draft.stated.clock_doubt = (!doubts.is_empty()).then(|| doubts.join("; "));
                 draft.findings.extend(base.findings.iter().cloned());
                 let is_of_it = |of: Option<usize>| of.is_none_or(|of| of == index);
                 let flags = flags.iter().filter(|(of, _)| is_of_it(*of));
@@ -383,6 +392,7 @@ impl<'a> TableText<'a> {
             samples: (rows.ended.is_none()).then_some(rows.count),
             is_stamped: time.column().is_some(),
             zero_s: self.asked.options.time_zero_s,
+            sensitivity: self.asked.options.sensitivity.clone(),
         }
     }
 
@@ -600,7 +610,7 @@ fn coarse_base(
             ),
             format!(
                 "stamps of `{name}` that repeat and are off by up to {} s",
-                latchgate_kernel::units::plain(low - high + 2.0 * coarsest, 3)
+                latchgate_kernel::units::plain(off_s + coarsest, 3)
             ),
             "rows are doubled or missing, or the rate is another; state the right one with the \
              setting `rate_hz`",
