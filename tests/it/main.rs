@@ -73,6 +73,7 @@ mod setting_decides;
 mod signals;
 mod sines;
 mod slow_channels;
+mod statements;
 mod study;
 mod study_scenes;
 mod support;

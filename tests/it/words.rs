@@ -110,8 +110,8 @@ const SHARED: &[(&str, &str, &[&str], &str)] = &[
     (
         "name-other-units",
         "name-scales",
-        &["m"],
-        "metre, and thousandth",
+        &["bit", "bits", "digit", "m"],
+        "a unit by itself, and what makes another of the one beside it",
     ),
     (
         "name-plain",

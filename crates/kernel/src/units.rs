@@ -301,6 +301,9 @@ impl SensorSensitivity {
             .filter_map(|end| Some((text[..end].trim().parse::<f64>().ok()?, text[end..].trim())))
             .next()
             .ok_or_else(expected)?;
+        if ratio.starts_with(',') {
+            return Err("expected a decimal point in the number, as in 0.05 V/g".into());
+        }
         if !(number.is_finite() && number > 0.0) {
             return Err("must be positive; which sign opens is stated by itself".into());
         }

@@ -225,9 +225,15 @@ impl<'a> TableText<'a> {
             judged: &choice.columns,
             interval_s: base.rate.interval().seconds(),
         };
-        findings.extend(beside.contradictions(instant, self.asked)?);
+        let mut beside = beside.compare(instant, self.asked)?;
+        findings.append(&mut beside.findings);
         let counts = self.count_findings(&counters, counts, &rows, &base);
         let samples = self.held_against(&time, &rows, &base);
+        let confirmed_by = layout.preamble.confirms(&samples).or(beside.confirmed_by);
+        let mut doubts = beside.doubts;
+        let odd_steps = counts.iter().filter(|one| one.code == "index-step");
+        doubts.extend(odd_steps.map(|one| one.text.clone()));
+        doubts.extend(layout.preamble.span_doubt(&samples));
         let (remarks, flags) = self.said(&choice.columns, &time, &rows, &base)?;
         base.findings.extend(counts);
         if self.lines.more_words {
@@ -236,7 +242,8 @@ impl<'a> TableText<'a> {
                 "the file holds more comments than are read for what they say of the samples",
             ));
         }
-        let gravity = self.lines.words.iter().any(|(_, text)| says_gravity(text));
+        let lines = self.lines.words.iter().chain(&self.lines.above);
+        let gravity = lines.into_iter().any(|(_, text)| says_gravity(text));
         let of = |column: Option<usize>| {
             let of_it = remarks.iter().filter(move |(of, _)| *of == column);
             of_it.map(|(_, remark)| remark.clone())
@@ -257,6 +264,8 @@ impl<'a> TableText<'a> {
                 };
                 let mut draft = Draft::of_words(column, unit, clock, findings);
                 draft.stated.gravity |= gravity;
+                draft.stated.clock_confirmed_by.clone_from(&confirmed_by);
+                draft.stated.clock_doubt = (!doubts.is_empty()).then(|| doubts.join("; "));
                 draft.findings.extend(base.findings.iter().cloned());
                 let is_of_it = |of: Option<usize>| of.is_none_or(|of| of == index);
                 let flags = flags.iter().filter(|(of, _)| is_of_it(*of));
@@ -383,6 +392,7 @@ impl<'a> TableText<'a> {
             samples: (rows.ended.is_none()).then_some(rows.count),
             is_stamped: time.column().is_some(),
             zero_s: self.asked.options.time_zero_s,
+            sensitivity: self.asked.options.sensitivity.clone(),
         }
     }
 
@@ -506,11 +516,12 @@ fn unit_of(
         Some(_) => column.unit_source,
         None => "header",
     };
-    let text = column.stated_unit();
+    let (text, unread) = (column.stated_unit(), column.unread_unit());
     let statement = UnitStatement {
         unit: column.unit,
         source,
         text: text.as_deref(),
+        unread: unread.as_deref(),
         place: &format!("the {source} of `{}`", column.name),
     };
     Unit::find(statement, options, selection, findings)
@@ -535,8 +546,22 @@ fn line_of_row(text: &[u8], row: usize) -> Option<u64> {
         .map(|(line, _)| line as u64 + 1)
 }
 
+/// A range of instants [s].
+#[derive(Debug, Clone, Copy)]
+struct Bracket {
+    low: f64,
+    high: f64,
+}
+
+impl Bracket {
+    const EVERYWHERE: Self = Self {
+        low: f64::NEG_INFINITY,
+        high: f64::INFINITY,
+    };
+}
+
 /// Finds the time base of stamps that repeat, since they have too few digits, at a stated rate:
-/// each of them must be the instant of its row to its own last digit, rounded or cut off.
+/// each of them must be the instant of its row to its own last digit, all rounded or all cut off.
 fn coarse_base(
     stamps_s: &[f64],
     digits_s: &[f64],
@@ -544,20 +569,40 @@ fn coarse_base(
     rate: SampleRate,
 ) -> Result<TimeBase, Error> {
     let interval = rate.interval().seconds();
-    // Where the start may lie if stamps are cut off towards zero or rounded up, and if rounded.
-    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-    let (mut rounded_low, mut rounded_high) = (low, high);
+    // Where the first row may lie if stamps are rounded, cut off downwards, towards zero or upwards.
+    let mut starts = [Bracket::EVERYWHERE; 4];
     for ((stamp, digit), row) in stamps_s.iter().zip(digits_s).zip(0_u32..) {
         let instant = f64::from(row) * interval;
         let slack = 1e-9 * digit + 8.0 * f64::EPSILON * (instant + stamp.abs());
-        let start = stamp - instant;
-        low = low.max(start - digit - slack);
-        high = high.min(start + digit + slack);
-        rounded_low = rounded_low.max(start - 0.5 * digit - slack);
-        rounded_high = rounded_high.min(start + 0.5 * digit + slack);
+        let below = if *stamp > 0.0 { 0.0 } else { 1.0 };
+        let above = if *stamp < 0.0 { 0.0 } else { 1.0 };
+        let ranges = [(0.5, 0.5), (0.0, 1.0), (below, above), (1.0, 0.0)];
+        for (start, (below, above)) in starts.iter_mut().zip(ranges) {
+            start.low = start.low.max(stamp - instant - below * digit - slack);
+            start.high = start.high.min(stamp - instant + above * digit + slack);
+        }
     }
     let coarsest = digits_s.iter().copied().fold(0.0, f64::max);
-    if low > high {
+    let off_s = starts.map(|start| start.low - start.high);
+    let off_s = off_s.into_iter().fold(f64::INFINITY, f64::min);
+    let possible = starts.into_iter().filter(|start| start.low <= start.high);
+    let (low, high) = possible
+        .clone()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |range, start| {
+            (range.0.min(start.low), range.1.max(start.high))
+        });
+    let first = stamps_s[0];
+    let on_grid = (first / interval).round() * interval;
+    let plain = |start: Bracket| {
+        let mut instants = [first, on_grid].into_iter();
+        instants.find(|at| (start.low..=start.high).contains(at))
+    };
+    let middle = |start: Bracket| 0.5 * (start.low + start.high);
+    let start_s = possible
+        .clone()
+        .find_map(plain)
+        .or(possible.clone().next().map(middle));
+    let Some(start_s) = start_s else {
         return Err(Error::malformed(
             format!(
                 "stamps that follow {} Hz to a printed digit, as option or card say",
@@ -565,24 +610,14 @@ fn coarse_base(
             ),
             format!(
                 "stamps of `{name}` that repeat and are off by up to {} s",
-                latchgate_kernel::units::plain(low - high + 2.0 * coarsest, 3)
+                latchgate_kernel::units::plain(off_s + coarsest, 3)
             ),
             "rows are doubled or missing, or the rate is another; state the right one with the \
              setting `rate_hz`",
         )
         .at(Place::default().channel(name.to_string())));
-    }
-    if rounded_low <= rounded_high {
-        (low, high) = (rounded_low, rounded_high);
-    }
-    let fits = |at: &f64| (low..=high).contains(at);
-    let first = stamps_s[0];
-    let on_grid = (first / interval).round() * interval;
-    let start_s = [first, on_grid].into_iter().find(fits);
-    let start_s = match from_first {
-        true => 0.0,
-        false => start_s.unwrap_or(0.5 * (low + high)),
     };
+    let start_s = if from_first { 0.0 } else { start_s };
     let text = format!(
         "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which \
          they follow to their printed digits, so that the start is known to {} s",

@@ -110,6 +110,8 @@ pub(super) struct UnitStatement<'a> {
     pub(super) source: &'static str,
     /// The unit as it is written, be it one of acceleration or not.
     pub(super) text: Option<&'a str>,
+    /// What stands in a unit's place and is none that is read.
+    pub(super) unread: Option<&'a str>,
     /// Where that stands, in a message.
     pub(super) place: &'a str,
 }
@@ -200,7 +202,9 @@ impl Unit {
         }
         match (options.unit, other) {
             (Some(said), None) => {
-                if let Some(text) = statement.text.filter(|text| !says_nothing(text))
+                let text = statement.text.or(statement.unread);
+                let is_same = |text: &&str| AccelerationUnit::from_spelling(text) == Some(said);
+                if let Some(text) = text.filter(|text| !says_nothing(text) && !is_same(text))
                     && statement.unit != Some(said)
                 {
                     let text = format!(
@@ -244,6 +248,7 @@ pub(super) fn check_unit(channel: &Channel, options: &ReadOptions) -> Result<(),
         unit: channel.unit,
         source: channel.unit_source,
         text: channel.unit.map(AccelerationUnit::name),
+        unread: None,
         place: "the message type or the field's name",
     };
     let found = statement.text.unwrap_or("another quantity");

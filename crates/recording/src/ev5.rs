@@ -332,6 +332,7 @@ fn channel(
         unit: entry.and_then(CurveEntry::unit),
         source: "format",
         text: entry.map(|entry| entry.of(header::Y_UNIT)),
+        unread: None,
         place: "the .EV5",
     };
     let unit = Unit::find(statement, options, selection, &mut findings)?;

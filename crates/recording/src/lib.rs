@@ -289,6 +289,9 @@ pub struct Stated {
     /// What states the clock beside what it was taken from, and agrees with that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock_confirmed_by: Option<String>,
+    /// What speaks against the clock and proves nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_doubt: Option<String>,
     /// What was written of the channel in free words, as it is shown.
     #[serde(default)]
     pub remarks: Vec<String>,

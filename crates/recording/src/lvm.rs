@@ -353,11 +353,12 @@ impl LabviewFile<'_> {
             stamps.map_or(Ok(()), |stamps| stamps.check_marks(header.decimal))?;
             numbers.check_marks(header.decimal)?;
         }
-        let text = column.stated_unit();
+        let (text, unread) = (column.stated_unit(), column.unread_unit());
         let statement = UnitStatement {
             unit: column.unit,
             source: "header",
             text: text.as_deref(),
+            unread: unread.as_deref(),
             place: "the header",
         };
         let unit = Unit::find(statement, options, selection, &mut findings)?;
@@ -509,13 +510,11 @@ impl header::Described {
         time_base::rate_of_interval(self.time_unit.to_seconds(interval), digit).ok()
     }
 
-    /// Tells whether header and table, at that rate, only count the samples: by ones of no stated unit.
+    /// Tells whether header and table, at that rate, only count the samples: by ones of no stated unit, or of
+    /// seconds, in which nobody samples a crash.
     fn counts_samples(&self, rate: SampleRate) -> bool {
         let is_one = |one: f64| (one - 1.0).abs() < 1e-9;
         let stated = self.interval.as_deref().and_then(text::header_number);
-        self.time_label.is_none()
-            && self.time_unit == TimeUnit::SECOND
-            && stated.is_some_and(is_one)
-            && is_one(rate.hertz())
+        self.time_unit == TimeUnit::SECOND && stated.is_some_and(is_one) && is_one(rate.hertz())
     }
 }

@@ -198,6 +198,7 @@ impl TestReader<'_, '_> {
             unit: unit.filter(|_| header.code().is_none() || header.is_acceleration()),
             source: "header",
             text: header.value("Unit"),
+            unread: None,
             place: "the channel's header",
         };
         let unit = Unit::find(statement, self.options, selection, &mut findings)?;

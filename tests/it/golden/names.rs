@@ -513,7 +513,8 @@ fn units() -> Vec<Case> {
     cases.push(
         good("told.lvm", labview("acc y (g)", "m/s^2"))
             .options(&["--unit", "g"])
-            .channel("acc y (g)"),
+            .channel("acc y (g)")
+            .finds(&["warning unit-overridden"]),
     );
     cases
 }

@@ -75,6 +75,8 @@ pub(super) fn find(text: &[u8]) -> Option<Begin> {
         .collect();
     let says_time = |cell: &String| says_time(cell.as_bytes());
     let names = fitting.iter().find(|one| one.2.iter().any(says_time));
+    let is_time_unit = |one: &&(u64, bool, Vec<String>)| names_time_by_unit(&one.2);
+    let names = names.or_else(|| fitting.first().filter(is_time_unit));
     let no_units =
         |one: &&(u64, bool, Vec<String>)| one.1 && !one.2.iter().any(|cell| is_known_unit(cell));
     let header = names.or_else(|| fitting.iter().find(no_units));
@@ -108,17 +110,28 @@ pub(super) fn below_preamble(text: &[u8]) -> Option<u32> {
         |cell: &[u8]| !cell.is_empty() && !number::is_numeric(cell) && !stamp::is_stamp(cell);
     let is_unit = |cell: &&[u8]| is_known_unit(&String::from_utf8_lossy(cell));
     let has_units = |index: usize| words(index).iter().any(is_unit);
-    let names = match start.checked_sub(1)? {
-        above if has_units(above) && !words(above).iter().any(|cell| says_time(cell)) => {
-            above.checked_sub(1)?
-        }
-        above => above,
+    let is_full = |cells: &[&[u8]]| {
+        cells.len() == width && width > 1 && cells.iter().all(|cell| is_word(cell))
     };
-    let cells = words(names);
-    let is_header = cells.len() == width
-        && width > 1
-        && cells.iter().all(|cell| is_word(cell))
-        && cells.iter().any(|cell| says_time(cell));
+    let above = start.checked_sub(1)?;
+    let names = match has_units(above) && !words(above).iter().any(|cell| says_time(cell)) {
+        true => above.checked_sub(1)?,
+        false => above,
+    };
+    let is_header = |cells: &[&[u8]]| is_full(cells) && cells.iter().any(|cell| says_time(cell));
+    let by_unit = |cells: &[&[u8]]| {
+        let texts = cells
+            .iter()
+            .map(|cell| String::from_utf8_lossy(cell).into_owned());
+        // `x-axis,1,2` above them are the names.
+        let is_number = |cell: &&[u8]| cell.iter().all(u8::is_ascii_digit);
+        let numbered = above == 1 && words(0).len() == width && words(0)[1..].iter().all(is_number);
+        is_full(cells) && names_time_by_unit(&texts.collect::<Vec<_>>()) && !numbered
+    };
+    let (names, is_header) = match is_header(&words(names)) {
+        true => (names, true),
+        false => (above, by_unit(&words(above))),
+    };
     let first_cell = |index: usize| words(index).first().copied().unwrap_or_default();
     let is_preamble = |index: usize| is_word(first_cell(index)) || words(index) == [b""];
     let found = names > 0 && is_header && (0..names).all(is_preamble);
@@ -129,6 +142,13 @@ pub(super) fn below_preamble(text: &[u8]) -> Option<u32> {
 fn says_time(cell: &[u8]) -> bool {
     let cell = String::from_utf8_lossy(cell);
     !is_known_unit(&cell) && Column::from_header(&cell, 1).says_time()
+}
+
+/// Tells whether names are the units alone, the first of them that of time, as oscilloscopes write them:
+/// `Second,Volt`, `Second,Value`.
+fn names_time_by_unit(cells: &[String]) -> bool {
+    let first = cells.first().map(|cell| Column::from_header(cell, 1));
+    first.is_some_and(|column| column.says_time() && column.time_unit.is_some())
 }
 
 /// Splits a row, quotes taken off its cells; empty cells at its end are left out.

@@ -21,16 +21,25 @@ pub(super) const STATE_UNIT: &str = "state its unit with the setting `time_unit`
 /// Rates of recorders [Hz]: a column without a name that rises so is offered as the clock.
 const RECORDERS_HZ: std::ops::RangeInclusive<f64> = 250.0..=500e3;
 
+/// Tells whether a step of that many seconds is one of a recorder.
+pub(super) fn is_recorder_step(seconds: f64) -> bool {
+    RECORDERS_HZ.contains(&(1.0 / seconds))
+}
+
 /// Rates at which crashes are recorded [Hz]: a unit of time that makes such a rate is plausible.
 const PLAUSIBLE_HZ: std::ops::RangeInclusive<f64> = 250.0..=200e3;
 
 /// Share by which a step may be off a unit's [-].
 const UNIT_AGREEMENT: f64 = 1e-3;
 
+/// For how long no recorder runs, a year [s]; a month is quite possible, and then microseconds since the start
+/// have the size of milliseconds since 1970.
+const LONGEST_RUN_S: f64 = 3.156e7;
+
 /// First values of clocks that count from a date, and their unit: the years 2000 to 2100 as seconds
 /// since 1970 and their thousandths, as Windows' ticks since 1601 and since year 1, as days of
-/// spreadsheets since 1900 and of MATLAB since year 0.
-const ABSOLUTE: [(f64, f64, TimeUnit); 8] = [
+/// spreadsheets since 1900, of MATLAB since year 0 and of astronomers.
+const ABSOLUTE: [(f64, f64, TimeUnit); 9] = [
     (9.46e8, 4.11e9, TimeUnit::SECOND),
     (9.46e11, 4.11e12, TimeUnit::MILLISECOND),
     (9.46e14, 4.11e15, TimeUnit::MICROSECOND),
@@ -39,6 +48,7 @@ const ABSOLUTE: [(f64, f64, TimeUnit); 8] = [
     (6.308e17, 6.625e17, TimeUnit::WINDOWS_TICK),
     (36_526.0, 73_051.0, TimeUnit::DAY),
     (730_486.0, 767_011.0, TimeUnit::DAY),
+    (2_451_544.0, 2_488_070.0, TimeUnit::DAY),
 ];
 
 /// Returns the unit of a clock that counts from a date, by its first value.
@@ -56,9 +66,8 @@ pub(super) fn absolute_clock(first: f64, rate: f64) -> Option<TimeUnit> {
     absolute_unit(first).filter(runs)
 }
 
-/// Blocks where a unit of time is stated for stamps that by their size count another one from a date: as no
-/// other clock does, hundreds of nanoseconds since 1601 or year 1, or nanoseconds since 1970. `rate_hz` is
-/// that in the stated `unit`.
+/// Blocks where a unit of time is stated for stamps that by their size count another one from a date, and in the
+/// stated one would run for longer than any recorder does. `rate_hz` is that in the stated `unit`.
 pub(super) fn unit_contradiction(
     name: &str,
     first_s: f64,
@@ -70,7 +79,8 @@ pub(super) fn unit_contradiction(
     let text = format!(
         "`{name}` counts {counted} from a date, by the size of its stamps; in {unit} they would be none"
     );
-    (first > 1e17 && counted != unit).then(|| Finding::blocking("time-contradicted", text))
+    (first_s > LONGEST_RUN_S && counted != unit)
+        .then(|| Finding::blocking("time-contradicted", text))
 }
 
 /// Finds a unit of time that a line among the first `above` states, such as `Time unit;10 us`, and takes
@@ -243,7 +253,7 @@ impl TableLayout {
     }
 
     /// Tells whether a column has no name, or one that counts rows.
-    fn is_unnamed(&self, index: usize) -> bool {
+    pub(super) fn is_unnamed(&self, index: usize) -> bool {
         self.is_index(index) || self.columns[index].label.is_empty()
     }
 
@@ -298,7 +308,7 @@ impl TableLayout {
         }
         let unit = options.time_unit.or(column.time_unit);
         let silent = column.unit_text.is_none() && !column.doubtful;
-        let unread = unit.is_none() && (!silent || column.name.contains(['(', '[']));
+        let unread = unit.is_none() && (!silent || column.has_brackets());
         if unread && options.rate_hz.is_none() {
             let text = column.unit_text.as_ref();
             let text = text.map_or(String::new(), |text| format!(" in `{text}`"));

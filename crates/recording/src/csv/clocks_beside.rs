@@ -4,6 +4,7 @@
 
 use super::clock;
 use super::layout::{TableLayout, TimeSource};
+use super::preamble::rates_of_column;
 use super::records;
 use super::stamp::StampClock;
 use super::status;
@@ -19,6 +20,20 @@ const FACTOR: f64 = 1.5;
 
 /// Share by which a factor may be off ten to be a slip by a decimal [-].
 const DECIMAL: f64 = 0.05;
+
+/// Share by which two clocks may differ and confirm one another, and by which steps may be off their mean
+/// where a column rises evenly [-].
+const ALIKE: f64 = 0.01;
+
+/// What the clocks of a table say of the one that is used.
+#[derive(Default)]
+pub(super) struct ClocksBeside {
+    pub(super) findings: Vec<Finding>,
+    /// The name of a clock that runs as the one that is used.
+    pub(super) confirmed_by: Option<String>,
+    /// What a person must weigh: a count that may be a clock, and then runs otherwise.
+    pub(super) doubts: Vec<String>,
+}
 
 /// A table whose clocks are compared.
 pub(super) struct Clocks<'a> {
@@ -42,6 +57,7 @@ struct ClockBeside {
     first: Option<(usize, f64)>,
     last: (usize, f64),
     longest_step: f64,
+    shortest_step: f64,
     /// Whether it runs back somewhere, so that it is no clock.
     falls: bool,
 }
@@ -56,6 +72,7 @@ impl ClockBeside {
             first: None,
             last: (0, 0.0),
             longest_step: 0.0,
+            shortest_step: f64::INFINITY,
             falls: false,
         }
     }
@@ -75,6 +92,7 @@ impl ClockBeside {
             let step = value - self.last.1;
             self.falls |= step < 0.0;
             self.longest_step = self.longest_step.max(step);
+            self.shortest_step = self.shortest_step.min(step);
         }
         self.first.get_or_insert((row, value));
         self.last = (row, value);
@@ -89,22 +107,35 @@ impl ClockBeside {
         };
         digit.max(self.longest_step)
     }
+
+    /// Tells whether it rises by like steps in every row, to its last digit.
+    fn is_even(&self) -> bool {
+        let digit = self.digits.last_digit();
+        let slack = ALIKE * self.longest_step + 1.001 * digit;
+        self.shortest_step > 0.0 && self.longest_step - self.shortest_step <= slack
+    }
+
+    /// Tells whether it holds one number in all rows.
+    fn is_constant(&self) -> bool {
+        !self.falls && self.longest_step <= 0.0 && self.words.is_none()
+    }
 }
 
 impl Clocks<'_> {
-    /// Says which clocks of the table contradict the one that is used; `instant` tells the time of a row
-    /// by that one [s].
-    pub(super) fn contradictions(
+    /// Says which clocks of the table contradict or confirm the one that is used; `instant` tells the time
+    /// of a row by that one [s].
+    pub(super) fn compare(
         &self,
         instant: impl Fn(usize) -> Option<f64>,
         asked: ReadTask,
-    ) -> Result<Vec<Finding>, Error> {
+    ) -> Result<ClocksBeside, Error> {
+        let mut compared = ClocksBeside::default();
         let candidates = (0..self.layout.columns.len()).filter(|index| self.is_candidate(*index));
         let mut clocks: Vec<ClockBeside> = candidates
             .map(|index| ClockBeside::new(index, self.layout.worded[index]))
             .collect();
         if clocks.is_empty() {
-            return Ok(Vec::new());
+            return Ok(compared);
         }
         let mut records = self.layout.records(self.text, asked.limits)?;
         let mut number = 0;
@@ -118,9 +149,39 @@ impl Clocks<'_> {
             let from = instant(clock.first?.0)?;
             Some((instant(clock.last.0).or_else(|| instant(number - 1))? - from).abs())
         };
-        let found = clocks.iter().filter(|clock| !clock.falls);
-        let found = found.filter_map(|clock| self.contradiction(clock, span(clock)?));
-        Ok(found.collect())
+        for clock in clocks.iter().filter(|clock| !clock.falls) {
+            if clock.is_constant() {
+                compared.findings.extend(self.rate_contradiction(clock));
+            } else if let Some(used_s) = span(clock) {
+                self.compare_span(clock, used_s, &mut compared);
+            }
+        }
+        Ok(compared)
+    }
+
+    /// Says that a column which states the rate, or the time from sample to sample, in every row contradicts
+    /// the clock.
+    fn rate_contradiction(&self, clock: &ClockBeside) -> Option<Finding> {
+        let column = &self.layout.columns[clock.index];
+        let rates = rates_of_column(&column.name, clock.first?.1)?;
+        let ratio = |rate: &f64| (rate * self.interval_s).max(1.0 / (rate * self.interval_s));
+        let nearest = rates.iter().map(ratio).fold(f64::INFINITY, f64::min);
+        let text = format!(
+            "`{}` is {} in every row, {} gives {} Hz: one of the two is wrong",
+            column.name,
+            brief(clock.last.1),
+            self.used(),
+            brief(1.0 / self.interval_s)
+        );
+        (nearest > FACTOR).then(|| Finding::blocking("time-contradicted", text))
+    }
+
+    /// Names the clock that is used in a message.
+    fn used(&self) -> String {
+        match self.time.column() {
+            Some(used) => format!("`{}`", self.layout.columns[used].name),
+            None => "the stated rate".into(),
+        }
     }
 
     /// Tells whether a column may be a clock that runs with the one that is used.
@@ -131,7 +192,9 @@ impl Clocks<'_> {
         let free = Some(index) != self.time.column() && self.judged != [index];
         let rises = layout.steps[index].is_some() && column.unit_text.is_none();
         let clock = layout.is_named_clock(index) || layout.is_other_clock(index);
-        let counts = layout.numeric[index] && (rises || column.counts_at_hz().is_some());
+        let states_rate = || rates_of_column(&column.name, 1.0).is_some();
+        let counts =
+            layout.numeric[index] && (rises || column.counts_at_hz().is_some() || states_rate());
         free && (layout.worded[index] || clock || counts) && !self.belongs_to_others(index)
     }
 
@@ -155,49 +218,74 @@ impl Clocks<'_> {
         pairs && (self.judged.len() > 1 || self.judged.iter().all(of_another))
     }
 
-    /// Says that a clock contradicts the one that is used, which spans `used_s` [s] over the same rows.
-    fn contradiction(&self, clock: &ClockBeside, used_s: f64) -> Option<Finding> {
+    /// Compares a clock with the one that is used, which spans `used_s` [s] over the same rows.
+    fn compare_span(&self, clock: &ClockBeside, used_s: f64, compared: &mut ClocksBeside) {
         let column = &self.layout.columns[clock.index];
-        let (first, last) = (clock.first?.1, clock.last.1);
-        let span = last - first;
+        let Some((first_row, first)) = clock.first else {
+            return;
+        };
+        let span = clock.last.1 - first;
         let resolution = clock.resolution();
         if span <= 0.0 && (clock.words.is_none() || resolution < 1.0) {
             // A number of the recording, or a stamp of its begin.
-            return None;
+            return;
         }
-        let rows = (clock.last.0 - clock.first?.0) as f64;
-        let absolute = clock::absolute_clock(first, rows / span);
-        let absolute = absolute.filter(|unit| *unit != TimeUnit::DAY);
+        let step = span / (clock.last.0 - first_row) as f64;
+        let unit = self.unit_s(clock, first, step);
+        let is_even = clock.is_even() && !column.hints_at_acceleration();
         let named =
             self.layout.is_named_clock(clock.index) || self.layout.is_other_clock(clock.index);
-        let unit = match (&clock.words, column.time_unit, column.counts_at_hz()) {
-            (Some(_), ..) => Some(1.0),
-            (None, Some(unit), _) => Some(unit.seconds()),
-            (None, None, Some(hertz)) => Some(1.0 / hertz),
-            (None, None, None) => absolute.map(TimeUnit::seconds),
-        };
+        let slips = span > 20.0 * resolution && is_slip_by_ten(span / used_s);
+        let is_count = self.layout.is_unnamed(clock.index) && !clock::is_fractional(step);
         let contradicts = match unit {
             Some(unit_s) => {
                 let (span_s, slack_s) = (span * unit_s, resolution * unit_s);
                 let slower = FACTOR * (span_s + slack_s) < used_s - self.interval_s;
                 let faster = span_s - slack_s > FACTOR * (used_s + self.interval_s);
+                if (span_s - used_s).abs() + slack_s <= ALIKE * used_s {
+                    compared.confirmed_by = Some(format!("`{}`", column.name));
+                }
                 slower || faster
             }
-            // Any unit of a thousand may be meant, but no slip by ten.
-            None => named && span > 20.0 * resolution && is_slip_by_ten(span / used_s),
+            // Any unit of a thousand may be meant, but no slip by ten. Steps of 1 count the rows.
+            None => slips && (named || is_even) && (step - 1.0).abs() > ALIKE,
         };
         let text = format!(
-            "`{}` spans {}{}, {} {} s over the same rows: one of the two clocks is wrong",
+            "`{}` spans {}{}, {} {} s over the same rows",
             column.name,
             brief(span * unit.unwrap_or(1.0)),
             if unit.is_some() { " s" } else { "" },
-            match self.time.column() {
-                Some(used) => format!("`{}`", self.layout.columns[used].name),
-                None => "the stated rate".into(),
-            },
+            self.used(),
             brief(used_s)
         );
-        contradicts.then(|| Finding::blocking("time-contradicted", text))
+        match (contradicts, unit.is_none() && is_count) {
+            (false, _) => {}
+            // As pandas leaves its index where it keeps every tenth row.
+            (true, true) => compared.doubts.push(text),
+            (true, false) => {
+                let text = format!("{text}: one of the two clocks is wrong");
+                let finding = Finding::blocking("time-contradicted", text);
+                compared.findings.push(finding);
+            }
+        }
+    }
+
+    /// Returns the unit of a clock [s]: as its cells, head or name have it, by its size, or seconds where a
+    /// column that nothing names rises as those of a recorder do.
+    fn unit_s(&self, clock: &ClockBeside, first: f64, step: f64) -> Option<f64> {
+        let column = &self.layout.columns[clock.index];
+        let stated = match (&clock.words, column.time_unit, column.counts_at_hz()) {
+            (Some(_), ..) => return Some(1.0),
+            (None, Some(unit), _) => return Some(unit.seconds()),
+            (None, None, Some(hertz)) => return Some(1.0 / hertz),
+            (None, None, None) => column.time_unit_of_name(),
+        };
+        let is_index = self.layout.is_unnamed(clock.index) && clock.is_even();
+        let seconds = is_index && clock::is_fractional(step) && clock::is_recorder_step(step);
+        stated
+            .or_else(|| clock::absolute_clock(first, 1.0 / step))
+            .map(TimeUnit::seconds)
+            .or(seconds.then_some(1.0))
     }
 }
 

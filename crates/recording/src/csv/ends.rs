@@ -6,6 +6,7 @@ use super::layout::TableLayout;
 use crate::error::{Error, ErrorKind};
 use crate::number;
 use crate::setting::Setting;
+use latchgate_kernel::error::Error as KernelError;
 
 /// Names the line on which the table seems to end in an error that a line behind it made: one without a
 /// number, or one of another shape after which no row of the table follows.
@@ -18,6 +19,13 @@ pub(super) fn named(error: Error, text: &[u8], layout: &TableLayout) -> Error {
         ErrorKind::Malformed {
             expected, found, ..
         } => (expected.clone(), found.clone()),
+        // Such as `NaN,NaN` and `0,0` behind the samples.
+        ErrorKind::TimeNotIncreasing { previous, found } if found < previous => {
+            (format!("a time after {previous} s"), format!("{found} s"))
+        }
+        ErrorKind::Kernel(KernelError::NonFinite { found }) => {
+            ("a finite number".to_string(), format!("`{found}`"))
+        }
         _ => return error,
     };
     let line = error.place().line;

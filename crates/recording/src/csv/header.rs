@@ -33,6 +33,8 @@ pub(crate) struct Column {
     /// Whether the header holds what looks like a unit and does not say for sure what one of the
     /// column's numbers is, such as `100 us`, `mV / g` or `_min`.
     pub(crate) doubtful: bool,
+    /// The unit beside which something may make another one of it.
+    doubted_unit: Option<String>,
     /// Whether a stated sensitivity makes accelerations of the unit.
     converted: bool,
     /// What the rows above the table call it, in place of the words of its header.
@@ -78,6 +80,7 @@ impl Column {
                     column.take_unit(&unit, "header");
                 }
                 found => {
+                    column.doubted_unit = found.as_ref().map(|(_, unit)| unit.clone());
                     let odd = || !words(cell).iter().all(|word| is_time_word(word));
                     column.doubtful = found.is_some() || (says_time(cell) && odd());
                     // `seconds` and `ms` are name and unit at once.
@@ -91,6 +94,7 @@ impl Column {
                 // Nothing beside it makes an acceleration of a volt.
                 if spoils_unit(&column.label) && !is_other_unit(content) {
                     column.doubtful = true;
+                    column.doubted_unit = Some((*content).to_string());
                 } else {
                     column.take_unit(content, "header");
                 }
@@ -116,6 +120,7 @@ impl Column {
             let texts = [self.unit_text.as_deref(), Some(text)];
             let other = texts.into_iter().flatten().find(|text| is_other_unit(text));
             return Self {
+                doubted_unit: Some(text.to_string()),
                 unit_text: other.map(String::from),
                 unit_source: match other == Some(text) {
                     true => source,
@@ -168,14 +173,40 @@ impl Column {
     }
 
     /// Returns the unit as it stands, or, where none of acceleration is stated, the word of the name
-    /// that is one of another quantity: `ay counts`.
+    /// that is one of another quantity, as in `ay counts`, `ay_V` and `ay [V/V]`.
     pub(crate) fn stated_unit(&self) -> Option<String> {
         let word = || {
             let whole = self.words().split(|c: char| !c.is_alphanumeric());
             let mut words = whole.map(String::from).chain(words(self.words()));
             words.find(|word| OTHER_QUANTITIES.contains(&word.to_lowercase().as_str()))
         };
-        self.unit_text.clone().or_else(word)
+        let at_the_end = || {
+            let label = self.words().trim_end();
+            let marks = [" / ", " in ", "/"];
+            let behind = marks.iter().filter_map(|mark| label.split_once(mark));
+            let last = [' ', '_'].into_iter();
+            let last = last.filter_map(|mark| label.rsplit_once(mark));
+            let ends = behind.chain(last).map(|(_, text)| text);
+            let quotient = |text: &&str| text.split('/').all(is_other_unit);
+            let mut found = in_brackets(label).filter(quotient);
+            found
+                .next()
+                .or_else(|| ends.into_iter().find(|text| is_other_unit(text)))
+                .filter(|text| !is_plain_place(text))
+                .map(String::from)
+        };
+        self.unit_text.clone().or_else(word).or_else(at_the_end)
+    }
+
+    /// Returns what stands where units stand and is none that is read: a unit with something beside it that
+    /// may make another one of it, or words in brackets that tell no place.
+    pub(crate) fn unread_unit(&self) -> Option<String> {
+        let doubted = self.doubted_unit.clone();
+        let unread = |text: &&str| text.contains(char::is_alphanumeric) && !is_plain_place(text);
+        let in_brackets = in_brackets(self.words()).find(unread).map(String::from);
+        doubted
+            .or(in_brackets)
+            .filter(|_| self.stated_unit().is_none())
     }
 
     /// Returns the unit if another quantity has it as well and no word says which is meant.
@@ -197,8 +228,12 @@ impl Column {
     /// `ticks`.
     pub(crate) fn names_unread_unit(&self) -> bool {
         let scale = |word: &String| SCALES.contains(&word.as_str());
-        let text = self.unit_text.is_some() || self.name.contains(['(', '[']);
-        text || words(&self.label).iter().any(scale)
+        self.unit_text.is_some() || self.has_brackets() || words(&self.label).iter().any(scale)
+    }
+
+    /// Tells whether the name holds something in brackets; in `(index)` they hold the name.
+    pub(crate) fn has_brackets(&self) -> bool {
+        self.name.contains(['(', '[']) && !self.says_index()
     }
 
     /// Tells whether the name is one for a running number.
@@ -211,6 +246,15 @@ impl Column {
         let words = words(&self.label);
         let other = |word: &String| OTHER_CLOCKS.contains(&word.as_str());
         words.iter().any(other) && words.iter().all(|word| other(word) || is_time_word(word))
+    }
+
+    /// Returns the unit of time that is the last word of a name, as in `ts_ns` and `tick_us`; seconds are none,
+    /// since `v m/s` ends as they do.
+    pub(crate) fn time_unit_of_name(&self) -> Option<TimeUnit> {
+        let words = words(&self.label);
+        let unit = words.last().filter(|_| words.len() > 1)?;
+        let unit = TimeUnit::from_spelling(unit).filter(|_| is_plain_time_unit(unit))?;
+        (unit != TimeUnit::SECOND && !self.hints_at_acceleration()).then_some(unit)
     }
 
     /// Returns the rate [Hz] at which a column counts, where its name is that of a running number with
@@ -456,6 +500,24 @@ pub(crate) fn words(label: &str) -> Vec<String> {
     words
 }
 
+/// Returns what stands in brackets.
+fn in_brackets(label: &str) -> impl Iterator<Item = &str> {
+    let inner = label.split(['(', '[', '{']).skip(1);
+    inner.map(|inner| {
+        inner
+            .split([')', ']', '}'])
+            .next()
+            .unwrap_or_default()
+            .trim()
+    })
+}
+
+/// Tells whether a text holds words of plain names and nothing else.
+fn is_plain_place(text: &str) -> bool {
+    let words = words(text);
+    (0..words.len()).all(|index| is_plain(&words, index)) || code_in(text).is_some()
+}
+
 /// Returns the first word or sign that a plain name does not hold; words before signs.
 fn odd_word(label: &str) -> Option<String> {
     if let Some(code) = code_in(label) {
@@ -550,7 +612,8 @@ pub(crate) fn is_unit(text: &str) -> bool {
 /// Tells whether a text is a unit of another quantity.
 fn is_other_unit(text: &str) -> bool {
     let text = strip_brackets(text.trim());
-    FOREIGN_UNITS.contains(&text) || OTHER_QUANTITIES.contains(&text.to_lowercase().as_str())
+    let small = text.to_lowercase();
+    FOREIGN_UNITS.contains(&text) || OTHER_QUANTITIES.contains(&small.as_str())
 }
 
 pub(crate) fn strip_brackets(text: &str) -> &str {
@@ -607,7 +670,16 @@ fn spoils_unit(label: &str) -> bool {
         let unit = is_known_unit(word)
             || OTHER_QUANTITIES.contains(&word.as_str())
             || FOREIGN_UNITS.iter().any(|one| one.to_lowercase() == *word);
-        (mixed && !counted)
+        // `P1` and `CH1A` name a sensor; `x10`, `e3` and `2k` may be factors.
+        let head = word
+            .split(|c: char| c.is_ascii_digit())
+            .next()
+            .unwrap_or_default();
+        let is_name = !head.is_empty()
+            && !["x", "e"].contains(&head)
+            && !SCALES.contains(&head)
+            && AccelerationUnit::from_spelling(head).is_none();
+        (mixed && !counted && !is_name)
             || (stem == "x" && lateral)
             || SCALES.contains(&word.as_str())
             || (unit && word.as_str() != "t" && !AXES.contains(&stem))

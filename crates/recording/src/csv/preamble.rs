@@ -45,8 +45,10 @@ impl Preamble {
             let rates = value.and_then(|value| row.rates(value));
             rates.is_some_and(|rates| rates.len() == 1)
         };
+        let pairs = lines.above.windows(2);
+        let pairs = pairs.flat_map(|pair| PreambleRow::of_pair([&pair[0], &pair[1]], shape));
         Self {
-            rows: lines.above.iter().filter_map(row).collect(),
+            rows: lines.above.iter().filter_map(row).chain(pairs).collect(),
             comments: lines
                 .words
                 .iter()
@@ -81,9 +83,7 @@ impl Preamble {
                 let units = self
                     .of(PreambleTopic::TimeUnit)
                     .filter_map(PreambleRow::only);
-                let units = units
-                    .map(String::as_str)
-                    .chain(self.units_without_key(index));
+                let units = units.map(String::as_str).chain(self.units_in_place(index));
                 for unit in units {
                     *column = std::mem::take(column).with_unit(unit, SOURCE);
                 }
@@ -100,11 +100,15 @@ impl Preamble {
         }
     }
 
-    fn units_without_key(&self, column: usize) -> impl Iterator<Item = &str> {
-        let rows = self
-            .of(PreambleTopic::Unit)
-            .filter(|row| row.key.is_empty());
-        rows.filter_map(move |row| row.value(column))
+    /// Returns the units of time that stand above a column in rows of units.
+    fn units_in_place(&self, column: usize) -> impl Iterator<Item = &str> {
+        let rows = self.of(PreambleTopic::Unit);
+        let cells = rows.filter_map(move |row| row.values.get(column));
+        let is_time = |cell: &&str| {
+            let unit = header::strip_brackets(cell.trim());
+            TimeUnit::from_spelling(unit).is_some()
+        };
+        cells.map(String::as_str).filter(is_time)
     }
 
     /// Returns what a column is called by code and name above it and by the words of its header that
@@ -259,6 +263,16 @@ impl Preamble {
         }
         all
     }
+}
+
+/// Returns the rates that a column of one number means, whose name is a key for rate or interval [Hz].
+pub(super) fn rates_of_column(name: &str, number: f64) -> Option<Vec<f64>> {
+    let row = PreambleRow::of_key(name);
+    let is_rate = matches!(
+        row.topic,
+        Some(PreambleTopic::Rate | PreambleTopic::Interval)
+    );
+    is_rate.then(|| row.rates(&number.to_string()))?
 }
 
 /// What states a unit above the table, as documents have it.

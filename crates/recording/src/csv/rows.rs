@@ -400,6 +400,9 @@ impl<'a> Gathering<'a> {
             });
             return Ok(true);
         }
+        if self.words.is_none() && is_compact_date(&row[column]) {
+            return Err(no_stamp(&row[column]).at(place()));
+        }
         let found = stamp;
         Err(Error::from(ErrorKind::TimeNotIncreasing { previous, found }).at(place()))
     }
@@ -439,6 +442,10 @@ impl<'a> Gathering<'a> {
             if let Some(digits) = &mut self.rows.coarse_digits_s {
                 digits.resize(self.rows.stamps_s.len(), clock.last_digit());
             }
+        } else if let Some(digits) = &mut self.rows.coarse_digits_s {
+            let zeros = digits.iter().position(|digit| *digit > 0.0).unwrap_or(0);
+            let first = digits.get(zeros).copied().unwrap_or(0.0);
+            digits[..zeros].fill(first);
         }
         self.rows.decimal_comma =
             self.decimal == Decimal::Comma || self.decimal == Decimal::Stated(DecimalMark::Comma);
@@ -448,6 +455,18 @@ impl<'a> Gathering<'a> {
 
 /// What to do where marks may separate thousands.
 const THOUSANDS: &str = "state the setting `decimal` = . or the setting `decimal` = , ; the other mark then separates thousands";
+
+/// Tells whether a number is a date and a time of day without marks between them, `20240501100000.0002`, of
+/// which no floating-point number holds all digits.
+fn is_compact_date(cell: &[u8]) -> bool {
+    let whole = cell.trim_ascii().split(|byte| *byte == b'.').next();
+    whole.is_some_and(|whole| {
+        whole.len() == 14
+            && whole.iter().all(u8::is_ascii_digit)
+            && matches!(whole, [b'1', b'9', ..] | [b'2', b'0', ..])
+            && matches!(&whole[4..6], month if *month <= b"12"[..])
+    })
+}
 
 /// Tells whether a stamp is refused for being that of the row before.
 fn is_repeated(error: &Error) -> bool {

@@ -148,6 +148,9 @@ impl Header {
     pub(super) fn take_time_units(&mut self, stated: Option<TimeUnit>) -> Result<(), Error> {
         let mut overridden = None;
         for channel in &mut self.channels {
+            // `Samples` is what is counted where no timing is attached.
+            let counts = |label: &String| Column::from_header(label, 1).says_index();
+            channel.time_label = channel.time_label.take().filter(|label| !counts(label));
             let label = channel.time_label.as_deref();
             let own = label.and_then(TimeUnit::from_spelling);
             channel.time_unit = match (stated, own, label) {

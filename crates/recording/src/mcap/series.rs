@@ -428,6 +428,7 @@ impl FieldColumn {
             unit: self.unit,
             source: "format",
             text: self.unit.map(AccelerationUnit::name).or(named.as_deref()),
+            unread: None,
             place: "the message type",
         };
         // Which channel is meant is not known here: see `draft::check_unit`.

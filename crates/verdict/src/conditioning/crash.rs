@@ -104,16 +104,23 @@ fn clock_finding(
         let rest = plain(1e3 * rest_s, 3);
         format!("{rest} ms of record follow the first sample beyond a tenth of the peak")
     });
-    let seen: Vec<String> = fast.into_iter().chain(short).collect();
-    if seen.is_empty() || options.synthetic || stated.clock_confirmed_by.is_some() {
+    let unlike: Vec<String> = fast.into_iter().chain(short).collect();
+    let unlike = (!unlike.is_empty() && stated.clock_confirmed_by.is_none()).then(|| {
+        format!(
+            "{}; crash recorders take at most {} kHz, and at least {} ms after contact",
+            unlike.join(", and "),
+            FASTEST_HZ / 1e3,
+            SHORTEST_S * 1e3
+        )
+    });
+    let seen: Vec<String> = unlike
+        .into_iter()
+        .chain(stated.clock_doubt.clone())
+        .collect();
+    if seen.is_empty() || options.synthetic {
         return None;
     }
-    let text = format!(
-        "{}; crash recorders take at most {} kHz, and at least {} ms after contact",
-        seen.join(", and "),
-        FASTEST_HZ / 1e3,
-        SHORTEST_S * 1e3
-    );
+    let text = seen.join(". ");
     if options.clock_accepted {
         let text = format!("{text}. A person accepts the clock");
         return Some(Finding::info("clock-accepted", text));

@@ -416,9 +416,13 @@ fn unit_lines() -> Vec<Case> {
     );
     let described = plain("time,acc_y\nfrom trigger,g").replace("time,", "time_s,");
     cases.extend([
+        // Units of acceleration above the channels are such whatever the key.
+        good("unit-line-untold.csv", text("EUnits,g,g"))
+            .channel("acc y")
+            .finds(&found),
         refused(
-            "unit-line-untold.csv",
-            text("EUnits,g,g"),
+            "unit-line-untold-other.csv",
+            text("EUnits,g,V"),
             &["no unit of acceleration"],
         ),
         refused(

@@ -12,6 +12,14 @@ static NEGATIONS: Words = word_list!("name-negations");
 /// Tells whether a name or a comment says that gravity is in the samples: `including gravity`, `with g`,
 /// `mit Erdbeschleunigung`, `specific force`.
 pub(crate) fn says_gravity(text: &str) -> bool {
+    // The message of ROS whose accelerations hold it.
+    let small = text.to_lowercase();
+    if ["sensor_msgs/imu", "sensor_msgs/msg/imu"]
+        .iter()
+        .any(|name| small.contains(name))
+    {
+        return true;
+    }
     let words = words(text);
     let listed = |list: &Words, word: &String| list.contains(&word.as_str());
     let pair = |pair: &[String]| match pair {

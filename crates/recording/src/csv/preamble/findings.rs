@@ -7,7 +7,7 @@ use crate::csv::header::filtered::{Filtered, filter_in};
 use crate::held;
 use crate::setting::Setting;
 use crate::text::shown;
-use latchgate_kernel::units::SampleRate;
+use latchgate_kernel::units::{SampleRate, SensorSensitivity};
 
 /// What the samples and their clock are, for what is said above the table to be held against them.
 #[derive(Debug, Clone)]
@@ -23,6 +23,8 @@ pub(in crate::csv) struct HeldAgainst {
     pub(in crate::csv) is_stamped: bool,
     /// The instant on the file's clock that a person states as time zero [s].
     pub(in crate::csv) zero_s: Option<f64>,
+    /// What a person says that one of the samples means.
+    pub(in crate::csv) sensitivity: Option<SensorSensitivity>,
 }
 
 impl Preamble {
@@ -55,9 +57,58 @@ impl Preamble {
             let finding = rate_finding(row, text, &rates, samples);
             findings.extend(finding.map(|one| Finding::warning("rate-contradicted", one.text)));
         }
+        findings.extend(self.sensitivity_finding(index, samples));
         findings.extend(self.zero_finding(samples));
         findings.extend(self.count_finding(index, samples));
         findings
+    }
+
+    /// Names the row that states the rate with its unit, where the stamps give the same.
+    pub(in crate::csv) fn confirms(&self, samples: &HeldAgainst) -> Option<String> {
+        let rows = [PreambleTopic::Rate, PreambleTopic::Interval].map(|topic| self.of(topic));
+        let agrees = |row: &&PreambleRow| {
+            let mut filled = row.values.iter().filter(|text| !text.is_empty()).peekable();
+            let is_same = |text: &String| match row.rates(text).as_deref() {
+                Some([rate]) => (rate / samples.rate.hertz() - 1.0).abs() <= SAME - 1.0,
+                _ => false,
+            };
+            filled.peek().is_some() && filled.all(is_same)
+        };
+        let row = rows.into_iter().flatten().find(agrees);
+        row.filter(|_| samples.is_stamped).map(PreambleRow::named)
+    }
+
+    /// Says where begin, end or length that are stated are not those of the samples. The table may be a part of
+    /// what was recorded, so that it proves nothing.
+    pub(in crate::csv) fn span_doubt(&self, samples: &HeldAgainst) -> Option<String> {
+        let length_s = samples.end_s - samples.start_s;
+        let found = [
+            (PreambleTopic::Start, samples.start_s),
+            (PreambleTopic::End, samples.end_s),
+            (PreambleTopic::Duration, length_s),
+        ];
+        found.into_iter().find_map(|(topic, found_s)| {
+            self.of(topic).find_map(|row| {
+                let text = row.values.iter().find(|text| !text.is_empty())?;
+                let stated_s = row.seconds(text)?;
+                let is_near = (stated_s - found_s).abs() <= 0.05 * length_s;
+                // A zero may be another one.
+                let ratio = (stated_s / found_s).abs();
+                let off = if stated_s * found_s == 0.0 {
+                    1.0
+                } else {
+                    ratio.max(1.0 / ratio)
+                };
+                let text = format!(
+                    "{} is `{}`, by {} it is {} s",
+                    row.named(),
+                    shown(text),
+                    samples.by,
+                    latchgate_kernel::units::short(found_s, 7)
+                );
+                (!is_near && off > NOMINAL).then_some(text)
+            })
+        })
     }
 
     /// Shows the rows that speak of a column.
@@ -85,6 +136,27 @@ impl Preamble {
             cut(&said.join("; "))
         );
         Some(Finding::info("preamble", text))
+    }
+
+    /// Holds the sensor's sensitivity against what a person says; an amplifier may lie between them.
+    fn sensitivity_finding(&self, index: usize, samples: &HeldAgainst) -> Option<Finding> {
+        let used = samples.sensitivity.as_ref()?;
+        self.said(PreambleTopic::Sensitivity, index).find_map(|(row, text)| {
+            let with_unit = format!("{text} {}", row.unit());
+            let texts = [text, &with_unit];
+            let stated = texts.iter().find_map(|text| SensorSensitivity::from_text(text).ok())?;
+            let si = |one: &SensorSensitivity| one.unit().metres_per_second_squared();
+            let stated_si = stated.scale_of(used.quantity())? * si(&stated);
+            let ratio = stated_si / (used.scale() * si(used));
+            let text = format!(
+                "{} is `{}`, {used} was stated and used; what lies between sensor and recorder must \
+                 account for a factor of {}",
+                row.named(),
+                shown(text),
+                latchgate_kernel::units::short(ratio, 3)
+            );
+            ((ratio - 1.0).abs() > 0.02).then(|| Finding::warning("unit-overridden", text))
+        })
     }
 
     /// Holds the samples before time zero against the clock.
@@ -139,6 +211,10 @@ impl Preamble {
 /// Letters of a list of rows that are shown.
 const SHOWN: usize = 600;
 
+/// Largest ratio of two rates that are one, and of two that may be the nominal and the true one.
+const SAME: f64 = 1.01;
+const NOMINAL: f64 = 1.5;
+
 /// Holds a stated rate against the one of the samples.
 fn rate_finding(
     row: &PreambleRow,
@@ -146,9 +222,6 @@ fn rate_finding(
     rates: &[f64],
     samples: &HeldAgainst,
 ) -> Option<Finding> {
-    /// Largest ratio of two rates that are one, and of two that may be the nominal and the true one.
-    const SAME: f64 = 1.01;
-    const NOMINAL: f64 = 1.5;
     let ratio = |rate: &f64| (rate / samples.rate.hertz()).max(samples.rate.hertz() / rate);
     let nearest = rates.iter().map(ratio).fold(f64::INFINITY, f64::min);
     let text = format!(

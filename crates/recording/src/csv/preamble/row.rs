@@ -6,7 +6,7 @@ use crate::csv::header;
 use crate::held::Statement;
 use crate::text::{self, shown};
 use crate::words::{Words, word_list};
-use latchgate_kernel::units::TimeUnit;
+use latchgate_kernel::units::{AccelerationUnit, TimeUnit};
 
 // What the list holds is told at its head.
 static KEYS: Words = word_list!("preamble-keys");
@@ -29,8 +29,13 @@ pub(super) enum PreambleTopic {
     Count,
     Before,
     After,
-    /// Full scale.
+    /// Time of the first and the last sample, and from one to the other.
+    Start,
+    End,
+    Duration,
+    /// Full scale, and what one unit of acceleration gives.
     Range,
+    Sensitivity,
     /// The channel's code and its name.
     Code,
     Name,
@@ -44,7 +49,7 @@ pub(super) enum PreambleTopic {
 }
 
 impl PreambleTopic {
-    const ALL: [(Self, &'static str); 18] = [
+    const ALL: [(Self, &'static str); 22] = [
         (Self::Unit, "unit"),
         (Self::TimeUnit, "time-unit"),
         (Self::Rate, "rate"),
@@ -54,7 +59,11 @@ impl PreambleTopic {
         (Self::Count, "count"),
         (Self::Before, "before"),
         (Self::After, "after"),
+        (Self::Start, "start"),
+        (Self::End, "end"),
+        (Self::Duration, "duration"),
         (Self::Range, "range"),
+        (Self::Sensitivity, "sensitivity"),
         (Self::Code, "code"),
         (Self::Name, "name"),
         (Self::Sensor, "sensor"),
@@ -65,11 +74,18 @@ impl PreambleTopic {
         (Self::Date, "date"),
     ];
 
-    /// Finds what a key is about, by its words with those in brackets, then without.
+    /// Finds what a key is about, by its words with those in brackets, without, and without the unit at the
+    /// end: `fs_Hz`.
     fn of_key(key: &str) -> Option<Self> {
         let bare = key.split(['(', '[']).next().unwrap_or_default();
-        [key, bare].into_iter().find_map(|key| {
-            let words = header::words(key).join(" ");
+        let words = [key, bare].map(header::words);
+        let without_unit = words[1].split_last().map_or(&[][..], |(last, rest)| {
+            let is_unit = is_unit_of_clock(last);
+            if is_unit { rest } else { &[] }
+        });
+        let keys = [&words[0], &words[1], without_unit];
+        keys.into_iter().find_map(|words| {
+            let words = words.join(" ");
             let mut entries = KEYS.iter().filter_map(|line| line.split_once('\t'));
             let (_, name) = entries.find(|(known, _)| *known == words)?;
             let topic = Self::ALL.iter().find(|(_, known)| *known == name);
@@ -77,10 +93,46 @@ impl PreambleTopic {
         })
     }
 
+    /// Finds what a row is about whose key is not known, by its values: units of acceleration, or rates and
+    /// intervals with their units, the key holding a word for sampling.
+    fn of_values(key: &str, values: &[String]) -> Option<Self> {
+        let filled: Vec<&String> = values.iter().filter(|value| !value.is_empty()).collect();
+        let is_acceleration = |value: &&String| {
+            AccelerationUnit::from_spelling(header::strip_brackets(value.trim())).is_some()
+        };
+        let are_units = filled.iter().all(|value| header::is_known_unit(value));
+        if are_units && filled.iter().any(is_acceleration) {
+            return Some(Self::Unit);
+        }
+        let words = header::words(key);
+        let samples = |word: &String| SAMPLING.iter().any(|stem| word.starts_with(stem));
+        let row = PreambleRow::of_key(key);
+        let units = filled.iter().map(|value| match measure(value) {
+            Some((_, "")) => row.unit(),
+            Some((_, unit)) => unit,
+            None => "",
+        });
+        let units: Vec<&str> = units.collect();
+        if filled.is_empty()
+            || !words.iter().any(samples)
+            || !units.iter().all(|unit| is_unit_of_clock(unit))
+        {
+            return None;
+        }
+        let is_rate = units.iter().all(|unit| per_second(unit).is_some());
+        // A longer time is that of the recording.
+        let is_short = |value: &&String| row.seconds(value).is_some_and(|s| s <= 0.01);
+        let is_interval = || filled.iter().all(is_short).then_some(Self::Interval);
+        is_rate.then_some(Self::Rate).or_else(is_interval)
+    }
+
     /// Tells whether a value in one column alone says nothing of the others.
     fn is_of_one_column(self) -> bool {
-        use PreambleTopic::{Code, Location, Name, Range, Sensor, Unit};
-        matches!(self, Unit | Range | Code | Name | Sensor | Location)
+        use PreambleTopic::{Code, Location, Name, Range, Sensitivity, Sensor, Unit};
+        matches!(
+            self,
+            Unit | Range | Sensitivity | Code | Name | Sensor | Location
+        )
     }
 }
 
@@ -108,17 +160,33 @@ impl PreambleRow {
         let first = cells.first()?.clone();
         let filled = cells.iter().filter(|cell| !cell.is_empty());
         let units = filled.clone().all(|cell| header::is_unit(cell)) && filled.count() > 1;
-        let is_wide = cells.len() > width.max(2);
-        let (key, topic) = match (units, is_wide) {
-            (true, false) => (String::new(), Some(PreambleTopic::Unit)),
-            (_, true) => (std::mem::take(&mut cells).join(", "), None),
-            (false, false) => {
+        let (key, topic) = match units && cells.len() <= width.max(2) {
+            true => (String::new(), Some(PreambleTopic::Unit)),
+            false => {
                 let key = first.trim_end_matches([':', '=']).trim_end().to_string();
                 cells[0].clear();
                 let topic = PreambleTopic::of_key(&key);
+                let topic = topic.or_else(|| PreambleTopic::of_values(&key, &cells));
                 (key, topic)
             }
         };
+        let mut key = key;
+        if cells.len() > width.max(2) {
+            // The key stands before the first column: `Units,s,g,g` above three of them.
+            if topic.is_some() && cells.len() == width + 1 {
+                cells.remove(0);
+            } else {
+                cells[0] = first;
+                key = std::mem::take(&mut cells).join(", ");
+                return Some(Self {
+                    line,
+                    key,
+                    topic: None,
+                    is_short: false,
+                    values: cells,
+                });
+            }
+        }
         Some(Self {
             line,
             key,
@@ -127,6 +195,55 @@ impl PreambleRow {
             is_short: cells.len() == 2 && marks(text, separator) < 2,
             values: cells,
         })
+    }
+
+    /// Returns a row without values.
+    pub(super) fn of_key(key: &str) -> Self {
+        Self {
+            line: 0,
+            key: key.to_string(),
+            topic: PreambleTopic::of_key(key),
+            values: Vec::new(),
+            is_short: false,
+        }
+    }
+
+    /// Reads two lines above a table of `width` columns of which the second holds the values of the first, as
+    /// in `X,CH1,Start,Increment` over `Sequence,Volt,-0.1,2e-4`: behind the columns one row for each key that
+    /// is known, above them a row of units.
+    pub(super) fn of_pair(
+        [names, values]: [&(u64, String); 2],
+        (separator, width): (Separator, usize),
+    ) -> Vec<Self> {
+        let [keys, cells] = [names, values].map(|(_, text)| cells(text, separator));
+        if keys.len() <= width || keys.len() != cells.len() {
+            return Vec::new();
+        }
+        let row = |key: &str, topic, values| Self {
+            line: names.0,
+            key: key.to_string(),
+            topic: Some(topic),
+            is_short: true,
+            values,
+        };
+        let known = keys
+            .iter()
+            .zip(&cells)
+            .skip(width)
+            .filter_map(|(key, cell)| {
+                let topic = PreambleTopic::of_key(key).filter(|_| measure(cell).is_some())?;
+                Some(row(key, topic, vec![String::new(), cell.clone()]))
+            });
+        let mut rows: Vec<Self> = known.collect();
+        if !rows.is_empty() {
+            let unit = |cell: &String| match header::is_unit(cell) {
+                true => cell.clone(),
+                false => String::new(),
+            };
+            let units = cells[..width].iter().map(unit).collect();
+            rows.push(row("", PreambleTopic::Unit, units));
+        }
+        rows
     }
 
     /// Returns what it says of a column.
@@ -143,10 +260,13 @@ impl PreambleRow {
         filled.next().filter(|_| filled.next().is_none())
     }
 
-    /// Returns the unit that stands in brackets behind the key.
+    /// Returns the unit that stands in brackets behind the key, or as its last word: `fs_Hz`.
     pub(super) fn unit(&self) -> &str {
         let inner = self.key.rsplit_once(['(', '[']).map(|(_, inner)| inner);
-        inner.map_or("", |inner| inner.trim_end_matches([')', ']']).trim())
+        let inner = inner.map(|inner| inner.trim_end_matches([')', ']']).trim());
+        let last = self.key.rsplit_once([' ', '_']).map(|(_, last)| last);
+        let last = last.filter(|last| is_unit_of_clock(last));
+        inner.or(last).unwrap_or_default()
     }
 
     /// Names the row in a message.
@@ -168,14 +288,7 @@ impl PreambleRow {
             "" => self.unit(),
             unit => unit,
         };
-        let small = unit.to_lowercase();
-        let per_second = match small.as_str() {
-            "hz" | "1/s" | "s/s" | "sa/s" | "sps" | "samples/s" | "samples/sec" => Some(1.0),
-            "khz" | "ks/s" | "ksa/s" | "ksps" => Some(1e3),
-            "mhz" | "ms/s" | "msa/s" | "msps" => Some(1e6),
-            _ => None,
-        };
-        let rates = match (per_second, TimeUnit::from_spelling(unit), self.topic) {
+        let rates = match (per_second(unit), TimeUnit::from_spelling(unit), self.topic) {
             (Some(factor), ..) => vec![number * factor],
             (None, Some(unit), _) => vec![1.0 / unit.to_seconds(number)],
             (None, None, Some(PreambleTopic::Interval)) => {
@@ -186,6 +299,16 @@ impl PreambleRow {
         };
         let is_rate = |rate: &f64| rate.is_finite() && *rate > 0.0;
         rates.iter().all(is_rate).then_some(rates)
+    }
+
+    /// Returns a time that is stated with its unit [s].
+    pub(super) fn seconds(&self, text: &str) -> Option<f64> {
+        let (number, unit) = measure(text)?;
+        let unit = match unit {
+            "" => self.unit(),
+            unit => unit,
+        };
+        Some(TimeUnit::from_spelling(unit)?.to_seconds(number))
     }
 
     /// Returns the corner of a filter [Hz].
@@ -207,13 +330,44 @@ impl PreambleRow {
     /// Tells whether its values are units and numbers, not words.
     pub(super) fn is_measure(&self) -> bool {
         use PreambleTopic::{
-            After, Before, Class, Corner, Count, Interval, Range, Rate, TimeUnit, Unit,
+            After, Before, Class, Corner, Count, Interval, Range, Rate, Sensitivity, TimeUnit, Unit,
         };
         let measures = [
-            Unit, TimeUnit, Rate, Interval, Class, Corner, Count, Before, After, Range,
+            Unit,
+            TimeUnit,
+            Rate,
+            Interval,
+            Class,
+            Corner,
+            Count,
+            Before,
+            After,
+            Range,
+            Sensitivity,
         ];
         self.topic.is_some_and(|topic| measures.contains(&topic))
     }
+}
+
+/// Beginnings of words that say that a rate or an interval is that of the samples.
+const SAMPLING: [&str; 11] = [
+    "abtast", "acqui", "adc", "campion", "digiti", "logging", "muestr", "sampl", "scan", "takt",
+    "échant",
+];
+
+/// Returns how many samples a second one of a unit is.
+fn per_second(unit: &str) -> Option<f64> {
+    match unit.to_lowercase().as_str() {
+        "hz" | "1/s" | "s/s" | "sa/s" | "sps" | "samples/s" | "samples/sec" => Some(1.0),
+        "khz" | "ks/s" | "ksa/s" | "ksps" => Some(1e3),
+        "mhz" | "ms/s" | "msa/s" | "msps" => Some(1e6),
+        _ => None,
+    }
+}
+
+/// Tells whether a text is the unit of a rate or of a time.
+fn is_unit_of_clock(text: &str) -> bool {
+    per_second(text).is_some() || TimeUnit::from_spelling(text).is_some()
 }
 
 /// Counts the marks between the cells of a line.
