@@ -1,7 +1,7 @@
 //! Cards: a recording's full name plus `.toml`, saying what the file itself does not.
 
 use super::TestFacts;
-use super::csv::header::filtered::{Filtered, filter_in, says_unfiltered};
+use super::channel_name::filtered::{Filtered, filter_in, says_unfiltered};
 use super::limits::Limits;
 use super::source::{Source, sha256};
 use super::text::line_at;

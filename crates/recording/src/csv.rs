@@ -2,7 +2,7 @@
 //!
 //! A table is read in three steps: its bytes become UTF-8 text (`encoding`), its separator,
 //! comments and line lengths are found and checked (`dialect`), and its header says what the
-//! columns hold (`header`). Only then are the rows read, the needed columns alone.
+//! columns hold (`channel_name` of all readers). Only then are the rows read, the needed columns alone.
 //!
 //! What the file does not say is asked for, not guessed: a missing unit or time is an error,
 //! and so is a header that does not fit its rows. Units never come from a comment.
@@ -28,7 +28,6 @@ mod clocks_beside;
 mod counter;
 mod dialect;
 mod ends;
-pub(super) mod header;
 mod layout;
 mod preamble;
 mod records;
@@ -41,9 +40,10 @@ use super::held;
 use super::source::Reader;
 use super::time_base::{self, MEND, TimeBase};
 use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection};
+use crate::channel_name::ChannelName;
+use crate::channel_name::gravity::says_gravity;
 use crate::error::{Error, Place};
 use crate::setting::Setting;
-use header::gravity::says_gravity;
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 pub use layout::TableMapping;
 use layout::{TableLayout, TableStart, TimeSource, UnitOrigin};
@@ -507,7 +507,7 @@ impl<'a> TableText<'a> {
 
 /// Returns the unit of a column, and what states it.
 fn unit_of(
-    column: &header::Column,
+    column: &ChannelName,
     options: &ReadOptions,
     selection: Selection,
     findings: &mut Vec<Finding>,

@@ -1,6 +1,6 @@
 //! A channel as a reader found it, made into one that is delivered: the last mile of all readers.
 
-use super::csv::header::{Column, strip_brackets};
+use super::channel_name::{ChannelName, strip_brackets};
 use super::remarks::{self, Remark, Span};
 use super::time_base::TimeBase;
 use super::{Channel, Finding, Limits, ReadOptions, ReadOutcome, Selection, Stated, text};
@@ -24,7 +24,7 @@ pub(super) struct Draft {
 impl Draft {
     /// Takes a channel of which words say what it is.
     pub(super) fn of_words(
-        words: &Column,
+        words: &ChannelName,
         unit: Unit,
         clock: UniformSamples,
         mut findings: Vec<Finding>,

@@ -1,6 +1,6 @@
 //! Which of several named columns is the lateral acceleration.
 
-use super::csv::header::Column;
+use super::channel_name::ChannelName;
 use super::{Channel, Finding};
 use crate::error::{Candidate, Candidates, Error, ErrorKind};
 
@@ -8,7 +8,7 @@ use crate::error::{Candidate, Candidates, Error, ErrorKind};
 /// its sensor's axis.
 #[must_use]
 pub fn is_lateral(channel: &Channel) -> bool {
-    let named = |name: &str| Column::from_header(name, 1).doubt().is_none();
+    let named = |name: &str| ChannelName::from_header(name, 1).doubt().is_none();
     let name = channel
         .name
         .rsplit_once(TWIN)
@@ -68,9 +68,9 @@ impl ChannelOffer {
     }
 
     /// Describes columns by their words, each with its number, which counts what `counted` says.
-    pub(super) fn of_words(columns: &[(usize, &Column)], counted: &str) -> Vec<Self> {
-        let one = |(number, column): &(usize, &Column)| {
-            let same = |(_, other): &&(usize, &Column)| other.name == column.name;
+    pub(super) fn of_words(columns: &[(usize, &ChannelName)], counted: &str) -> Vec<Self> {
+        let one = |(number, column): &(usize, &ChannelName)| {
+            let same = |(_, other): &&(usize, &ChannelName)| other.name == column.name;
             let candidate = match columns.iter().filter(same).count() {
                 1 => Candidate::named(&column.name),
                 _ => Candidate::numbered(&column.name, counted, *number),

@@ -6,6 +6,7 @@
 //!
 //! - `archive`: archives: .zip, .tar.gz and .tar, unpacked within limits;
 //! - `card`: cards: a recording's full name plus `.toml`, saying what the file itself does not;
+//! - `channel_name`: what the name of a channel says: words, unit, time, filter, gravity; all readers ask it;
 //! - `code`: channel codes of ISO/TS 13499: 16 characters that say what was measured where;
 //! - `csv`: text tables: CSV and its relatives;
 //! - `draft`: a channel as a reader found it, made into one that is delivered: the last mile of
@@ -36,6 +37,7 @@
 
 mod archive;
 pub mod card;
+mod channel_name;
 mod code;
 pub mod csv;
 mod draft;

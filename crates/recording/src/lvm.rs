@@ -13,7 +13,7 @@
 
 mod header;
 
-use super::csv::header::{Column, mark_columns};
+use super::channel_name::{ChannelName, mark_columns};
 use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
 use super::held::Statement;
 use super::lateral::ChannelOffer;
@@ -456,7 +456,7 @@ impl Header {
     /// Returns channels as they are offered.
     fn offers(&self, indices: impl IntoIterator<Item = usize>) -> Vec<ChannelOffer> {
         let column = |index: usize| (index + 1, &self.channels[index].column);
-        let columns: Vec<(usize, &Column)> = indices.into_iter().map(column).collect();
+        let columns: Vec<(usize, &ChannelName)> = indices.into_iter().map(column).collect();
         ChannelOffer::of_words(&columns, "channel")
     }
 

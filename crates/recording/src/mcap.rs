@@ -42,7 +42,7 @@ mod ros;
 mod series;
 mod types;
 
-use super::csv::header::Column as Named;
+use super::channel_name::ChannelName;
 use super::draft;
 use super::lateral::{self, ChannelOffer};
 use super::remarks::{Remark, RemarkPlace};
@@ -665,7 +665,7 @@ impl<'a> LogReader<'a> {
         {
             return Err(error.clone());
         }
-        let columns: Vec<(usize, &Named)> =
+        let columns: Vec<(usize, &ChannelName)> =
             fields.iter().map(|(id, one)| (*id, &one.words)).collect();
         let index = match (path, fields.len()) {
             (_, 0) => return Err(self.no_channel(topics.first().map(|(_, topic)| *topic))),

@@ -10,8 +10,8 @@
 
 mod reading;
 
-use super::csv::header::filtered::{Filtered, filter_in, says_unfiltered};
-use super::csv::header::gravity::says_gravity;
+use super::channel_name::filtered::{Filtered, filter_in, says_unfiltered};
+use super::channel_name::gravity::says_gravity;
 use super::source::sha256;
 use super::words::{Words, word_list};
 use super::{Finding, Severity, Stated};

@@ -14,6 +14,7 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::{Finding, Severity};
+use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
 use latchgate_verdict::{Answer, Ensemble, ErrorBudget, RunAnswer};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -208,7 +209,7 @@ pub(super) fn varied(ensemble: &Ensemble) -> String {
 
 /// Returns the share of all varied levers that open, as its bound.
 pub(super) fn share(ensemble: &Ensemble) -> String {
-    if ensemble.p_lower > 0.5 {
+    if ensemble.p_lower > FAIL_SHARE_WITH_NOMINAL {
         format!(
             "at least {}\u{00A0}% of all such",
             percent(ensemble.p_lower)

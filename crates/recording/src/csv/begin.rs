@@ -2,8 +2,8 @@
 //! each, numbers among them. Above it stand names, or a preamble of which a person is asked.
 
 use super::dialect::{Separator, is_row, uncommented};
-use super::header::{Column, is_known_unit};
 use super::stamp;
+use crate::channel_name::{ChannelName, is_known_unit};
 use crate::number;
 use latchgate_kernel::units::DecimalMark;
 
@@ -141,13 +141,13 @@ pub(super) fn below_preamble(text: &[u8]) -> Option<u32> {
 /// Tells whether a cell is a name for time, with a unit or without.
 fn says_time(cell: &[u8]) -> bool {
     let cell = String::from_utf8_lossy(cell);
-    !is_known_unit(&cell) && Column::from_header(&cell, 1).says_time()
+    !is_known_unit(&cell) && ChannelName::from_header(&cell, 1).says_time()
 }
 
 /// Tells whether names are the units alone, the first of them that of time, as oscilloscopes write them:
 /// `Second,Volt`, `Second,Value`.
 fn names_time_by_unit(cells: &[String]) -> bool {
-    let first = cells.first().map(|cell| Column::from_header(cell, 1));
+    let first = cells.first().map(|cell| ChannelName::from_header(cell, 1));
     first.is_some_and(|column| column.says_time() && column.time_unit.is_some())
 }
 

@@ -5,10 +5,10 @@
 
 use super::begin::{self, Begin};
 use super::dialect::{LineScan, Separator};
-use super::header::{self, Column, is_known_unit};
 use super::preamble::Preamble;
 use super::records::{self, Records};
 use super::stamp;
+use crate::channel_name::{self, ChannelName, is_known_unit};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::lateral::{self, ChannelOffer};
 use crate::number::{self, Decimal};
@@ -97,7 +97,7 @@ pub(super) struct TableLayout {
     pub(super) quoted: bool,
     /// Rows before the data.
     pub(super) header_rows: usize,
-    pub(super) columns: Vec<Column>,
+    pub(super) columns: Vec<ChannelName>,
     /// Cells of each data row, empty ones after the last column included.
     cells: usize,
     /// Whether at least half of a column's first cells are numbers; the others are then faults.
@@ -140,8 +140,10 @@ impl TableLayout {
             check_one_column(text, names, first)?;
         }
         let named = !header.is_empty();
-        let mut columns: Vec<Column> = match named {
-            false => (1..=filled_cells(first)).map(Column::unnamed).collect(),
+        let mut columns: Vec<ChannelName> = match named {
+            false => (1..=filled_cells(first))
+                .map(ChannelName::unnamed)
+                .collect(),
             true => name_columns(header, first, options.unit_line.is_none()).map_err(|found| {
                 let found = format!("{found} header cells over rows of {}", first.len());
                 let expected = "as many header cells as the rows have";
@@ -156,7 +158,7 @@ impl TableLayout {
             take_units(&mut columns, &units)
                 .map_err(|error| error.at(Place::default().line(u64::from(line))))?;
         }
-        header::mark_columns(columns.iter_mut().collect(), options);
+        channel_name::mark_columns(columns.iter_mut().collect(), options);
         let ragged = data.iter().any(|row| row.len() != first.len());
         let data_line = line_of(text, first).line.unwrap_or(0);
         if !stated && ragged && begin::find(text).is_some_and(|found| found.data > data_line) {
@@ -322,7 +324,7 @@ impl TableLayout {
     /// by its number, counted from 1.
     pub(super) fn find_column(&self, wanted: &str, what: &'static str) -> Result<usize, Error> {
         let small = wanted.trim().to_lowercase();
-        let ways: [&dyn Fn(&Column) -> bool; 4] = [
+        let ways: [&dyn Fn(&ChannelName) -> bool; 4] = [
             &|column| column.name == wanted,
             &|column| !column.label.is_empty() && column.label == wanted.trim(),
             &|column| {
@@ -388,7 +390,7 @@ impl TableLayout {
     pub(super) fn list(&self, indices: impl IntoIterator<Item = usize>) -> String {
         let one = |index: usize| {
             let name = shown(&self.columns[index].name);
-            let same = |other: &&Column| other.name == self.columns[index].name;
+            let same = |other: &&ChannelName| other.name == self.columns[index].name;
             match self.columns.iter().filter(same).count() {
                 1 => Candidate::named(name),
                 _ => Candidate::numbered(name, "column", index + 1),
@@ -399,7 +401,7 @@ impl TableLayout {
 }
 
 /// Tells of each column whether at least half of its first cells are such.
-fn mostly(columns: &[Column], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> Vec<bool> {
+fn mostly(columns: &[ChannelName], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> Vec<bool> {
     let is_mostly = |index: usize| {
         let cells = data.iter().filter(|row| row.get(index).is_some_and(such));
         2 * cells.count() >= data.len()
@@ -556,14 +558,14 @@ fn name_columns(
     header: &[ByteRecord],
     first: &ByteRecord,
     with_units: bool,
-) -> Result<Vec<Column>, usize> {
+) -> Result<Vec<ChannelName>, usize> {
     let names = &header[0];
     let count = filled_cells(names);
     if count > first.len() || filled_cells(first) > count {
         return Err(count);
     }
-    let name = |index: usize| Column::from_header(&text_of(names, index), index + 1);
-    let mut columns: Vec<Column> = (0..count).map(name).collect();
+    let name = |index: usize| ChannelName::from_header(&text_of(names, index), index + 1);
+    let mut columns: Vec<ChannelName> = (0..count).map(name).collect();
     // Of further rows only one of units is read; descriptions are passed over.
     let units = header[1..].iter().find(|row| has_unit(row));
     if let Some(units) = units.filter(|_| with_units) {
@@ -607,14 +609,16 @@ fn unit_cells(
 }
 
 /// Gives the columns the units of a row, whose first cell may be its key.
-fn take_units(columns: &mut [Column], units: &[String]) -> Result<(), Error> {
+fn take_units(columns: &mut [ChannelName], units: &[String]) -> Result<(), Error> {
     if units.len() > columns.len() {
         let expected = format!("units of {} columns", columns.len());
         let found = format!("{} cells", units.len());
         let hint = "state another line with the setting `unit_line`";
         return Err(Error::malformed(expected, found, hint));
     }
-    let is_key = units.first().is_some_and(|cell| !header::is_unit(cell));
+    let is_key = units
+        .first()
+        .is_some_and(|cell| !channel_name::is_unit(cell));
     for (column, unit) in columns.iter_mut().zip(units).skip(usize::from(is_key)) {
         *column = std::mem::take(column).with_unit(unit, "units row");
     }

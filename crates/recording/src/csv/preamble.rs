@@ -13,10 +13,10 @@ mod findings;
 mod row;
 
 use super::dialect::{LineScan, Separator};
-use super::header::{self, Column};
 use crate::Stated;
+use crate::channel_name::filtered::{Filtered, filter_in};
+use crate::channel_name::{self, ChannelName};
 use crate::code::Code;
-use crate::csv::header::filtered::{Filtered, filter_in};
 use crate::remarks::{self, Remark, RemarkPlace};
 pub(super) use findings::HeldAgainst;
 use latchgate_kernel::units::{AccelerationUnit, SampleRate, TimeUnit};
@@ -77,7 +77,7 @@ impl Preamble {
     }
 
     /// Tells the columns what is said of them. With `with_units` rows of units count.
-    pub(super) fn apply(&self, columns: &mut [Column], with_units: bool) {
+    pub(super) fn apply(&self, columns: &mut [ChannelName], with_units: bool) {
         for (index, column) in columns.iter_mut().enumerate() {
             if column.says_time() {
                 let units = self
@@ -105,7 +105,7 @@ impl Preamble {
         let rows = self.of(PreambleTopic::Unit);
         let cells = rows.filter_map(move |row| row.values.get(column));
         let is_time = |cell: &&str| {
-            let unit = header::strip_brackets(cell.trim());
+            let unit = channel_name::strip_brackets(cell.trim());
             TimeUnit::from_spelling(unit).is_some()
         };
         cells.map(String::as_str).filter(is_time)
@@ -113,9 +113,11 @@ impl Preamble {
 
     /// Returns what a column is called by code and name above it and by the words of its header that
     /// are no number of channel or sensor; `None` where nothing is said of it.
-    fn described(&self, index: usize, column: &Column) -> Option<String> {
+    fn described(&self, index: usize, column: &ChannelName) -> Option<String> {
         let own = |topic| self.said(topic, index).map(|(_, text)| text);
-        let sensors: Vec<String> = own(PreambleTopic::Sensor).flat_map(header::words).collect();
+        let sensors: Vec<String> = own(PreambleTopic::Sensor)
+            .flat_map(channel_name::words)
+            .collect();
         let names: Vec<&str> = own(PreambleTopic::Code)
             .chain(own(PreambleTopic::Name))
             .collect();
@@ -126,14 +128,14 @@ impl Preamble {
             let stem = word.trim_end_matches(|c: char| c.is_ascii_digit());
             ["", "ch", "chan", "channel", "kanal"].contains(&stem) || sensors.contains(word)
         };
-        let header = header::words(&column.label);
+        let header = channel_name::words(&column.label);
         let rest = header.into_iter().filter(|word| !is_number(word));
         let names = names.into_iter().map(String::from);
         Some(names.chain(rest).collect::<Vec<_>>().join(" "))
     }
 
     /// Returns what is stated of a column's samples.
-    fn stated(&self, index: usize, column: &Column) -> Stated {
+    fn stated(&self, index: usize, column: &ChannelName) -> Stated {
         let text = |topic| {
             let texts: Vec<&str> = self.said(topic, index).map(|(_, text)| text).collect();
             (!texts.is_empty()).then(|| texts.join(" "))
@@ -167,7 +169,7 @@ impl Preamble {
     }
 
     /// Returns the full scale in the column's unit, where its own unit is stated.
-    fn full_scale(&self, index: usize, column: &Column) -> Option<f64> {
+    fn full_scale(&self, index: usize, column: &ChannelName) -> Option<f64> {
         self.said(PreambleTopic::Range, index)
             .find_map(|(row, text)| {
                 let last = text.rsplit("..").next()?;

@@ -1,8 +1,8 @@
 //! What a table says of its samples in words: comment lines, and columns that hold the state of
 //! a channel or notes row by row.
 
-use super::header::Column;
 use super::layout::TableLayout;
+use crate::channel_name::ChannelName;
 use crate::error::Error;
 use crate::remarks::{self, Cells, Remark, RemarkPlace};
 use crate::words::{Words, word_list};
@@ -21,13 +21,13 @@ pub(super) type Said<T> = (Option<usize>, T);
 pub(super) type AllSaid = (Vec<Said<Remark>>, Vec<Said<Finding>>);
 
 /// Returns what a comment on `line` says: of a column where it begins with its name.
-pub(super) fn of_comment(line: u64, comment: &str, columns: &[Column]) -> Said<Remark> {
+pub(super) fn of_comment(line: u64, comment: &str, columns: &[ChannelName]) -> Said<Remark> {
     let key = comment.split([':', '=', ';', ',', '\t']).next();
     let key = key
         .filter(|key| key.len() < comment.len())
         .unwrap_or_default()
         .trim();
-    let is_of = |column: &Column| {
+    let is_of = |column: &ChannelName| {
         column.name.eq_ignore_ascii_case(key) || column.label.eq_ignore_ascii_case(key)
     };
     let of = columns.iter().position(is_of).filter(|_| !key.is_empty());
@@ -54,7 +54,7 @@ enum About {
     Notes,
 }
 
-fn about(column: &Column) -> Option<About> {
+fn about(column: &ChannelName) -> Option<About> {
     let small = column.label.to_lowercase();
     let has = |list: &[&str]| {
         small
@@ -75,7 +75,7 @@ fn about(column: &Column) -> Option<About> {
 }
 
 /// Tells whether a column holds the state of samples or notes.
-pub(super) fn is_of_words(column: &Column) -> bool {
+pub(super) fn is_of_words(column: &ChannelName) -> bool {
     about(column).is_some()
 }
 

@@ -1,6 +1,6 @@
 //! The two headers of a LabVIEW measurement file.
 
-use crate::csv::header::Column;
+use crate::channel_name::ChannelName;
 use crate::error::{Error, ErrorKind, Place};
 use crate::held::Statement;
 use crate::number::Decimal;
@@ -34,7 +34,7 @@ pub(super) enum TimeColumns {
 pub(super) struct Described {
     /// Column of the table, counted from 0.
     pub(super) index: usize,
-    pub(super) column: Column,
+    pub(super) column: ChannelName,
     /// Number of samples as printed.
     pub(super) samples: Option<String>,
     /// Time of the first sample as printed, where there is no time column.
@@ -149,7 +149,7 @@ impl Header {
         let mut overridden = None;
         for channel in &mut self.channels {
             // `Samples` is what is counted where no timing is attached.
-            let counts = |label: &String| Column::from_header(label, 1).says_index();
+            let counts = |label: &String| ChannelName::from_header(label, 1).says_index();
             channel.time_label = channel.time_label.take().filter(|label| !counts(label));
             let label = channel.time_label.as_deref();
             let own = label.and_then(TimeUnit::from_spelling);
@@ -244,7 +244,7 @@ impl Header {
         let columns = self.comment_column;
         let is_multi = self.time == TimeColumns::Multi;
         for index in (1..columns).step_by(if is_multi { 2 } else { 1 }) {
-            let mut column = Column::from_header(&names[index], index);
+            let mut column = ChannelName::from_header(&names[index], index);
             if let Some(unit) = cell("Y_Unit_Label", index) {
                 column = column.with_unit(&unit, "header");
             }

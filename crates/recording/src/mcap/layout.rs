@@ -6,7 +6,7 @@ use super::protobuf;
 use super::ros::{self, Dialect, plain_name};
 use super::types::{Budget, FIELDS, FieldKind, Leaf, MessageTypes, too_many_fields};
 use crate::Limits;
-use crate::csv::header::Column as Named;
+use crate::channel_name::ChannelName;
 use crate::error::{Error, ErrorKind};
 use latchgate_kernel::units::AccelerationUnit;
 use std::rc::Rc;
@@ -93,11 +93,11 @@ pub(super) fn names_lateral(path: &str) -> bool {
 }
 
 /// Reads a path as a column's name, with the unit that its end may state (`ay_g`).
-fn named(path: &str) -> Named {
+fn named(path: &str) -> ChannelName {
     let (parents, own) = path.rsplit_once('.').unwrap_or(("", path));
-    let column = Named::from_header(own, 0);
+    let column = ChannelName::from_header(own, 0);
     // The unit is that of the field; words on the way to it tell what it is.
-    let mut whole = Named::from_header(&format!("{parents} {}", column.label), 0);
+    let mut whole = ChannelName::from_header(&format!("{parents} {}", column.label), 0);
     whole.name = path.to_string();
     whole.unit = column.unit;
     whole.unit_text = column.unit_text;
@@ -105,7 +105,7 @@ fn named(path: &str) -> Named {
 }
 
 /// Returns what the words of a topic and a field say.
-pub(super) fn words_of(topic: &str, path: &str) -> Named {
+pub(super) fn words_of(topic: &str, path: &str) -> ChannelName {
     let mut column = named(path);
     column.label = format!("{} {}", topic.replace('/', " "), column.label);
     column.name = name_of(topic, path);

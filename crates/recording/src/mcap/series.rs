@@ -7,7 +7,7 @@ use super::layout::{
 };
 use super::types::{Leaf, damaged_message, hash};
 use super::{cdr, json, protobuf};
-use crate::csv::header::Column as Named;
+use crate::channel_name::ChannelName;
 use crate::draft::{Draft, UniformSamples, Unit, UnitStatement};
 use crate::error::{Error, Place};
 use crate::remarks::Remark;
@@ -32,7 +32,7 @@ struct FieldColumn {
 #[derive(Debug)]
 pub(super) struct TopicField {
     pub(super) path: String,
-    pub(super) words: Named,
+    pub(super) words: ChannelName,
     /// Whether it may be the lateral acceleration of its topic.
     pub(super) may_be_lateral: bool,
     pub(super) channel: Result<Channel, Error>,
@@ -415,7 +415,7 @@ const CLOCKS: u64 = 3;
 impl FieldColumn {
     fn into_channel(
         self,
-        (words, remarks): (&Named, &[Remark]),
+        (words, remarks): (&ChannelName, &[Remark]),
         clock: &MessageBase,
         options: &ReadOptions,
     ) -> Result<Channel, Error> {

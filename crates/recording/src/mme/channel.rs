@@ -4,8 +4,8 @@
 //! states (extremes, times, count) is held against the samples.
 
 use crate::TestFacts;
+use crate::channel_name::ChannelName;
 use crate::code::{self, CLASSES, Code};
-use crate::csv::header::Column;
 use crate::draft::UniformSamples;
 use crate::error::{Error, Place};
 use crate::held::{self, Statement};
@@ -202,13 +202,13 @@ impl ChannelHeader {
     pub(super) fn doubt(&self) -> Option<String> {
         let named = ["Channel code", "Name of the channel"].map(|key| self.value(key));
         let words = named.into_iter().flatten();
-        let words = words.map(|text| Column::from_header(text, 1));
+        let words = words.map(|text| ChannelName::from_header(text, 1));
         let Some(code) = self.code.as_ref() else {
-            let mut words: Vec<Column> = words.collect();
+            let mut words: Vec<ChannelName> = words.collect();
             words.retain(|word| !word.label.is_empty());
-            let says = words.iter().any(Column::says_lateral_acceleration);
+            let says = words.iter().any(ChannelName::says_lateral_acceleration);
             let silent = || "neither a code nor a name says a lateral acceleration".to_string();
-            let doubt = words.iter().find_map(Column::contradiction);
+            let doubt = words.iter().find_map(ChannelName::contradiction);
             return doubt.or_else(|| (!says).then(silent));
         };
         let said = if !code.is_acceleration() {
@@ -219,7 +219,7 @@ impl ChannelHeader {
             "its place is none of the vehicle's structure that is known here"
         } else {
             // What stands for the code is the code, in whichever letters.
-            let named = |word: &Column| Code::new(&word.label).is_none();
+            let named = |word: &ChannelName| Code::new(&word.label).is_none();
             return words.filter(named).find_map(|word| word.contradiction());
         };
         Some(said.into())

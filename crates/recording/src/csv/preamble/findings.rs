@@ -3,7 +3,7 @@
 use super::Preamble;
 use super::row::{PreambleRow, PreambleTopic, measure};
 use crate::Finding;
-use crate::csv::header::filtered::{Filtered, filter_in};
+use crate::channel_name::filtered::{Filtered, filter_in};
 use crate::held;
 use crate::setting::Setting;
 use crate::text::shown;

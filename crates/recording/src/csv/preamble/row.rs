@@ -1,8 +1,8 @@
 //! Rows above the names: a key, and a value for each column.
 
+use crate::channel_name;
 use crate::csv::begin;
 use crate::csv::dialect::Separator;
-use crate::csv::header;
 use crate::held::Statement;
 use crate::text::{self, shown};
 use crate::words::{Words, word_list};
@@ -78,7 +78,7 @@ impl PreambleTopic {
     /// end: `fs_Hz`.
     fn of_key(key: &str) -> Option<Self> {
         let bare = key.split(['(', '[']).next().unwrap_or_default();
-        let words = [key, bare].map(header::words);
+        let words = [key, bare].map(channel_name::words);
         let without_unit = words[1].split_last().map_or(&[][..], |(last, rest)| {
             let is_unit = is_unit_of_clock(last);
             if is_unit { rest } else { &[] }
@@ -98,13 +98,15 @@ impl PreambleTopic {
     fn of_values(key: &str, values: &[String]) -> Option<Self> {
         let filled: Vec<&String> = values.iter().filter(|value| !value.is_empty()).collect();
         let is_acceleration = |value: &&String| {
-            AccelerationUnit::from_spelling(header::strip_brackets(value.trim())).is_some()
+            AccelerationUnit::from_spelling(channel_name::strip_brackets(value.trim())).is_some()
         };
-        let are_units = filled.iter().all(|value| header::is_known_unit(value));
+        let are_units = filled
+            .iter()
+            .all(|value| channel_name::is_known_unit(value));
         if are_units && filled.iter().any(is_acceleration) {
             return Some(Self::Unit);
         }
-        let words = header::words(key);
+        let words = channel_name::words(key);
         let samples = |word: &String| SAMPLING.iter().any(|stem| word.starts_with(stem));
         let row = PreambleRow::of_key(key);
         let units = filled.iter().map(|value| match measure(value) {
@@ -159,7 +161,7 @@ impl PreambleRow {
         let mut cells = cells(text, separator);
         let first = cells.first()?.clone();
         let filled = cells.iter().filter(|cell| !cell.is_empty());
-        let units = filled.clone().all(|cell| header::is_unit(cell)) && filled.count() > 1;
+        let units = filled.clone().all(|cell| channel_name::is_unit(cell)) && filled.count() > 1;
         let (key, topic) = match units && cells.len() <= width.max(2) {
             true => (String::new(), Some(PreambleTopic::Unit)),
             false => {
@@ -236,7 +238,7 @@ impl PreambleRow {
             });
         let mut rows: Vec<Self> = known.collect();
         if !rows.is_empty() {
-            let unit = |cell: &String| match header::is_unit(cell) {
+            let unit = |cell: &String| match channel_name::is_unit(cell) {
                 true => cell.clone(),
                 false => String::new(),
             };
@@ -397,7 +399,7 @@ pub(super) fn measure(text: &str) -> Option<(f64, &str)> {
 
 /// Tells whether a value says that there is nothing, such as no filter.
 pub(super) fn says_none(text: &str) -> bool {
-    let words = header::words(text).join(" ");
+    let words = channel_name::words(text).join(" ");
     let none = [
         "",
         "0",

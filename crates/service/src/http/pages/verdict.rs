@@ -6,6 +6,7 @@ use crate::app::App;
 use crate::problem::{Placed, Problem, for_http};
 use crate::store::{StoreError, StoredResult};
 use axum::extract::State;
+use latchgate::pipeline::PASS_SHARE_MAX;
 use latchgate::report::VERDICT_FILE;
 use maud::{Markup, html};
 use serde_json::{Map, Value, json};
@@ -140,7 +141,8 @@ fn numbers(document: &Value, nominal: &Value, limit: Option<f64>) -> Markup {
         @if ensemble.is_object() {
             dt { "Levers of the ensemble that cross" }
             dd { (show::value(&ensemble["exceeded"])) " of " (show::value(&ensemble["members"])) ", at most "
-                (percent(&ensemble["p_upper"])) " · limit 5 % for a pass" }
+                (percent(&ensemble["p_upper"])) " · limit "
+                (latchgate::document::number::trimmed(100.0 * PASS_SHARE_MAX, 2)) " % for a pass" }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Headers: names, units, and whether a name is plainly that of a lateral acceleration.
+//! What the name of a channel says: words, unit, time, and whether it is plainly that of a lateral acceleration.
 //!
 //! A name is taken where every word of it stands on a short list. Any other word raises a doubt:
 //! the channel is offered, and a person chooses it or not.
@@ -17,7 +17,7 @@ use latchgate_kernel::units::{AccelerationUnit, TimeUnit};
 
 /// A column as its header describes it.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Column {
+pub(crate) struct ChannelName {
     /// The header cell as it stands, or `column N`.
     pub(crate) name: String,
     /// The header cell without a unit that was recognised in it.
@@ -45,7 +45,7 @@ pub(crate) struct Column {
     rival: Option<String>,
 }
 
-impl Column {
+impl ChannelName {
     /// Describes a column without a header; `number` counts from 1.
     pub(crate) fn unnamed(number: usize) -> Self {
         Self {
@@ -403,8 +403,8 @@ impl Column {
 
 /// Finds in the columns of a table what one of them alone does not say: which are turning rates, and which
 /// become accelerations by a stated sensitivity.
-pub(crate) fn mark_columns(columns: Vec<&mut Column>, options: &ReadOptions) {
-    let says = |column: &&&mut Column| {
+pub(crate) fn mark_columns(columns: Vec<&mut ChannelName>, options: &ReadOptions) {
+    let says = |column: &&&mut ChannelName| {
         let words = words(&column.label);
         let own = words
             .iter()
