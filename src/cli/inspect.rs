@@ -8,6 +8,7 @@ use super::progress::Progress;
 use super::values::OutputFormat;
 use crate::pipeline::{self, ChannelStatus, ListedChannel, Listing};
 use latchgate_document::number;
+use latchgate_kernel::units::AccelerationUnit;
 use latchgate_kernel::units::short;
 use latchgate_recording::error::Error;
 use latchgate_recording::{Finding, Limits};
@@ -76,7 +77,7 @@ fn channels(text: &mut String, channels: &[ListedChannel]) {
                 (ChannelStatus::PassedOver, Some(_)) => "passed over",
             }
             .to_string(),
-            entry.unit.as_deref().unwrap_or("?").to_string(),
+            entry.unit.map_or("?", AccelerationUnit::name).to_string(),
             entry.samples.to_string(),
             short(entry.sample_rate_hz, 7),
             short(entry.start_s, 6),

@@ -4,7 +4,7 @@ use latchgate_document::blocks::{ConditioningBlock, Document, RecordingBlock, Ru
 use latchgate_document::identity;
 use latchgate_document::request::Request;
 use latchgate_kernel::model::Design;
-use latchgate_kernel::units::{AccelerationUnit, STANDARD_GRAVITY};
+use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
 use latchgate_recording::{Card, Channel, Finding, Severity, Source, TestFacts};
 use latchgate_verdict::conditioning::{self, Conditioned, cfc};
@@ -57,7 +57,7 @@ impl RecordingFacts {
         self.test = self.card.test.clone().or(channel.stated.test.clone());
         let block = &mut self.recording;
         block.channel = Some(channel.name.clone());
-        block.unit = channel.unit.map(|unit| AccelerationUnit::name(unit).into());
+        block.unit = channel.unit;
         block.unit_source = Some(channel.unit_source.into());
         block.content_sha256 = channel.content_sha256();
         block.samples = channel.values.len();

@@ -94,7 +94,7 @@ pub struct ListedChannel {
     /// What a replay would do with it.
     pub status: ChannelStatus,
     /// Unit; `None` where nothing states one.
-    pub unit: Option<Cow<'static, str>>,
+    pub unit: Option<AccelerationUnit>,
     /// What states it.
     pub unit_source: Cow<'static, str>,
     /// Number of samples.
@@ -365,7 +365,7 @@ fn listed(
         spark: candidates::spark(&channel.values),
         name: channel.name,
         status,
-        unit: channel.unit.map(|unit| AccelerationUnit::name(unit).into()),
+        unit: channel.unit,
         unit_source: channel.unit_source.into(),
         samples: count,
         sample_rate_hz: channel.rate.hertz(),

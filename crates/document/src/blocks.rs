@@ -4,7 +4,7 @@ use crate::request::{PolaritySource, Request};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
-use latchgate_kernel::units::OpensWhen;
+use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
 use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Part, TestFacts};
 use latchgate_verdict::conditioning::{Cfc, FilterStandard};
@@ -32,7 +32,7 @@ pub struct RecordingBlock {
     /// Channel name.
     pub channel: Option<String>,
     /// Unit of the channel.
-    pub unit: Option<Cow<'static, str>>,
+    pub unit: Option<AccelerationUnit>,
     /// What stated the unit.
     pub unit_source: Option<Cow<'static, str>>,
     /// Number of samples.

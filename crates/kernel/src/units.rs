@@ -1,7 +1,8 @@
 //! Units as types at every boundary; plain SI `f64` only inside hot loops.
 
 use crate::error::Error;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 
 /// Standard gravity [m/s²], exact by definition (3rd CGPM, 1901; ISO 80000-3).
@@ -122,6 +123,21 @@ pub enum AccelerationUnit {
     MilliStandardGravity,
     /// A thousand times standard gravity; never a kilogram, so that it is spelt out.
     ThousandStandardGravity,
+}
+
+impl Serialize for AccelerationUnit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for AccelerationUnit {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let unit = Self::ALL.into_iter().find(|(_, known)| *known == name);
+        let unknown = || D::Error::custom(format!("unknown unit `{name}`"));
+        unit.map(|(unit, _)| unit).ok_or_else(unknown)
+    }
 }
 
 impl AccelerationUnit {

@@ -8,7 +8,7 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::{ErrorStatement, MethodKind, Run, TracePoint, Work};
 use latchgate_kernel::signal::Signal;
-use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_kernel::units::{AccelerationUnit, OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::Finding;
 use latchgate_recording::card::CardPolarity;
 use latchgate_verdict::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
@@ -414,7 +414,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             sha256: Some("3f5a9c0de1b27788".repeat(4)),
             format: Some("csv".into()),
             channel: Some("11DOORLE0000ACYP".into()),
-            unit: Some("g".into()),
+            unit: Some(AccelerationUnit::StandardGravity),
             unit_source: Some("header".into()),
             samples: raw.samples.len(),
             sample_rate_hz: Some(RATE_HZ),

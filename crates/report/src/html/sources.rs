@@ -54,8 +54,8 @@ pub(super) fn recording(page: &mut Page, document: &Document) {
     page.fact(
         "Unit, and what states it",
         &match (&recording.unit, &recording.unit_source) {
-            (Some(unit), Some(source)) => format!("{unit}, stated by: {source}"),
-            (Some(unit), None) => unit.to_string(),
+            (Some(unit), Some(source)) => format!("{}, stated by: {source}", unit.name()),
+            (Some(unit), None) => unit.name().to_string(),
             _ => ABSENT.to_string(),
         },
     );
