@@ -113,12 +113,13 @@ impl Pulse {
                 plateau_s,
                 fall_s,
             } => {
-                let rising = time_s < rise_s;
-                let falling = time_s - rise_s - plateau_s;
-                match rising {
-                    true => peak * time_s / rise_s,
-                    false if falling <= 0.0 => peak,
-                    false => peak * (1.0 - falling / fall_s),
+                let since_plateau_s = time_s - rise_s - plateau_s;
+                if time_s < rise_s {
+                    peak * time_s / rise_s
+                } else if since_plateau_s <= 0.0 {
+                    peak
+                } else {
+                    peak * (1.0 - since_plateau_s / fall_s)
                 }
             }
             Self::Burst {

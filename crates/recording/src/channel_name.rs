@@ -15,7 +15,7 @@ use crate::{Finding, ReadOptions, Stated};
 use filtered::Filtered;
 use latchgate_kernel::units::{AccelerationUnit, TimeUnit};
 
-/// A column as its header describes it.
+/// The name of a channel with what it says, and what rows above a table say beside it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct ChannelName {
     /// The header cell as it stands, or `column N`.

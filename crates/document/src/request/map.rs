@@ -1,7 +1,7 @@
 //! A request as keys and values, both ways.
 //!
-//! What is written and what is read of a setting stand in one file, so that one is not added
-//! without the other; the keys of a margin are those of a replay and a few more.
+//! A field of [`Request`] carries how it is read and written; its key stands in the list here. The keys of a
+//! margin are those of a replay and a few more.
 
 use super::fields::{self, SettingsAsStated};
 use super::{Request, parse_method, read, value};
@@ -128,14 +128,17 @@ fn take_request(entries: &mut Entries) -> Result<Request, Error> {
         // A null says nothing, as an absent key does.
         .filter(|(_, value)| !value.is_null())
         .collect();
-    let found = stated.clone();
-    let mut request = fields::read(stated).map_err(|(key, wrong)| ErrorKind::BadSetting {
-        setting: *OF_REPLAY
-            .iter()
-            .find(|setting| setting.key() == key)
-            .unwrap_or(&Setting::Limit),
-        wrong,
-        found: found.get(&key).map_or_else(String::new, Value::to_string),
+    let values = stated.clone();
+    let mut request = fields::read(stated).map_err(|(key, wrong)| {
+        let setting = OF_REPLAY.iter().find(|setting| setting.key() == key);
+        match (setting, values.get(&key)) {
+            (Some(setting), Some(value)) => refused(*setting, value, wrong),
+            _ => Error::malformed(
+                "a table of settings",
+                wrong,
+                "state each setting by its key",
+            ),
+        }
     })?;
     // The steps are part of the method, and a setting of their own.
     if let Some(value) = entries

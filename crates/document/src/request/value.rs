@@ -178,8 +178,8 @@ pub trait Word: Copy + PartialEq + Send + Sync + 'static {
 
     /// Returns the word of the value; empty for one that is stated by absence alone.
     fn word(self) -> &'static str {
-        let all = Self::all().into_iter();
-        all.into_iter()
+        Self::all()
+            .into_iter()
             .find(|(value, _)| *value == self)
             .map_or("", |(_, word)| word)
     }
