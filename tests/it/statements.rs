@@ -433,6 +433,9 @@ fn verif_a_clock_that_a_table_states_twice_needs_no_word() {
         ),
         // Nothing says whether it is kHz.
         ("Kopf,1\nSample rate,51.2\ntime (s),ay (g)", none, 3),
+        // A frame whose index was made of the very column, so that one slip is in both.
+        (",time (s),ay (g)", |t| format!("{t:.9},"), 3),
+        ("index,time (s),ay (g)", |t| format!("{:.9},", t + 9.0), 3),
         (
             "elapsed (us),time (s),ay (g)",
             |t| format!("{:.3},", (t + 9.0) * 1e6),

@@ -231,7 +231,11 @@ impl Clocks<'_> {
             return;
         }
         let step = span / (clock.last.0 - first_row) as f64;
-        let unit = self.unit_s(clock, first, step);
+        let known_unit = self.known_unit_s(clock, first, step);
+        // A column that nothing names and that rises as the seconds of a recorder do.
+        let is_index = self.layout.is_unnamed(clock.index) && clock.is_even();
+        let in_seconds = is_index && clock::is_fractional(step) && clock::is_recorder_step(step);
+        let unit = known_unit.or(in_seconds.then_some(1.0));
         let is_even = clock.is_even() && !column.hints_at_acceleration();
         let named =
             self.layout.is_named_clock(clock.index) || self.layout.is_other_clock(clock.index);
@@ -242,7 +246,8 @@ impl Clocks<'_> {
                 let (span_s, slack_s) = (span * unit_s, resolution * unit_s);
                 let slower = FACTOR * (span_s + slack_s) < used_s - self.interval_s;
                 let faster = span_s - slack_s > FACTOR * (used_s + self.interval_s);
-                if (span_s - used_s).abs() + slack_s <= ALIKE * used_s {
+                // A unit that is assumed may be as wrong as that of the clock it was copied from.
+                if known_unit.is_some() && (span_s - used_s).abs() + slack_s <= ALIKE * used_s {
                     compared.confirmed_by = Some(format!("`{}`", column.name));
                 }
                 slower || faster
@@ -270,9 +275,8 @@ impl Clocks<'_> {
         }
     }
 
-    /// Returns the unit of a clock [s]: as its cells, head or name have it, by its size, or seconds where a
-    /// column that nothing names rises as those of a recorder do.
-    fn unit_s(&self, clock: &ClockBeside, first: f64, step: f64) -> Option<f64> {
+    /// Returns the unit of a clock [s], as its cells, head or name have it, or by its size.
+    fn known_unit_s(&self, clock: &ClockBeside, first: f64, step: f64) -> Option<f64> {
         let column = &self.layout.columns[clock.index];
         let stated = match (&clock.words, column.time_unit, column.counts_at_hz()) {
             (Some(_), ..) => return Some(1.0),
@@ -280,12 +284,9 @@ impl Clocks<'_> {
             (None, None, Some(hertz)) => return Some(1.0 / hertz),
             (None, None, None) => column.time_unit_of_name(),
         };
-        let is_index = self.layout.is_unnamed(clock.index) && clock.is_even();
-        let seconds = is_index && clock::is_fractional(step) && clock::is_recorder_step(step);
         stated
             .or_else(|| clock::absolute_clock(first, 1.0 / step))
             .map(TimeUnit::seconds)
-            .or(seconds.then_some(1.0))
     }
 }
 
