@@ -159,12 +159,12 @@ fn verif_a_root_is_found_between_its_brackets() {
 
 #[test]
 fn verif_a_sampled_excitation_is_linear_between_its_samples_and_zero_beyond() {
-    let sampled = Sampled {
+    let signal = Signal {
         start_s: 1.0,
-        rate_hz: 10.0,
-        samples: &[0.0, 2.0, -2.0],
-        sign: -1.0,
+        rate: SampleRate::from_hertz(10.0).unwrap(),
+        samples: vec![0.0, 2.0, -2.0],
     };
+    let sampled = Sampled::straight(&signal, -1.0);
     for (t, want) in [
         (0.9, 0.0),
         (1.05, -1.0),
@@ -183,14 +183,13 @@ fn verif_a_sampled_excitation_is_linear_between_its_samples_and_zero_beyond() {
 /// Every sample of ten thousand is a kink, and none is met twice.
 #[test]
 fn verif_kinks_are_visited_once_each_far_from_time_zero() {
-    let samples = vec![0.0; 10_001];
-    let sampled = Sampled {
+    let signal = Signal {
         start_s: 86_400.0,
-        rate_hz: 9_999.7,
-        samples: &samples,
-        sign: 1.0,
+        rate: SampleRate::from_hertz(9_999.7).unwrap(),
+        samples: vec![0.0; 10_001],
     };
-    let (mut t, mut count) = (sampled.start_s, 0);
+    let sampled = Sampled::straight(&signal, 1.0);
+    let (mut t, mut count) = (signal.start_s, 0);
     while sampled.next_kink(t).is_finite() {
         t = sampled.next_kink(t);
         count += 1;

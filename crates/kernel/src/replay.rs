@@ -30,7 +30,7 @@ use crate::model::Design;
 use crate::model::excitation::{Harmonic, Sampled};
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
-use crate::signal::Signal;
+use crate::signal::{CURVED, Pieces, Reading, STRAIGHT};
 use crate::units::{OpensWhen, SampleRate};
 pub use breakdown::Breakdown;
 pub use methods::{
@@ -42,11 +42,10 @@ pub use harmonic::{Section, Strobe, StrobeMap};
 use contact_fast::FastContact;
 use energy::{energy_of, impulse_ahead, stays_below};
 use flight_fast::FastFlight;
-use kernel::Kernel;
+use kernel::{CURVED_TRUNCATION, Kernel};
 use methods::Problem;
 use recorder::Recorder;
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
 
 /// How a run is integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -322,7 +321,8 @@ pub struct RunOutcome {
     pub lowest_angle_rad: Option<f64>,
 }
 
-/// Drives the lever of `design` with `signal`.
+/// Drives the lever of `design` with a signal as it is read; a [`Signal`](crate::signal::Signal) alone is
+/// read by straight lines.
 ///
 /// The whole signal up to the window's last sample drives the lever; peak, crossing and time
 /// above the threshold are those inside the window. After its last sample the lever coasts
@@ -333,8 +333,12 @@ pub struct RunOutcome {
 /// [`Error::TooShort`] for a signal of fewer than two samples,
 /// [`Error::OutOfRange`] for an initial state that the stop does not admit, a sample that
 /// is not finite, or a fixed step that would need more than 10⁹ steps.
-pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<RunOutcome, Error> {
-    run_within(signal, design, options, &Within::UNBOUNDED)
+pub fn run<'a>(
+    reading: impl Into<Reading<'a>>,
+    design: &Design,
+    options: &RunOptions,
+) -> Result<RunOutcome, Error> {
+    run_within(reading, design, options, &Within::UNBOUNDED)
 }
 
 /// As [`run`], of a run that may be stopped or take too much: one that needs more steps than it may
@@ -343,12 +347,14 @@ pub fn run(signal: &Signal, design: &Design, options: &RunOptions) -> Result<Run
 /// # Errors
 ///
 /// As [`run`]; [`Error::Stopped`].
-pub fn run_within(
-    signal: &Signal,
+pub fn run_within<'a>(
+    reading: impl Into<Reading<'a>>,
     design: &Design,
     options: &RunOptions,
     within: &Within<'_>,
 ) -> Result<RunOutcome, Error> {
+    let reading = reading.into();
+    let signal = reading.signal();
     let count = signal.samples.len();
     if count < 2 {
         return Err(Error::TooShort {
@@ -366,64 +372,68 @@ pub fn run_within(
     let (first, last) = options.window.unwrap_or((0, count - 1));
     let (first, last) = (first.min(count - 1), last.min(count - 1));
     let parts = match options.method {
-        Method::EventDriven => subdivision(signal, design, options.stop),
+        Method::EventDriven => subdivision(signal.rate, design, options.stop),
         _ => 1,
     };
-    let (divided, first, last) = (divided(signal, parts), parts * first, parts * last);
-    let signal = &*divided;
-    let outcome = match options.method {
-        Method::EventDriven => pulp::Arch::new().dispatch(EventDriven {
-            signal,
-            design,
-            options,
-            first,
-            last,
-            within,
-        }),
-        _ => compared(signal, design, options, first, last, within)?,
+    let reading = reading.divided(parts);
+    let question = Question {
+        design,
+        options,
+        first: parts * first,
+        last: parts * last,
+        within,
+    };
+    let outcome = if reading.is_straight() {
+        followed(reading.pieces::<STRAIGHT>(), question)?
+    } else {
+        followed(reading.pieces::<CURVED>(), question)?
     };
     within.control.check()?;
     Ok(outcome)
 }
 
+/// What is asked of a run beside what drives it.
+#[derive(Clone, Copy)]
+struct Question<'a> {
+    design: &'a Design,
+    options: &'a RunOptions,
+    /// First and last judged sample.
+    first: usize,
+    last: usize,
+    within: &'a Within<'a>,
+}
+
+fn followed<const K: usize>(
+    pieces: Pieces<'_, K>,
+    question: Question<'_>,
+) -> Result<RunOutcome, Error> {
+    match question.options.method {
+        Method::EventDriven => Ok(pulp::Arch::new().dispatch(EventDriven { pieces, question })),
+        _ => compared(pieces, question),
+    }
+}
+
 /// Returns into how many parts each sample interval is divided before a replay, so that the soft
-/// stop's own oscillation turns by no more than its whole samples in contact allow. The straight
-/// lines between the samples stay what they are.
+/// stop's own oscillation turns, and dies away, by no more than its whole samples in contact allow.
+/// Between the samples nothing changes.
 #[must_use]
-pub fn subdivision(signal: &Signal, design: &Design, stop: StopModel) -> usize {
+pub fn subdivision(rate: SampleRate, design: &Design, stop: StopModel) -> usize {
     /// Beyond it a sample is as cheap by series.
     const PARTS_MAX: f64 = 64.0;
     if stop == StopModel::Rigid {
         return 1;
     }
-    let frequency = design.stop.contact_angular_frequency_rad_s(&design.lever);
+    let Design { lever, stop, .. } = design;
+    let frequency = stop.contact_angular_frequency_rad_s(lever);
+    let damping = stop.contact_damping_nm_s_per_rad(lever) / lever.moment_of_inertia_kg_m2;
     // A tenth less leaves room for the levers of an ensemble.
-    let parts =
-        (frequency * signal.rate.interval().seconds() / (0.9 * contact_fast::PHASE_MAX)).ceil();
+    let allowed = 0.9 * contact_fast::PHASE_MAX;
+    let parts = (frequency.max(damping) * rate.interval().seconds() / allowed).ceil();
     if parts > 1.0 && parts <= PARTS_MAX {
         parts as usize
     } else {
         1
     }
-}
-
-/// Returns the signal with each sample interval divided into `parts`.
-pub fn divided(signal: &Signal, parts: usize) -> Cow<'_, Signal> {
-    let rate = SampleRate::from_hertz(signal.rate.hertz() * parts as f64);
-    let (true, Ok(rate)) = (parts > 1, rate) else {
-        return Cow::Borrowed(signal);
-    };
-    let mut samples = Vec::with_capacity(signal.samples.len() * parts);
-    for pair in signal.samples.windows(2) {
-        let step = (pair[1] - pair[0]) / parts as f64;
-        samples.extend((0..parts).map(|part| pair[0] + step * part as f64));
-    }
-    samples.extend(signal.samples.last());
-    Cow::Owned(Signal {
-        rate,
-        samples,
-        ..*signal
-    })
 }
 
 fn check_initial(options: &RunOptions) -> Result<(), Error> {
@@ -458,16 +468,12 @@ const ANGLE_LIMIT: f64 = 100.0;
 const VELOCITY_LIMIT: f64 = 1e5;
 
 /// The event-driven run, compiled for what the machine has and chosen when it runs.
-struct EventDriven<'a> {
-    signal: &'a Signal,
-    design: &'a Design,
-    options: &'a RunOptions,
-    first: usize,
-    last: usize,
-    within: &'a Within<'a>,
+struct EventDriven<'a, const K: usize> {
+    pieces: Pieces<'a, K>,
+    question: Question<'a>,
 }
 
-impl pulp::WithSimd for EventDriven<'_> {
+impl<const K: usize> pulp::WithSimd for EventDriven<'_, K> {
     type Output = RunOutcome;
 
     #[inline(always)]
@@ -500,31 +506,37 @@ fn begin(start: f64, design: &Design, options: &RunOptions) -> Kernel {
     kernel
 }
 
-impl EventDriven<'_> {
+impl<const K: usize> EventDriven<'_, K> {
     #[inline(always)]
     fn run(&self) -> RunOutcome {
-        let Self {
-            signal,
+        let Self { pieces, question } = self;
+        let Question {
             options,
+            first,
             last,
+            within,
             ..
-        } = *self;
-        let mut kernel = begin(signal.start_s, self.design, options).for_samples(last);
-        kernel.at_most(self.within.steps_max);
+        } = *question;
+        let signal = pieces.signal;
+        let mut kernel = begin(signal.start_s, question.design, options).for_samples(last);
+        if K > STRAIGHT {
+            kernel = kernel.letting_pass(0.1 * CURVED_TRUNCATION);
+        }
+        kernel.at_most(within.steps_max);
         let mut looked = 0;
         let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
         let lift_off = kernel.lift_off_acceleration();
         let fast_flight = FastFlight::new(&kernel, interval, sign);
-        let pressed = FastContact::new(&kernel, interval, sign, 0.0);
+        let pressed = FastContact::<K>::new(&kernel, interval, sign, 0.0);
         let mut ends = options.peak_only.then(|| PeakEnd::of(self));
         let mut index = 0;
         while index < last {
-            if index == self.first {
+            if index == first {
                 self.open_window(&mut kernel, index);
             }
-            let mut stop_at = if index < self.first { self.first } else { last };
+            let mut stop_at = if index < first { first } else { last };
             if let Some(ends) = &mut ends {
-                if ends.here(self, &kernel, index) {
+                if ends.here(question, &kernel, index) {
                     return self.finish(kernel, index, true);
                 }
                 stop_at = stop_at.min(ends.asked);
@@ -533,30 +545,30 @@ impl EventDriven<'_> {
             let mut taken = 0;
             if kernel.dwells() {
                 // Pressed onto the rigid stop all through the samples: nothing moves.
-                taken = pressed_samples(&signal.samples[index..=stop_at], sign, lift_off);
+                taken = pieces.above(index, stop_at, sign, lift_off);
             } else {
                 if let Some(fast_flight) = &fast_flight {
-                    taken = fast_flight.fly(&mut kernel, signal, index, stop_at);
+                    taken = fast_flight.fly(&mut kernel, pieces, index, stop_at);
                 }
                 if taken == 0
                     && let Some(pressed) = &pressed
                 {
-                    taken = pressed.press(&mut kernel, signal, index, stop_at);
+                    taken = pressed.press(&mut kernel, pieces, index, stop_at);
                 }
             }
             if taken > 0 {
                 index += taken;
                 continue;
             }
-            let (from, to) = (signal.samples[index], signal.samples[index + 1]);
-            kernel.advance(signal.time_s(index), interval, sign * from, sign * to);
+            let base = pieces.terms(index).map(|a| sign * a);
+            kernel.advance(signal.time_s(index), interval, &base);
             index += 1;
-            kernel.stuck |= self.within.ends(kernel.work.steps, &mut looked);
+            kernel.stuck |= within.ends(kernel.work.steps, &mut looked);
             if kernel.stuck {
                 break;
             }
         }
-        if self.first >= last {
+        if first >= last {
             self.open_window(&mut kernel, last);
         }
         self.finish(kernel, last, false)
@@ -564,14 +576,14 @@ impl EventDriven<'_> {
 
     fn open_window(&self, kernel: &mut Kernel, index: usize) {
         let error = kernel.angle_error();
-        let (angle, time) = (kernel.state().0, self.signal.time_s(index));
+        let (angle, time) = (kernel.state().0, self.pieces.signal.time_s(index));
         kernel.recorder.open_window(angle, time, error);
     }
 
     /// Ends the run at a sample, where the lever `rests` or need not be followed.
     fn finish(&self, kernel: Kernel, index: usize, rests: bool) -> RunOutcome {
-        let end = self.signal.time_s(index);
-        finish(kernel, end, self.design, self.options, self.within, rests)
+        let end = self.pieces.signal.time_s(index);
+        finish(kernel, end, &self.question, rests)
     }
 }
 
@@ -587,20 +599,23 @@ impl PeakEnd {
     /// Samples between two questions, in contact or flight without events.
     const ASKED_EVERY: usize = 128;
 
-    fn of(run: &EventDriven<'_>) -> Self {
+    fn of<const K: usize>(run: &EventDriven<'_, K>) -> Self {
         Self {
-            ahead: impulse_ahead(run.signal, run.last, Self::ASKED_EVERY),
-            asked: run.first,
+            ahead: impulse_ahead(&run.pieces, run.question.last, Self::ASKED_EVERY),
+            asked: run.question.first,
         }
     }
 
     /// Tells, where it is time to ask, whether nothing to come can raise the peak.
-    fn here(&mut self, run: &EventDriven<'_>, kernel: &Kernel, index: usize) -> bool {
+    fn here(&mut self, question: &Question<'_>, kernel: &Kernel, index: usize) -> bool {
         if index < self.asked {
             return false;
         }
         self.asked = index + Self::ASKED_EVERY;
-        let whose = (&run.design.lever, &run.design.stop, run.options.stop);
+        let Question {
+            design, options, ..
+        } = question;
+        let whose = (&design.lever, &design.stop, options.stop);
         let best = kernel.recorder.highest();
         stays_below(
             whose,
@@ -613,14 +628,13 @@ impl PeakEnd {
 
 /// Ends an event-driven run at `end` [s]: closes the window, coasts on unless the lever `rests` or need
 /// not be followed, tells what there was.
-fn finish(
-    mut kernel: Kernel,
-    end: f64,
-    design: &Design,
-    options: &RunOptions,
-    within: &Within<'_>,
-    rests: bool,
-) -> RunOutcome {
+fn finish(mut kernel: Kernel, end: f64, question: &Question<'_>, rests: bool) -> RunOutcome {
+    let Question {
+        design,
+        options,
+        within,
+        ..
+    } = *question;
     let (angle, velocity) = kernel.state();
     let error = kernel.angle_error();
     kernel.recorder.close_window(angle, end, error);
@@ -689,27 +703,6 @@ fn finite(value: f64) -> f64 {
     if value.is_finite() { value } else { f64::MAX }
 }
 
-/// Returns how many sample intervals from the first on lie wholly above `lift_off`, in the
-/// model's sign: the lever stays on the rigid stop through them.
-fn pressed_samples(samples: &[f64], sign: f64, lift_off: f64) -> usize {
-    /// Samples looked at together, so that the compiler compares them side by side.
-    const BLOCK: usize = 16;
-    let mut pressed = 0;
-    for block in samples.chunks_exact(BLOCK) {
-        if !block
-            .iter()
-            .fold(true, |all, a| all & (sign * a > lift_off))
-        {
-            break;
-        }
-        pressed += BLOCK;
-    }
-    let rest = samples[pressed..]
-        .iter()
-        .take_while(|a| sign * **a > lift_off);
-    (pressed + rest.count()).saturating_sub(1)
-}
-
 /// Energy above which a lever counts as moving [J].
 const MOVING_ENERGY_J: f64 = 1e-9;
 
@@ -720,19 +713,21 @@ pub fn energy_j(design: &Design, stop: StopModel, angle_rad: f64, velocity_rad_s
     energy_of(&design.lever, &design.stop, stop, angle_rad, velocity_rad_s)
 }
 
-/// Runs a method to compare with on the samples up to `last`.
-fn compared(
-    signal: &Signal,
-    design: &Design,
-    options: &RunOptions,
-    first: usize,
-    last: usize,
-    within: &Within<'_>,
+/// Runs a method to compare with on the samples up to the last judged one.
+fn compared<const K: usize>(
+    pieces: Pieces<'_, K>,
+    question: Question<'_>,
 ) -> Result<RunOutcome, Error> {
+    let Question {
+        design,
+        options,
+        first,
+        last,
+        within,
+    } = question;
+    let signal = pieces.signal;
     let excitation = Sampled {
-        start_s: signal.start_s,
-        rate_hz: signal.rate.hertz(),
-        samples: &signal.samples,
+        pieces,
         sign: options.opens_when.sign(),
     };
     methods::run(

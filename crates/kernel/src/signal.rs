@@ -1,8 +1,10 @@
-//! The signal that drives a lever.
+//! The signal that drives a lever, and how it is read between its samples.
 
+use crate::error::Error;
 use crate::units::SampleRate;
+use std::borrow::Cow;
 
-/// A uniformly sampled acceleration [m/s²], linear between samples, zero after the last.
+/// A uniformly sampled acceleration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Signal {
     /// Time of the first sample [s].
@@ -25,4 +27,384 @@ impl Signal {
     pub fn end_s(&self) -> f64 {
         self.time_s(self.samples.len().saturating_sub(1))
     }
+}
+
+/// A signal as it is read: one polynomial per interval between samples, zero after the last.
+///
+/// Straight lines, or polynomials of fifth degree through the samples and the first and second
+/// derivatives there: those come from whoever knows what lies between.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading<'a> {
+    signal: Cow<'a, Signal>,
+    /// First derivative at each sample [m/s² per interval]; none of straight lines.
+    slopes: Cow<'a, [f64]>,
+    /// Second derivative at each sample [m/s² per interval²]; none of polynomials of third degree.
+    bends: Cow<'a, [f64]>,
+}
+
+impl<'a> From<&'a Signal> for Reading<'a> {
+    /// Reads the samples by straight lines.
+    fn from(signal: &'a Signal) -> Self {
+        Self::of_parts(Cow::Borrowed(signal), Vec::new(), Vec::new())
+    }
+}
+
+impl From<Signal> for Reading<'_> {
+    /// Reads the samples by straight lines.
+    fn from(signal: Signal) -> Self {
+        Self::of_parts(Cow::Owned(signal), Vec::new(), Vec::new())
+    }
+}
+
+impl<'a> From<&'a Reading<'_>> for Reading<'a> {
+    fn from(reading: &'a Reading<'_>) -> Self {
+        Self {
+            signal: Cow::Borrowed(&reading.signal),
+            slopes: Cow::Borrowed(&reading.slopes),
+            bends: Cow::Borrowed(&reading.bends),
+        }
+    }
+}
+
+/// Terms of a straight line.
+pub(crate) const STRAIGHT: usize = 2;
+
+/// Terms of the other polynomials.
+pub(crate) const CURVED: usize = 6;
+
+impl<'a> Reading<'a> {
+    /// Reads the samples by polynomials of fifth degree, of these first and second derivatives at the
+    /// samples [m/s² per interval and per interval²].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] unless there is one of each for each sample.
+    pub fn quintic(signal: Signal, slopes: Vec<f64>, bends: Vec<f64>) -> Result<Self, Error> {
+        let count = signal.samples.len();
+        if slopes.len() != count || bends.len() != count {
+            return Err(Error::out_of_range(
+                "derivatives",
+                format!("{count} of each"),
+                format!("{} and {}", slopes.len(), bends.len()),
+            ));
+        }
+        Ok(Self::of_parts(Cow::Owned(signal), slopes, bends))
+    }
+
+    fn of_parts(signal: Cow<'a, Signal>, slopes: Vec<f64>, bends: Vec<f64>) -> Self {
+        Self {
+            signal,
+            slopes: Cow::Owned(slopes),
+            bends: Cow::Owned(bends),
+        }
+    }
+
+    /// Reads the same samples and first derivatives by polynomials of third degree.
+    #[must_use]
+    pub fn cubic(&self) -> Reading<'_> {
+        Reading {
+            bends: Cow::Borrowed(&[]),
+            ..self.into()
+        }
+    }
+
+    /// Returns the samples.
+    #[must_use]
+    pub fn signal(&self) -> &Signal {
+        &self.signal
+    }
+
+    /// True of straight lines.
+    #[must_use]
+    pub fn is_straight(&self) -> bool {
+        self.slopes.is_empty()
+    }
+
+    /// Returns the acceleration at `part`, 0 to 1, of the interval after sample `index` [m/s²]; none after
+    /// the last.
+    #[must_use]
+    pub fn at(&self, index: usize, part: f64) -> Option<f64> {
+        if index + 1 >= self.signal.samples.len() {
+            return None;
+        }
+        Some(if self.is_straight() {
+            value(&self.pieces::<STRAIGHT>().terms(index), part)
+        } else {
+            value(&self.pieces::<CURVED>().terms(index), part)
+        })
+    }
+
+    /// Returns the reading with each interval divided into `parts`, the same everywhere; the reading
+    /// itself where there is nothing to divide.
+    #[must_use]
+    pub fn divided(&self, parts: usize) -> Reading<'_> {
+        let signal = self.signal();
+        let rate = SampleRate::from_hertz(signal.rate.hertz() * parts as f64);
+        let (true, Ok(rate), Some(last)) = (parts > 1, rate, signal.samples.last()) else {
+            return self.into();
+        };
+        let part = 1.0 / parts as f64;
+        let places = (0..signal.samples.len() - 1)
+            .flat_map(|index| (0..parts).map(move |n| (index, n as f64)));
+        let (straight, curved) = (self.pieces::<STRAIGHT>(), self.pieces::<CURVED>());
+        let mut samples: Vec<f64> = if self.is_straight() {
+            let step = |index: usize| straight.terms(index)[1] / parts as f64;
+            let along = |(index, n): (usize, f64)| signal.samples[index] + step(index) * n;
+            places.clone().map(along).collect()
+        } else {
+            let of = |(index, n)| value(&curved.terms(index), part * n);
+            places.clone().map(of).collect()
+        };
+        samples.push(*last);
+        let derivative = |order: i32, at_samples: &[f64]| {
+            let scale = part.powi(order);
+            let of = |(index, n)| {
+                let c = curved.terms(index);
+                scale
+                    * if order == 1 {
+                        slope(&c, part * n)
+                    } else {
+                        bend(&c, part * n)
+                    }
+            };
+            let mut all: Vec<f64> = Vec::new();
+            if let Some(last) = at_samples.last() {
+                all.extend(places.clone().map(of));
+                all.push(scale * last);
+            }
+            all
+        };
+        let signal = Signal {
+            rate,
+            samples,
+            ..*signal
+        };
+        let (slopes, bends) = (derivative(1, &self.slopes), derivative(2, &self.bends));
+        Reading::of_parts(Cow::Owned(signal), slopes, bends)
+    }
+
+    /// Returns the polynomials; `K` is [`STRAIGHT`] for straight lines alone.
+    pub(crate) fn pieces<const K: usize>(&self) -> Pieces<'_, K> {
+        Pieces {
+            signal: &self.signal,
+            slopes: &self.slopes,
+            bends: &self.bends,
+        }
+    }
+}
+
+/// The polynomials of a reading, made where they are asked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pieces<'a, const K: usize> {
+    pub(crate) signal: &'a Signal,
+    slopes: &'a [f64],
+    bends: &'a [f64],
+}
+
+/// The polynomial of one interval, in powers of the part of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Piece<const K: usize> {
+    /// Coefficients [m/s²].
+    pub(crate) terms: [f64; K],
+    /// The sample at its end [m/s²].
+    pub(crate) end: f64,
+    /// Bounds of its values, by its Bernstein coefficients [m/s²].
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+/// Values and derivatives at both ends of an interval.
+struct Ends {
+    a: [f64; 2],
+    d: [f64; 2],
+    s: [f64; 2],
+}
+
+impl<'a> Pieces<'a, STRAIGHT> {
+    /// Joins samples by straight lines.
+    pub(crate) fn straight(signal: &'a Signal) -> Self {
+        Self {
+            signal,
+            slopes: &[],
+            bends: &[],
+        }
+    }
+}
+
+impl<const K: usize> Pieces<'_, K> {
+    #[inline(always)]
+    fn ends(&self, index: usize) -> Ends {
+        let a = [self.signal.samples[index], self.signal.samples[index + 1]];
+        let d = [self.slopes[index], self.slopes[index + 1]];
+        let s = if self.bends.is_empty() {
+            let rise = 6.0 * (a[1] - a[0]);
+            [
+                rise - 4.0 * d[0] - 2.0 * d[1],
+                2.0 * d[0] + 4.0 * d[1] - rise,
+            ]
+        } else {
+            [self.bends[index], self.bends[index + 1]]
+        };
+        Ends { a, d, s }
+    }
+
+    /// Returns the coefficients of interval `index`.
+    #[inline(always)]
+    pub(crate) fn terms(&self, index: usize) -> [f64; K] {
+        let mut terms = [0.0; K];
+        if K == STRAIGHT {
+            let (from, to) = (self.signal.samples[index], self.signal.samples[index + 1]);
+            (terms[0], terms[1]) = (from, to - from);
+        } else {
+            self.ends(index).terms(&mut terms);
+        }
+        terms
+    }
+
+    /// Returns the Bernstein coefficients of interval `index`: it lies nowhere outside them.
+    #[inline(always)]
+    pub(crate) fn control(&self, index: usize) -> [f64; K] {
+        let mut control = [0.0; K];
+        if K == STRAIGHT {
+            control[0] = self.signal.samples[index];
+            control[1] = self.signal.samples[index + 1];
+        } else {
+            self.ends(index).control(&mut control);
+        }
+        control
+    }
+
+    /// Returns least and largest value of interval `index`, or a little less and more.
+    #[inline(always)]
+    pub(crate) fn range(&self, index: usize) -> (f64, f64) {
+        range(&self.control(index))
+    }
+
+    /// Returns the polynomial of interval `index`.
+    #[inline(always)]
+    pub(crate) fn of(&self, index: usize) -> Piece<K> {
+        let (mut terms, mut control) = ([0.0; K], [0.0; K]);
+        if K == STRAIGHT {
+            (terms, control) = (self.terms(index), self.control(index));
+        } else {
+            let ends = self.ends(index);
+            ends.terms(&mut terms);
+            ends.control(&mut control);
+        }
+        let (low, high) = range(&control);
+        Piece {
+            terms,
+            end: self.signal.samples[index + 1],
+            low,
+            high,
+        }
+    }
+
+    /// Returns how many intervals from `first` on, before `last`, lie wholly above `level` with `sign`.
+    #[inline(always)]
+    pub(crate) fn above(&self, first: usize, last: usize, sign: f64, level: f64) -> usize {
+        let lowest = |index: usize| {
+            let (low, high) = self.range(index);
+            (sign * low).min(sign * high)
+        };
+        (first..last)
+            .take_while(|index| lowest(*index) > level)
+            .count()
+    }
+}
+
+impl Ends {
+    #[inline(always)]
+    fn terms(&self, terms: &mut [f64]) {
+        let Self { a, d, s } = self;
+        let rise = a[1] - a[0];
+        terms[0] = a[0];
+        terms[1] = d[0];
+        terms[2] = 0.5 * s[0];
+        terms[3] = 10.0 * rise - 6.0 * d[0] - 4.0 * d[1] - 1.5 * s[0] + 0.5 * s[1];
+        terms[4] = -15.0 * rise + 8.0 * d[0] + 7.0 * d[1] + 1.5 * s[0] - s[1];
+        terms[5] = 6.0 * rise - 3.0 * (d[0] + d[1]) - 0.5 * (s[0] - s[1]);
+    }
+
+    #[inline(always)]
+    fn control(&self, control: &mut [f64]) {
+        let Self { a, d, s } = self;
+        control[0] = a[0];
+        control[1] = a[0] + 0.2 * d[0];
+        control[2] = a[0] + 0.4 * d[0] + 0.05 * s[0];
+        control[3] = a[1] - 0.4 * d[1] + 0.05 * s[1];
+        control[4] = a[1] - 0.2 * d[1];
+        control[5] = a[1];
+    }
+}
+
+#[inline(always)]
+fn range<const K: usize>(control: &[f64; K]) -> (f64, f64) {
+    let (mut low, mut high) = (control[0], control[0]);
+    for c in &control[1..] {
+        // Of a number that is none the first stays.
+        low = if *c < low { *c } else { low };
+        high = if *c > high { *c } else { high };
+    }
+    (low, high)
+}
+
+impl<const K: usize> Piece<K> {
+    /// Returns the coefficients times `gain`, with `offset` added.
+    #[inline(always)]
+    pub(crate) fn scaled(&self, gain: f64, offset: f64) -> [f64; K] {
+        let mut scaled = self.terms.map(|term| gain * term);
+        scaled[0] = gain.mul_add(self.terms[0], offset);
+        if K == STRAIGHT {
+            scaled[1] = gain.mul_add(self.end, offset) - scaled[0];
+        }
+        scaled
+    }
+
+    /// Returns the largest magnitude of the values times `gain`, with `offset` added.
+    #[inline(always)]
+    pub(crate) fn strongest(&self, gain: f64, offset: f64) -> f64 {
+        let (low, high) = (gain.mul_add(self.low, offset), gain.mul_add(self.high, offset));
+        low.abs().max(high.abs())
+    }
+}
+
+/// Returns the value of a polynomial.
+#[inline(always)]
+pub(crate) fn value<const K: usize>(terms: &[f64; K], at: f64) -> f64 {
+    let mut sum = terms[K - 1];
+    for term in terms[..K - 1].iter().rev() {
+        sum = sum * at + term;
+    }
+    sum
+}
+
+/// Returns its derivative.
+#[inline(always)]
+pub(crate) fn slope<const K: usize>(terms: &[f64; K], at: f64) -> f64 {
+    let mut sum = 0.0;
+    for n in (1..K).rev() {
+        sum = sum * at + n as f64 * terms[n];
+    }
+    sum
+}
+
+/// Returns its second derivative.
+#[inline(always)]
+pub(crate) fn bend<const K: usize>(terms: &[f64; K], at: f64) -> f64 {
+    let mut sum = 0.0;
+    for n in (2..K).rev() {
+        sum = sum * at + (n * (n - 1)) as f64 * terms[n];
+    }
+    sum
+}
+
+/// Returns a bound on the second derivative's magnitude in the interval.
+#[inline(always)]
+pub(crate) fn bend_at_most<const K: usize>(terms: &[f64; K]) -> f64 {
+    let mut sum = 0.0;
+    for (n, term) in terms.iter().enumerate().skip(2) {
+        sum += (n * (n - 1)) as f64 * term.abs();
+    }
+    sum
 }

@@ -12,7 +12,7 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, MemberOf, MemberPeak};
 use latchgate_kernel::replay::{self, Breakdown, Run, RunOptions, RunOutcome};
-use latchgate_kernel::signal::Signal;
+use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
 
@@ -151,7 +151,7 @@ impl RunSetup<'_> {
         member: MemberOf<'_>,
         asked: AskedPeaks,
     ) -> Result<MemberPeaks, Error> {
-        let parts = replay::subdivision(self.signal, self.design, variant.model);
+        let parts = replay::subdivision(self.signal.rate, self.design, variant.model);
         let options = BatchOptions {
             stop: variant.model,
             opens_when: variant.opens_when,
@@ -164,8 +164,9 @@ impl RunSetup<'_> {
             threads: 1,
         };
         let within = self.work.within_of_members(self.control);
-        let signal = replay::divided(self.signal, parts);
-        let peaks = batch::peaks_within(&signal, count, member, &options, &within)?;
+        let reading = Reading::from(self.signal);
+        let reading = reading.divided(parts);
+        let peaks = batch::peaks_within(&reading, count, member, &options, &within)?;
         self.work.add(peaks.iter().map(|peak| peak.spent).sum());
         Ok(MemberPeaks {
             window_rad: peaks.iter().map(|peak| peak.peak_angle_rad).collect(),

@@ -1,5 +1,7 @@
 //! The excitation: what the base of the lever does over time.
 
+use crate::signal::{Pieces, STRAIGHT, Signal, value};
+
 /// The acceleration of the base, in the model's sign: negative opens.
 pub trait Excitation {
     /// Returns the acceleration [m/s²] at time `t` [s].
@@ -13,37 +15,49 @@ pub trait Excitation {
     }
 }
 
-/// Samples joined by straight lines; zero before the first and after the last.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sampled<'a> {
-    /// Time of the first sample [s].
-    pub start_s: f64,
-    /// Samples per second [Hz].
-    pub rate_hz: f64,
-    /// Samples [m/s²].
-    pub samples: &'a [f64],
+/// Samples with what runs between them; zero before the first and after the last.
+#[derive(Debug, Clone, Copy)]
+pub struct Sampled<'a, const K: usize = STRAIGHT> {
+    /// The polynomials [m/s²].
+    pub(crate) pieces: Pieces<'a, K>,
     /// Factor that brings the samples to the model's sign, +1 or −1 [-].
-    pub sign: f64,
+    pub(crate) sign: f64,
 }
 
-impl Sampled<'_> {
-    fn time_s(&self, index: usize) -> f64 {
-        self.start_s + index as f64 / self.rate_hz
+impl<'a> Sampled<'a, STRAIGHT> {
+    /// Joins samples by straight lines; `sign` brings them to the model's sign.
+    #[must_use]
+    pub fn straight(signal: &'a Signal, sign: f64) -> Self {
+        Self {
+            pieces: Pieces::straight(signal),
+            sign,
+        }
     }
 }
 
-impl Excitation for Sampled<'_> {
+impl<const K: usize> Sampled<'_, K> {
+    /// Returns the place of an instant, in sample intervals.
+    fn place(&self, t: f64) -> f64 {
+        let signal = self.pieces.signal;
+        (t - signal.start_s) * signal.rate.hertz()
+    }
+}
+
+impl<const K: usize> Excitation for Sampled<'_, K> {
     #[inline]
     fn acceleration(&self, t: f64) -> f64 {
-        let place = (t - self.start_s) * self.rate_hz;
+        let place = self.place(t);
         if place < 0.0 {
             return 0.0;
         }
         let index = place as usize;
-        let value = match (self.samples.get(index), self.samples.get(index + 1)) {
-            (Some(from), Some(to)) => from + (to - from) * (place - index as f64),
+        let samples = &self.pieces.signal.samples;
+        let value = match samples.get(index) {
+            Some(_) if index + 1 < samples.len() => {
+                value(&self.pieces.terms(index), place - index as f64)
+            }
             // The last sample itself, met up to the rounding of its time.
-            (Some(last), None) if place <= index as f64 + 1e-9 => *last,
+            Some(last) if place <= index as f64 + 1e-9 => *last,
             _ => 0.0,
         };
         self.sign * value
@@ -51,17 +65,17 @@ impl Excitation for Sampled<'_> {
 
     #[inline]
     fn next_kink(&self, t: f64) -> f64 {
-        let place = (t - self.start_s) * self.rate_hz;
+        let (place, signal) = (self.place(t), self.pieces.signal);
         if place < 0.0 {
-            return self.start_s;
+            return signal.start_s;
         }
         // Rounding may put a sample's own time just before it.
         let mut index = place as usize + 1;
-        if self.time_s(index) <= t {
+        if signal.time_s(index) <= t {
             index += 1;
         }
-        if index < self.samples.len() {
-            self.time_s(index)
+        if index < signal.samples.len() {
+            signal.time_s(index)
         } else {
             f64::INFINITY
         }

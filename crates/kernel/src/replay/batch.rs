@@ -11,8 +11,7 @@
 use super::contact_fast::FastContact;
 use super::energy::{energy_of, impulse_ahead, stays_below};
 use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX, chosen};
-use super::kernel::{Kernel, PEAK_TRUNCATION};
-use super::pressed_samples;
+use super::kernel::{CURVED_TRUNCATION, Kernel, PEAK_TRUNCATION};
 use super::recorder::Recorder;
 use super::taylor::Turned;
 use super::{MOVING_ENERGY_J, RunOptions, Within, check_initial};
@@ -21,7 +20,7 @@ use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::numerics::lanes::{LANES_MAX, Lanes, Mask, Real, lanes};
 use crate::parallel::Control;
-use crate::signal::Signal;
+use crate::signal::{CURVED, Piece, Pieces, Reading, STRAIGHT};
 use crate::units::OpensWhen;
 use std::ops::Range;
 
@@ -117,13 +116,13 @@ const CHUNK: usize = 2 * LANES_MAX;
 /// [`Error::TooShort`] for a signal of fewer than two samples, [`Error::NonFinite`] for
 /// one with a sample that is not finite, [`Error::OutOfRange`] for an initial state that the
 /// stop does not admit.
-pub fn peaks(
-    signal: &Signal,
+pub fn peaks<'a>(
+    reading: impl Into<Reading<'a>>,
     count: usize,
     member: MemberOf<'_>,
     options: &BatchOptions,
 ) -> Result<Vec<MemberPeak>, Error> {
-    peaks_within(signal, count, member, options, &Within::UNBOUNDED)
+    peaks_within(reading, count, member, options, &Within::UNBOUNDED)
 }
 
 /// As [`peaks`], of members each of which may take so much, and may be stopped.
@@ -131,16 +130,14 @@ pub fn peaks(
 /// # Errors
 ///
 /// As [`peaks`]; [`Error::Stopped`].
-pub fn peaks_within(
-    signal: &Signal,
+pub fn peaks_within<'a>(
+    reading: impl Into<Reading<'a>>,
     count: usize,
     member: MemberOf<'_>,
     options: &BatchOptions,
     within: &Within<'_>,
 ) -> Result<Vec<MemberPeak>, Error> {
-    let arch = pulp::Arch::new();
-    let run = |chunk: Chunk<'_>| arch.dispatch(chunk);
-    shared_out(signal, count, member, options, within, run)
+    peaks_by(&reading.into(), count, member, (options, within), true)
 }
 
 /// As [`peaks`] with the same bits, without the machine's vectors: slower, to compare with.
@@ -148,52 +145,74 @@ pub fn peaks_within(
 /// # Errors
 ///
 /// As [`peaks`].
-pub fn peaks_without_vectors(
-    signal: &Signal,
+pub fn peaks_without_vectors<'a>(
+    reading: impl Into<Reading<'a>>,
     count: usize,
     member: MemberOf<'_>,
     options: &BatchOptions,
 ) -> Result<Vec<MemberPeak>, Error> {
-    let run = |chunk: Chunk<'_>| pulp::WithSimd::with_simd(chunk, pulp::Scalar::new());
-    shared_out(signal, count, member, options, &Within::UNBOUNDED, run)
+    let within = &Within::UNBOUNDED;
+    peaks_by(&reading.into(), count, member, (options, within), false)
 }
 
-/// Shares the members out over the threads, a chunk at a time, each by `run`.
-fn shared_out(
-    signal: &Signal,
+fn peaks_by(
+    reading: &Reading<'_>,
     count: usize,
     member: MemberOf<'_>,
-    options: &BatchOptions,
-    within: &Within<'_>,
-    run: impl Fn(Chunk<'_>) -> Vec<MemberPeak> + Sync,
+    (options, within): (&BatchOptions, &Within<'_>),
+    vectors: bool,
 ) -> Result<Vec<MemberPeak>, Error> {
-    check(signal, options)?;
-    let (_, last) = judged(signal, options);
-    let ahead = impulse_ahead(signal, last, ASKED_EVERY);
+    check(reading, options)?;
+    if reading.is_straight() {
+        let pieces = reading.pieces::<STRAIGHT>();
+        shared_out(pieces, count, member, (options, within), vectors)
+    } else {
+        let pieces = reading.pieces::<CURVED>();
+        shared_out(pieces, count, member, (options, within), vectors)
+    }
+}
+
+/// Shares the members out over the threads, a chunk at a time.
+fn shared_out<const K: usize>(
+    pieces: Pieces<'_, K>,
+    count: usize,
+    member: MemberOf<'_>,
+    (options, within): (&BatchOptions, &Within<'_>),
+    vectors: bool,
+) -> Result<Vec<MemberPeak>, Error> {
+    let (_, last) = judged(&pieces, options);
+    let ahead = impulse_ahead(&pieces, last, ASKED_EVERY);
     let control = Control::unwatched(options.threads);
+    let arch = pulp::Arch::new();
     let chunks = control.map(count.div_ceil(CHUNK), |index| {
         let first = index * CHUNK;
-        run(Chunk {
+        let chunk = Chunk {
             members: first..(first + CHUNK).min(count),
             member,
-            signal,
+            pieces,
             ahead: &ahead,
             options,
             within,
-        })
+        };
+        if vectors {
+            arch.dispatch(chunk)
+        } else {
+            pulp::WithSimd::with_simd(chunk, pulp::Scalar::new())
+        }
     });
     within.control.check()?;
     Ok(chunks.into_iter().flatten().flatten().collect())
 }
 
 /// First and last sample that are judged.
-fn judged(signal: &Signal, options: &BatchOptions) -> (usize, usize) {
-    let end = signal.samples.len() - 1;
+fn judged<const K: usize>(pieces: &Pieces<'_, K>, options: &BatchOptions) -> (usize, usize) {
+    let end = pieces.signal.samples.len() - 1;
     let (first, last) = options.window.unwrap_or((0, end));
     (first.min(end), last.min(end))
 }
 
-fn check(signal: &Signal, options: &BatchOptions) -> Result<(), Error> {
+fn check(reading: &Reading<'_>, options: &BatchOptions) -> Result<(), Error> {
+    let signal = reading.signal();
     if signal.samples.len() < 2 {
         return Err(Error::TooShort {
             what: "a replay",
@@ -214,16 +233,16 @@ fn check(signal: &Signal, options: &BatchOptions) -> Result<(), Error> {
 }
 
 /// A chunk's run, compiled once for each width of vectors and chosen by the machine.
-struct Chunk<'a> {
+struct Chunk<'a, const K: usize> {
     members: Range<usize>,
     member: MemberOf<'a>,
-    signal: &'a Signal,
+    pieces: Pieces<'a, K>,
     ahead: &'a [f64],
     options: &'a BatchOptions,
     within: &'a Within<'a>,
 }
 
-impl pulp::WithSimd for Chunk<'_> {
+impl<const K: usize> pulp::WithSimd for Chunk<'_, K> {
     type Output = Vec<MemberPeak>;
 
     #[inline(always)]
@@ -247,13 +266,13 @@ const FRESH_EVERY: usize = 64;
 const ASKED_EVERY: usize = 32;
 
 /// Levers that advance together.
-struct Group<'a, S: pulp::Simd> {
+struct Group<'a, S: pulp::Simd, const K: usize> {
     simd: S,
-    signal: &'a Signal,
+    pieces: Pieces<'a, K>,
     ahead: &'a [f64],
     options: &'a BatchOptions,
     within: &'a Within<'a>,
-    lanes: Vec<Lane>,
+    lanes: Vec<Lane<K>>,
     coefficients: StepCoefficients<Lanes<S>>,
     /// Recorded acceleration to b with time in sample intervals: factor and offset.
     gain: Lanes<S>,
@@ -267,28 +286,28 @@ struct Group<'a, S: pulp::Simd> {
 }
 
 /// Samples that one lane takes in contact, compiled for the machine's vectors.
-struct Press<'a> {
-    pressed: &'a FastContact,
+struct Press<'a, const K: usize> {
+    pressed: &'a FastContact<K>,
     kernel: &'a mut Kernel,
-    signal: &'a Signal,
+    pieces: Pieces<'a, K>,
     samples: Range<usize>,
 }
 
-impl pulp::NullaryFnOnce for Press<'_> {
+impl<const K: usize> pulp::NullaryFnOnce for Press<'_, K> {
     type Output = usize;
 
     #[inline(always)]
     fn call(self) -> usize {
         let Range { start, end } = self.samples;
-        self.pressed.press(self.kernel, self.signal, start, end)
+        self.pressed.press(self.kernel, &self.pieces, start, end)
     }
 }
 
 /// One lever of a group.
-struct Lane {
+struct Lane<const K: usize> {
     member: Member,
     kernel: Kernel,
-    pressed: Option<FastContact>,
+    pressed: Option<FastContact<K>>,
     /// Base acceleration to the model's: scale and bias, with the polarity's sign.
     scale: f64,
     bias: f64,
@@ -301,7 +320,7 @@ struct Lane {
     spared_samples: u32,
 }
 
-impl Lane {
+impl<const K: usize> Lane<K> {
     fn new(member: Member, interval: f64, options: &BatchOptions, steps_max: u64) -> Self {
         let mut kernel = Kernel::of_parts(
             &member.lever,
@@ -350,33 +369,33 @@ impl Lane {
         self.settled || self.kernel.dwells()
     }
 
-    /// Sample intervals from the first on that press the lever onto its stop; all, if it need
-    /// not be followed.
-    fn pressed_samples(&self, samples: &[f64]) -> usize {
+    /// Sample intervals from `first` on, before `last`, that press the lever onto its stop; all, if it
+    /// need not be followed.
+    fn pressed_samples(&self, pieces: &Pieces<'_, K>, first: usize, last: usize) -> usize {
         if self.settled {
-            return samples.len().saturating_sub(1);
+            return last - first;
         }
         let limit = (self.lift_off - self.bias) / self.scale.abs();
         if limit.is_finite() {
-            pressed_samples(samples, self.scale.signum(), limit)
+            pieces.above(first, last, self.scale.signum(), limit)
         } else {
             0
         }
     }
 }
 
-impl<'a, S: pulp::Simd> Group<'a, S> {
+impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
     #[inline(always)]
-    fn new(simd: S, members: Vec<Member>, wanted: usize, chunk: &Chunk<'a>) -> Self {
+    fn new(simd: S, members: Vec<Member>, wanted: usize, chunk: &Chunk<'a, K>) -> Self {
         let Chunk {
-            signal,
+            pieces,
             ahead,
             options,
             within,
             ..
         } = *chunk;
-        let interval = signal.rate.interval().seconds();
-        let lanes: Vec<Lane> = members
+        let interval = pieces.signal.rate.interval().seconds();
+        let lanes: Vec<Lane<K>> = members
             .into_iter()
             .enumerate()
             .map(|(lane, member)| Lane {
@@ -407,7 +426,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             flying: 0,
             best: zero.constant(f64::INFINITY),
             simd,
-            signal,
+            pieces,
             ahead,
             options,
             within,
@@ -417,7 +436,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
 
     #[inline(always)]
     fn run(mut self) -> impl Iterator<Item = MemberPeak> {
-        let (first, last) = judged(self.signal, self.options);
+        let (first, last) = judged(&self.pieces, self.options);
         for lane in 0..self.lanes.len() {
             self.load(lane);
         }
@@ -443,7 +462,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
                 } else {
                     self.next_question(index)
                 };
-                let moved = index + self.pressed(&self.signal.samples[index..=stop_at]);
+                let moved = index + self.pressed(index, stop_at);
                 if moved > index {
                     index = moved;
                     continue;
@@ -458,7 +477,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         for lane in 0..self.lanes.len() {
             self.store(lane);
         }
-        let (end, options, within) = (self.signal.time_s(last), self.options, self.within);
+        let (end, options, within) = (self.pieces.signal.time_s(last), self.options, self.within);
         self.lanes
             .into_iter()
             .map(move |lane| finish(lane, end, last, options, within))
@@ -467,17 +486,17 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     /// Advances every lane over the sample interval from `index`.
     #[inline(always)]
     fn sample(&mut self, index: usize) {
-        let (from, to) = (self.signal.samples[index], self.signal.samples[index + 1]);
+        let piece = self.pieces.of(index);
         if self.flying == 0 {
             for lane in 0..self.lanes.len() {
-                self.by_kernel(lane, index, from, to);
+                self.by_kernel(lane, index, &piece);
             }
             return;
         }
         if index.is_multiple_of(FRESH_EVERY) {
             self.refresh();
         }
-        let (state, stands) = self.step(from, to);
+        let (state, stands) = self.step(&piece);
         if self.flying == self.all() && stands.all() {
             self.state = state;
             return;
@@ -485,7 +504,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         self.state = chosen(stands, &state, &self.state);
         let mut others = self.all() & !(self.flying & stands.bits());
         while others != 0 {
-            self.by_kernel(others.trailing_zeros() as usize, index, from, to);
+            self.by_kernel(others.trailing_zeros() as usize, index, &piece);
             others &= others - 1;
         }
     }
@@ -498,7 +517,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     /// Returns the next sample at which lanes are looked at, up to which one may go on alone: so what
     /// is found of a lane does not depend on the others.
     fn next_question(&self, index: usize) -> usize {
-        let (first, last) = judged(self.signal, self.options);
+        let (first, last) = judged(&self.pieces, self.options);
         let asked = index - index % ASKED_EVERY + ASKED_EVERY;
         let end = if index < first { first } else { last };
         end.min(asked)
@@ -506,7 +525,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
 
     /// One lane's sample by the scalar kernel.
     #[inline(never)]
-    fn by_kernel(&mut self, lane: usize, index: usize, from: f64, to: f64) {
+    fn by_kernel(&mut self, lane: usize, index: usize, piece: &Piece<K>) {
         let Lane {
             kernel,
             scale,
@@ -516,11 +535,13 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             reached,
             ..
         } = &self.lanes[lane];
-        let (from, to) = (scale * from + bias, scale * to + bias);
+        let mut base = piece.terms.map(|a| scale * a);
+        base[0] += bias;
+        let lowest = (scale * piece.low).min(scale * piece.high) + bias;
         if *settled
             || kernel.stuck
             || *reached > index
-            || (kernel.dwells() && from > *lift_off && to > *lift_off)
+            || (kernel.dwells() && lowest > *lift_off)
         {
             return;
         }
@@ -537,13 +558,13 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             self.simd.vectorize(Press {
                 pressed,
                 kernel,
-                signal: self.signal,
+                pieces: self.pieces,
                 samples: index..until,
             })
         });
         if taken == 0 {
-            let interval = self.signal.rate.interval().seconds();
-            kernel.advance(self.signal.time_s(index), interval, from, to);
+            let interval = self.pieces.signal.rate.interval().seconds();
+            kernel.advance(self.pieces.signal.time_s(index), interval, &base);
         }
         *reached = index + taken.max(1);
         *scalar_samples += u32::try_from(taken.max(1)).unwrap_or(u32::MAX);
@@ -556,12 +577,12 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     /// Puts the lanes aside that can no longer raise their peak, or came far enough, and tells whether these are all.
     #[inline(never)]
     fn settle(&mut self, index: usize, last: usize) -> bool {
-        let interval = self.signal.rate.interval().seconds();
+        let interval = self.pieces.signal.rate.interval().seconds();
         let left = (last - index) as f64 * interval;
         for lane in 0..self.lanes.len() {
             let this = &self.lanes[lane];
             let state = if self.flies(lane) {
-                let velocity = self.state.slope.lane(lane) * self.signal.rate.hertz();
+                let velocity = self.state.slope.lane(lane) * self.pieces.signal.rate.hertz();
                 (self.state.angle.lane(lane), velocity)
             } else {
                 this.kernel.state()
@@ -591,7 +612,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
             self.flying |= 1 << lane;
             let (angle, velocity) = kernel.state();
             let Turned { sine, cosine } = kernel.turned();
-            let interval = self.signal.rate.interval().seconds();
+            let interval = self.pieces.signal.rate.interval().seconds();
             self.state.angle.set(lane, angle);
             self.state.slope.set(lane, velocity * interval);
             self.state.sine.set(lane, sine);
@@ -608,7 +629,7 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     fn store(&mut self, lane: usize) {
         if self.flies(lane) {
             self.flying &= !(1 << lane);
-            let velocity = self.state.slope.lane(lane) * self.signal.rate.hertz();
+            let velocity = self.state.slope.lane(lane) * self.pieces.signal.rate.hertz();
             let turned = Turned {
                 sine: self.state.sine.lane(lane),
                 cosine: self.state.cosine.lane(lane),
@@ -627,10 +648,10 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     }
 
     /// Sample intervals from the first on that press every lane onto its stop.
-    fn pressed(&self, samples: &[f64]) -> usize {
+    fn pressed(&self, first: usize, last: usize) -> usize {
         self.lanes
             .iter()
-            .map(|lane| lane.pressed_samples(samples))
+            .map(|lane| lane.pressed_samples(&self.pieces, first, last))
             .min()
             .unwrap_or(0)
     }
@@ -648,37 +669,60 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
 
     /// One step of all lanes over a whole sample, and for which of them it stands.
     #[inline(always)]
-    fn step(&self, from: f64, to: f64) -> (LaneState<Lanes<S>>, Mask<S>) {
+    fn step(&self, piece: &Piece<K>) -> (LaneState<Lanes<S>>, Mask<S>) {
         let (simd, state, coefficients) = (self.simd, &self.state, &self.coefficients);
         let constant = |value: f64| Lanes::splat(simd, value);
-        let b0 = self.gain.fused(constant(from), self.offset);
-        let end = self.gain.fused(constant(to), self.offset);
-        let b = [b0, end - b0];
-        let bounds = coefficients.bounds(state, b0.magnitude().upper(end.magnitude()));
+        let of_base = |a: f64| self.gain.fused(constant(a), self.offset);
+        let mut b = piece.terms.map(|a| self.gain * constant(a));
+        b[0] = of_base(piece.terms[0]);
+        if K == STRAIGHT {
+            b[1] = of_base(piece.end) - b[0];
+        }
+        let (low, high) = (of_base(piece.low), of_base(piece.high));
+        let strongest = low.magnitude().upper(high.magnitude());
+        let bounds = coefficients.bounds(state, strongest);
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
         let calm = bounds.lowest.above(constant(0.0)) & !(turns & bounds.highest.above(self.best));
         let mut orders = coefficients.orders(state, &bounds, &b);
         coefficients.up_to_eight(&mut orders, &b);
-        let allowed = orders.motion() * PEAK_TRUNCATION;
+        let part = if K == STRAIGHT {
+            PEAK_TRUNCATION
+        } else {
+            CURVED_TRUNCATION
+        };
+        let allowed = orders.motion() * part;
         let within = |tail: Lanes<S>, turn_max: f64| {
             tail.at_most(allowed) & bounds.turn.at_most(constant(turn_max))
         };
-        let eight = within(orders.tail_of_eight(), TURN_MAX[1]);
-        let short = orders.end_of_eight(state);
-        if (calm & eight).all() {
+        let (enough, short) = if K == STRAIGHT {
+            let enough = within(orders.tail_of_eight(), TURN_MAX[1]);
+            (enough, orders.end_of_eight(state))
+        } else {
+            coefficients.up_to_nine(&mut orders, &b);
+            let beyond = orders.beyond_nine(coefficients, &b);
+            let enough = within(beyond[2], TURN_MAX[2]);
+            (enough, orders.end_beyond_nine(state, beyond))
+        };
+        if (calm & enough).all() {
             return (short, calm);
         }
         // What the end of the step tells is asked of those alone that the start has left open.
-        let calm = calm | (eight & self.was_calm(&short, &bounds, &b));
-        if (eight | !calm).all() {
-            return (short, calm & eight);
+        let calm = calm | (enough & self.was_calm(&short, &bounds, &b, strongest));
+        if (enough | !calm).all() {
+            return (short, calm & enough);
         }
-        coefficients.up_to_nine(&mut orders, &b);
-        coefficients.up_to_eleven(&mut orders, &b);
-        let eleven = within(orders.tail_of_eleven(), TURN_MAX[3]);
+        let tail = if K == STRAIGHT {
+            coefficients.up_to_nine(&mut orders, &b);
+            coefficients.up_to_eleven(&mut orders, &b);
+            orders.tail_of_eleven()
+        } else {
+            coefficients.up_to_eleven(&mut orders, &b);
+            orders.tail_of_products(&b)
+        };
+        let eleven = within(tail, TURN_MAX[3]);
         let long = orders.end_of_eleven(state);
         // A lane that needs no more keeps what it would have alone.
-        (chosen(eight, &short, &long), calm & (eight | eleven))
+        (chosen(enough, &short, &long), calm & (enough | eleven))
     }
 
     /// Tells of which lanes a step to `after` met neither the stop nor a peak: angle and slope each lie between
@@ -688,14 +732,15 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
         &self,
         after: &LaneState<Lanes<S>>,
         bounds: &Bounds<Lanes<S>>,
-        [from, change]: &[Lanes<S>; 2],
+        b: &[Lanes<S>; K],
+        strongest: Lanes<S>,
     ) -> Mask<S> {
-        let (state, zero) = (&self.state, from.constant(0.0));
-        let strongest = from.magnitude() + change.magnitude();
-        let third = self
-            .coefficients
-            .third(bounds, strongest, change.magnitude())
-            * 0.125;
+        let (state, zero) = (&self.state, b[0].constant(0.0));
+        let mut change = b[1].magnitude();
+        for (n, term) in b.iter().enumerate().skip(2) {
+            change = change + term.magnitude() * n as f64;
+        }
+        let third = self.coefficients.third(bounds, strongest, change) * 0.125;
         let bend = bounds.curve * 0.125;
         let clear = (state.angle.lower(after.angle) - bend).above(zero);
         let rises = (state.slope.lower(after.slope) - third).above(zero);
@@ -705,8 +750,8 @@ impl<'a, S: pulp::Simd> Group<'a, S> {
     }
 }
 
-fn finish(
-    lane: Lane,
+fn finish<const K: usize>(
+    lane: Lane<K>,
     end: f64,
     samples: usize,
     options: &BatchOptions,

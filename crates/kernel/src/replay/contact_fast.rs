@@ -4,40 +4,25 @@
 //! the small part acts like an excitation of its own, d = b (1 − cos φ). The linear part of a
 //! sample is an exact propagator; what d adds is the convolution of d with the impulse response,
 //! by Gauss's quadrature over the sample, on the linear motion first and, if that is not enough,
-//! once more on the motion it gives. Where the damping lasts a fraction of a sample, the response
-//! comes from two exponentials, the weights of d from stretches as short as the damping, and one
-//! pass is enough: what it neglects is stated.
+//! once more on the motion it gives.
 //!
 //! # Source
 //!
 //! Variation of constants (Duhamel's integral); the bound on the acceleration within a sample is
-//! the decay of the energy of a damped oscillator, which the acceleration itself is under an
-//! excitation that is linear in time.
+//! the decay of the energy of a damped oscillator, which the acceleration itself is, driven by the
+//! excitation's second derivative.
 
 use super::kernel::Kernel;
 use super::sensitivity::{Smooths, StateMap};
 use super::taylor::Branch;
-use crate::signal::Signal;
+use crate::signal::{CURVED, Pieces, bend_at_most, value};
 use std::ops::{Add, Mul, Sub};
 
 /// Largest phase of the stop's own oscillation in a sample [-]: up to here, and up to as large a damping,
 /// the quadrature is exact to 1e-13 of d.
 pub(super) const PHASE_MAX: f64 = 2.0;
 
-/// Damping in a part of a sample [-] up to which the series of a response is summed as it is.
-const SERIES_DAMPING_MAX: f64 = 2.0;
-
-/// Damping in a part of a sample [-] up to which a response is that of half the part, twice; beyond it the
-/// stop is overdamped, whatever its phase, and its two exponentials are far apart.
-const DOUBLED_DAMPING_MAX: f64 = 16.0;
-
-/// Largest damping of a sample [-]; more of it makes a sample in which the lever leaves the stop too long.
-const DAMPING_MAX: f64 = 8000.0;
-
-/// Largest part of angle and slope that a strongly damped sample may neglect; what it does is stated.
-const NEGLECTED_PART: f64 = 1e-14;
-
-/// Smallest phase: below it a step by series is as cheap, but in a strongly damped stop.
+/// Smallest phase: below it a step by series is as cheap.
 const PHASE_MIN: f64 = 0.02;
 
 /// Samples whose error is carried along together.
@@ -151,221 +136,52 @@ impl Mul<f64> for Eight {
     }
 }
 
-/// What a state and an excitation have become: factors of the angle, the slope, a constant and a
-/// linear excitation of unit size, each against the angle and the slope.
+/// What a unit of each does in part of a sample, to angle and slope, of x'' = −damping x' − stiffness x +
+/// acceleration.
 #[derive(Debug, Clone, Copy)]
-struct StepResponse {
-    /// Of a unit angle: angle and slope.
+struct StepResponse<const K: usize> {
+    /// Of the angle at the start.
     angle: (f64, f64),
-    /// Of a unit slope: the impulse response and its derivative.
+    /// Of the slope: the impulse response and its derivative.
     slope: (f64, f64),
-    /// Of a unit acceleration.
-    constant: (f64, f64),
-    /// Of an acceleration that grows by one per sample.
-    linear: (f64, f64),
+    /// Of an acceleration that is a power of the part of the sample.
+    powers: [(f64, f64); K],
 }
 
-impl StepResponse {
-    /// At `part` of a sample, of x'' = −damping x' − stiffness x + acceleration.
+impl<const K: usize> StepResponse<K> {
+    /// At `part` of a sample.
     fn at(stiffness: f64, damping: f64, part: f64) -> Self {
-        if damping * part <= SERIES_DAMPING_MAX {
-            Self::by_series(stiffness, damping, part)
-        } else if damping * part <= DOUBLED_DAMPING_MAX {
-            Self::at(stiffness, damping, 0.5 * part).twice(0.5 * part)
-        } else {
-            Self::overdamped(stiffness, damping, part)
-        }
-    }
-
-    fn by_series(stiffness: f64, damping: f64, part: f64) -> Self {
         // The impulse response; the others are its derivative and integrals.
         let x = impulse_response(stiffness, damping, part);
-        // From the small to the large.
-        let (mut impulse, mut once, mut twice, mut rate) = (0.0, 0.0, 0.0, 0.0);
-        let mut order = f64::from(TERMS);
-        for ((x, one), two) in x.iter().zip(&INVERSE[1..]).zip(&INVERSE[2..]).rev() {
-            order -= 1.0;
-            impulse += x;
-            rate += order * x;
-            once += x * one;
-            twice += x * one * two;
-        }
-        let (rate, once, twice) = (rate / part, once * part, twice * part * part);
+        // From the small to the large; n times integrated a power j of the part is divided by j+1 … j+n.
+        let integral = |times: usize| {
+            x.iter().enumerate().rev().fold(0.0, |sum, (j, x)| {
+                let divided = (1..=times).fold(*x, |x, n| x * (part * INVERSE[j + n]));
+                sum + divided
+            })
+        };
+        let terms = x.iter().enumerate().rev();
+        let rate = terms.fold(0.0, |sum, (j, x)| sum + j as f64 * x) / part;
+        let impulse = integral(0);
+        let mut factorial = 1.0;
+        let powers = std::array::from_fn(|n| {
+            factorial *= n.max(1) as f64;
+            (factorial * integral(n + 1), factorial * integral(n))
+        });
         Self {
             angle: (rate + damping * impulse, -stiffness * impulse),
             slope: (impulse, rate),
-            constant: (once, impulse),
-            linear: (twice, once),
-        }
-    }
-
-    /// After the same stretch of `part` once more.
-    fn twice(&self, part: f64) -> Self {
-        let mapped = |(angle, slope): (f64, f64)| {
-            (
-                self.angle.0 * angle + self.slope.0 * slope,
-                self.angle.1 * angle + self.slope.1 * slope,
-            )
-        };
-        let plus = |a: (f64, f64), b: (f64, f64)| (a.0 + b.0, a.1 + b.1);
-        let grown = (part * self.constant.0, part * self.constant.1);
-        Self {
-            angle: mapped(self.angle),
-            slope: mapped(self.slope),
-            constant: plus(mapped(self.constant), self.constant),
-            linear: plus(plus(mapped(self.linear), grown), self.linear),
-        }
-    }
-
-    /// By the two exponentials, which are far apart.
-    fn overdamped(stiffness: f64, damping: f64, part: f64) -> Self {
-        let half_apart = (0.25 * damping * damping - stiffness).sqrt();
-        let fast = 0.5 * damping + half_apart;
-        let slow = stiffness / fast;
-        // e^(−rate t), and its first and second integral.
-        let gone = libm::exp(-fast * part);
-        let fast_once = (1.0 - gone) / fast;
-        let fast_twice = (part - fast_once) / fast;
-        let left = libm::exp(-slow * part);
-        let slow_once = -libm::expm1(-slow * part) / slow;
-        let x = -slow * part;
-        // Of x below a quarter.
-        let series = (2..16)
-            .rev()
-            .fold(0.0, |sum, n| (1.0 + sum * x) / f64::from(n + 1));
-        let slow_twice = 0.5 * part * part * (1.0 + x * series);
-        let over = 0.5 / half_apart;
-        let impulse = over * (left - gone);
-        let rate = gone - slow * impulse;
-        let (once, twice) = (
-            over * (slow_once - fast_once),
-            over * (slow_twice - fast_twice),
-        );
-        Self {
-            angle: (rate + damping * impulse, -stiffness * impulse),
-            slope: (impulse, rate),
-            constant: (once, impulse),
-            linear: (twice, once),
+            powers,
         }
     }
 }
-
-/// Weights of d at the nodes in angle and slope at the end of a sample, through the polynomial that d's
-/// values at the nodes define, of a stop whose response bends too sharply for their quadrature.
-fn strongly_damped_weights(stiffness: f64, damping: f64) -> (Eight, Eight) {
-    /// Stretches, each to one and a half times the time of the one before; by the end of the last but one
-    /// nothing is left of the fast exponential.
-    const STRETCHES: i32 = 11;
-    let (places, weights) = PLACES;
-    let (mut of_angle, mut of_slope) = (Eight::splat(0.0), Eight::splat(0.0));
-    let mut from = 0.0;
-    for stretch in 0..=STRETCHES {
-        let time_constants = libm::pow(1.5, f64::from(stretch));
-        let to = if stretch == STRETCHES {
-            1.0
-        } else {
-            (time_constants / damping).min(1.0)
-        };
-        for (place, weight) in places.iter().zip(weights) {
-            let left = from + (to - from) * place;
-            let (impulse, rate) = StepResponse::at(stiffness, damping, left).slope;
-            for node in 0..POINTS {
-                let shape = weight * (to - from) * shape(node, 1.0 - left);
-                of_angle.0[node] += shape * impulse;
-                of_slope.0[node] += shape * rate;
-            }
-        }
-        from = to;
-    }
-    (of_angle, of_slope)
-}
-
-/// What one pass of the quadrature leaves out where the damping is large.
-#[derive(Debug, Clone, Copy)]
-struct StrongDamping {
-    /// See [`FastContact::softness`].
-    softness: f64,
-    /// At most, what an acceleration of one does to the angle in a sample: the impulse response h stays
-    /// above zero, and its integral below 1/damping.
-    response: f64,
-    /// Of an angular acceleration as large as it gets: what the polynomial of d misses.
-    smooth: f64,
-    /// Of the angular acceleration and of its forced rate of change at the start: what the fast exponential
-    /// leaves in d that no polynomial follows.
-    sharp: (f64, f64),
-}
-
-impl StrongDamping {
-    /// What stands where there is none: numbers all the same, since a product of what is not set, computed
-    /// ahead of the question whether it is, may take a hundred times as long.
-    const NONE: Self = Self {
-        softness: 0.0,
-        response: 0.0,
-        smooth: 0.0,
-        sharp: (0.0, 0.0),
-    };
-
-    /// Returns it for a damping beyond what the quadrature follows.
-    fn of(stiffness: f64, damping: f64) -> Option<Self> {
-        /// From this damping on the two exponentials are far apart, whatever the phase.
-        const FAR_APART: f64 = 8.0;
-        if damping <= PHASE_MAX {
-            return None;
-        }
-        let apart = (damping * damping - 4.0 * stiffness).max(0.0).sqrt();
-        // Of e^(−fast t) all of it, and all that the nodes see of it, twice for their weights in the end.
-        let fast = 0.5 * (damping + apart);
-        let (nodes, weights) = PLACES;
-        let seen = nodes.iter().zip(weights);
-        let seen: f64 = seen
-            .map(|(node, weight)| (weight + 1.0 / damping) * libm::exp(-fast * node))
-            .sum();
-        let sharp = if damping > FAR_APART {
-            let missed = 2.0 * (1.0 / fast + seen) / (fast * fast * apart);
-            (missed * fast, missed)
-        } else {
-            (f64::INFINITY, f64::INFINITY)
-        };
-        // The eighth derivative of the angle's square, no derivative of the angle being above twice the
-        // acceleration times powers of the damping; as much again for the excitation's growth.
-        let eighth = libm::pow(damping, 4.0) * (damping * (damping + 8.0) + 119.0);
-        Some(Self {
-            softness: (1.0 / stiffness.sqrt()).min(1.0 / apart),
-            response: 1.0 / damping,
-            smooth: 4.0 * INTERPOLATION * eighth,
-            sharp,
-        })
-    }
-
-    /// Returns what a sample neglects [rad], of angles up to `reach` and angular accelerations up to `curve`;
-    /// at its start these are `bent` and their forced rate of change `turn`.
-    #[inline(always)]
-    fn neglected(
-        &self,
-        strongest: f64,
-        (reach, curve): (f64, f64),
-        (bent, turn): (f64, f64),
-    ) -> f64 {
-        let square = reach * reach;
-        let again = 0.5 * strongest * self.response * strongest * square * reach;
-        let beyond = strongest * square * square * square / 720.0;
-        let sharp = self.sharp.0 * bent.abs() + self.sharp.1 * turn.abs();
-        let unfollowed = strongest * reach * (self.smooth * curve).min(sharp);
-        self.response * (again + beyond + unfollowed)
-    }
-}
-
-/// Largest product of the distances from the nodes in a sample, over 8!: what an eighth derivative of one
-/// leaves of an interpolation at the nodes. The product is that polynomial of Legendre with a first
-/// coefficient of one, which is largest at the ends: 8!²/16!.
-const INTERPOLATION: f64 = 1.93e-9;
 
 /// Terms of a series over a sample: 2.8^32/32! is below 1e-21.
 const TERMS: u8 = 32;
 
 /// 1/n.
-const INVERSE: [f64; TERMS as usize + 2] = {
-    let mut table = [0.0; TERMS as usize + 2];
+const INVERSE: [f64; TERMS as usize + CURVED + 2] = {
+    let mut table = [0.0; TERMS as usize + CURVED + 2];
     let mut n = 1;
     while n < table.len() {
         table[n] = 1.0 / n as f64;
@@ -398,9 +214,9 @@ fn impulse_responses(stiffness: f64, damping: f64, parts: Eight) -> Eight {
     largest_last.fold(Eight::splat(0.0), |sum, term| sum + *term)
 }
 
-/// The propagator of a sample in contact, with time in sample intervals.
+/// The propagator of a sample in contact, with time in sample intervals, under an excitation of `K` terms.
 #[derive(Debug, Clone)]
-pub(super) struct FastContact {
+pub(super) struct FastContact<const K: usize> {
     /// Sample interval [s].
     interval: f64,
     pressing: f64,
@@ -412,22 +228,18 @@ pub(super) struct FastContact {
     gain: f64,
     offset: f64,
     tolerance: (f64, f64),
-    end: StepResponse,
-    /// Nodes and the responses there.
-    nodes: Eight,
+    end: StepResponse<K>,
+    /// Powers of the nodes.
+    nodes: [Eight; K],
+    /// Responses of the angle at the nodes: to angle, slope and each power of the excitation.
     angle: Eight,
     slope: Eight,
-    constant: Eight,
-    linear: Eight,
+    powers: [Eight; K],
     /// Weights of d in the angle and the slope at the end.
     angle_weights: Eight,
     slope_weights: Eight,
     /// What d at each node does to the angle at all nodes.
     mutual: [Eight; POINTS],
-    /// The damping is too large for the quadrature alone.
-    strongly_damped: bool,
-    /// Where it is.
-    strong: StrongDamping,
     /// What the samples carried along together do to a deviation.
     map: StateMap,
 }
@@ -448,7 +260,7 @@ fn mutual_weights(stiffness: f64, damping: f64) -> [Eight; POINTS] {
     mutual
 }
 
-impl FastContact {
+impl<const K: usize> FastContact<K> {
     /// Builds the propagator for samples of `interval` [s] of accelerations that count `scale`
     /// times, with `bias` [m/s²] added; `None` where a sample is too long for it, or so short that it does not pay.
     pub(super) fn new(kernel: &Kernel, interval: f64, scale: f64, bias: f64) -> Option<Self> {
@@ -460,57 +272,44 @@ impl FastContact {
         let square = interval * interval;
         let (scaled_damping, scaled) = (damping * interval, stiffness * square);
         let phase = scaled.sqrt();
-        if !(PHASE_MIN..=PHASE_MAX).contains(&phase)
-            || !(0.0..=DAMPING_MAX).contains(&scaled_damping)
+        if !(PHASE_MIN..=PHASE_MAX).contains(&phase) || !(0.0..=PHASE_MAX).contains(&scaled_damping)
         {
             return None;
         }
         let (nodes, weights) = PLACES;
-        let respond = |part: f64| StepResponse::at(scaled, scaled_damping, part);
-        let at: [StepResponse; POINTS] = nodes.map(respond);
+        let respond = |part: f64| StepResponse::<K>::at(scaled, scaled_damping, part);
+        let at: [StepResponse<K>; POINTS] = nodes.map(respond);
+        let from = nodes.map(|node| respond(1.0 - node));
         let lanes = |value: &dyn Fn(usize) -> f64| Eight(std::array::from_fn(value));
-        let strong_damping = StrongDamping::of(scaled, scaled_damping);
-        let ((angle_weights, slope_weights), mutual) = if strong_damping.is_some() {
-            let weights = strongly_damped_weights(scaled, scaled_damping);
-            (weights, [Eight::splat(0.0); POINTS])
-        } else {
-            let from = nodes.map(|node| respond(1.0 - node));
-            let angle_weights = lanes(&|node| weights[node] * from[node].slope.0);
-            let slope_weights = lanes(&|node| weights[node] * from[node].slope.1);
-            let mutual = mutual_weights(scaled, scaled_damping);
-            ((angle_weights, slope_weights), mutual)
-        };
+        let power = |n: usize, node: usize| (0..n).fold(1.0, |power, _| power * nodes[node]);
         Some(Self {
             interval,
             pressing: pressing * square,
             damping: scaled_damping,
             stiffness: scaled,
-            softness: strong_damping.map_or(1.0 / phase, |of| of.softness),
+            softness: 1.0 / phase,
             gain: scale * kernel.gain() * square,
             offset: bias * kernel.gain() * square,
             tolerance: kernel.truncation(),
             end: respond(1.0),
-            nodes: Eight(nodes),
+            nodes: std::array::from_fn(|n| lanes(&|node| power(n, node))),
             angle: lanes(&|node| at[node].angle.0),
             slope: lanes(&|node| at[node].slope.0),
-            constant: lanes(&|node| at[node].constant.0),
-            linear: lanes(&|node| at[node].linear.0),
-            angle_weights,
-            slope_weights,
-            mutual,
-            strongly_damped: strong_damping.is_some(),
-            strong: strong_damping.unwrap_or(StrongDamping::NONE),
+            powers: std::array::from_fn(|n| lanes(&|node| at[node].powers[n].0)),
+            angle_weights: lanes(&|node| weights[node] * from[node].slope.0),
+            slope_weights: lanes(&|node| weights[node] * from[node].slope.1),
+            mutual: mutual_weights(scaled, scaled_damping),
             map: StateMap::oscillator(stiffness, damping, f64::from(TOGETHER) * interval),
         })
     }
 
-    /// Carries the lever through the intervals between the samples of `signal` from `first` to
-    /// `last` until one may hold an event; returns how many it has taken.
+    /// Carries the lever through the intervals of `pieces` from `first` to `last` until one may hold an
+    /// event; returns how many it has taken.
     #[inline(always)]
     pub(super) fn press(
         &self,
         kernel: &mut Kernel,
-        signal: &Signal,
+        pieces: &Pieces<'_, K>,
         first: usize,
         last: usize,
     ) -> usize {
@@ -529,68 +328,60 @@ impl FastContact {
         let mut taken = 0;
         let mut gathered = Smooths::default();
         let mut twice = 0;
-        let mut b0 = self.gain.mul_add(signal.samples[first], self.offset);
-        for sample in &signal.samples[first + 1..=last] {
-            let next = self.gain.mul_add(*sample, self.offset);
-            let (b1, strongest) = (next - b0, b0.abs().max(next.abs()));
-            let push = self.pressing + b0;
+        for index in first..last {
+            let piece = pieces.of(index);
+            let b = piece.scaled(self.gain, self.offset);
+            let strongest = piece.strongest(self.gain, self.offset);
+            let driven = bend_at_most(&b);
+            let push = self.pressing + b[0];
             // The acceleration is a damped oscillator of its own.
             let bent = push + self.damping * slope + self.stiffness * angle;
-            let bent_rate = b1 - self.damping * bent + self.stiffness * slope;
-            let (reach, curve) = self.reached((angle, slope), (bent, bent_rate), strongest);
+            let bent_rate = b[1] - self.damping * bent + self.stiffness * slope;
+            let own = bent.abs() + bent_rate.abs() * self.softness + 0.5 * driven;
+            let curve = 1.01 * own + 1e-5 * strongest;
+            let reach = angle.abs() + slope.abs() + curve;
             let square = reach * reach;
             let moves = angle.abs() + slope.abs();
             let allowed = self.tolerance.0.max(self.tolerance.1 * moves);
-            let linear =
-                self.angle * angle + self.slope * slope - self.constant * push - self.linear * b1;
-            let excitation = self.nodes * b1 + Eight::splat(b0);
+            let mut linear = self.angle * angle + self.slope * slope - self.powers[0] * push;
+            let mut excitation = Eight::splat(b[0]);
+            for n in 1..K {
+                linear = linear - self.powers[n] * b[n];
+                excitation = excitation + self.nodes[n] * b[n];
+            }
             let mut small = excitation * lessened(linear);
-            let mut tail;
-            if self.strongly_damped {
-                let turn = b1 + self.stiffness * slope;
-                tail = self
-                    .strong
-                    .neglected(strongest, (reach, curve), (bent, turn));
-                if tail > allowed.max(NEGLECTED_PART * moves) {
+            // What the first and the second quadrature still neglect.
+            let mut tail = 0.125 * strongest * square * square;
+            if tail > allowed {
+                tail = 0.0625 * strongest * square * square * square;
+                if tail > allowed {
                     break;
                 }
-            } else {
-                // What the first and the second quadrature still neglect.
-                tail = 0.125 * strongest * square * square;
-                if tail > allowed {
-                    tail = 0.0625 * strongest * square * square * square;
-                    if tail > allowed {
-                        break;
-                    }
-                    let mut moved = linear;
-                    for (column, small) in self.mutual.iter().zip(small.0) {
-                        moved = moved + *column * small;
-                    }
-                    small = excitation * lessened(moved);
-                    twice += 1;
+                let mut moved = linear;
+                for (column, small) in self.mutual.iter().zip(small.0) {
+                    moved = moved + *column * small;
                 }
+                small = excitation * lessened(moved);
+                twice += 1;
             }
-            let (after, slope_after) = self.after((angle, slope), (push, b1), small);
+            let (after, slope_after) = self.after((angle, slope), push, &b, small);
             // Between the ends it cannot rise above them by more than an eighth of its bend.
             if angle.max(after) + 0.125 * curve >= ceiling || after.is_nan() {
                 break;
             }
-            let middle = b0 + 0.5 * b1;
-            let (size, slope_size) = self.rounded((angle, slope), (push, b1));
+            let middle = value(&b, 0.5);
+            let size = angle.abs() + slope.abs() + push.abs() + b[1].abs() + driven;
+            let slope_size = size + self.stiffness * angle.abs();
             gathered.stiffness += self.stiffness - middle * angle;
             gathered.push += middle;
             gathered.angle_square += size * size;
             gathered.velocity_square += slope_size * slope_size;
             gathered.truncation += tail;
-            if self.strongly_damped {
-                // The impulse response rises and falls once: what d lacks moves the slope by twice as much.
-                gathered.truncation_velocity += 2.0 * tail;
-            }
             gathered.count += 1;
-            (angle, slope, b0) = (after, slope_after, next);
+            (angle, slope) = (after, slope_after);
             taken += 1;
             if kernel.recorder.trace.is_some() {
-                let time = signal.time_s(first + taken);
+                let time = pieces.signal.time_s(first + taken);
                 kernel.recorder.point(time, angle, slope / self.interval);
             }
             if gathered.count == TOGETHER {
@@ -607,61 +398,30 @@ impl FastContact {
         taken
     }
 
-    /// Returns bounds of angle and angular acceleration within a sample.
-    #[inline(always)]
-    fn reached(
-        &self,
-        (angle, slope): (f64, f64),
-        (bent, bent_rate): (f64, f64),
-        strongest: f64,
-    ) -> (f64, f64) {
-        let curve = 1.01 * (bent.abs() + bent_rate.abs() * self.softness) + 1e-5 * strongest;
-        let reach = angle.abs() + slope.abs() + curve;
-        if !self.strongly_damped {
-            return (reach, curve);
-        }
-        // Strongly damped it may be so deep that the cosine adds more.
-        let curve = curve + 1.5 * strongest * reach * reach;
-        (angle.abs() + slope.abs() + curve, curve)
-    }
-
-    /// Returns angle and slope at the end of a sample under an acceleration that begins as `push` and grows by
-    /// `growth`, with the small part of it at the nodes.
+    /// Returns angle and slope at the end of a sample that begins with the acceleration `push`, of which
+    /// `small` is what is left out at the nodes.
     #[inline(always)]
     fn after(
         &self,
         (angle, slope): (f64, f64),
-        (push, growth): (f64, f64),
+        push: f64,
+        b: &[f64; K],
         small: Eight,
     ) -> (f64, f64) {
-        // What is left of the angle after a strongly damped sample is so near to it that its factor would be
-        // off by as much as the angle moves: what moves it is summed instead.
-        let (kept, turned, force) = if self.strongly_damped {
-            (angle, 0.0, push + self.stiffness * angle)
-        } else {
-            (self.end.angle.0 * angle, self.end.angle.1 * angle, push)
-        };
-        let after = kept + self.end.slope.0 * slope
-            - self.end.constant.0 * force
-            - self.end.linear.0 * growth
-            + sum(self.angle_weights * small);
-        let slope_after = turned + self.end.slope.1 * slope
-            - self.end.constant.1 * force
-            - self.end.linear.1 * growth
-            + sum(self.slope_weights * small);
-        (after, slope_after)
-    }
-
-    /// Returns the sizes of what is added up to angle and slope at the end of a sample.
-    #[inline(always)]
-    fn rounded(&self, (angle, slope): (f64, f64), (push, growth): (f64, f64)) -> (f64, f64) {
-        let size = angle.abs() + slope.abs() + push.abs() + growth.abs();
-        let slope_size = size + self.stiffness * angle.abs();
-        if !self.strongly_damped {
-            return (size, slope_size);
+        let end = &self.end;
+        let mut forced = (end.powers[0].0 * push, end.powers[0].1 * push);
+        for n in 1..K {
+            forced.0 += end.powers[n].0 * b[n];
+            forced.1 += end.powers[n].1 * b[n];
         }
-        let moved = self.strong.response * slope_size;
-        (angle.abs() + moved, slope.abs() + moved)
+        let kept = (
+            end.angle.0 * angle + end.slope.0 * slope,
+            end.angle.1 * angle + end.slope.1 * slope,
+        );
+        (
+            kept.0 - forced.0 + sum(self.angle_weights * small),
+            kept.1 - forced.1 + sum(self.slope_weights * small),
+        )
     }
 
     /// Takes what was gathered in samples' time to seconds.

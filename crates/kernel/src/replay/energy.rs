@@ -2,7 +2,7 @@
 
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
-use crate::signal::Signal;
+use crate::signal::Pieces;
 
 /// Returns the energy of a lever [J]: kinetic, of preload and spring, and what its soft stop holds.
 pub(super) fn energy_of(
@@ -27,7 +27,7 @@ pub(super) fn energy_of(
 ///
 /// # Source
 ///
-/// d√E/dt ≤ mL|a|/√(2 I0), as in `docs/screens.md`, (R3), and its soft stop's counterpart.
+/// d√E/dt ≤ mL|a|/√(2 I0), and its soft stop's counterpart.
 pub(super) fn stays_below(
     (lever, stop, model): (&Lever, &Stop, StopModel),
     (angle, velocity): (f64, f64),
@@ -55,20 +55,22 @@ pub(super) fn stays_below(
         && speed(energy.max(0.0)) + gained < (1.0 - ROOM) * speed(needed)
 }
 
-/// Returns ∫|a| dt [m/s] from every `every`-th sample to sample `last`, or a little more.
-pub(super) fn impulse_ahead(signal: &Signal, last: usize, every: usize) -> Vec<f64> {
-    let interval = signal.rate.interval().seconds();
-    // The chord of the magnitudes lies nowhere below the magnitude of the chord.
-    let chords = |samples: &[f64]| {
-        let all: f64 = samples.iter().map(|a| a.abs()).sum();
-        let ends = samples.first().zip(samples.last());
-        interval * (all - ends.map_or(0.0, |(first, last)| 0.5 * (first.abs() + last.abs())))
-    };
+/// Returns ∫|a| dt [m/s] from every `every`-th sample to sample `last`, or a little more: no polynomial has
+/// a larger mean magnitude than its Bernstein coefficients.
+pub(super) fn impulse_ahead<const K: usize>(
+    pieces: &Pieces<'_, K>,
+    last: usize,
+    every: usize,
+) -> Vec<f64> {
+    let each = pieces.signal.rate.interval().seconds() / K as f64;
     let mut ahead = vec![0.0; last / every + 1];
     let mut sum = 0.0;
     for (index, here) in ahead.iter_mut().enumerate().rev() {
         let first = index * every;
-        sum += chords(&signal.samples[first..=(first + every).min(last)]);
+        for interval in first..(first + every).min(last) {
+            let magnitudes: f64 = pieces.control(interval).iter().map(|b| b.abs()).sum();
+            sum += each * magnitudes;
+        }
         *here = sum;
     }
     ahead

@@ -255,6 +255,96 @@ impl<T: Real> Orders<T> {
         turned * (1.0 / 6.0) + further
     }
 
+    /// What the excitation's terms add beyond order 9 to angle and slope for each unit of order `m` of the
+    /// cosine, their product being of order 8 or more.
+    #[inline(always)]
+    fn weights<const K: usize>(b: &[T; K], m: usize) -> [T; 2] {
+        let zero = b[0].constant(0.0);
+        let (mut angle, mut slope) = (zero, zero);
+        for (k, term) in b.iter().enumerate() {
+            let n = m + k;
+            if n >= 8 {
+                let (once, twice) = (-1.0 / (n + 1) as f64, -1.0 / ((n + 1) * (n + 2)) as f64);
+                angle = term.fused(zero.constant(twice), angle);
+                slope = term.fused(zero.constant(once), slope);
+            }
+        }
+        [angle, slope]
+    }
+
+    /// Returns what the excitation's higher terms, the spring and the damper add beyond order 9 to angle and
+    /// slope by the orders 3 to 8 of the cosine, which are known, and a bound on the rest.
+    ///
+    /// Orders that only products with the excitation's terms fill need no further order of the angle: the
+    /// weights of the cosine's orders wait for nothing but the excitation.
+    #[inline(always)]
+    pub(super) fn beyond_nine<const K: usize>(
+        &self,
+        of: &StepCoefficients<T>,
+        b: &[T; K],
+    ) -> [T; 3] {
+        let Self { x, s, c, .. } = self;
+        // Order 8 of the cosine: by the products of the angle's orders that sum to 8, to second order.
+        let early = x[2].fused(x[6], x[3].fused(x[5], (x[4] * 0.5) * x[4]));
+        let pairs = x[1].fused(x[7], early);
+        let eighth = -s[0].fused(x[8], c[0] * pairs);
+        let own = of.stiffness * x[8];
+        let (mut angle, mut slope) = (own * (-1.0 / 90.0), own * (-1.0 / 9.0));
+        // Written out: a loop would put the orders into memory. What is ready last comes last.
+        let mut add = |m: usize, order: T| {
+            let [a, w] = Self::weights(b, m);
+            (angle, slope) = (order.fused(a, angle), order.fused(w, slope));
+        };
+        add(3, c[3]);
+        add(4, c[4]);
+        add(5, c[5]);
+        add(6, c[6]);
+        add(8, eighth);
+        add(7, c[7]);
+        let mut size = b[0].magnitude();
+        for term in &b[1..] {
+            size = size + term.magnitude();
+        }
+        let m = |n: usize| x[n].magnitude();
+        let products = m(2).fused(m(7), m(3).fused(m(6), m(4) * m(5)));
+        let after = (m(9) + self.next * m(8)) + (products + x[1] * x[1] * (m(7) + m(6)));
+        let own = (of.stiffness + of.damping * 10.0) * (m(9) + m(8) * 0.1);
+        let tail = size.fused(after, own + slope.magnitude() * of.damping) * (2.0 / 90.0);
+        [angle, slope, tail]
+    }
+
+    /// Returns the state at the end of the sample from the orders up to 9 and what is `beyond` them. Sine and
+    /// cosine turn by the sum of the early orders, as power series of it, and then by the small rest.
+    #[inline(always)]
+    pub(super) fn end_beyond_nine(&self, state: &LaneState<T>, beyond: [T; 3]) -> LaneState<T> {
+        let Self { x, w, .. } = self;
+        let one = x[0].constant(1.0);
+        let turn = (state.slope + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7]));
+        let late = (x[8] + x[9]) + beyond[0];
+        let square = turn * turn;
+        let fourth = square * square;
+        let sine = turn
+            * fourth.fused(
+                (square * (-1.0 / 5040.0)) + one.constant(1.0 / 120.0),
+                one - square * (1.0 / 6.0),
+            );
+        let versine = square
+            * fourth.fused(
+                one.constant(1.0 / 720.0),
+                one.constant(0.5) - square * (1.0 / 24.0),
+            );
+        let turned = (
+            state.sine + state.cosine.fused(sine, -state.sine * versine),
+            state.cosine - state.sine.fused(sine, state.cosine * versine),
+        );
+        LaneState {
+            angle: state.angle + (turn + late),
+            slope: state.slope + (beyond[1] + sum_of_nine(w)),
+            sine: late.fused(turned.1, turned.0),
+            cosine: (-late).fused(turned.0, turned.1),
+        }
+    }
+
     /// Returns about how much of sine and cosine is neglected after order 4.
     #[inline(always)]
     pub(super) fn tail_turned_of_six(&self) -> T {
@@ -279,6 +369,17 @@ impl<T: Real> Orders<T> {
     #[inline(always)]
     pub(super) fn tail_of_eleven(&self) -> T {
         self.last * self.next
+    }
+
+    /// Returns the same where the excitation has more than two terms: the next order by the cosine's known
+    /// ones comes on top.
+    #[inline(always)]
+    pub(super) fn tail_of_products<const K: usize>(&self, b: &[T; K]) -> T {
+        let mut next = b[1].magnitude() * self.c[9].magnitude();
+        for (k, term) in b.iter().enumerate().skip(2) {
+            next = term.magnitude().fused(self.c[10 - k].magnitude(), next);
+        }
+        self.last.fused(self.next, next * (2.0 / 132.0))
     }
 
     /// Returns the state at the end of the sample from the orders up to 6.

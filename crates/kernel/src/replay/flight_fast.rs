@@ -13,8 +13,7 @@ use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX};
 use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::sensitivity::Smooths;
 use super::taylor::Turned;
-use crate::numerics::lanes::Real;
-use crate::signal::Signal;
+use crate::signal::{Pieces, STRAIGHT, value};
 
 /// Steps whose error is carried along together.
 const TOGETHER: u32 = 16;
@@ -33,6 +32,8 @@ pub(super) struct FastFlight {
     gain: f64,
     /// Truncation let pass: absolute [rad], relative.
     tolerance: (f64, f64),
+    /// What is let pass counts in the angular velocity as well.
+    counts_slope: bool,
     /// Six orders are tried, which mostly suffice for refined samples; never where an error is
     /// stated, since what they leave out is an estimate.
     six: bool,
@@ -57,6 +58,7 @@ impl FastFlight {
             coefficients: StepCoefficients::scaled(kernel.free_branch(), interval)?,
             gain: sign * kernel.gain() * interval * interval,
             tolerance: kernel.truncation(),
+            counts_slope: kernel.counts_truncation(),
             six: !kernel.states_error() && kernel.truncation().1 >= PEAK_TRUNCATION,
         })
     }
@@ -64,28 +66,28 @@ impl FastFlight {
     /// Flies through the intervals between the samples of `signal` from `first` to `last` until
     /// one has an event; returns how many it has taken.
     #[inline(always)]
-    pub(super) fn fly(
+    pub(super) fn fly<const K: usize>(
         &self,
         kernel: &mut Kernel,
-        signal: &Signal,
+        pieces: &Pieces<'_, K>,
         first: usize,
         last: usize,
     ) -> usize {
         if !kernel.flies_free() {
             0
-        } else if self.six {
-            self.fly_by::<true>(kernel, signal, first, last)
+        } else if self.six && K == STRAIGHT {
+            self.fly_by::<true, K>(kernel, pieces, first, last)
         } else {
-            self.fly_by::<false>(kernel, signal, first, last)
+            self.fly_by::<false, K>(kernel, pieces, first, last)
         }
     }
 
     /// The same by steps that try six orders first, or do not.
     #[inline(always)]
-    fn fly_by<const SIX: bool>(
+    fn fly_by<const SIX: bool, const K: usize>(
         &self,
         kernel: &mut Kernel,
-        signal: &Signal,
+        pieces: &Pieces<'_, K>,
         first: usize,
         last: usize,
     ) -> usize {
@@ -101,27 +103,24 @@ impl FastFlight {
         let mut calm = Calm::of(kernel, self.interval);
         let mut gathered = Gathered::default();
         let mut orders = 0;
-        let mut excitation = self.gain * signal.samples[first];
-        for sample in &signal.samples[first + 1..=last] {
-            let next = self.gain * sample;
+        for index in first..last {
+            let piece = pieces.of(index);
+            let b = piece.scaled(self.gain, 0.0);
             let bounds = self
                 .coefficients
-                .bounds(&state, excitation.magnitude().upper(next.magnitude()));
+                .bounds(&state, piece.strongest(self.gain, 0.0));
             if calm.may_be_disturbed(&state, &bounds) {
                 break;
             }
-            let Some((after, tail, count)) =
-                self.step::<SIX>(&state, &bounds, &[excitation, next - excitation])
-            else {
+            let Some((after, tail, count)) = self.step::<SIX, K>(&state, &bounds, &b) else {
                 break;
             };
-            gathered.take(self, &state, &bounds, 0.5 * (excitation + next), tail);
+            gathered.take(self, &state, &bounds, value(&b, 0.5), tail);
             orders += count;
             state = after;
-            excitation = next;
             taken += 1;
             if kernel.recorder.trace.is_some() {
-                let time = signal.time_s(first + taken);
+                let time = pieces.signal.time_s(first + taken);
                 kernel
                     .recorder
                     .point(time, state.angle, state.slope / self.interval);
@@ -150,16 +149,16 @@ impl FastFlight {
 
     /// Takes one step over a whole sample: new state, neglected part [rad], orders.
     #[inline(always)]
-    fn step<const SIX: bool>(
+    fn step<const SIX: bool, const K: usize>(
         &self,
         state: &LaneState<f64>,
         bounds: &Bounds<f64>,
-        b: &[f64; 2],
+        b: &[f64; K],
     ) -> Option<(LaneState<f64>, f64, u64)> {
         let mut orders = self.coefficients.orders(state, bounds, b);
         let allowed = self.tolerance.0.max(self.tolerance.1 * orders.motion());
         if SIX {
-            let tail = orders.tail_of_six(b);
+            let tail = orders.tail_of_six(&[b[0], b[1]]);
             let turned = orders.tail_turned_of_six();
             if tail <= allowed && turned <= PEAK_TRUNCATION && bounds.turn <= TURN_MAX[0] {
                 return Some((orders.end_of_six(state), tail, 6));
@@ -167,12 +166,21 @@ impl FastFlight {
         }
         self.coefficients.up_to_eight(&mut orders, b);
         self.coefficients.up_to_nine(&mut orders, b);
-        let tail = orders.tail_of_nine();
+        let (nine, tail) = if K == STRAIGHT {
+            (orders.end_of_nine(state), orders.tail_of_nine())
+        } else {
+            let beyond = orders.beyond_nine(&self.coefficients, b);
+            (orders.end_beyond_nine(state, beyond), beyond[2])
+        };
         if tail <= allowed && bounds.turn <= TURN_MAX[2] {
-            return Some((orders.end_of_nine(state), tail, 9));
+            return Some((nine, tail, 9));
         }
         self.coefficients.up_to_eleven(&mut orders, b);
-        let tail = orders.tail_of_eleven();
+        let tail = if K == STRAIGHT {
+            orders.tail_of_eleven()
+        } else {
+            orders.tail_of_products(b)
+        };
         (tail <= allowed && bounds.turn <= TURN_MAX[3])
             .then(|| (orders.end_of_eleven(state), tail, 11))
     }
@@ -246,10 +254,9 @@ impl Gathered {
             angle_square: gathered.angle_square,
             velocity_square: gathered.slope_square / (of.interval * of.interval),
             truncation: gathered.truncation,
-            truncation_velocity: if of.tolerance.0 > 0.0 {
+            truncation_velocity: if of.counts_slope {
                 10.0 * gathered.truncation / of.interval
             } else {
-                // The last terms kept are below rounding, those cut off far below.
                 0.0
             },
         });

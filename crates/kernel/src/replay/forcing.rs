@@ -1,9 +1,15 @@
 //! The excitation over a stretch of smooth motion, as the kernel needs it.
 
+use crate::numerics::polynomial;
+use crate::signal::{CURVED, bend_at_most, slope, value};
+
 /// b = m L a/I0 over a stretch [rad/s²]; a local time [s] counts from the stretch's start.
 pub(super) trait Forcing {
     /// Whether its steps are so long that each one's error is carried along by itself.
     const LONG: bool;
+
+    /// Coefficients that a series under it has at least: fewer could look finished by a chance zero.
+    const COUNT_MIN: usize;
 
     /// Coefficients of b over a step.
     type Series: AsRef<[f64]> + AsMut<[f64]>;
@@ -34,23 +40,75 @@ pub(super) trait Forcing {
     fn falls_below(&self, level: f64, local: f64) -> Option<f64>;
 }
 
-/// A straight line between two samples.
+/// A polynomial between two samples, of `K` terms.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LinearForcing {
+pub(super) struct Polynomial<const K: usize> {
     /// Time of its start [s].
     pub(super) time: f64,
     /// Its length [s].
     pub(super) length: f64,
-    /// b at its start [rad/s²].
-    pub(super) excitation: f64,
-    /// Slope of b [rad/s³].
-    pub(super) slope: f64,
+    /// b = Σ c_n (τ/length)^n [rad/s²].
+    pub(super) terms: [f64; K],
 }
 
-impl Forcing for LinearForcing {
+impl<const K: usize> Polynomial<K> {
+    /// Returns the coefficients about another origin.
+    #[inline]
+    fn about(&self, part: f64) -> [f64; K] {
+        let mut c = self.terms;
+        for i in 0..K - 1 {
+            for j in (i..K - 1).rev() {
+                c[j] += part * c[j + 1];
+            }
+        }
+        c
+    }
+
+    /// Returns the first place from `from` on at which `level` + b falls below zero, b having more than
+    /// two terms.
+    fn falls_at(&self, level: f64, from: f64) -> Option<f64> {
+        /// Places at which it may touch zero, to rounding, before one is where it falls.
+        const TOUCHES: usize = 2 * CURVED;
+        /// As much further on, it is another place.
+        const BESIDE: f64 = 1e-7;
+        let mut from = from;
+        for _ in 0..TOUCHES {
+            let mut c = self.about(from);
+            c[0] += level;
+            if c[0] <= 0.0 && c[1] < 0.0 {
+                return Some(from);
+            }
+            let left = 1.0 - from;
+            let root = if left > 0.0 {
+                polynomial::first_fall(&c, left)
+            } else {
+                None
+            };
+            let Some(root) = root else {
+                // The end itself, which the search leaves out.
+                return (value(&c, left) < 0.0).then_some(1.0);
+            };
+            if slope(&self.terms, from + root) < 0.0 {
+                return Some((from + root).min(1.0));
+            }
+            from += root + BESIDE;
+            if from >= 1.0 {
+                return None;
+            }
+            if level + value(&self.terms, from) < 0.0 {
+                return Some(from);
+            }
+        }
+        None
+    }
+}
+
+impl<const K: usize> Forcing for Polynomial<K> {
     const LONG: bool = false;
 
-    type Series = [f64; 2];
+    const COUNT_MIN: usize = if K > 2 { 10 } else { 7 };
+
+    type Series = [f64; K];
 
     #[inline]
     fn time(&self) -> f64 {
@@ -69,26 +127,40 @@ impl Forcing for LinearForcing {
 
     #[inline]
     fn at(&self, local: f64) -> f64 {
-        self.excitation + self.slope * local
+        value(&self.terms, local / self.length)
     }
 
     #[inline]
-    fn slope_at(&self, _local: f64) -> f64 {
-        self.slope
+    fn slope_at(&self, local: f64) -> f64 {
+        slope(&self.terms, local / self.length) / self.length
     }
 
     #[inline]
     fn bend(&self) -> f64 {
-        0.0
+        bend_at_most(&self.terms) / (self.length * self.length)
     }
 
     #[inline]
-    fn series(&self, local: f64, step: f64) -> [f64; 2] {
-        [self.at(local), self.slope * step]
+    fn series(&self, local: f64, step: f64) -> [f64; K] {
+        if local == 0.0 && step == self.length {
+            return self.terms;
+        }
+        let mut c = self.about(local / self.length);
+        let part = step / self.length;
+        let mut power = 1.0;
+        for c in &mut c {
+            *c *= power;
+            power *= part;
+        }
+        c
     }
 
     #[inline]
     fn falls_below(&self, level: f64, local: f64) -> Option<f64> {
+        if K > 2 {
+            let place = self.falls_at(level, local / self.length)?;
+            return Some((place * self.length).clamp(local, self.length));
+        }
         let end = level + self.at(self.length);
         if end >= 0.0 {
             return None;
@@ -148,6 +220,8 @@ impl Sine {
 
 impl Forcing for Sine {
     const LONG: bool = true;
+
+    const COUNT_MIN: usize = 7;
 
     type Series = SineTerms;
 

@@ -101,14 +101,14 @@ impl pulp::WithSimd for HarmonicRun<'_> {
             kernel.advance_sine(&quarters.piece(index, self.end));
             index += 1;
         }
-        super::finish(
-            kernel,
-            self.end,
-            self.design,
-            self.options,
-            &Within::UNBOUNDED,
-            false,
-        )
+        let question = super::Question {
+            design: self.design,
+            options: self.options,
+            first: 0,
+            last: 0,
+            within: &Within::UNBOUNDED,
+        };
+        super::finish(kernel, self.end, &question, false)
     }
 }
 

@@ -1,13 +1,13 @@
 //! The event-driven kernel: flight, contact, dwell and chatter of one lever.
 //!
-//! Between two samples the excitation is linear and the motion smooth, so a short Taylor
+//! Between two samples the excitation is a polynomial and the motion smooth, so a short Taylor
 //! step carries the lever to the end of the sample or to the next event, whichever comes
-//! first. Nothing is tied to the sampling grid: a release is the root of a linear function,
-//! an impact the first root of the step's polynomial, a sequence of ever smaller bounces
-//! ends at its accumulation time.
+//! first. Nothing is tied to the sampling grid: a release is the first root of the excitation's
+//! polynomial, an impact that of the step's, a sequence of ever smaller bounces ends at its
+//! accumulation time.
 
 use super::breakdown::Breakdown;
-use super::forcing::{Forcing, LinearForcing, SINE_ORDER, Sine};
+use super::forcing::{Forcing, Polynomial, SINE_ORDER, Sine};
 use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
 use super::tangent::{Tangent, TangentStep};
@@ -17,6 +17,7 @@ use crate::model::design::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::numerics::polynomial;
+use crate::signal::STRAIGHT;
 
 /// Coefficients of a flight step. Twelve orders keep the truncation of a 0.1 ms step of a
 /// lever at 100 rad/s below 1e-17 rad.
@@ -37,6 +38,10 @@ const TRUNCATION: f64 = 1e-17;
 /// The same of a run whose error is not stated, since only its peak is asked for: as much as rounding
 /// does to it, by an estimate.
 pub(super) const PEAK_TRUNCATION: f64 = 1e-16;
+
+/// The same under a polynomial of more than two terms; what a run that states its error lets pass is a tenth
+/// of it and counts in the error.
+pub(super) const CURVED_TRUNCATION: f64 = 1e-14;
 
 /// A bounce this slow [rad/s] on a pressed lever is rest, whatever the series says.
 const SPEED_MIN: f64 = 1e-30;
@@ -232,6 +237,12 @@ impl Kernel {
         self.bounds_error
     }
 
+    /// Lets this part of the motion pass in a step, which the stated error counts.
+    pub(super) fn letting_pass(mut self, relative: f64) -> Self {
+        self.tolerance.relative = self.tolerance.relative.max(relative);
+        self
+    }
+
     /// Lets [`PEAK_TRUNCATION`] pass in a step.
     pub(super) fn for_peak(mut self) -> Self {
         self.tolerance.relative = PEAK_TRUNCATION;
@@ -266,6 +277,11 @@ impl Kernel {
     /// Returns the truncation that a step lets pass: absolute [rad] and relative.
     pub(super) fn truncation(&self) -> (f64, f64) {
         (self.tolerance.absolute, self.tolerance.relative)
+    }
+
+    /// Returns whether what is let pass counts in the angular velocity as well.
+    pub(super) fn counts_truncation(&self) -> bool {
+        self.tolerance.counts()
     }
 
     /// Puts a lever that flies free where it has got to [rad, rad/s], with sine and cosine.
@@ -333,21 +349,19 @@ impl Kernel {
         -self.free.pressing / self.gain
     }
 
-    /// Advances over one sample interval that starts at `time` and lasts `length` [s], with
-    /// the base acceleration going linearly from `from` to `to` [m/s², model sign].
-    pub(super) fn advance(&mut self, time: f64, length: f64, from: f64, to: f64) {
+    /// Advances over one sample interval that starts at `time` and lasts `length` [s], with the base
+    /// acceleration a polynomial of the part of it [m/s², model sign].
+    pub(super) fn advance<const K: usize>(&mut self, time: f64, length: f64, base: &[f64; K]) {
         // A lever on the face of its stop may leave it at once.
         let inside = self.phase == Phase::Contact && self.angle < 0.0;
         if inside && length > DAMPED_STEPS_MAX * self.contact.damped_step_max() {
             self.break_down(Breakdown::StopTooDamped);
             return;
         }
-        let excitation = self.gain * from;
-        self.pass::<_, FLIGHT_ORDER>(&LinearForcing {
+        self.pass::<_, FLIGHT_ORDER>(&Polynomial {
             time,
             length,
-            excitation,
-            slope: (self.gain * to - excitation) / length,
+            terms: base.map(|a| self.gain * a),
         });
     }
 
@@ -429,6 +443,10 @@ impl Kernel {
             .min(stretch.step_max());
         if self.angle <= 0.0 && self.velocity <= 0.0 {
             step = step.min(libm::cbrt(6.0 * FIRST_STEP_ANGLE / slope.abs()));
+            let bend = stretch.bend();
+            if !F::LONG && bend > 0.0 {
+                step = step.min((24.0 * FIRST_STEP_ANGLE / bend).sqrt().sqrt());
+            }
         }
         let pressed = self.free.pressing + stretch.at(local);
         if self.angle <= 0.0 && self.velocity > 0.0 && pressed > 0.0 {
@@ -450,7 +468,8 @@ impl Kernel {
         if start.lifting {
             excitation.as_mut()[0] = -self.free.pressing;
         }
-        let series = TaylorSeries::<N>::new(&self.free, &start, step, &excitation, &self.tolerance);
+        let excitation = (&excitation, F::COUNT_MIN);
+        let series = TaylorSeries::<N>::new(&self.free, &start, step, excitation, &self.tolerance);
         let reach = series.valid_part();
         if reach.is_nan() || reach <= 0.0 {
             return self.give_up(stretch);
@@ -560,14 +579,15 @@ impl Kernel {
                     + branch.stiffness * start.angle.abs().max(angle.abs())
                     + if start.lifting {
                         // The instant of release is rounded, and the torque grows from it.
-                        stretch.slope_at(local).abs() * elapsed
+                        let time = local + elapsed;
+                        (stretch.slope_at(local).abs() + 0.5 * stretch.bend() * time) * time
                     } else {
                         0.0
                     },
                 angle: start.angle.abs() + series.slope().abs() + series.curved.angle,
                 velocity: (series.slope().abs() + series.curved.slope) * per_second,
                 truncation,
-                truncation_velocity: if self.tolerance.absolute > 0.0 {
+                truncation_velocity: if self.tolerance.counts() {
                     truncation * series.tail_order() * per_second / part.max(f64::MIN_POSITIVE)
                 } else {
                     // The last terms kept are below rounding, those cut off far below.
@@ -801,7 +821,7 @@ impl Kernel {
             &self.contact,
             &start,
             step,
-            &stretch.series(local, step),
+            (&stretch.series(local, step), F::COUNT_MIN),
             &self.tolerance,
         );
         let reach = series.valid_part();
@@ -884,7 +904,7 @@ impl Kernel {
             if self.phase == Phase::Dwell || self.cannot_rise_above(self.recorder.highest()) {
                 return Some(self.recorder.peak);
             }
-            self.advance(now, STRETCH, 0.0, 0.0);
+            self.advance(now, STRETCH, &[0.0; STRAIGHT]);
             now += STRETCH;
             if self.stuck || within.ends(self.work.steps, &mut looked) {
                 return None;

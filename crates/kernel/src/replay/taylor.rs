@@ -5,6 +5,7 @@
 //! The recurrence follows from eq. (2.1)/(2.2) with a(τ) linear, and from
 //! (cos u)' = −u' sin u, (sin u)' = u' cos u.
 
+use super::kernel::PEAK_TRUNCATION;
 use crate::numerics::polynomial;
 
 /// Right-hand side of eq. (2.1) or (2.2) divided by the moment of inertia:
@@ -137,14 +138,17 @@ pub(super) struct Curved {
 /// follow, close enough for its terms to stay finite.
 const STEP_MAX: f64 = 4.0;
 
-/// Coefficients that every series has: fewer could look finished by a chance zero.
-const COUNT_MIN: usize = 7;
-
-/// The same from rest: without spring and damper, the orders 4 to 7 of a lever that lifts off
+/// Coefficients that a series has at least from rest: without spring and damper, the orders 4 to 7 of a lever that lifts off
 /// under a ramp are zero, and what the cosine adds comes with order 8.
 const COUNT_MIN_FROM_REST: usize = 11;
 
 impl Tolerance {
+    /// Tells whether so much may pass that the angular velocity's share has to be stated as well: below,
+    /// the last terms kept are below rounding and those cut off far below.
+    pub(super) fn counts(&self) -> bool {
+        self.absolute > 0.0 || self.relative > PEAK_TRUNCATION
+    }
+
     #[inline]
     fn of(&self, size: f64) -> f64 {
         self.absolute.max(self.relative * size)
@@ -219,13 +223,13 @@ impl<const N: usize> Recurrence<'_, N> {
 impl<const N: usize> TaylorSeries<N> {
     /// Computes the coefficients for a step of `step` [s]: until two in a row fall below the
     /// tolerance together, or N of them. `excitation` is b = m L a/I0 [rad/s²] over the step in
-    /// powers of σ.
+    /// powers of σ, with [`Forcing::COUNT_MIN`](super::forcing::Forcing::COUNT_MIN).
     #[inline]
     pub(super) fn new(
         branch: &Branch,
         start: &Start,
         step: f64,
-        excitation: &impl AsRef<[f64]>,
+        (excitation, count_min): (&impl AsRef<[f64]>, usize),
         tolerance: &Tolerance,
     ) -> Self {
         const { assert!(N >= 13, "the orders below are written out to the tenth") };
@@ -248,7 +252,7 @@ impl<const N: usize> TaylorSeries<N> {
             count: 3,
             count_min: match x0 == 0.0 && x1 == 0.0 {
                 true => COUNT_MIN_FROM_REST,
-                false => COUNT_MIN,
+                false => count_min,
             },
             size: x0.abs() + x1.abs() + x2.abs(),
             stiffness,

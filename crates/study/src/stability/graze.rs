@@ -121,12 +121,7 @@ fn before_touch(design: &Design, signal: &Signal) -> (f64, f64) {
     const STEPS: u32 = 4;
     let motion = Backwards {
         design,
-        excitation: Sampled {
-            start_s: signal.start_s,
-            rate_hz: signal.rate.hertz(),
-            samples: &signal.samples,
-            sign: 1.0,
-        },
+        excitation: Sampled::straight(signal, 1.0),
         touch_s: signal.time_s(TOUCH as usize),
     };
     let step = 1.0 / (RATE_HZ * f64::from(STEPS));
