@@ -25,10 +25,12 @@ use latchgate_kernel::replay::{self, Method, RunOptions, Section, Strobe};
 use latchgate_kernel::replay::{batch, strobe_batch};
 use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
 use latchgate_recording::{Limits, ReadOptions, Recording, Selection, Source};
+use latchgate_verdict::conditioning::between::{self, Between};
 use latchgate_verdict::conditioning::{
-    self, Cfc, ConditioningOptions, FilterStandard, Signal, cfc::CfcFilter, resample,
+    self, Cfc, ConditioningOptions, FilterStandard, Signal, cfc::CfcFilter,
 };
 use latchgate_verdict::{AssessExtras, ModelChoice, Polarity, Policy, assess};
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 fn main() {
@@ -219,13 +221,13 @@ fn cfc_1000(bencher: Bencher<'_, '_>, standard: FilterStandard) {
         .bench(|| filter.apply(black_box(&signal)).unwrap());
 }
 
-/// Band-limited fourfold of the samples.
+/// Derivatives of the samples within their band.
 #[divan::bench]
-fn fourfold(bencher: Bencher<'_, '_>) {
+fn band_limited(bencher: Bencher<'_, '_>) {
     let signal = scenes::recording(1.0);
     bencher
         .counter(ItemsCount::new(signal.samples.len()))
-        .bench(|| resample::upsample_fourfold(black_box(&signal)));
+        .bench(|| between::read(Cow::Borrowed(black_box(&signal)), Between::BandLimited).unwrap());
 }
 
 /// The recording `times` times over as a CSV file of two columns.

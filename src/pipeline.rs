@@ -71,7 +71,7 @@ pub use latchgate_recording::csv::TableMapping;
 pub use latchgate_recording::error::{Error, ErrorKind};
 pub use latchgate_recording::setting::Setting;
 pub use latchgate_recording::{Card, Finding, Limits, Severity, Source, read_within};
-pub use latchgate_verdict::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
+pub use latchgate_verdict::conditioning::{Between, BiasWindow, Cfc, FilterChoice, FilterStandard};
 pub use latchgate_verdict::decision::PASS_SHARE_MAX;
 pub use latchgate_verdict::{Answer, Evidence, ModelChoice, Reason};
 pub use margin::{MarginOutcome, margin};

@@ -17,7 +17,7 @@ use latchgate_recording::card::{AcceptedWord, CardPolarity};
 use latchgate_recording::error::Error;
 use latchgate_recording::setting::Setting;
 use latchgate_recording::{Limits, Source};
-use latchgate_verdict::conditioning::{BiasWindow, FilterChoice, FilterStandard};
+use latchgate_verdict::conditioning::{Between, BiasWindow, FilterChoice, FilterStandard};
 use latchgate_verdict::ensemble::MEMBERS_MAX;
 use latchgate_verdict::margin::{MapAxis, MapRequest};
 use std::collections::{BTreeMap, BTreeSet};
@@ -230,6 +230,10 @@ pub struct ReplayArguments {
     /// Filter constant and end treatment
     #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::FilterStandard), hide_possible_values = true, value_parser = ValueWords::of(Setting::FilterStandard, FilterStandard::from_word), default_value = "iso6487")]
     pub filter_standard: FilterStandard,
+    /// How the acceleration runs between samples: within their band, or by straight lines, which suit
+    /// pulses made with corners
+    #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::Between), hide_possible_values = true, value_parser = ValueWords::of(Setting::Between, Between::from_word), default_value = "band-limited")]
+    pub between: Between,
     /// Rate fed to the model [Hz], or native
     #[arg(help_heading = "Signal", long, value_name = "HZ|native", hide_possible_values = true, value_parser = ValueWords::of(Setting::Resample, parse_resample), default_value = "native", allow_hyphen_values = true)]
     pub resample: Resample,
@@ -293,6 +297,7 @@ impl ReplayArguments {
             bias: self.bias.unwrap_or(BiasWindow::PreEvent),
             filter: self.filter.unwrap_or(FilterChoice::Default),
             filter_standard: self.filter_standard,
+            between: self.between,
             resample_hz: match self.resample {
                 Resample::Native => None,
                 Resample::Hertz(hertz) => Some(hertz),

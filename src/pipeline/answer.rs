@@ -11,7 +11,7 @@ use latchgate_verdict::conditioning::{self, Conditioned, cfc};
 use latchgate_verdict::margin::PreloadAnswer;
 use latchgate_verdict::{
     Answer, Assessment, DECISION_RULE, ErrorBudget, NOMINAL_DECISION_RULE, Polarity, Reason,
-    Screens, screen, wording,
+    Screens, wording,
 };
 use std::collections::BTreeMap;
 
@@ -88,6 +88,8 @@ impl RecordingFacts {
                 .filter
                 .map(|_| cfc::end_treatment(conditioned.filter_standard).into()),
             resample_hz: conditioned.resample_hz,
+            between: self.request.between,
+            noise_m_s2: conditioned.noise.deviation_m_s2,
             peak_g: peak.map(|(peak, _)| peak.abs() / STANDARD_GRAVITY),
             peak_time_s: peak.map(|(_, time)| time),
             range_g: self.card.range_g,
@@ -139,15 +141,10 @@ pub(super) fn answered(
         answers: assessment.answers,
         ensemble: assessment.ensemble,
         ensembles: assessment.ensembles,
-        ladder: Some(assessment.ladder),
         preload_answer,
         what_if: assessment.what_if,
         filters: assessment.filters,
         error_budget_rad: assessment.budget,
-        screens: Screens {
-            runs: assessment.screens,
-            ..empty.screens
-        },
         findings: facts.findings_with(assessment.findings),
         ..empty
     }
@@ -204,11 +201,10 @@ fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Des
         answers: Vec::new(),
         ensemble: None,
         ensembles: Vec::new(),
-        ladder: None,
         preload_answer: None,
         what_if: Vec::new(),
         error_budget_rad: ErrorBudget::default(),
-        screens: screen::screens(design, conditioned.map(|conditioned| &conditioned.used)),
+        screens: Screens::of(design, conditioned.map(|conditioned| &conditioned.used)),
         filters: Vec::new(),
         findings: Vec::new(),
         recording: facts.recording.clone(),

@@ -43,6 +43,13 @@ fn departures(request: &Request, design: &Design) -> Vec<Departure> {
         request.filter_standard = Request::default().filter_standard;
     });
     note(
+        request.between != default.between,
+        of(Setting::Between),
+        |request, _| {
+            request.between = Request::default().between;
+        },
+    );
+    note(
         request.resample_hz.is_some(),
         of(Setting::Resample),
         |request, _| {

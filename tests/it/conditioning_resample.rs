@@ -1,11 +1,12 @@
-//! Guards resampling: what must stay, what must vanish, and the fourfold grid.
+//! Guards resampling: what must stay, and what must vanish.
 
-use crate::support::Random;
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::SampleRate;
 use latchgate_recording::error::ErrorKind;
-use latchgate_verdict::conditioning::resample::{near_nyquist, resample, upsample_fourfold};
+use latchgate_verdict::conditioning::between::{self, Between};
+use latchgate_verdict::conditioning::resample::{near_nyquist, resample};
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 fn rate(hertz: f64) -> SampleRate {
@@ -172,43 +173,9 @@ fn verif_short_records_are_resampled_without_panic() {
                 )),
             }
         }
-        let fourfold = upsample_fourfold(&signal);
-        assert_eq!(
-            fourfold.samples.len(),
-            (4 * count).saturating_sub(3).max(count)
-        );
-        assert!(fourfold.samples.iter().all(|value| value.is_finite()));
-    }
-}
-
-#[test]
-fn val_fourfold_samples_follow_the_tone() {
-    for part in [0.02, 0.2, 0.5, 0.7] {
-        let frequency_hz = part * 5_000.0;
-        let made = upsample_fourfold(&tone(10_000.0, frequency_hz, 2_000));
-        assert_eq!(made.rate.hertz(), 40_000.0);
-        let worst = deviation(&made, frequency_hz, 0.004);
-        assert!(worst < 1e-4, "{frequency_hz} Hz is off by {worst:e} of 100");
-    }
-}
-
-#[test]
-fn prop_every_fourth_sample_is_the_original() {
-    for seed in 1..=20 {
-        println!("seed {seed}");
-        let mut random = Random::new(seed);
-        let count = 2 + (random.next() % 300) as usize;
-        let signal = Signal {
-            start_s: 0.25,
-            rate: rate(random.between(300.0, 1e5)),
-            samples: (0..count).map(|_| random.between(-1e3, 1e3)).collect(),
-        };
-        let made = upsample_fourfold(&signal);
-        assert_eq!(made.samples.len(), 4 * count - 3);
-        for (index, value) in signal.samples.iter().enumerate() {
-            assert_eq!(made.samples[4 * index].to_bits(), value.to_bits());
-        }
-        assert!((made.end_s() - signal.end_s()).abs() < 1e-12);
+        let reading = between::read(Cow::Borrowed(&signal), Between::BandLimited).unwrap();
+        let of_each = (0..count.saturating_sub(1)).map(|index| reading.at(index, 0.5));
+        assert!(of_each.into_iter().all(|value| value.unwrap().is_finite()));
     }
 }
 

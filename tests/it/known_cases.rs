@@ -449,7 +449,14 @@ fn cli_angles_beyond_the_geometry_are_told() {
     for (stop, peak) in [("rigid", 5.535_94), ("soft", 5.535_57)] {
         let verdict = check_verdict(
             &path,
-            &["--opens-when", "negative", "--model", stop],
+            &[
+                "--opens-when",
+                "negative",
+                "--model",
+                stop,
+                "--between",
+                "linear",
+            ],
             1,
             "beyond-geometry",
         );

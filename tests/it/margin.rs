@@ -11,7 +11,7 @@ use latchgate_kernel::replay::{self, RunOptions};
 use latchgate_kernel::units::{OpensWhen, Restitution, STANDARD_GRAVITY};
 use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
-use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Signal};
+use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Noise, Signal};
 use latchgate_verdict::margin::quantity::{SearchRange, applied};
 use latchgate_verdict::margin::search::{Edge, Excess, Probe, changes};
 use latchgate_verdict::margin::{
@@ -31,6 +31,7 @@ fn conditioned(signal: Signal) -> Conditioned {
         bias_standard_error_m_s2: 0.0,
         bias_samples: 0,
         bias_window_s: None,
+        noise: Noise::default(),
         filter: None,
         filter_standard: FilterStandard::Iso6487,
         resample_hz: None,

@@ -4,8 +4,10 @@ use crate::support::{columns, json, number};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::{self, RunOptions};
-use latchgate_kernel::signal::Signal;
+use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_verdict::conditioning::between::{self, Between};
+use std::borrow::Cow;
 
 fn stop(name: &str) -> StopModel {
     if name == "rigid" {
@@ -30,6 +32,13 @@ const SHOCK: Bar = Bar {
     velocity: 5e-12,
 };
 
+/// The same within the samples' band.
+const SMOOTH_SHOCK: Bar = Bar {
+    angle: 2e-12,
+    time: 1e-13,
+    velocity: 5e-11,
+};
+
 /// Of a well-conditioned real channel.
 const CHANNEL: Bar = Bar {
     angle: 1e-11,
@@ -49,16 +58,35 @@ fn check_close(what: &str, got: f64, want: f64, tolerance: f64) {
 /// Event-driven replay of every reference shock: release, crossing, peak and impacts.
 #[test]
 fn val_shocks_agree_with_quad_precision() {
-    let cases = json("reference/shocks.json");
+    check_shocks(&json("reference/shocks.json"), Between::Linear, &SHOCK);
+    check_shocks(
+        &json("reference/between.json"),
+        Between::BandLimited,
+        &SMOOTH_SHOCK,
+    );
+}
+
+fn read(signal: &Signal, between: Between) -> Reading<'_> {
+    between::read(Cow::Borrowed(signal), between).unwrap()
+}
+
+#[track_caller]
+fn check_shocks(cases: &serde_json::Value, between: Between, bar: &Bar) {
+    let mut checked = 0;
     for (name, case) in cases["cases"].as_object().unwrap() {
-        let rows = columns(&format!("reference/{}", case["signal"].as_str().unwrap()));
+        let Some(file) = case["signal"].as_str() else {
+            continue;
+        };
+        checked += 1;
+        let rows = columns(&format!("reference/{file}"));
         let signal = Signal {
             start_s: 0.0,
             rate: SampleRate::from_hertz(case["fs"].as_f64().unwrap()).unwrap(),
             samples: rows.iter().map(|row| row.1).collect(),
         };
         let options = RunOptions::new(stop(case["model"].as_str().unwrap()), OpensWhen::Negative);
-        let run = replay::run(&signal, &Design::reference(), &options)
+        let reading = read(&signal, between);
+        let run = replay::run(&reading, &Design::reference(), &options)
             .unwrap()
             .run;
         let error = (run.peak_angle_rad - number(&case["peak"])).abs();
@@ -66,14 +94,14 @@ fn val_shocks_agree_with_quad_precision() {
             "{name}: peak error {error:.1e} stated {:.1e} impacts {} of {} work {:?}",
             run.numerical_error_rad, run.impacts, case["n_impacts_gt_1e_3"], run.work
         );
-        check_close(name, run.peak_angle_rad, number(&case["peak"]), SHOCK.angle);
+        check_close(name, run.peak_angle_rad, number(&case["peak"]), bar.angle);
         for (what, got, want) in [
             ("peak", Some(run.peak_time_s), &case["t_peak"]),
             ("release", run.first_release_s, &case["first_release"]),
             ("crossing", run.first_crossing_s, &case["first_crossing"][0]),
         ] {
             let what = format!("{name}: instant of the {what}");
-            check_close(&what, got.unwrap(), number(want), SHOCK.time);
+            check_close(&what, got.unwrap(), number(want), bar.time);
         }
         assert!(
             error <= run.numerical_error_rad,
@@ -91,19 +119,35 @@ fn val_shocks_agree_with_quad_precision() {
             .zip(case["impacts"].as_array().unwrap())
             .take(10)
         {
-            check_close(name, got[0], number(&want[0]), SHOCK.time);
-            check_close(name, got[1], number(&want[1]), SHOCK.velocity);
+            check_close(name, got[0], number(&want[0]), bar.time);
+            check_close(name, got[1], number(&want[1]), bar.velocity);
         }
     }
+    assert_eq!(checked, 32);
 }
 
 /// Event-driven replay of the real channels: where double precision can follow, it agrees;
 /// where it cannot, the stated error covers the true one.
 #[test]
 fn val_real_channels_agree_with_quad_precision() {
-    let cases = json("reference/nhtsa.json");
+    check_channels(&json("reference/nhtsa.json"), Between::Linear);
+    check_channels(&json("reference/between.json"), Between::BandLimited);
+}
+
+#[track_caller]
+fn check_channels(cases: &serde_json::Value, between: Between) {
+    let mut checked = 0;
+    // On curves a step lets 1e-15 of its motion pass, which the stated error counts.
+    let (times, least) = match between {
+        Between::Linear => (200.0, 1e-12),
+        Between::BandLimited => (2000.0, 1e-10),
+    };
     for (name, case) in cases["cases"].as_object().unwrap() {
-        let rows = columns(case["file"].as_str().unwrap());
+        let Some(file) = case["file"].as_str() else {
+            continue;
+        };
+        checked += 1;
+        let rows = columns(file);
         let signal = Signal {
             start_s: rows[0].0,
             rate: SampleRate::from_hertz(12500.0).unwrap(),
@@ -115,7 +159,8 @@ fn val_real_channels_agree_with_quad_precision() {
             OpensWhen::Positive
         };
         let options = RunOptions::new(stop(case["model"].as_str().unwrap()), opens_when);
-        let run = replay::run(&signal, &Design::reference(), &options)
+        let reading = read(&signal, between);
+        let run = replay::run(&reading, &Design::reference(), &options)
             .unwrap()
             .run;
         let peak = number(&case["peak_angle_rad"]);
@@ -131,7 +176,7 @@ fn val_real_channels_agree_with_quad_precision() {
             run.numerical_error_rad
         );
         assert!(
-            run.numerical_error_rad <= (200.0 * rounding).max(1e-12),
+            run.numerical_error_rad <= (times * rounding).max(least),
             "{name}: stated {:e}",
             run.numerical_error_rad
         );
@@ -170,4 +215,5 @@ fn val_real_channels_agree_with_quad_precision() {
             check_close(name, got[1], number(&want[1]), CHANNEL.velocity);
         }
     }
+    assert_eq!(checked, 12);
 }

@@ -6,8 +6,9 @@ use crate::support::{Random, options, random_design, random_signal, replay};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::{RunOptions, RunOutcome};
+use latchgate_kernel::signal::Reading;
 use latchgate_kernel::units::OpensWhen;
-use latchgate_verdict::conditioning::{Signal, resample};
+use latchgate_verdict::conditioning::Signal;
 
 /// Cases more in release mode, where they cost less.
 const MORE: u64 = if cfg!(debug_assertions) { 1 } else { 10 };
@@ -111,7 +112,8 @@ fn prop_a_run_for_its_peak_alone_has_the_peak() {
         let mut random = Random(seed);
         let design = random_design(&mut random);
         let signal = random_signal(&mut random, 60, 1.0, 1e4);
-        let signal = resample::upsample_again(&resample::upsample_fourfold(&signal));
+        // Refined, where six orders mostly suffice.
+        let signal = Reading::from(&signal).divided(16).signal().clone();
         for stop in [StopModel::Rigid, StopModel::Soft] {
             let options = options(stop);
             let stated = replay(&signal, &design, &options);
@@ -187,14 +189,6 @@ fn errors_of(
 /// orders of magnitude in the middle.
 #[track_caller]
 fn check_coverage(what: &str, errors: &[Errors]) {
-    let median = check_covered(what, errors);
-    assert!(median < 100.0, "{what}: median {median}");
-}
-
-/// The stated error covers the true one in 99.9 % of cases. Returns by what factor it exceeds it in the
-/// middle.
-#[track_caller]
-fn check_covered(what: &str, errors: &[Errors]) -> f64 {
     let bad: Vec<&Errors> = errors.iter().filter(|e| e.truth > e.stated).collect();
     let mut ratios: Vec<f64> = errors
         .iter()
@@ -216,8 +210,10 @@ fn check_covered(what: &str, errors: &[Errors]) -> f64 {
             e.label, e.truth, e.stated, e.value
         );
     }
-    assert!(bad.len() * 1000 <= errors.len(), "{what}: {}", bad.len());
-    median
+    // Of fewer than a thousand cases one may be the one.
+    let most = errors.len().div_ceil(1000);
+    assert!(bad.len() <= most, "{what}: {}", bad.len());
+    assert!(median < 100.0, "{what}: median {median}");
 }
 
 /// Random levers and records from a base seed on, both stops; `started` gives the lever a
@@ -263,62 +259,6 @@ fn prop_stated_error_covers_the_true_one_far_beyond_critical_damping() {
         }
     }
     check_both("far beyond critical damping", &errors);
-}
-
-/// The same of stops whose whole samples are taken at once, up to eight thousand time constants long, with levers
-/// that are thrown into them. Such a sample is more exact than what is stated of its rounding.
-#[test]
-fn prop_stated_error_covers_the_true_one_in_overdamped_samples() {
-    let mut errors = [vec![], vec![]];
-    let mut at_pace = 0;
-    for seed in 6_000_000..6_000_000 + 60 * MORE {
-        let mut random = Random(seed);
-        let mut design = random_design(&mut random);
-        let signal = random_signal(&mut random, 80, 5.0, 3e3);
-        let rate = signal.rate.hertz();
-        let (inertia, radius) = (design.lever.moment_of_inertia_kg_m2, design.stop.radius_m);
-        // A third near the critical damping.
-        let critical = seed % 3 == 0;
-        let exponents = if critical { (0.0, 0.3) } else { (-1.69, 0.3) };
-        let turned = 10.0_f64.powf(random.between(exponents.0, exponents.1)) * rate;
-        design.stop.stiffness_n_per_m = turned * turned * inertia / (radius * radius);
-        let a_sample = if critical {
-            2.0 * turned * random.between(1.0, 1.2)
-        } else {
-            // Up to the most that whole samples are taken for; rarely, since the truth takes long there.
-            let largest = if seed % 20 == 1 { 3.9 } else { 3.0 };
-            10.0_f64.powf(random.between(0.31, largest)) * rate
-        };
-        design.stop.damping_n_s_per_m = a_sample * inertia / (radius * radius);
-        let thrown = (seed % 2 == 1).then(|| (0.0, random.between(-20.0, 0.0)));
-        let label = format!("seed {seed}");
-        let found = errors_of(&label, &signal, &design, StopModel::Soft, thrown);
-        for (errors, found) in errors.iter_mut().zip(found) {
-            errors.push(found);
-        }
-        // Pressed into the stop, and not as deep as in some of these, it takes a step a sample, however
-        // damped that is, but for the first: it never comes back to where it rested.
-        let held = Signal {
-            samples: signal
-                .samples
-                .iter()
-                .map(|a| 50.0 + a.abs())
-                .collect::<Vec<_>>()
-                .repeat(10),
-            ..signal
-        };
-        let options = RunOptions::new(StopModel::Soft, OpensWhen::Negative);
-        let steps = replay(&held, &design, &options).run.work.steps as f64;
-        let most = 2.0 * held.samples.len() as f64 + 3.0 * a_sample / rate;
-        at_pace += usize::from(steps < most);
-    }
-    println!("{at_pace} of {} at a step a sample", errors[0].len());
-    assert!(10 * at_pace > 9 * errors[0].len(), "{at_pace}");
-    for (what, errors) in ["peak", "end"].iter().zip(&errors) {
-        let what = format!("overdamped samples, {what}");
-        let median = check_covered(&what, errors);
-        assert!(median < 200.0, "{what}: median {median}");
-    }
 }
 
 #[test]

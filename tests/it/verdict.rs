@@ -12,14 +12,17 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::{self, Method, RunOptions, RunOutcome};
+use latchgate_kernel::signal::Reading;
 use latchgate_kernel::units::{AccelerationUnit, OpensWhen, SampleRate};
 use latchgate_recording::error::Error;
 use latchgate_recording::{Channel, Finding};
 use latchgate_verdict::conditioning::{
-    self, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, Signal, resample,
+    self, Between, BiasWindow, Conditioned, ConditioningOptions, FilterChoice, Noise, Signal,
+    between,
 };
 use latchgate_verdict::decision::{VariantRun, unanimous, worse};
 use latchgate_verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy};
+use std::borrow::Cow;
 
 use crate::support::{half_sine, weak};
 
@@ -108,52 +111,50 @@ fn judge(signal: &Signal, findings: &[Finding], design: &Design, options: &Polic
     assess(&as_recorded(signal.clone()), findings, design, options).unwrap()
 }
 
+fn read(signal: &Signal) -> Reading<'_> {
+    between::read(Cow::Borrowed(signal), Between::BandLimited).unwrap()
+}
+
 /// A run made without the verdict's help.
 fn explicit(signal: &Signal, stop: StopModel, sign: OpensWhen) -> RunOutcome {
-    replay::run(signal, &Design::reference(), &RunOptions::new(stop, sign)).unwrap()
+    let options = RunOptions::new(stop, sign);
+    replay::run(read(signal), &Design::reference(), &options).unwrap()
 }
 
 /// The peak of a run of which nothing else is asked, as runs for a comparison are made.
-fn peak_alone(signal: &Signal, stop: StopModel, sign: OpensWhen) -> f64 {
+fn peak_alone(reading: &Reading<'_>, stop: StopModel, sign: OpensWhen) -> f64 {
     let options = RunOptions {
         error_bound: false,
         peak_only: true,
         ..RunOptions::new(stop, sign)
     };
-    let outcome = replay::run(signal, &Design::reference(), &options).unwrap();
+    let outcome = replay::run(reading, &Design::reference(), &options).unwrap();
     outcome.run.peak_angle_rad
 }
 
-/// Peak and U of a lever that is at rest at the end, from two explicit runs.
+/// Peak and U of a lever that is at rest at the end, from explicit runs; the recording has no noise.
 fn peak_and_uncertainty(signal: &Signal, stop: StopModel) -> (f64, f64) {
     let own = explicit(signal, stop, OpensWhen::Negative).run;
     assert_eq!(own.coast_peak_angle_rad, None);
-    let peak = |signal: &Signal| peak_alone(signal, stop, OpensWhen::Negative);
+    let peak = |reading: &Reading<'_>| peak_alone(reading, stop, OpensWhen::Negative);
     let interpolation = interpolation_rad(&as_recorded(signal.clone()), own.peak_angle_rad, peak);
     (own.peak_angle_rad, own.numerical_error_rad + interpolation)
 }
 
-/// What the budget states of a regular motion: the change by the fourfold, what the
-/// fourfold changes the twofold, and what corners and jumps between samples may do.
-fn interpolation_rad(conditioned: &Conditioned, own: f64, peak: impl Fn(&Signal) -> f64) -> f64 {
-    let signal = &conditioned.used;
-    let fourfold = resample::upsample_fourfold(signal);
-    let twofold = Signal {
-        rate: SampleRate::from_hertz(2.0 * signal.rate.hertz()).unwrap(),
-        samples: fourfold.samples.iter().copied().step_by(2).collect(),
-        ..*signal
-    };
-    let trace = conditioning::corner_trace(conditioned, conditioned.filter).unwrap();
+/// What the budget states where the course of impacts is the same on all readings: the change to the cubic,
+/// and what corners and jumps between samples may do.
+fn interpolation_rad(
+    conditioned: &Conditioned,
+    own: f64,
+    peak: impl Fn(&Reading<'_>) -> f64,
+) -> f64 {
+    let quintic = read(&conditioned.used);
+    let trace = conditioning::corner_trace(conditioned).unwrap();
     let corners = [1.0, -1.0, 2.0, -2.0].map(|times| {
-        let mut moved = signal.clone();
-        for (a, trace) in moved.samples.iter_mut().zip(&trace.samples) {
-            *a += times * trace;
-        }
+        let moved = quintic.plus(times, &read(&trace));
         (peak(&moved) - own).abs()
     });
-    (peak(&fourfold) - own).abs()
-        + (peak(&fourfold) - peak(&twofold)).abs()
-        + corners.into_iter().fold(0.0, f64::max)
+    (peak(&quintic.cubic()) - own).abs() + corners.into_iter().fold(0.0, f64::max)
 }
 
 #[track_caller]
@@ -173,6 +174,93 @@ fn check_answer(assessment: &Assessment, answer: Answer, codes: &[&str]) {
             !reason.text.contains("NaN") && !reason.text.contains("inf "),
             "{}",
             reason.text
+        );
+    }
+}
+
+/// Where twice the noise's standard deviation alone spans the limit, it is named with its cure.
+#[test]
+fn verif_noise_that_decides_is_named() {
+    let quiet = as_recorded(samples(weak));
+    let own = options(RIGID, NEGATIVE);
+    let peak = assess(&quiet, &[], &with_certain_bias(0.1), &own)
+        .unwrap()
+        .nominal
+        .peak_angle_rad;
+    let design = with_certain_bias(peak * 1.05);
+    assert_eq!(
+        assess(&quiet, &[], &design, &own).unwrap().answer,
+        Answer::Pass
+    );
+    for (step_m_s2, words) in [
+        (
+            0.0,
+            [
+                "The noise of the samples, 0.31 g, decides",
+                "a quieter channel",
+            ],
+        ),
+        (
+            10.4,
+            ["The recorder's step of 1.1 g decides", "a finer recorder"],
+        ),
+    ] {
+        let noisy = Conditioned {
+            noise: Noise {
+                deviation_m_s2: 3.0,
+                step_m_s2,
+            },
+            ..quiet.clone()
+        };
+        let found = assess(&noisy, &[], &design, &own).unwrap();
+        assert_eq!(found.answer, Answer::Undecided, "{:?}", found.budget);
+        assert_eq!(found.why[0].code, "noise-decides");
+        for word in words {
+            assert!(found.why[0].text.contains(word), "{}", found.why[0].text);
+        }
+        assert_eq!(found.budget.noise, found.answers[0].noise_rad);
+    }
+}
+
+/// To first order as by draws: the standard deviation of the peak is that of many noisy recordings, within a
+/// factor of two.
+#[test]
+fn val_the_noise_carried_along_is_that_of_noisy_recordings() {
+    let quiet = samples(|t| half_sine(t, 0.0, 0.012, -9.0) + half_sine(t, 0.02, 0.01, 6.0));
+    for (model, stop) in [
+        (RIGID, StopModel::Rigid),
+        (ModelChoice::Only(StopModel::Soft), StopModel::Soft),
+    ] {
+        let noise = Noise {
+            deviation_m_s2: 1.0,
+            step_m_s2: 0.0,
+        };
+        let noisy = Conditioned {
+            noise,
+            ..as_recorded(quiet.clone())
+        };
+        let found = assess(&noisy, &[], &Design::reference(), &options(model, NEGATIVE)).unwrap();
+        let stated = found.budget.noise.unwrap();
+        let mut random = crate::support::Random(5);
+        let mut squares = 0.0;
+        for _ in 0..64 {
+            let mut drawn = quiet.clone();
+            for a in &mut drawn.samples {
+                // Of twelve uniform draws the sum less six is nearly normal.
+                let sum: f64 = (0..12).map(|_| random.between(0.0, 1.0)).sum();
+                *a += sum - 6.0;
+            }
+            let peak = explicit(&drawn, stop, OpensWhen::Negative)
+                .run
+                .peak_angle_rad;
+            let change = peak - found.nominal.peak_angle_rad;
+            squares += change * change;
+        }
+        let seen = libm::sqrt(squares / 64.0);
+        println!("{stop:?}: stated {stated:e}, seen {seen:e}");
+        assert!(
+            stated > 0.5 * seen && stated < 2.0 * seen,
+            "{stated} {seen}"
         );
     }
 }
@@ -245,7 +333,12 @@ fn verif_a_coast_beyond_the_limit_forbids_a_pass() {
     let whole = samples(|t| half_sine(t, 0.0, 0.01, -20.0));
     let mut cut = whole.clone();
     cut.samples.truncate(500 + 110);
-    let assessment = judge(&cut, &[], &Design::reference(), &options(RIGID, NEGATIVE));
+    // By straight lines, for which the end of the record changes nothing before it.
+    let own = Policy {
+        between: Between::Linear,
+        ..options(RIGID, NEGATIVE)
+    };
+    let assessment = judge(&cut, &[], &Design::reference(), &own);
     let nominal = &assessment.nominal;
     assert!(
         nominal.peak_angle_rad < 0.1 && nominal.coast_peak_angle_rad.unwrap() > 0.1,
@@ -262,7 +355,7 @@ fn verif_a_coast_beyond_the_limit_forbids_a_pass() {
         ],
     );
     // The coast of the cut record is what the rest of the whole one holds: no acceleration.
-    let rest = judge(&whole, &[], &Design::reference(), &options(RIGID, NEGATIVE));
+    let rest = judge(&whole, &[], &Design::reference(), &own);
     assert_eq!(rest.answer, Answer::Fail);
     let change = rest.nominal.peak_angle_rad / nominal.coast_peak_angle_rad.unwrap() - 1.0;
     assert!(change.abs() < 1e-9, "{change}");
@@ -288,6 +381,7 @@ fn verif_scattered_levers_that_coast_beyond_the_limit_forbid_a_pass() {
         .coast_peak_angle_rad;
     let own = Policy {
         members: 128,
+        between: Between::Linear,
         ..options(RIGID, NEGATIVE)
     };
     let design = with_certain_bias(1.012 * coast.unwrap());
@@ -609,7 +703,8 @@ fn verif_a_run_that_broke_down_decides_nothing() {
                 share: None,
                 outcome: outcome.clone(),
                 interpolation_error_rad: 0.0,
-                left_out: false,
+                noise_rad: 0.0,
+                bound: None,
             };
             let expected = match (broke_down, peak > 0.1) {
                 (true, _) => Answer::Undecided,
@@ -679,12 +774,18 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
         assert_eq!(assessment.nominal.peak_angle_rad, own);
         let budget = assessment.budget;
         assert_eq!(budget.numerical, Some(run.numerical_error_rad));
-        let part = |signal: &Signal, stop, sign| Some((peak_alone(signal, stop, sign) - own).abs());
+        let part =
+            |signal: &Signal, stop, sign| Some((peak_alone(&read(signal), stop, sign) - own).abs());
         assert_eq!(
             budget.interpolation,
-            Some(interpolation_rad(&conditioned, own, |signal| peak_alone(
-                signal, stop, sign
+            Some(interpolation_rad(&conditioned, own, |reading| peak_alone(
+                reading, stop, sign
             )))
+        );
+        // A noise of 0.035 m/s² before the event.
+        assert!(
+            budget.noise > Some(1e-6) && budget.noise < Some(1e-3),
+            "{budget:?}"
         );
         assert_eq!(budget.model, part(used, other, sign));
         assert_eq!(
@@ -714,8 +815,10 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
         )
         .unwrap();
         let sign = undeclared.nominal.opens_when;
-        let change = peak_alone(used, stop, sign) - peak_alone(used, stop, sign.reversed());
-        assert_eq!(undeclared.budget.polarity, Some(change.abs()));
+        let reading = read(used);
+        let change = peak_alone(&reading, stop, sign) - peak_alone(&reading, stop, sign.reversed());
+        let told = undeclared.budget.polarity.unwrap();
+        assert!((told - change.abs()).abs() < 1e-12, "{told} {change}");
         assert!(change > 0.0, "the nominal run is the larger");
     }
     // Nothing removed, nothing filtered.

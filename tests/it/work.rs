@@ -7,7 +7,7 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::{self, Method, RunOptions, Within};
 use latchgate_kernel::units::{OpensWhen, SampleRate};
-use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Signal};
+use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Noise, Signal};
 use latchgate_verdict::{
     Answer, AssessDetail, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess,
 };
@@ -52,6 +52,7 @@ fn judged_with(
         bias_standard_error_m_s2: 0.0,
         bias_samples: 0,
         bias_window_s: None,
+        noise: Noise::default(),
         filter: None,
         filter_standard: FilterStandard::Iso6487,
         resample_hz: None,

@@ -7,10 +7,10 @@ use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
 use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Part, TestFacts};
-use latchgate_verdict::conditioning::{Cfc, FilterStandard};
+use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
 use latchgate_verdict::margin::PreloadAnswer;
 use latchgate_verdict::{
-    Answer, Ensemble, ErrorBudget, FilterRow, Ladder, Reason, RunAnswer, Screens, WhatIf,
+    Answer, Ensemble, ErrorBudget, FilterRow, Reason, RunAnswer, Screens, WhatIf,
 };
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -81,6 +81,10 @@ pub struct ConditioningBlock {
     pub filter_end_treatment: Option<Cow<'static, str>>,
     /// Rate fed to the model [Hz]; `None` for the native one.
     pub resample_hz: Option<f64>,
+    /// How the acceleration runs between samples.
+    pub between: Between,
+    /// Standard deviation of the raw samples' white noise [m/s²].
+    pub noise_m_s2: f64,
     /// Largest absolute acceleration as used [g].
     pub peak_g: Option<f64>,
     /// When [s].
@@ -134,8 +138,6 @@ pub struct Document {
     /// That of each stop and polarity, where there are several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ensembles: Vec<Ensemble>,
-    /// Which rung decided, and why nothing finer was needed; `None` where nothing was replayed.
-    pub ladder: Option<Ladder>,
     /// The preload from which on the recording passes; `None` where it was not asked for, as
     /// without a report.
     pub preload_answer: Option<PreloadAnswer>,
@@ -144,7 +146,7 @@ pub struct Document {
     pub what_if: Vec<WhatIf>,
     /// Where the peak's uncertainty comes from.
     pub error_budget_rad: ErrorBudget,
-    /// Closed-form bounds.
+    /// Static and impulse threshold.
     pub screens: Screens,
     /// What the nominal runs say after each filter; empty where it was not asked for, as with
     /// nominal runs alone and no report.

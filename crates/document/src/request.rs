@@ -35,7 +35,7 @@ use latchgate_recording::error::Error;
 use latchgate_recording::setting::Setting;
 use latchgate_recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions};
 use latchgate_verdict::conditioning::{
-    BiasWindow, ConditioningOptions, FilterChoice, FilterStandard,
+    Between, BiasWindow, ConditioningOptions, FilterChoice, FilterStandard,
 };
 use latchgate_verdict::{ModelChoice, Polarity, Policy, ensemble};
 use serde::{Deserialize, Serialize};
@@ -198,6 +198,9 @@ pub struct Request {
     /// Whose filter.
     #[serde(deserialize_with = "read::word", serialize_with = "read::write_word")]
     pub filter_standard: FilterStandard,
+    /// How the acceleration runs between samples.
+    #[serde(deserialize_with = "read::word", serialize_with = "read::write_word")]
+    pub between: Between,
     /// Rate fed to the model [Hz]; `None` for the recording's.
     #[serde(
         rename = "resample",
@@ -294,6 +297,7 @@ impl Default for Request {
             bias: BiasWindow::PreEvent,
             filter: FilterChoice::Default,
             filter_standard: FilterStandard::Iso6487,
+            between: Between::default(),
             resample_hz: None,
             window_s: None,
             model: ModelChoice::Auto,
@@ -548,6 +552,7 @@ impl Request {
         Policy {
             model: self.model,
             polarity,
+            between: self.between,
             method: self.method,
             tolerance_rad: self.tolerance_rad,
             initial_angle_rad: self.phi0_rad,

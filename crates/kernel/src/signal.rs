@@ -79,7 +79,11 @@ impl<'a> Reading<'a> {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] unless there is one of each for each sample.
-    pub fn quintic(signal: Signal, slopes: Vec<f64>, bends: Vec<f64>) -> Result<Self, Error> {
+    pub fn quintic(
+        signal: Cow<'a, Signal>,
+        slopes: Vec<f64>,
+        bends: Vec<f64>,
+    ) -> Result<Self, Error> {
         let count = signal.samples.len();
         if slopes.len() != count || bends.len() != count {
             return Err(Error::out_of_range(
@@ -88,7 +92,7 @@ impl<'a> Reading<'a> {
                 format!("{} and {}", slopes.len(), bends.len()),
             ));
         }
-        Ok(Self::of_parts(Cow::Owned(signal), slopes, bends))
+        Ok(Self::of_parts(signal, slopes, bends))
     }
 
     fn of_parts(signal: Cow<'a, Signal>, slopes: Vec<f64>, bends: Vec<f64>) -> Self {
@@ -105,6 +109,36 @@ impl<'a> Reading<'a> {
         Reading {
             bends: Cow::Borrowed(&[]),
             ..self.into()
+        }
+    }
+
+    /// Adds so many times another signal of as many samples, read alike.
+    #[must_use]
+    pub fn plus(&self, times: f64, other: &Reading<'_>) -> Reading<'static> {
+        let sum = |of: &[f64], other: &[f64]| {
+            let pairs = of.iter().zip(other);
+            pairs.map(|(a, b)| a + times * b).collect()
+        };
+        let signal = Signal {
+            samples: sum(&self.signal.samples, &other.signal.samples),
+            ..*self.signal
+        };
+        let slopes = sum(&self.slopes, &other.slopes);
+        let bends = sum(&self.bends, &other.bends);
+        Reading::of_parts(Cow::Owned(signal), slopes, bends)
+    }
+
+    /// Returns bounds of the acceleration in the interval after each sample, by the Bernstein coefficients
+    /// of its polynomial [m/s²].
+    #[must_use]
+    pub fn ranges(&self) -> Vec<(f64, f64)> {
+        let intervals = 0..self.signal.samples.len().saturating_sub(1);
+        if self.is_straight() {
+            let pieces = self.pieces::<STRAIGHT>();
+            intervals.map(|index| pieces.range(index)).collect()
+        } else {
+            let pieces = self.pieces::<CURVED>();
+            intervals.map(|index| pieces.range(index)).collect()
         }
     }
 
@@ -156,8 +190,8 @@ impl<'a> Reading<'a> {
             places.clone().map(of).collect()
         };
         samples.push(*last);
-        let derivative = |order: i32, at_samples: &[f64]| {
-            let scale = part.powi(order);
+        let derivative = |order: u8, at_samples: &[f64]| {
+            let scale = if order == 1 { part } else { part * part };
             let of = |(index, n)| {
                 let c = curved.terms(index);
                 scale
@@ -303,13 +337,16 @@ impl<const K: usize> Pieces<'_, K> {
     /// Returns how many intervals from `first` on, before `last`, lie wholly above `level` with `sign`.
     #[inline(always)]
     pub(crate) fn above(&self, first: usize, last: usize, sign: f64, level: f64) -> usize {
-        let lowest = |index: usize| {
+        // Without closures, which would not be compiled for the machine's vectors.
+        let mut index = first;
+        while index < last {
             let (low, high) = self.range(index);
-            (sign * low).min(sign * high)
-        };
-        (first..last)
-            .take_while(|index| lowest(*index) > level)
-            .count()
+            if !((sign * low > level) & (sign * high > level)) {
+                break;
+            }
+            index += 1;
+        }
+        index - first
     }
 }
 
@@ -353,7 +390,10 @@ impl<const K: usize> Piece<K> {
     /// Returns the coefficients times `gain`, with `offset` added.
     #[inline(always)]
     pub(crate) fn scaled(&self, gain: f64, offset: f64) -> [f64; K] {
-        let mut scaled = self.terms.map(|term| gain * term);
+        let mut scaled = self.terms;
+        for term in &mut scaled {
+            *term *= gain;
+        }
         scaled[0] = gain.mul_add(self.terms[0], offset);
         if K == STRAIGHT {
             scaled[1] = gain.mul_add(self.end, offset) - scaled[0];
@@ -364,7 +404,10 @@ impl<const K: usize> Piece<K> {
     /// Returns the largest magnitude of the values times `gain`, with `offset` added.
     #[inline(always)]
     pub(crate) fn strongest(&self, gain: f64, offset: f64) -> f64 {
-        let (low, high) = (gain.mul_add(self.low, offset), gain.mul_add(self.high, offset));
+        let (low, high) = (
+            gain.mul_add(self.low, offset),
+            gain.mul_add(self.high, offset),
+        );
         low.abs().max(high.abs())
     }
 }

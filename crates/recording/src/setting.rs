@@ -73,6 +73,8 @@ settings! {
     Filter = "filter",
     /// Standard of the filter.
     FilterStandard = "filter_standard",
+    /// How the acceleration runs between samples.
+    Between = "between",
     /// Rate fed to the model.
     Resample = "resample",
     /// Judged window.

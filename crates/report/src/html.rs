@@ -127,10 +127,7 @@ fn appendix(page: &mut Page, document: &Document, evidence: Option<&Evidence>, f
     }
     page.note("Unfold what is to be printed with the report.");
     let parts: [PagePart<'_>; 10] = [
-        ("reasons", "Why, and how far the decision went", &|page| {
-            card::why(page, document);
-            results::ladder(page, document);
-        }),
+        ("reasons", "Why", &|page| card::why(page, document)),
         ("runs", "Runs compared", &|page| {
             results::runs(page, document)
         }),

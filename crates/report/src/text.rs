@@ -147,12 +147,6 @@ fn detail(out: &mut TerminalLines, document: &Document) {
             );
         }
     }
-    if let Some(ladder) = &document.ladder {
-        out.line(
-            "decided by",
-            &format!("{}. {}", ladder.rung.name(), ladder.text),
-        );
-    }
     if let Some(ensemble) = &document.ensemble {
         let drivers: Vec<String> = ensemble
             .drivers

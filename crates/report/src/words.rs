@@ -117,7 +117,7 @@ fn would_decide(document: &Document) -> String {
             "The lever still moves where the record ends and may open later; a longer recording would decide.".into()
         }
         "uncertainty-spans-threshold" => {
-            "The error of the computation reaches across the limit angle; a recording sampled more densely would decide.".into()
+            "The error of the peak reaches across the limit angle; a recording sampled more densely would decide.".into()
         }
         _ => sentence(&first.text),
     }
@@ -655,10 +655,11 @@ pub(super) struct BudgetRow {
 }
 
 /// Returns the parts of the error budget with their words.
-pub(super) fn budget(document: &Document) -> [BudgetRow; 6] {
+pub(super) fn budget(document: &Document) -> [BudgetRow; 7] {
     let ErrorBudget {
         numerical,
         interpolation,
+        noise,
         model,
         filter,
         bias,
@@ -679,8 +680,14 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 6] {
         },
         BudgetRow {
             name: "interpolation",
-            meaning: "straight lines between samples against a band-limited fourfold of them",
+            meaning: "what may lie between the samples",
             value: interpolation,
+            absent: unmeasured,
+        },
+        BudgetRow {
+            name: "noise",
+            meaning: "noise of the samples as recorded, one standard deviation",
+            value: noise,
             absent: unmeasured,
         },
         BudgetRow {

@@ -3,32 +3,30 @@
 //! The whole assessment and the short question of a margin, whether it passes, stand together:
 //! both make the same runs by the same rule, and the short one ends where its answer is certain.
 
-use super::decision::VariantRun;
+use super::bounds;
+use super::decision::{Bound, ShareBounds, VariantRun};
 use super::early::{self, MemberCache};
-use super::ensemble::{Ensemble, Scatter};
+use super::ensemble::{Count, Ensemble, Scatter};
 use super::faults::Faults;
 use super::filters::{self, FilterRow};
-use super::interpolation::{Course, KnownChange};
-use super::ladder::{self, Ladder, LadderInput};
+use super::interpolation::Course;
 use super::meter::Meter;
 use super::policy::{AssessDetail, AssessExtras, Policy, Variant};
-use super::proof::{self, Proof};
 use super::readings::{ReadingCache, Readings};
 use super::replay_findings::{crossing_outside_window, replay_findings, work_limit_reached};
 use super::runs::{RunDetail, RunSetup, index_of_largest};
-use super::screen::Decided;
 use super::usable_span::{UsableSpan, window_samples};
 use super::variant::VariantResult;
 use super::what_if::{self, WhatIf};
 use super::{
-    Answer, ErrorBudget, Evidence, Reason, RunAnswer, SampledSeries, ScreenedRun, Trace, budget,
-    looks, quantile_band, reasons,
+    Answer, ErrorBudget, Evidence, Reason, RunAnswer, SampledSeries, Trace, budget, looks,
+    quantile_band, reasons,
 };
 use crate::conditioning::{Conditioned, spectrum};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
-use latchgate_kernel::replay::{Run, RunOutcome};
+use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
@@ -53,8 +51,6 @@ pub struct Assessment {
     pub ensemble: Option<Ensemble>,
     /// That of each stop and polarity that was not left out, where there are several.
     pub ensembles: Vec<Ensemble>,
-    /// The rung that decided.
-    pub ladder: Ladder,
     /// The nominal runs with one input moved by one standard deviation.
     pub what_if: Vec<WhatIf>,
     /// A pass waits for a person's word, so that the answer is undecided.
@@ -65,8 +61,6 @@ pub struct Assessment {
     pub filters: Vec<FilterRow>,
     /// The parts of the nominal peak's uncertainty.
     pub budget: ErrorBudget,
-    /// The closed-form bounds, per polarity and stop.
-    pub screens: Vec<ScreenedRun>,
     /// Findings of the replay; those of reading and conditioning are not repeated.
     pub findings: Vec<Finding>,
     /// The curves of a report, if asked for.
@@ -138,7 +132,7 @@ pub fn assess_again(
             detail: extras.detail,
             control,
             signal,
-            readings: Readings::of(conditioned, cache),
+            readings: Readings::of(conditioned, cache, policy.between),
             window,
             work: &work,
         },
@@ -166,32 +160,20 @@ fn scatter(
 }
 
 impl Assessing<'_> {
-    /// Makes the nominal runs of every variant, and the further ones that no bound makes needless.
+    /// Makes the nominal runs of every variant with their errors, and asks which ensembles are spared.
     fn follow(&self) -> Result<Vec<VariantResult>, Error> {
         let setup = &self.setup;
         let variants = setup.policy.variants();
-        let screened: Vec<ScreenedRun> = variants
-            .iter()
-            .map(|variant| proof::screened(setup, *variant))
-            .collect();
         let detail = if self.extras.evidence {
             RunDetail::Trace
         } else {
             RunDetail::ErrorBound
         };
-        let outcomes = setup.nominal_runs(&variants, detail)?;
-        let proofs = self.proofs(&screened, &variants, &outcomes)?;
-        let stand_ins = self.stand_ins(&proofs, &outcomes);
-        let proven: Vec<KnownChange> = proofs
-            .iter()
-            .zip(&screened)
-            .map(|(proof, screened)| match proof {
-                Some(proof) => proof.interpolation_at_most_rad.into(),
-                None if screened.answer == Some(Decided::Pass) => KnownChange::Unasked,
-                None => KnownChange::Unproven,
-            })
-            .collect();
-        let runs = setup.refined(outcomes, stand_ins, &proven)?;
+        let mut runs = setup.full_runs(&variants, detail)?;
+        for run in &mut runs {
+            run.bound = self.bound(run.variant())?;
+            run.share = run.bound.map(|_| self.share_of_none());
+        }
         let mut before_fault = match self.span {
             UsableSpan::Until(_) => self
                 .usable()
@@ -199,12 +181,10 @@ impl Assessing<'_> {
                 .into_iter(),
             UsableSpan::Whole | UsableSpan::Nothing => Vec::new().into_iter(),
         };
-        let all = variants.into_iter().zip(screened).zip(proofs).zip(runs);
+        let all = variants.into_iter().zip(runs);
         Ok(all
-            .map(|(((variant, screened), proof), run)| VariantResult {
+            .map(|(variant, run)| VariantResult {
                 variant,
-                screened,
-                proof,
                 run,
                 before_fault: before_fault.next(),
                 ensemble: None,
@@ -212,47 +192,25 @@ impl Assessing<'_> {
             .collect())
     }
 
-    /// Asks the bounds about every variant, if any may be left out.
-    fn proofs(
-        &self,
-        screened: &[ScreenedRun],
-        variants: &[Variant],
-        outcomes: &[RunOutcome],
-    ) -> Result<Vec<Option<Proof>>, Error> {
-        let setup = &self.setup;
-        if proof::may_leave_out(setup.policy, setup.follow_all, self.span).is_err() {
-            return Ok(vec![None; variants.len()]);
+    /// Returns the bound that spares an ensemble, where one would be run over the whole window.
+    fn bound(&self, variant: Variant) -> Result<Option<Bound>, Error> {
+        match &self.scatter {
+            Some(scatter) if !self.setup.follow_all && self.span == UsableSpan::Whole => {
+                bounds::bound(&self.setup, scatter, variant)
+            }
+            _ => Ok(None),
         }
-        let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
-        let of_each = variants.iter().zip(outcomes).zip(screened).enumerate();
-        of_each
-            .map(|(index, ((variant, outcome), screened))| {
-                if setup.detail < AssessDetail::Whole && index == largest {
-                    // It is followed in any case.
-                    return Ok(None);
-                }
-                let scatter = self.scatter.as_ref();
-                Proof::of(setup, scatter, *variant, outcome, screened.answer).map(Some)
-            })
-            .collect()
     }
 
-    /// Returns what stands in for further runs, where a proof makes them needless. The variant
-    /// with the largest peak is followed in any case, for the figures.
-    fn stand_ins(
-        &self,
-        proofs: &[Option<Proof>],
-        outcomes: &[RunOutcome],
-    ) -> Vec<Option<VariantRun>> {
-        let largest = index_of_largest(outcomes.iter().map(|outcome| &outcome.run));
-        let (threshold, members) = (self.setup.threshold_rad(), self.setup.policy.members);
-        let of_each = proofs.iter().zip(outcomes).enumerate();
-        of_each
-            .map(|(index, (proof, outcome))| {
-                let proof = proof.filter(|_| index != largest)?;
-                proof.proven(outcome, threshold, members)
-            })
-            .collect()
+    /// Bounds of the share of an ensemble of which no lever crosses.
+    fn share_of_none(&self) -> ShareBounds {
+        let none_crosses = Count {
+            members: self.setup.policy.members,
+            exceeded: 0,
+            exceeded_in_coast: 0,
+            failed_to_run: 0,
+        };
+        none_crosses.share()
     }
 
     /// The runs over the samples that count.
@@ -322,6 +280,7 @@ impl Assessing<'_> {
             outside,
             work_limit,
             budget: &budget,
+            noise: self.conditioned.noise,
             what_if: &[],
         };
         if brief && reasons::inputs_may_come_first(&case) {
@@ -329,14 +288,6 @@ impl Assessing<'_> {
         }
         case.what_if = &what_if;
         let why = reasons::reasons(&case);
-        let ladder = ladder::ladder(&LadderInput {
-            policy,
-            follow_all: setup.follow_all,
-            threshold_rad: setup.threshold_rad(),
-            samples: setup.signal.samples.len(),
-            span: self.span,
-            results: &results,
-        });
         let of_each = |run: &&VariantRun| run.stated(setup.threshold_rad());
         Ok(Assessment {
             answer,
@@ -346,13 +297,11 @@ impl Assessing<'_> {
             polarities: by_polarity(policy, &runs),
             answers: runs.iter().map(of_each).collect(),
             ensemble: nominal.ensemble.clone(),
-            ladder,
             word_missing: false,
             whole: self.span == UsableSpan::Whole,
             what_if,
             filters,
             budget,
-            screens: results.iter().map(|result| result.screened).collect(),
             findings,
             evidence,
             work: setup.work.spent(),
@@ -564,13 +513,12 @@ impl PassQuestion<'_> {
             let coast = run.outcome.coast_error_rad;
             coast.max(run.run().numerical_error_rad)
         };
-        let clear = |run: &VariantRun| stays(run) && !doubted(run);
         // A larger error could only confirm both.
         let lost = |run: &VariantRun| !stays(run) && doubted(run);
         let runs = setup
             .nominal_runs(&self.policy.variants(), RunDetail::ErrorBound)?
             .into_iter()
-            .map(|outcome| setup.enough_known(outcome, clear, lost))
+            .map(|outcome| setup.enough_known(outcome, lost))
             .collect::<Result<Vec<_>, Error>>()?;
         Ok(NominalPass {
             passes: runs.iter().all(stays),
@@ -617,7 +565,7 @@ impl PassQuestion<'_> {
             detail: AssessDetail::Decision,
             control: self.control,
             signal,
-            readings: Readings::of(conditioned, self.readings),
+            readings: Readings::of(conditioned, self.readings, policy.between),
             window,
             work: self.work,
         }))

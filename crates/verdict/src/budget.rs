@@ -4,8 +4,9 @@ use super::ErrorBudget;
 use super::policy::{Polarity, Variant};
 use super::runs::{RunDetail, RunSetup};
 use super::variant::VariantResult;
-use crate::conditioning::{self, Conditioned, Signal};
+use crate::conditioning::{self, Conditioned, Signal, between};
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::signal::Reading;
 use latchgate_recording::error::Error;
 use std::borrow::Cow;
 
@@ -20,7 +21,7 @@ enum BudgetPart {
 /// One change of the nominal run.
 struct Rerun<'a> {
     part: BudgetPart,
-    signal: Cow<'a, Signal>,
+    reading: Reading<'a>,
     variant: Variant,
 }
 
@@ -51,7 +52,7 @@ pub(super) fn budget(
     if model_peak.is_none() && admits_start(setup, other_stop.model) {
         reruns.push(Rerun {
             part: BudgetPart::Model,
-            signal: Cow::Borrowed(setup.signal),
+            reading: setup.readings.own()?,
             variant: other_stop,
         });
     }
@@ -63,12 +64,13 @@ pub(super) fn budget(
     }
     let outcomes = setup.share(1, &reruns, |rerun| {
         let detail = RunDetail::PeakOnly;
-        setup.run(&rerun.signal, rerun.variant, setup.window, detail)
+        setup.run(&rerun.reading, rerun.variant, setup.window, detail)
     })?;
     let change = |other: f64| (other - peak).abs();
     let mut budget = ErrorBudget {
         numerical: Some(nominal.run.run().numerical_error_rad),
         interpolation: Some(nominal.run.interpolation_error_rad),
+        noise: Some(nominal.run.noise_rad),
         model: model_peak.map(change),
         filter: unfiltered_peak
             .or(conditioned.filter.is_none().then_some(peak))
@@ -107,19 +109,23 @@ fn own_reruns<'a>(
     if unfiltered_wanted && conditioned.filter.is_some() {
         reruns.push(Rerun {
             part: BudgetPart::Filter,
-            signal: Cow::Owned(conditioning::filtered(conditioned, None)?),
+            reading: between::read(
+                Cow::Owned(conditioning::filtered(conditioned, None)?),
+                setup.readings.between(),
+            )?,
             variant,
         });
     }
     if conditioned.bias_samples > 0 {
-        reruns.extend([-1.0, 1.0].map(|direction| {
+        for direction in [-1.0, 1.0] {
             let shift = direction * conditioned.bias_standard_error_m_s2;
-            Rerun {
+            let signal = Cow::Owned(shifted(setup.signal, shift));
+            reruns.push(Rerun {
                 part: BudgetPart::Bias,
-                signal: Cow::Owned(shifted(setup.signal, shift)),
+                reading: between::read(signal, setup.readings.between())?,
                 variant,
-            }
-        }));
+            });
+        }
     }
     Ok(reruns)
 }

@@ -2,6 +2,7 @@
 //! good practice: units → faults → bias → resample → filter. Polarity enters last, in the model.
 //!
 //! - `bandwidth`: what a channel holds at high frequencies, against what is said of it;
+//! - `between`: what lies between samples;
 //! - `bias`: bias: the mean of the samples before the event, with its standard error;
 //! - `cfc`: channel frequency classes: the two-pass Butterworth low-pass of SAE J211-1 and ISO
 //!   6487;
@@ -14,6 +15,7 @@
 //! - `spectrum`: amplitude spectra and spectrograms, for reports.
 
 mod bandwidth;
+pub mod between;
 pub mod bias;
 pub mod cfc;
 mod crash;
@@ -27,6 +29,8 @@ use latchgate_recording::error::{Error, ErrorKind, Place};
 use latchgate_recording::{Channel, Finding};
 use serde::{Deserialize, Serialize};
 
+pub use between::Between;
+pub use bias::Noise;
 pub use crash::velocity_change_m_s;
 pub use latchgate_kernel::signal::Signal;
 use quality::RawQuality;
@@ -199,6 +203,8 @@ pub struct Conditioned {
     pub bias_samples: usize,
     /// First and last instant of the bias window [s].
     pub bias_window_s: Option<(f64, f64)>,
+    /// White noise of the raw samples.
+    pub noise: Noise,
     /// Class applied.
     pub filter: Option<Cfc>,
     /// Whose filter.
@@ -294,7 +300,11 @@ pub fn reconditioned(
         findings: Vec::new(),
         slow_clock: conditioned.slow_clock,
     };
-    from_raw(conditioned.raw.clone(), options, quality)
+    let again = from_raw(conditioned.raw.clone(), options, quality)?;
+    Ok(Conditioned {
+        noise: conditioned.noise,
+        ..again
+    })
 }
 
 /// Returns the recording with its bias left in, conditioned alike otherwise, where the bias that was
@@ -374,6 +384,11 @@ fn from_raw(
         bias_window_s: bias
             .window
             .map(|(first, count)| (raw.time_s(first), raw.time_s(first + count - 1))),
+        // What a formula gave carries none.
+        noise: match options.synthetic {
+            true => Noise::default(),
+            false => bias::noise(&raw),
+        },
         raw,
         used,
         filter,
@@ -396,7 +411,7 @@ pub fn filtered(conditioned: &Conditioned, filter: Option<Cfc>) -> Result<Signal
 }
 
 /// Returns what betrays corners and jumps between the samples as recorded, as it would come through
-/// resampling and `filter` [m/s²]: the magnitudes of what lies above 0.8 of the Nyquist frequency.
+/// resampling and filter [m/s²]: the magnitudes of what lies above 0.8 of the Nyquist frequency.
 ///
 /// A filter takes away what betrays a jump, not what its unknown place does: so this is taken
 /// before it. Both steps are linear: samples moved by a multiple of the magnitudes come out
@@ -405,14 +420,23 @@ pub fn filtered(conditioned: &Conditioned, filter: Option<Cfc>) -> Result<Signal
 /// # Errors
 ///
 /// As [`condition`] for resampling and filter.
-pub fn corner_trace(conditioned: &Conditioned, filter: Option<Cfc>) -> Result<Signal, Error> {
+pub fn corner_trace(conditioned: &Conditioned) -> Result<Signal, Error> {
     let mut trace = resample::near_nyquist(&conditioned.raw);
     trace.iter_mut().for_each(|a| *a = a.abs());
-    let trace = Signal {
-        samples: trace,
+    through(conditioned, trace)
+}
+
+/// Returns samples that are added to those recorded as they come through resampling and filter [m/s²].
+///
+/// # Errors
+///
+/// As [`condition`] for resampling and filter.
+pub fn through(conditioned: &Conditioned, samples: Vec<f64>) -> Result<Signal, Error> {
+    let added = Signal {
+        samples,
         ..conditioned.raw
     };
-    resampled_and_filtered(trace, conditioned, filter)
+    resampled_and_filtered(added, conditioned, conditioned.filter)
 }
 
 fn resampled_and_filtered(

@@ -6,6 +6,7 @@ use super::wording::percent;
 use super::{Answer, ErrorBudget, RunAnswer};
 use latchgate_kernel::replay::{Run, RunOutcome};
 use latchgate_kernel::units::OpensWhen;
+use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
 /// The rule in words, as every verdict and report that rests on an ensemble states it.
@@ -14,7 +15,7 @@ pub static DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
     let most = percent(FAIL_SHARE_WITH_NOMINAL);
     let (looks, count) = (looks_in_words(u32::to_string), LOOKS.len());
     format!(
-        "U = numerical + interpolation error; p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
+        "U = numerical + interpolation error + 2 noise (its standard deviation); p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
 {BEFORE_THE_RUNS}\
 (3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after {looks} members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - {RULE_ERROR}/{count}; members that could not be followed count against either answer: \
 pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most {pass} % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold, unless the method states no error that can be trusted; \
@@ -27,7 +28,7 @@ undecided, if neither holds at the last look. \
 /// The rule in words where only nominal runs are judged.
 pub static NOMINAL_DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
     format!(
-        "Nominal runs alone (as with the setting `members` = 0). U = numerical + interpolation error. \
+        "Nominal runs alone (as with the setting `members` = 0). U = numerical + interpolation error + 2 noise (its standard deviation). \
 {BEFORE_THE_RUNS}\
 (3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold, unless the method states no error that can be trusted; \
 fail if the peak angle minus U exceeds the threshold; else undecided. \
@@ -60,6 +61,9 @@ pub const FAIL_SHARE_MIN: f64 = 0.95;
 
 /// Share beyond which a nominal run that fails does fail [-], as the lower bound has it.
 pub const FAIL_SHARE_WITH_NOMINAL: f64 = 0.5;
+
+/// Standard deviations of the peak from noise that U counts.
+pub const NOISE_TIMES: f64 = 2.0;
 
 /// Bounds of the share of an ensemble that exceeds the threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +104,7 @@ impl ShareBounds {
 pub struct PeakEstimate {
     /// Largest angle in the window [rad].
     pub peak_angle_rad: f64,
-    /// U of the peak, numerical plus interpolation error [rad].
+    /// U of the peak [rad].
     pub uncertainty_rad: f64,
     /// Largest angle after the window and its error [rad]; `None` without a coast.
     pub coast_rad: Option<(f64, f64)>,
@@ -164,17 +168,41 @@ pub fn reachable(
     answers
 }
 
+/// What shows that no scattered lever comes to the limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Bound {
+    /// The acceleration never reaches T0/(m L) in the opening direction: the lever stays on its rigid
+    /// stop.
+    NeverLifts,
+    /// Energy and impulse are too small for the limit.
+    CannotReach,
+}
+
+impl Bound {
+    /// Returns the words that verdicts use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NeverLifts => "never lifts",
+            Self::CannotReach => "cannot reach the limit",
+        }
+    }
+}
+
 /// The nominal run of one variant, with its error and the share of scattered levers that cross.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VariantRun {
     /// The nominal run.
     pub outcome: RunOutcome,
-    /// Bound on what straight lines between samples do to peak and coast peak [rad].
+    /// What lies between samples and is not known, of peak and coast peak [rad].
     pub interpolation_error_rad: f64,
+    /// Standard deviation of peak and coast peak from the noise of the recording [rad].
+    pub noise_rad: f64,
     /// What an ensemble adds; `None` where the nominal run alone is judged.
     pub share: Option<ShareBounds>,
-    /// Error and share are bounds in closed form, since nothing but the nominal run was made.
-    pub left_out: bool,
+    /// The bound that spares its ensemble, from which the share follows.
+    pub bound: Option<Bound>,
 }
 
 impl VariantRun {
@@ -193,24 +221,29 @@ impl VariantRun {
         &self.outcome.run
     }
 
-    /// Returns U, numerical plus interpolation error [rad].
+    /// Returns U, numerical plus interpolation error plus twice the noise's standard deviation [rad].
     #[must_use]
     pub fn uncertainty_rad(&self) -> f64 {
-        self.run().numerical_error_rad + self.interpolation_error_rad
+        self.run().numerical_error_rad + self.of_recording_rad()
+    }
+
+    /// Returns the part of U that the recording leaves [rad].
+    fn of_recording_rad(&self) -> f64 {
+        self.interpolation_error_rad + NOISE_TIMES * self.noise_rad
     }
 
     /// Returns the error of the coast's peak [rad], never less than U.
     #[must_use]
     pub fn coast_uncertainty_rad(&self) -> f64 {
         self.uncertainty_rad()
-            .max(self.outcome.coast_error_rad + self.interpolation_error_rad)
+            .max(self.outcome.coast_error_rad + self.of_recording_rad())
     }
 
     /// Returns what this run says by part 3 of the rule, with the errors it says it with.
     #[must_use]
     pub fn stated(&self, threshold_rad: f64) -> RunAnswer {
         // An error as large as no number can be is that of a run that was not followed.
-        let measured = !self.outcome.broke_down && !self.left_out;
+        let measured = !self.outcome.broke_down;
         let followed = |error: f64| (measured && error < f64::MAX).then_some(error);
         let run = self.run();
         RunAnswer {
@@ -218,10 +251,12 @@ impl VariantRun {
             opens_when: run.opens_when,
             answer: self.answer(threshold_rad),
             interpolation_error_rad: followed(self.interpolation_error_rad),
+            noise_rad: followed(self.noise_rad),
             uncertainty_rad: followed(self.uncertainty_rad()),
             coast_uncertainty_rad: run
                 .coast_peak_angle_rad
                 .and_then(|_| followed(self.coast_uncertainty_rad())),
+            bound: self.bound,
         }
     }
 
@@ -342,6 +377,7 @@ impl ErrorBudget {
         let mut parts: Vec<(&'static str, f64)> = [
             ("numerical", self.numerical),
             ("interpolation", self.interpolation),
+            ("noise", self.noise),
             ("model", self.model),
             ("filter", self.filter),
             ("bias", self.bias),

@@ -374,6 +374,17 @@ impl Scatter {
         })
     }
 
+    /// Returns the lever that an acceleration of this sign opens most easily, every parameter where its
+    /// draws end.
+    #[must_use]
+    pub fn loosest(&self, sign: f64) -> Member {
+        self.build(|parameter| match parameter.name {
+            "lever.mass_kg" | "lever.center_of_mass_m" | "input.scale" => TRUNCATION,
+            "input.bias_g" => -sign * TRUNCATION,
+            _ => -TRUNCATION,
+        })
+    }
+
     fn build(&self, deviations: impl Fn(&Parameter) -> f64) -> Member {
         let mut member = Member {
             lever: self.lever,

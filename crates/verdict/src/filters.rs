@@ -4,7 +4,6 @@ use super::Answer;
 use super::decision::{VariantRun, combine};
 use super::faults::Faults;
 use super::policy::Variant;
-use super::proof;
 use super::readings::{ReadingCache, Readings};
 use super::runs::{RunDetail, RunSetup};
 use super::usable_span::UsableSpan;
@@ -56,11 +55,11 @@ pub(super) fn table(
         let faults = Faults::of(conditioned, filter, findings, setup.policy.window_s);
         let span = UsableSpan::of(&faults, setup.signal, setup.window);
         if filter == conditioned.filter {
-            let of_all = results.iter().map(|result| {
-                let peak = result.run.run().peak_angle_rad;
-                Ok((result.variant, setup.nominal_answer(&result.run)?, peak))
-            });
-            let of_all = of_all.collect::<Result<Vec<_>, Error>>()?;
+            let of_each = |result: &VariantResult| {
+                let answer = result.run.nominal_answer(setup.threshold_rad());
+                (result.variant, answer, result.run.run().peak_angle_rad)
+            };
+            let of_all: Vec<_> = results.iter().map(of_each).collect();
             let good = results
                 .iter()
                 .filter_map(|result| result.before_fault.as_ref());
@@ -107,18 +106,16 @@ fn after(
     let cache = ReadingCache::default();
     let setup = RunSetup {
         signal: &refiltered.used,
-        readings: Readings::of(refiltered, &cache),
+        readings: Readings::of(refiltered, &cache, setup.policy.between),
         ..*setup
     };
-    let runs = setup.nominal_runs(&variants, RunDetail::ErrorBound)?;
-    let stand_ins = proof::nominal_stand_ins(&setup, span, &variants, &runs)?;
-    let answers = setup.answers(&runs, stand_ins)?;
-    let of_all: Vec<(Variant, Answer, f64)> = variants
-        .iter()
-        .zip(answers)
-        .zip(&runs)
-        .map(|((variant, answer), run)| (*variant, answer, run.run.peak_angle_rad))
-        .collect();
+    let runs = setup.answering_runs(&variants)?;
+    let threshold = setup.threshold_rad();
+    let of_each = |run: &VariantRun| {
+        let peak = run.run().peak_angle_rad;
+        (run.variant(), run.nominal_answer(threshold), peak)
+    };
+    let of_all: Vec<(Variant, Answer, f64)> = runs.iter().map(of_each).collect();
     let good = match span {
         UsableSpan::Until(good) => RunSetup {
             window: Some(good),

@@ -6,12 +6,12 @@
 //!
 //! [`assess()`] goes from a conditioned channel to an answer. Below it stand, from the bottom up:
 //! the question (`policy`), the samples that count (`faults`, `usable_span`), the work that may be
-//! done (`meter`) and the words (`wording`); the rule (`decision`), the bounds (`screen`) and the
-//! scatter (`ensemble`); the runs (`runs`), on several `readings` of the samples for their
-//! `interpolation` error, and what bounds prove of them (`proof`); one record of each stop and sign
-//! with all that it came to (`variant`); the ensembles (`looks`, or `early` where only a pass
-//! matters); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the sentences
-//! (`replay_findings`, `reasons`, `ladder`); `word` holds a pass back until a person has spoken;
+//! done (`meter`) and the words (`wording`); the rule (`decision`) and the scatter (`ensemble`); the
+//! runs (`runs`), on several `readings` of the samples for their `interpolation` error and with their
+//! `noise`; one record of each stop and sign with all that it came to (`variant`); the ensembles
+//! (`looks`, or `early` where only a pass matters), spared where `bounds` show that none of their
+//! levers comes to the limit; the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
+//! sentences (`replay_findings`, `reasons`); `word` holds a pass back until a person has spoken;
 //! `series` lays signal and trajectories side by side.
 //!
 //! - `assess`: from a conditioned channel to an answer: which runs are made, and what they say
@@ -20,6 +20,7 @@
 pub mod conditioning;
 
 pub mod assess;
+mod bounds;
 mod budget;
 pub mod decision;
 pub(crate) mod early;
@@ -27,18 +28,16 @@ pub mod ensemble;
 pub(crate) mod faults;
 pub mod filters;
 pub(crate) mod interpolation;
-pub mod ladder;
 mod looks;
 pub mod margin;
 pub(crate) mod meter;
+mod noise;
 pub mod policy;
-mod proof;
 mod quantile_band;
 pub mod readings;
 mod reasons;
 mod replay_findings;
 mod runs;
-pub mod screen;
 mod series;
 pub(crate) mod usable_span;
 mod variant;
@@ -47,10 +46,10 @@ mod word;
 pub mod wording;
 
 pub use assess::{Assessment, assess, passes};
-pub use decision::{DECISION_RULE, NOMINAL_DECISION_RULE};
+pub use bounds::Screens;
+pub use decision::{Bound, DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
-pub use ladder::Ladder;
 pub use policy::{AssessDetail, AssessExtras, ModelChoice, Polarity, Policy, Variant};
 pub use quantile_band::QuantileBand;
 pub use series::{SampledSeries, SeriesRun};
@@ -117,8 +116,10 @@ pub struct Reason {
 pub struct ErrorBudget {
     /// Integration and rounding.
     pub numerical: Option<f64>,
-    /// What straight lines between samples leave out: a bound.
+    /// What lies between samples and is not known.
     pub interpolation: Option<f64>,
+    /// Standard deviation from the white noise of the raw samples.
+    pub noise: Option<f64>,
     /// Rigid against soft stop.
     pub model: Option<f64>,
     /// The filter against none.
@@ -127,38 +128,6 @@ pub struct ErrorBudget {
     pub bias: Option<f64>,
     /// As declared against reversed; `None` if declared by a card or option.
     pub polarity: Option<f64>,
-}
-
-/// Closed-form bounds that need no integration.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Screens {
-    /// T0/(mL) in g: below it in the opening direction a lever on a rigid stop never leaves.
-    pub static_threshold_g: f64,
-    /// The same in m/s².
-    pub static_threshold_m_s2: f64,
-    /// √(2 I0 (T0 φ* + k0 φ*²/2))/(mL) [m/s]: the least ∫|a| dt that can reach the threshold.
-    pub impulse_threshold_m_s: f64,
-    /// ∫|a| dt of the signal as used, over the whole record [m/s].
-    pub impulse_m_s: Option<f64>,
-    /// The bounds, per polarity and stop that count.
-    pub runs: Vec<ScreenedRun>,
-}
-
-/// The closed-form bounds of one polarity and stop.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ScreenedRun {
-    /// Stop model.
-    pub model: StopModel,
-    /// Polarity.
-    pub opens_when: OpensWhen,
-    /// The answer they prove; `None` where only a run can tell.
-    pub answer: Option<screen::Decided>,
-    /// The simplest bound that proves it.
-    pub by: Option<screen::Screen>,
-    /// Of a proven pass, an angle that the lever does not exceed [rad].
-    pub peak_at_most_rad: Option<f64>,
-    /// Every bound with its value and limit.
-    pub bounds: [screen::Bound; 4],
 }
 
 /// The answer of one stop and polarity by part 3 of the rule, with the errors of its peak.
@@ -171,13 +140,18 @@ pub struct RunAnswer {
     /// The answer of this run alone. Not called a verdict: a script that looks for
     /// `"verdict": "pass"` shall find the document's alone.
     pub answer: Answer,
-    /// Bound on what straight lines between samples do to the peak [rad]; `None` where a run
-    /// could not be followed or was not needed.
+    /// What lies between samples and is not known, of the peak [rad]; `None` where a run
+    /// could not be followed.
     pub interpolation_error_rad: Option<f64>,
-    /// U of the peak, numerical plus interpolation error [rad].
+    /// Standard deviation of the peak from the noise of the recording [rad].
+    pub noise_rad: Option<f64>,
+    /// U of the peak, numerical plus interpolation error plus twice the noise [rad].
     pub uncertainty_rad: Option<f64>,
     /// U of the coast's peak [rad]; `None` where there is no coast.
     pub coast_uncertainty_rad: Option<f64>,
+    /// What shows that no scattered lever comes to the limit, where a bound does: its ensemble is spared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<Bound>,
 }
 
 /// The trajectory of one run.

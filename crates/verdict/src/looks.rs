@@ -82,7 +82,7 @@ pub(super) fn run_ensembles(
         .map(|result| Sampling {
             peaks: MemberPeaks::default(),
             looks: 0,
-            answer: (result.counted().left_out).then(|| result.counted().answer(threshold)),
+            answer: (result.counted().bound).map(|_| result.counted().answer(threshold)),
             ended: End::NoMatter,
             spent: 0,
         })

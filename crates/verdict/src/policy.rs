@@ -1,5 +1,6 @@
 //! The question of a verdict: what decides, and what is told beside the answer.
 
+use crate::conditioning::Between;
 use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::stop::{Stop, StopModel};
 use latchgate_kernel::replay::Method;
@@ -63,6 +64,8 @@ pub struct Policy {
     pub model: ModelChoice,
     /// Polarity.
     pub polarity: Polarity,
+    /// How the acceleration runs between samples.
+    pub between: Between,
     /// Integrator.
     pub method: Method,
     /// Truncation let pass in a step [rad].
@@ -89,6 +92,7 @@ impl Policy {
         Self {
             model,
             polarity,
+            between: Between::default(),
             method: Method::EventDriven,
             tolerance_rad: None,
             initial_angle_rad: None,
@@ -160,7 +164,7 @@ pub struct AssessExtras {
     pub filter_table: bool,
     /// Keep trajectories and spectra for a report.
     pub evidence: bool,
-    /// Follow every stop in full, also where bounds prove its answer; for comparison.
+    /// Run every ensemble, also where bounds show that it is not needed; for comparison.
     pub follow_all: bool,
     /// How much is worked out.
     pub detail: AssessDetail,

@@ -3,7 +3,9 @@
 //! Each function tells one reason, or none where the case gives no cause; `reasons` asks them in
 //! the order of their weight. They share the case that they explain.
 
-use super::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX};
+use super::decision::{
+    FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES, PASS_SHARE_MAX, VariantRun,
+};
 use super::ensemble::Ensemble;
 use super::faults::Faults;
 use super::policy::{ModelChoice, Polarity, Policy};
@@ -11,9 +13,10 @@ use super::variant::VariantResult;
 use super::what_if::{Change, ChangedSide, WhatIf};
 use super::wording::{angle, angle_error, briefly, describe, instant, percent, sentence, signed};
 use super::{Answer, ErrorBudget, Reason};
+use crate::conditioning::Noise;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::replay::Run;
-use latchgate_kernel::units::{OpensWhen, plain};
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, plain};
 use latchgate_recording::{Finding, Severity};
 use std::f64::consts::FRAC_PI_2;
 
@@ -33,6 +36,7 @@ pub(super) struct Explained<'a> {
     /// The limit of work, if it was reached.
     pub(super) work_limit: Option<u64>,
     pub(super) budget: &'a ErrorBudget,
+    pub(super) noise: Noise,
     pub(super) what_if: &'a [WhatIf],
 }
 
@@ -63,6 +67,7 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
         reasons.extend(coast_of_members(case));
         reasons.extend(disagreement(case));
         reasons.extend(undeclared(case));
+        reasons.extend(noise(case));
         reasons.extend(ensemble(case));
         reasons.extend(deciding_inputs(case));
     }
@@ -198,6 +203,44 @@ fn rule_of_shares(answer: Answer, own: &Ensemble, named: &[&Ensemble]) -> (&'sta
             ),
         ),
     }
+}
+
+/// Names the noise of the recording where without it a nominal lever would be on one side of the limit.
+fn noise(case: &Explained<'_>) -> Option<Reason> {
+    let threshold = case.threshold_rad();
+    let decides = |result: &&VariantResult| {
+        let quiet = VariantRun {
+            noise_rad: 0.0,
+            ..result.run.clone()
+        };
+        let open = |run: &VariantRun| run.nominal_answer(threshold) == Answer::Undecided;
+        !quiet.outcome.broke_down && open(&result.run) && !open(&quiet)
+    };
+    let decided = case.results.iter().find(decides)?;
+    let Noise {
+        deviation_m_s2,
+        step_m_s2,
+    } = case.noise;
+    let in_g = |a: f64| plain(a / STANDARD_GRAVITY, 2);
+    let (what, cure) = if 12.0_f64.sqrt() * deviation_m_s2 <= step_m_s2 * (1.0 + 1e-9) {
+        (
+            format!("The recorder's step of {} g", in_g(step_m_s2)),
+            "a finer recorder",
+        )
+    } else {
+        (
+            format!("The noise of the samples, {} g,", in_g(deviation_m_s2)),
+            "a quieter channel",
+        )
+    };
+    Some(Reason {
+        code: "noise-decides".into(),
+        text: format!(
+            "{what} decides here: it moves the peak by {} (one standard deviation; {}). This is not decidable from this recording; {cure} would tell.",
+            angle(decided.run.noise_rad, 2),
+            briefly(decided.variant)
+        ),
+    })
 }
 
 /// Names the undeclared polarity where both signs are in doubt alike.
@@ -557,7 +600,7 @@ fn disagreement(case: &Explained<'_>) -> Vec<Reason> {
     reasons
 }
 
-/// Sets the error of the computation beside the distance from peak to limit, and names the
+/// Sets the error of the peak beside the distance from peak to limit, and names the
 /// largest influence that the rule does not count.
 fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
     let nominal = &case.nominal.run;
@@ -568,16 +611,19 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
     let total = nominal.uncertainty_rad();
     let distance = (run.peak_angle_rad - case.threshold_rad()).abs();
     let parts = format!(
-        "{} (integration {}, straight lines between samples {})",
+        "{} (integration {}, between samples {}, noise of the recording {})",
         angle_error(total, 2),
         angle(run.numerical_error_rad, 2),
-        angle(nominal.interpolation_error_rad, 2)
+        angle(nominal.interpolation_error_rad, 2),
+        angle(NOISE_TIMES * nominal.noise_rad, 2)
     );
     let largest = case
         .budget
         .ranked()
         .into_iter()
-        .find(|(name, value)| !matches!(*name, "numerical" | "interpolation") && *value > 0.0)
+        .find(|(name, value)| {
+            !matches!(*name, "numerical" | "interpolation" | "noise") && *value > 0.0
+        })
         .map_or_else(String::new, |(name, value)| {
             format!(
                 " Not counted in it, the largest influence measured is {}: {}{}.",
@@ -604,7 +650,7 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
             "uncertainty".into()
         },
         text: format!(
-            "The error of the computation, {parts}, is {} than the {between} between peak and limit.{largest}",
+            "The error of the peak, {parts}, is {} than the {between} between peak and limit.{largest}",
             if spans { "no less" } else { "less" },
         ),
     })

@@ -17,7 +17,7 @@ use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
 
 /// The detail that a run carries along.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum RunDetail {
     /// Its own error, and the trajectory for a drawing.
     Trace,
@@ -25,6 +25,8 @@ pub(crate) enum RunDetail {
     ErrorBound,
     /// Neither: it is compared with a run that has them.
     PeakOnly,
+    /// Its own error and a white noise of the base acceleration [m²/s³].
+    Noise(f64),
 }
 
 /// Everything that the runs of one assessment share.
@@ -32,7 +34,7 @@ pub(crate) enum RunDetail {
 pub(crate) struct RunSetup<'a> {
     pub(crate) design: &'a Design,
     pub(crate) policy: &'a Policy,
-    /// Follow every stop in full, whatever bounds prove.
+    /// Run every ensemble, whatever bounds show.
     pub(crate) follow_all: bool,
     /// How much is worked out.
     pub(crate) detail: AssessDetail,
@@ -91,10 +93,10 @@ impl RunSetup<'_> {
         control.with_threads(threads).try_map(items, of)
     }
 
-    /// Runs one variant on `signal`, of whose samples `window` are judged.
+    /// Runs one variant on a reading, of whose samples `window` are judged.
     pub(crate) fn run(
         &self,
-        signal: &Signal,
+        reading: &Reading<'_>,
         variant: Variant,
         window: Option<SampleSpan>,
         detail: RunDetail,
@@ -110,10 +112,14 @@ impl RunSetup<'_> {
             window,
             trace: detail == RunDetail::Trace,
             error_bound: detail != RunDetail::PeakOnly,
+            noise_m2_s3: match detail {
+                RunDetail::Noise(variance) => Some(variance),
+                _ => None,
+            },
             peak_only: detail == RunDetail::PeakOnly,
         };
         let within = self.work.within(self.control);
-        let outcome = replay::run_within(signal, self.design, &options, &within)?;
+        let outcome = replay::run_within(reading, self.design, &options, &within)?;
         self.work.add(outcome.spent);
         if outcome.breakdown == Some(Breakdown::TooManySteps) {
             self.work.cut();
@@ -127,8 +133,9 @@ impl RunSetup<'_> {
         variants: &[Variant],
         detail: RunDetail,
     ) -> Result<Vec<RunOutcome>, Error> {
+        let own = self.readings.own()?;
         self.share(1, variants, |variant| {
-            self.run(self.signal, *variant, self.window, detail)
+            self.run(&own, *variant, self.window, detail)
         })
     }
 
@@ -164,7 +171,7 @@ impl RunSetup<'_> {
             threads: 1,
         };
         let within = self.work.within_of_members(self.control);
-        let reading = Reading::from(self.signal);
+        let reading = self.readings.own()?;
         let reading = reading.divided(parts);
         let peaks = batch::peaks_within(&reading, count, member, &options, &within)?;
         self.work.add(peaks.iter().map(|peak| peak.spent).sum());
@@ -184,8 +191,9 @@ impl RunSetup<'_> {
             .filter(stays)
             .map(|of| of.variant())
             .collect();
+        let own = self.readings.own()?;
         let whole = self.share(1, &tasks, |variant| {
-            self.run(self.signal, *variant, None, RunDetail::PeakOnly)
+            self.run(&own, *variant, None, RunDetail::PeakOnly)
         })?;
         let crossings = whole
             .iter()
@@ -204,4 +212,12 @@ pub(super) fn index_of_largest<'a>(runs: impl Iterator<Item = &'a Run>) -> usize
         }
     }
     largest
+}
+
+/// Returns the variant of a run.
+pub(super) fn variant_of(outcome: &RunOutcome) -> Variant {
+    Variant {
+        opens_when: outcome.run.opens_when,
+        model: outcome.run.model,
+    }
 }

@@ -4,7 +4,7 @@ use super::ensemble::Scatter;
 use super::policy::Variant;
 use super::runs::{RunDetail, RunSetup};
 use super::variant::VariantResult;
-use crate::conditioning::{self, Conditioned};
+use crate::conditioning::{self, Conditioned, between};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::batch::AskedPeaks;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
@@ -114,6 +114,7 @@ fn with_bias_kept(
         },
         conditioned.filter,
     )?;
+    let biased = between::read(Cow::Owned(biased), setup.readings.between())?;
     setup.share(1, variants, |variant| {
         let outcome = setup.run(&biased, *variant, setup.window, RunDetail::PeakOnly)?;
         Ok(if outcome.broke_down {

@@ -12,7 +12,7 @@ use latchgate_kernel::units::{AccelerationUnit, OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::Finding;
 use latchgate_recording::card::CardPolarity;
 use latchgate_verdict::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
-use latchgate_verdict::conditioning::{Cfc, FilterStandard};
+use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
 use latchgate_verdict::ensemble::{Driver, End, PeakQuantiles};
 use latchgate_verdict::what_if::{Change, ChangedSide};
 use latchgate_verdict::{
@@ -382,19 +382,21 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
                     Answer::Pass
                 },
                 interpolation_error_rad: Some(4.2e-4),
+                noise_rad: Some(2e-5),
+                bound: None,
                 uncertainty_rad: Some(4.2e-4),
                 coast_uncertainty_rad: run.coast_peak_angle_rad.map(|_| 4.3e-4),
             })
             .collect(),
         ensemble: None,
         ensembles: Vec::new(),
-        ladder: None,
         preload_answer: None,
         what_if: Vec::new(),
         filters: Vec::new(),
         error_budget_rad: ErrorBudget {
             numerical: Some(3.1e-13),
             interpolation: Some(4.2e-4),
+            noise: Some(2e-5),
             model: Some((nominal.peak_angle_rad - runs[1].0.peak_angle_rad).abs()),
             filter: Some(1.29e-2),
             bias: Some(2.7e-3),
@@ -406,7 +408,6 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             static_threshold_m_s2: 10.430_247_718_383_31,
             impulse_threshold_m_s: 0.478_7,
             impulse_m_s: Some(used.samples.iter().map(|a| a.abs()).sum::<f64>() / RATE_HZ),
-            runs: Vec::new(),
         },
         findings: Vec::new(),
         recording: RecordingBlock {
@@ -443,6 +444,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             filter_design_frequency_hz: Some(25.0 / 12.0 * 1000.0),
             filter_end_treatment: Some("10 ms of point-mirrored samples at each end".into()),
             resample_hz: None,
+            between: Between::BandLimited,
+            noise_m_s2: 0.3,
             peak_g: Some(0.97 * raw.samples[peak_index].abs() / STANDARD_GRAVITY),
             peak_time_s: Some(raw.time_s(peak_index)),
             range_g: Some(2000.0),

@@ -93,6 +93,7 @@ const OF_REPLAY: &[Setting] = &[
     Setting::Bias,
     Setting::Filter,
     Setting::FilterStandard,
+    Setting::Between,
     Setting::Resample,
     Setting::Window,
     Setting::Model,

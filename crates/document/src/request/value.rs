@@ -11,7 +11,7 @@ use latchgate_recording::error::nearest_name;
 use latchgate_recording::setting::Setting;
 use latchgate_verdict::ModelChoice;
 use latchgate_verdict::conditioning::resample::LEAST_RATE_HZ;
-use latchgate_verdict::conditioning::{BiasWindow, Cfc, FilterChoice, FilterStandard};
+use latchgate_verdict::conditioning::{Between, BiasWindow, Cfc, FilterChoice, FilterStandard};
 use latchgate_verdict::margin::MapAxis;
 
 /// Largest ensemble unless a request says otherwise.
@@ -243,6 +243,14 @@ impl Word for FilterStandard {
     }
 }
 
+impl Word for Between {
+    fn all() -> Vec<(Self, &'static str)> {
+        [Self::BandLimited, Self::Linear]
+            .map(|between| (between, between.name()))
+            .to_vec()
+    }
+}
+
 impl Word for ModelChoice {
     fn all() -> Vec<(Self, &'static str)> {
         [
@@ -277,6 +285,7 @@ pub fn words_of(setting: Setting) -> Vec<&'static str> {
         Setting::Bias => vec!["none"],
         Setting::Filter => of::<FilterChoice>(),
         Setting::FilterStandard => of::<FilterStandard>(),
+        Setting::Between => of::<Between>(),
         Setting::Resample => vec!["native"],
         Setting::Model => of::<ModelChoice>(),
         _ => Vec::new(),

@@ -535,14 +535,13 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
             reached,
             ..
         } = &self.lanes[lane];
-        let mut base = piece.terms.map(|a| scale * a);
+        let mut base = piece.terms;
+        for a in &mut base {
+            *a *= scale;
+        }
         base[0] += bias;
         let lowest = (scale * piece.low).min(scale * piece.high) + bias;
-        if *settled
-            || kernel.stuck
-            || *reached > index
-            || (kernel.dwells() && lowest > *lift_off)
-        {
+        if *settled || kernel.stuck || *reached > index || (kernel.dwells() && lowest > *lift_off) {
             return;
         }
         self.store(lane);
@@ -672,13 +671,17 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
     fn step(&self, piece: &Piece<K>) -> (LaneState<Lanes<S>>, Mask<S>) {
         let (simd, state, coefficients) = (self.simd, &self.state, &self.coefficients);
         let constant = |value: f64| Lanes::splat(simd, value);
-        let of_base = |a: f64| self.gain.fused(constant(a), self.offset);
-        let mut b = piece.terms.map(|a| self.gain * constant(a));
-        b[0] = of_base(piece.terms[0]);
+        let mut b = [self.offset; K];
+        b[0] = self.gain.fused(constant(piece.terms[0]), self.offset);
         if K == STRAIGHT {
-            b[1] = of_base(piece.end) - b[0];
+            b[1] = self.gain.fused(constant(piece.end), self.offset) - b[0];
+        } else {
+            for (b, term) in b.iter_mut().zip(&piece.terms).skip(1) {
+                *b = self.gain * constant(*term);
+            }
         }
-        let (low, high) = (of_base(piece.low), of_base(piece.high));
+        let low = self.gain.fused(constant(piece.low), self.offset);
+        let high = self.gain.fused(constant(piece.high), self.offset);
         let strongest = low.magnitude().upper(high.magnitude());
         let bounds = coefficients.bounds(state, strongest);
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);

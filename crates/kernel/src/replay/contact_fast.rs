@@ -345,9 +345,9 @@ impl<const K: usize> FastContact<K> {
             let allowed = self.tolerance.0.max(self.tolerance.1 * moves);
             let mut linear = self.angle * angle + self.slope * slope - self.powers[0] * push;
             let mut excitation = Eight::splat(b[0]);
-            for n in 1..K {
-                linear = linear - self.powers[n] * b[n];
-                excitation = excitation + self.nodes[n] * b[n];
+            for ((power, nodes), b) in self.powers.iter().zip(&self.nodes).zip(&b).skip(1) {
+                linear = linear - *power * *b;
+                excitation = excitation + *nodes * *b;
             }
             let mut small = excitation * lessened(linear);
             // What the first and the second quadrature still neglect.
@@ -410,9 +410,9 @@ impl<const K: usize> FastContact<K> {
     ) -> (f64, f64) {
         let end = &self.end;
         let mut forced = (end.powers[0].0 * push, end.powers[0].1 * push);
-        for n in 1..K {
-            forced.0 += end.powers[n].0 * b[n];
-            forced.1 += end.powers[n].1 * b[n];
+        for (power, b) in end.powers.iter().zip(b).skip(1) {
+            forced.0 += power.0 * b;
+            forced.1 += power.1 * b;
         }
         let kept = (
             end.angle.0 * angle + end.slope.0 * slope,

@@ -289,26 +289,25 @@ impl<T: Real> Orders<T> {
         let pairs = x[1].fused(x[7], early);
         let eighth = -s[0].fused(x[8], c[0] * pairs);
         let own = of.stiffness * x[8];
-        let (mut angle, mut slope) = (own * (-1.0 / 90.0), own * (-1.0 / 9.0));
+        let none = [own * (-1.0 / 90.0), own * (-1.0 / 9.0)];
         // Written out: a loop would put the orders into memory. What is ready last comes last.
-        let mut add = |m: usize, order: T| {
-            let [a, w] = Self::weights(b, m);
-            (angle, slope) = (order.fused(a, angle), order.fused(w, slope));
-        };
-        add(3, c[3]);
-        add(4, c[4]);
-        add(5, c[5]);
-        add(6, c[6]);
-        add(8, eighth);
-        add(7, c[7]);
+        let sum = weighted(c[3], Self::weights(b, 3), none);
+        let sum = weighted(c[4], Self::weights(b, 4), sum);
+        let sum = weighted(c[5], Self::weights(b, 5), sum);
+        let sum = weighted(c[6], Self::weights(b, 6), sum);
+        let sum = weighted(eighth, Self::weights(b, 8), sum);
+        let [angle, slope] = weighted(c[7], Self::weights(b, 7), sum);
         let mut size = b[0].magnitude();
         for term in &b[1..] {
             size = size + term.magnitude();
         }
-        let m = |n: usize| x[n].magnitude();
-        let products = m(2).fused(m(7), m(3).fused(m(6), m(4) * m(5)));
-        let after = (m(9) + self.next * m(8)) + (products + x[1] * x[1] * (m(7) + m(6)));
-        let own = (of.stiffness + of.damping * 10.0) * (m(9) + m(8) * 0.1);
+        let mut m = *x;
+        for order in &mut m {
+            *order = order.magnitude();
+        }
+        let products = m[2].fused(m[7], m[3].fused(m[6], m[4] * m[5]));
+        let after = (m[9] + self.next * m[8]) + (products + x[1] * x[1] * (m[7] + m[6]));
+        let own = (of.stiffness + of.damping * 10.0) * (m[9] + m[8] * 0.1);
         let tail = size.fused(after, own + slope.magnitude() * of.damping) * (2.0 / 90.0);
         [angle, slope, tail]
     }
@@ -434,6 +433,12 @@ impl<T: Real> Orders<T> {
         );
         state.moved([x, w, s, c])
     }
+}
+
+/// Adds so many times what an order weighs in angle and slope.
+#[inline(always)]
+fn weighted<T: Real>(order: T, [angle, slope]: [T; 2], sum: [T; 2]) -> [T; 2] {
+    [order.fused(angle, sum[0]), order.fused(slope, sum[1])]
 }
 
 // The sums go in pairs, so that none waits for many others, and the late ones come last.

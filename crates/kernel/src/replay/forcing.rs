@@ -142,7 +142,7 @@ impl<const K: usize> Forcing for Polynomial<K> {
 
     #[inline]
     fn series(&self, local: f64, step: f64) -> [f64; K] {
-        if local == 0.0 && step == self.length {
+        if local <= 0.0 && step >= self.length {
             return self.terms;
         }
         let mut c = self.about(local / self.length);

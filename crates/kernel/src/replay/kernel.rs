@@ -11,6 +11,7 @@ use super::forcing::{Forcing, Polynomial, SINE_ORDER, Sine};
 use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
 use super::tangent::{Tangent, TangentStep};
+pub(super) use super::taylor::PEAK_TRUNCATION;
 use super::taylor::{Branch, Start, TaylorSeries, Tolerance, Turned};
 use super::{Within, Work};
 use crate::model::design::Design;
@@ -35,13 +36,12 @@ const CONTACT_PHASE_MAX: f64 = 1.25;
 /// what rounding does to them.
 const TRUNCATION: f64 = 1e-17;
 
-/// The same of a run whose error is not stated, since only its peak is asked for: as much as rounding
-/// does to it, by an estimate.
-pub(super) const PEAK_TRUNCATION: f64 = 1e-16;
-
 /// The same under a polynomial of more than two terms; what a run that states its error lets pass is a tenth
 /// of it and counts in the error.
 pub(super) const CURVED_TRUNCATION: f64 = 1e-14;
+
+/// Standard deviations of a noise within which a lever that passes its stop may graze it.
+const GRAZE_DEVIATIONS: f64 = 3.0;
 
 /// A bounce this slow [rad/s] on a pressed lever is rest, whatever the series says.
 const SPEED_MIN: f64 = 1e-30;
@@ -102,6 +102,8 @@ pub(super) struct Kernel {
     /// Carry the error along; a rerun for a comparison does not need it.
     bounds_error: bool,
     pub(super) sensitivity: Sensitivity,
+    /// Standard deviation of the highest angle so far from the noise carried along [rad].
+    pub(super) deviation: f64,
     /// Changes that are carried along, if anyone asks for them.
     pub(super) tangent: Option<Tangent>,
     /// Times the lever has come to rest on the rigid stop.
@@ -182,6 +184,7 @@ impl Kernel {
             lifting: false,
             bounds_error: true,
             sensitivity: Sensitivity::default(),
+            deviation: 0.0,
             tangent: None,
             rests: 0,
             recorder,
@@ -235,6 +238,11 @@ impl Kernel {
     /// Tells whether the run states its error.
     pub(super) fn states_error(&self) -> bool {
         self.bounds_error
+    }
+
+    /// Carries a white noise of the base acceleration along with the error [m²/s³].
+    pub(super) fn carry_noise(&mut self, noise: f64) {
+        self.sensitivity = Sensitivity::with_noise(noise * self.gain * self.gain);
     }
 
     /// Lets this part of the motion pass in a step, which the stated error counts.
@@ -334,8 +342,13 @@ impl Kernel {
         if !self.bounds_error {
             return 0.0;
         }
+        /// Further from its stop a lever is not asked whether noise makes it graze [rad]: nearly every
+        /// sample of a noisy recording would be.
+        const GRAZED_MAX: f64 = 1e-4;
         self.settle_error();
-        self.sensitivity.angle_error_soon(time)
+        let grazed = GRAZE_DEVIATIONS * self.sensitivity.deviation();
+        let error = self.sensitivity.angle_error_soon(time);
+        error.max(grazed.min(GRAZED_MAX))
     }
 
     /// Returns whether the lever is at rest on the rigid stop.
@@ -358,10 +371,14 @@ impl Kernel {
             self.break_down(Breakdown::StopTooDamped);
             return;
         }
+        let mut terms = *base;
+        for term in &mut terms {
+            *term *= self.gain;
+        }
         self.pass::<_, FLIGHT_ORDER>(&Polynomial {
             time,
             length,
-            terms: base.map(|a| self.gain * a),
+            terms,
         });
     }
 
@@ -540,6 +557,7 @@ impl Kernel {
             &self.free
         };
         let (damping, pressing) = (branch.damping, branch.pressing);
+        let highest = self.recorder.peak.angle;
         self.recorder
             .stretch(series, part, stretch.time() + local, step, || {
                 self.sensitivity.apply(damping, pressing);
@@ -555,6 +573,10 @@ impl Kernel {
                         + torque * elapsed * elapsed,
                 )
             });
+        if self.sensitivity.carries_noise() && self.recorder.peak.angle > highest {
+            self.sensitivity.apply(damping, pressing);
+            self.deviation = self.sensitivity.deviation();
+        }
         if let Some(tangent) = &mut self.tangent {
             tangent.smooth(&TangentStep {
                 branch,
@@ -868,7 +890,8 @@ impl Kernel {
             return;
         }
         let error = self.angle_error().max(1e-15 * series.slope().abs());
-        if series.start() + series.slope() - series.curved.angle > error {
+        let grazed = GRAZE_DEVIATIONS * self.sensitivity.deviation();
+        if series.start() + series.slope() - series.curved.angle > error.max(grazed) {
             return;
         }
         let mut lowest = series.start();
@@ -879,10 +902,14 @@ impl Kernel {
             }
             true
         });
+        let curvature = 2.0 * series.bend().abs() / (step * step);
+        let thrown = |height: f64| (1.0 + self.restitution) * (2.0 * curvature * height).sqrt();
         if lowest <= error {
-            let curvature = 2.0 * series.bend().abs() / (step * step);
-            self.sensitivity
-                .add_velocity((1.0 + self.restitution) * (2.0 * curvature * error).sqrt());
+            self.sensitivity.add_velocity(thrown(error));
+        }
+        if lowest <= grazed {
+            let deviation = thrown(grazed) / GRAZE_DEVIATIONS;
+            self.sensitivity.add_noise(deviation);
         }
     }
 

@@ -287,6 +287,7 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
         trace: record.trace.unwrap_or_default(),
         spent: raw.work.counted(),
         coast_error_rad: error,
+        deviation_rad: None,
         final_error_rad: None,
         broke_down: breakdown.is_some() || (moving && coast.is_none()),
         breakdown,

@@ -3,7 +3,8 @@
 //! steps share (rounding of the parameters) kept apart because it adds up coherently.
 //!
 //! Step-halving cannot see this error: it grows with the flow, by orders of magnitude in a
-//! dozen impacts. Rest wipes it out, since the state is then exactly known.
+//! dozen impacts. Rest wipes it out, since the state is then exactly known. A white noise of the
+//! excitation is carried along in the same way.
 //!
 //! # Source
 //!
@@ -26,6 +27,10 @@ pub(super) struct Sensitivity {
     excitation: [f64; 2],
     /// The same for the preload.
     preload: [f64; 2],
+    /// Variance of the angular velocity per time that a noise of the excitation adds [rad²/s³].
+    noise: f64,
+    /// Variance of the angle, covariance and variance of the velocity from that noise.
+    of_noise: [f64; 3],
     /// Stretches not yet applied.
     pending: Smooths,
 }
@@ -83,7 +88,20 @@ impl Sensitivity {
     /// Forgets everything: the state is exactly known.
     #[inline]
     pub(super) fn reset(&mut self) {
-        *self = Self::default();
+        *self = Self::with_noise(self.noise);
+    }
+
+    /// Returns what is known of a state exactly known, under an excitation with this noise [rad²/s³].
+    pub(super) fn with_noise(noise: f64) -> Self {
+        Self {
+            noise,
+            ..Self::default()
+        }
+    }
+
+    /// Tells whether a noise of the excitation is carried along.
+    pub(super) fn carries_noise(&self) -> bool {
+        self.noise > 0.0
     }
 
     /// Returns a bound on the error of the angle [rad].
@@ -183,6 +201,16 @@ impl Sensitivity {
         }
         self.variance_angle += ROUNDING * ROUNDING * angle;
         self.variance_velocity += ROUNDING * ROUNDING * velocity;
+        let noise = self.noise * time;
+        let [angle, covariance, velocity] = &mut self.of_noise;
+        if long && stiffness > 0.0 {
+            *angle += 0.5 * noise / stiffness;
+            *velocity += 0.5 * noise;
+        } else {
+            *angle += noise * time * time / 3.0;
+            *covariance += 0.5 * noise * time;
+            *velocity += noise;
+        }
         // What is cut off has the same sign for steps on end: it adds up, not its square.
         self.variance_angle = raised(self.variance_angle, stretches.truncation);
         self.variance_velocity = raised(self.variance_velocity, stretches.truncation_velocity);
@@ -204,14 +232,24 @@ impl Sensitivity {
         self.variance_velocity += sigma * sigma;
     }
 
+    /// Returns the standard deviation of the angle from the noise [rad].
+    pub(super) fn deviation(&self) -> f64 {
+        self.of_noise[0].sqrt()
+    }
+
+    /// Adds an independent deviation of the angular velocity to that of the noise [rad/s].
+    pub(super) fn add_noise(&mut self, deviation: f64) {
+        self.of_noise[2] += deviation * deviation;
+    }
+
     #[inline]
-    fn map(&mut self, StateMap([[a, b], [c, d]]): &StateMap) {
-        let (p, q, r) = (self.variance_angle, self.covariance, self.variance_velocity);
-        let (ap, aq) = (a * p + b * q, a * q + b * r);
-        let (cp, cq) = (c * p + d * q, c * q + d * r);
-        self.variance_angle = not_negative(ap * a + aq * b);
-        self.covariance = ap * c + aq * d;
-        self.variance_velocity = not_negative(cp * c + cq * d);
+    fn map(&mut self, map: &StateMap) {
+        let StateMap([[a, b], [c, d]]) = map;
+        let own = [self.variance_angle, self.covariance, self.variance_velocity];
+        [self.variance_angle, self.covariance, self.variance_velocity] = map.of_variance(own);
+        if self.carries_noise() {
+            self.of_noise = map.of_variance(self.of_noise);
+        }
         for vector in [&mut self.excitation, &mut self.preload] {
             *vector = [a * vector[0] + b * vector[1], c * vector[0] + d * vector[1]];
         }
@@ -237,6 +275,19 @@ fn not_negative(variance: f64) -> f64 {
 }
 
 impl StateMap {
+    /// Returns what becomes of a variance of the angle, a covariance and a variance of the velocity.
+    #[inline]
+    fn of_variance(&self, [p, q, r]: [f64; 3]) -> [f64; 3] {
+        let Self([[a, b], [c, d]]) = self;
+        let (ap, aq) = (a * p + b * q, a * q + b * r);
+        let (cp, cq) = (c * p + d * q, c * q + d * r);
+        [
+            not_negative(ap * a + aq * b),
+            ap * c + aq * d,
+            not_negative(cp * c + cq * d),
+        ]
+    }
+
     /// Returns the flow over `time` [s] of δ'' = −damping δ' − stiffness δ, both constant.
     #[inline]
     pub(super) fn oscillator(stiffness: f64, damping: f64, time: f64) -> Self {

@@ -5,7 +5,6 @@
 //! The recurrence follows from eq. (2.1)/(2.2) with a(τ) linear, and from
 //! (cos u)' = −u' sin u, (sin u)' = u' cos u.
 
-use super::kernel::PEAK_TRUNCATION;
 use crate::numerics::polynomial;
 
 /// Right-hand side of eq. (2.1) or (2.2) divided by the moment of inertia:
@@ -114,6 +113,10 @@ pub(super) struct TaylorSeries<const N: usize> {
     allowed: f64,
     tolerance: Tolerance,
 }
+
+/// Truncation, relative to the angle and its change, of a run whose error is not stated, since only its peak
+/// is asked for: as much as rounding does to it, by an estimate.
+pub(super) const PEAK_TRUNCATION: f64 = 1e-16;
 
 /// Truncation let pass in a step: the larger of two.
 #[derive(Debug, Clone, Copy)]

@@ -9,8 +9,6 @@ use latchgate_document::Document;
 use latchgate_document::number::{ABSENT, count, milliseconds, significant};
 use latchgate_kernel::replay::Run;
 use latchgate_recording::Finding;
-use latchgate_verdict::ScreenedRun;
-use latchgate_verdict::screen::Decided;
 
 /// Rows of the impacts table that are always shown.
 const IMPACTS_SHOWN: usize = 20;
@@ -279,7 +277,7 @@ fn bound(page: &mut Page, name: &str, value: &str, here: &str) {
     page.raw("</tr>\n");
 }
 
-/// Writes the closed-form bounds.
+/// Writes static and impulse threshold, and which ensembles a bound spares.
 pub(super) fn screens(page: &mut Page, document: &Document) {
     let screens = &document.screens;
     page.table("bounds", &["Bound", "#Value", "Here"]);
@@ -329,87 +327,18 @@ pub(super) fn screens(page: &mut Page, document: &Document) {
         ),
         &measured,
     );
-    for run in &screens.runs {
-        screened(page, run);
-    }
-    page.end_table();
-}
-
-/// Writes which rung decided, and how far each stop and polarity was followed.
-pub(super) fn ladder(page: &mut Page, document: &Document) {
-    let Some(ladder) = &document.ladder else {
-        return;
-    };
-    page.paragraph(&format!(
-        "Decided by: {}. {}",
-        ladder.rung.name(),
-        ladder.text
-    ));
-    if !ladder.stops.is_empty() {
-        page.table(
-            "findings",
-            &[
-                "Stop and sign",
-                "Verdict alone",
-                "Rests on",
-                "Why nothing finer",
-            ],
-        );
-        for step in &ladder.stops {
-            page.raw("<tr>");
+    for run in &document.answers {
+        if let Some(found) = run.bound {
             let name = format!(
                 "{}, {}",
-                words::stop(step.model),
-                words::opens(step.opens_when)
+                words::stop(run.model),
+                words::opens(run.opens_when)
             );
-            page.element("th", "", &name);
-            page.element("td", "", step.answer.name());
-            page.element("td", "", step.by.name());
-            page.element("td", "", &step.text);
-            page.raw("</tr>\n");
+            let text = format!("the loosest of the varied levers {}", found.name());
+            bound(page, &name, "", &text);
         }
-        page.end_table();
     }
-    page.note(&format!(
-        "Samples replayed for the decision, nominal runs, their fourfold and ensembles together: {}.",
-        count(ladder.samples_replayed)
-    ));
-}
-
-/// Writes what the bounds say of one stop and polarity.
-fn screened(page: &mut Page, run: &ScreenedRun) {
-    let deciding = run.bounds.iter().find(|bound| Some(bound.screen) == run.by);
-    page.raw("<tr>");
-    let name = format!(
-        "On the {} stop, {} opening",
-        run.model.name(),
-        run.opens_when.name()
-    );
-    page.element("th", "", &name);
-    let (number, text) = match (deciding, run.answer) {
-        (Some(bound), Some(answer)) => (
-            format!(
-                "{}\u{00A0}of {}\u{00A0}{}",
-                bound
-                    .value
-                    .map_or_else(String::new, |value| significant(value, DIGITS)),
-                significant(bound.limit, DIGITS),
-                bound.unit.symbol()
-            ),
-            format!(
-                "the {} bound proves a {}, samples joined by straight lines",
-                bound.screen.name(),
-                match answer {
-                    Decided::Pass => "pass, the coast included",
-                    Decided::Fail => "failure",
-                }
-            ),
-        ),
-        _ => (String::new(), "no bound decides; the replay does".into()),
-    };
-    page.element("td", "number", &number);
-    page.element("td", "", &text);
-    page.raw("</tr>\n");
+    page.end_table();
 }
 
 /// Findings of the first page.

@@ -80,6 +80,45 @@ pub fn pre_event_samples(signal: &Signal) -> Option<usize> {
     (count >= 2 && span >= least).then_some(count)
 }
 
+/// The white noise of recorded samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Noise {
+    /// Standard deviation: that of the samples before the event, where there are enough, and at least that of
+    /// rounding to the recorder's step [m/s²].
+    pub deviation_m_s2: f64,
+    /// The recorder's step [m/s²]; 0 where it is not known.
+    pub step_m_s2: f64,
+}
+
+/// Returns the white noise of recorded samples.
+pub(super) fn noise(raw: &Signal) -> Noise {
+    let step_m_s2 = step_m_s2(&raw.samples);
+    let rounding = step_m_s2 / 12.0_f64.sqrt();
+    let deviation_m_s2 = pre_event_samples(raw).map_or(rounding, |count| {
+        let quiet = &raw.samples[..count];
+        let variance = sum_of_squares(quiet, mean(quiet)) / (count - 1) as f64;
+        rounding.max(variance.sqrt())
+    });
+    Noise {
+        deviation_m_s2,
+        step_m_s2,
+    }
+}
+
+/// Returns the recorder's step [m/s²], the least difference between neighbours that are not equal; 0 where
+/// it is so large a part of the signal that it is rather the signal's own, as of a rectangle.
+fn step_m_s2(samples: &[f64]) -> f64 {
+    /// Part of the largest magnitude beyond which a step is the signal's.
+    const STEEP: f64 = 1.0 / 16.0;
+    /// Part of the largest magnitude below which a difference is that of two roundings of one number.
+    const ROUNDING: f64 = 1e-12;
+    let largest = samples.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
+    let steps = samples.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let step = steps.filter(|step| *step > ROUNDING * largest);
+    let step = step.reduce(f64::min).unwrap_or(0.0);
+    if step > STEEP * largest { 0.0 } else { step }
+}
+
 /// Part of the recording's peak beyond which a window that moves so far from its mean is loud.
 const LOUD_PART: f64 = 0.1;
 

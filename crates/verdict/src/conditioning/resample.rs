@@ -27,7 +27,7 @@ use std::f64::consts::PI;
 ///
 /// J. F. Kaiser, Nonrecursive digital filter design using the I0-sinh window function,
 /// IEEE Symposium on Circuits and Systems, 1974.
-const KAISER_BETA: f64 = 0.1102 * (120.0 - 8.7);
+pub(super) const KAISER_BETA: f64 = 0.1102 * (120.0 - 8.7);
 
 /// Half-length of the kernel in intervals of the lower rate. Kaiser's formula asks for
 /// (A − 8)/(2.285·2π·0.1)/2 = 39 for a transition over a tenth of the lower rate.
@@ -35,13 +35,6 @@ const HALF_LENGTH: usize = 40;
 
 /// Cut-off when going down, as a part of the new Nyquist frequency: the middle of the transition.
 const CUTOFF_DOWN: f64 = 0.9;
-
-/// Half-length of the fourfold kernel in samples.
-const FOURFOLD_HALF_LENGTH: usize = 32;
-
-/// Half-length of the kernel that refines a fourfold once more, in its samples. Kaiser's formula
-/// asks for 5.2 for the transition from a quarter to 1.75 of the Nyquist frequency.
-const AGAIN_HALF_LENGTH: usize = 8;
 
 /// Entries of the kernel's table per interval of the lower rate. Four-point interpolation
 /// then errs by less than 1e-9 of the kernel's peak.
@@ -133,82 +126,6 @@ fn half_length_samples(from: SampleRate, to: SampleRate) -> f64 {
     HALF_LENGTH as f64 * (from.hertz() / to.hertz()).max(1.0)
 }
 
-/// Returns the signal at four times its rate; every fourth sample is the original, bit for bit.
-///
-/// The kernel is 64 samples long: tones up to 0.7 of the Nyquist frequency are kept to 1e-6.
-#[must_use]
-pub fn upsample_fourfold(signal: &Signal) -> Signal {
-    fourfold::<{ 2 * FOURFOLD_HALF_LENGTH }>(signal)
-}
-
-/// Returns the signal at four times its rate, as [`upsample_fourfold`], of one that holds little
-/// above a quarter of its Nyquist frequency, as a fourfold does: the kernel is 16 samples long.
-#[must_use]
-pub fn upsample_again(fourfold_once: &Signal) -> Signal {
-    fourfold::<{ 2 * AGAIN_HALF_LENGTH }>(fourfold_once)
-}
-
-fn fourfold<const TAPS: usize>(signal: &Signal) -> Signal {
-    let rate = SampleRate::from_hertz(signal.rate.hertz() * 4.0).unwrap_or(signal.rate);
-    let count = signal.samples.len();
-    if count < 2 {
-        return Signal {
-            rate,
-            ..signal.clone()
-        };
-    }
-    let half = TAPS / 2;
-    let extended = extend_and_hold(&signal.samples, half);
-    let phases = [0.25, 0.5, 0.75].map(fourfold_weights::<TAPS>);
-    let mut samples = Vec::with_capacity(4 * count - 3);
-    pulp::Arch::new().dispatch(Refined {
-        samples: &signal.samples[..count - 1],
-        // The window begins half − 1 samples before its own, which lies at its index + half in `extended`.
-        extended: &extended[1..],
-        phases: &phases,
-        to: &mut samples,
-    });
-    samples.push(signal.samples[count - 1]);
-    Signal {
-        start_s: signal.start_s,
-        rate,
-        samples,
-    }
-}
-
-/// Each sample with the three that follow it at four times the rate, compiled for what the machine has:
-/// products and sums are rounded each by itself, so that the numbers are the same on every machine.
-struct Refined<'a, const TAPS: usize> {
-    samples: &'a [f64],
-    /// The window of the first sample, and all that follow.
-    extended: &'a [f64],
-    phases: &'a [[f64; TAPS]; 3],
-    to: &'a mut Vec<f64>,
-}
-
-impl<const TAPS: usize> pulp::WithSimd for Refined<'_, TAPS> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        let windows = self.extended.array_windows();
-        debug_assert_eq!(
-            windows.len(),
-            self.samples.len() + 1,
-            "a window for each sample"
-        );
-        for (sample, window) in self.samples.iter().zip(windows) {
-            let [a, b, c] = self.phases;
-            self.to.extend([
-                *sample,
-                weighted_sum(a, window),
-                weighted_sum(b, window),
-                weighted_sum(c, window),
-            ]);
-        }
-    }
-}
-
 /// Returns Σ wᵢ xᵢ as four sums side by side, which do not wait for one another.
 #[inline(always)]
 fn weighted_sum<const TAPS: usize>(weights: &[f64; TAPS], values: &[f64; TAPS]) -> f64 {
@@ -224,17 +141,6 @@ fn weighted_sum<const TAPS: usize>(weights: &[f64; TAPS], values: &[f64; TAPS]) 
         }
     }
     (sums[0] + sums[1]) + (sums[2] + sums[3])
-}
-
-fn fourfold_weights<const TAPS: usize>(fraction: f64) -> [f64; TAPS] {
-    let half = (TAPS / 2) as f64;
-    let mut weights = [0.0; TAPS];
-    for (tap, weight) in weights.iter_mut().enumerate() {
-        let distance = tap as f64 - (half - 1.0) - fraction;
-        *weight = sinc(distance) * kaiser(distance / half, KAISER_BETA);
-    }
-    let sum: f64 = weights.iter().sum();
-    weights.map(|weight| weight / sum)
 }
 
 /// Returns what of the samples lies above 0.8 of the Nyquist frequency: a motion of six samples a period
@@ -261,7 +167,7 @@ pub fn near_nyquist(signal: &Signal) -> Vec<f64> {
 }
 
 /// Extends by the point mirror as far as there are samples, then by the last mirrored value.
-fn extend_and_hold(samples: &[f64], padding: usize) -> Vec<f64> {
+pub(super) fn extend_and_hold(samples: &[f64], padding: usize) -> Vec<f64> {
     let mirrored = padding.min(samples.len().saturating_sub(1));
     let middle = super::cfc::extend(samples, mirrored);
     let (Some(&first), Some(&last)) = (middle.first(), middle.last()) else {
@@ -349,7 +255,7 @@ fn kaiser(x: f64, beta: f64) -> f64 {
 }
 
 /// Modified Bessel function of the first kind and order zero, by its power series.
-fn bessel_i0(x: f64) -> f64 {
+pub(super) fn bessel_i0(x: f64) -> f64 {
     let quarter = x * x / 4.0;
     let (mut sum, mut term, mut order) = (1.0, 1.0, 1.0);
     while term > sum * 1e-17 {

@@ -13,7 +13,7 @@ use super::quantity::SearchRange;
 use super::search::{self, Excess, ScanFn, SearchResult};
 use crate::assess::NominalPass;
 use crate::early::MemberCache;
-use crate::interpolation::{Course, DIFFERING_TIMES, doubt_part};
+use crate::interpolation::{Course, DIFFERING_TIMES};
 use latchgate_kernel::units::{plain, shortest};
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
@@ -244,8 +244,7 @@ impl AdviceSearch<'_> {
 
     /// Tells whether a peak would be no pass where readings of the samples disagree.
     fn is_in_danger(&self, peak_rad: f64) -> bool {
-        let reach = 1.0 + doubt_part(self.probe.with_members).max(DIFFERING_TIMES);
-        reach * peak_rad > ROOM * self.probe.threshold_rad
+        (1.0 + DIFFERING_TIMES) * peak_rad > ROOM * self.probe.threshold_rad
     }
 
     /// Tells whether a peak may be another one altogether on another reading of the samples.

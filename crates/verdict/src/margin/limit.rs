@@ -3,7 +3,7 @@
 use super::runs::{LeverTrial, NominalRuns};
 use super::search::{self, Edge, Excess, Probe};
 use crate::meter::Meter;
-use crate::{ModelChoice, Polarity, Policy, screen};
+use crate::{ModelChoice, Polarity, Policy, Screens};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
@@ -81,7 +81,7 @@ pub fn limit_curve(
     recording: Vec<RecordingPoint>,
     control: &Control<'_>,
 ) -> Result<LimitCurve, Error> {
-    let bounds = screen::screens(design, None);
+    let bounds = Screens::of(design, None);
     let pulses: Vec<(StopModel, f64)> = model
         .stops()
         .iter()
@@ -126,7 +126,7 @@ pub fn critical_pulse(
         window: None,
         enough_rad: search::followed_to_rad(design.criterion.threshold_rad),
     };
-    let bounds = screen::screens(design, None);
+    let bounds = Screens::of(design, None);
     // Neither bound alone lets the lever reach the threshold, and about their sum does.
     let impulsive =
         bounds.impulse_threshold_m_s * std::f64::consts::PI / (2.0 * duration_s * STANDARD_GRAVITY);

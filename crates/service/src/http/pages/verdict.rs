@@ -117,7 +117,7 @@ fn card(document: &Value) -> Markup {
 
 fn numbers(document: &Value, nominal: &Value, limit: Option<f64>) -> Markup {
     let part = |name: &str| document["error_budget_rad"][name].as_f64().unwrap_or(0.0);
-    let error = part("numerical") + part("interpolation");
+    let error = part("numerical") + part("interpolation") + 2.0 * part("noise");
     let against = format!("limit {}", show::angle(limit));
     let ensemble = &document["ensemble"];
     let percent = |value: &Value| {

@@ -1,0 +1,109 @@
+//! Bounds that spare an ensemble: no lever as far out as the scatter goes can come to the limit.
+//!
+//! Both hold of the loosest lever there is, every parameter at three standard deviations where its draws end,
+//! and so of every member; and of every angle inside or outside the judged window. They are exact for the
+//! polynomials between the samples, by their Bernstein coefficients.
+
+use super::decision::Bound;
+use super::ensemble::Scatter;
+use super::policy::Variant;
+use super::runs::RunSetup;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::lever::Lever;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::Method;
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::STANDARD_GRAVITY;
+use latchgate_recording::error::Error;
+use serde::{Deserialize, Serialize};
+
+/// Returns the least ∫|a| dt that takes a lever from rest to an angle: √(2 I0 (T0 φ + k0 φ²/2))/(m L) [m/s].
+///
+/// # Source
+///
+/// With E the energy, d√E/dt ≤ m L |a|/√(2 I0): the excitation's work is −m L a cos φ φ', impacts and
+/// damping take energy away.
+fn impulse_threshold_m_s(lever: &Lever, angle_rad: f64) -> f64 {
+    let stiffness = lever.spring_stiffness_nm_per_rad;
+    let energy = lever.preload_torque_nm * angle_rad + 0.5 * stiffness * angle_rad * angle_rad;
+    (2.0 * lever.moment_of_inertia_kg_m2 * energy).sqrt() / lever.unbalance_kg_m()
+}
+
+/// Returns the bound that spares the ensemble of one variant; none under an initial state, or by a method to
+/// compare with.
+pub(super) fn bound(
+    setup: &RunSetup<'_>,
+    scatter: &Scatter,
+    Variant { opens_when, model }: Variant,
+) -> Result<Option<Bound>, Error> {
+    /// Room for rounding and for the replay's own error.
+    const ROOM: f64 = 1e-6;
+    if setup.policy.method != Method::EventDriven || setup.initial(model).is_some() {
+        return Ok(None);
+    }
+    let sign = opens_when.sign();
+    let loosest = scatter.loosest(sign);
+    let reading = setup.readings.own()?;
+    let least = |(low, high): (f64, f64)| {
+        let scaled = (sign * loosest.scale * low).min(sign * loosest.scale * high);
+        scaled + sign * loosest.bias_m_s2
+    };
+    let ranges = reading.ranges();
+    let lifts = (1.0 - ROOM) * -loosest.lever.lift_off_acceleration_m_s2();
+    let first = match model {
+        StopModel::Rigid => ranges.iter().position(|range| least(*range) < lifts),
+        // In a soft stop it moves from the first sample on.
+        StopModel::Soft => Some(0),
+    };
+    let Some(first) = first else {
+        return Ok(Some(Bound::NeverLifts));
+    };
+    let interval = reading.signal().rate.interval().seconds();
+    let strongest = |(low, high): &(f64, f64)| {
+        loosest.scale.abs() * low.abs().max(high.abs()) + loosest.bias_m_s2.abs()
+    };
+    let impulse = interval * ranges[first..].iter().map(strongest).sum::<f64>();
+    let needed = impulse_threshold_m_s(&loosest.lever, setup.threshold_rad());
+    Ok((impulse < (1.0 - ROOM) * needed).then_some(Bound::CannotReach))
+}
+
+/// Static and impulse threshold of a design, and what a recording holds against the latter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Screens {
+    /// T0/(mL) in g: below it in the opening direction a lever on a rigid stop never leaves.
+    pub static_threshold_g: f64,
+    /// The same in m/s².
+    pub static_threshold_m_s2: f64,
+    /// √(2 I0 (T0 φ* + k0 φ*²/2))/(mL) [m/s]: the least ∫|a| dt that can reach the threshold.
+    pub impulse_threshold_m_s: f64,
+    /// ∫|a| dt of the signal as used, over the whole record [m/s].
+    pub impulse_m_s: Option<f64>,
+}
+
+impl Screens {
+    /// Works them out.
+    #[must_use]
+    pub fn of(design: &Design, signal: Option<&Signal>) -> Self {
+        let lever = &design.lever;
+        let level = lever.lift_off_acceleration_m_s2();
+        let impulse = |signal: &Signal| {
+            let interval = signal.rate.interval().seconds();
+            let area = |pair: &[f64]| {
+                let (from, to) = (pair[0], pair[1]);
+                if from * to < 0.0 {
+                    // Two triangles on either side of the zero.
+                    0.5 * (from * from + to * to) / (to - from).abs()
+                } else {
+                    0.5 * (from + to).abs()
+                }
+            };
+            interval * signal.samples.windows(2).map(area).sum::<f64>()
+        };
+        Self {
+            static_threshold_g: level / STANDARD_GRAVITY,
+            static_threshold_m_s2: level,
+            impulse_threshold_m_s: impulse_threshold_m_s(lever, design.criterion.threshold_rad),
+            impulse_m_s: signal.map(impulse),
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! Guards the bounds that spare an ensemble: what they spare would have said the same.
+
+use crate::support::{Random, random_design, signal};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::signal::Signal;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Noise};
+use latchgate_verdict::{
+    Answer, AssessExtras, Assessment, Bound, ModelChoice, Polarity, Policy, assess,
+};
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// Pulses one after another: amplitude [g] (negative opens), duration [s], shape.
+#[derive(Clone, Copy)]
+enum Shape {
+    HalfSine,
+    /// Terminal-peak sawtooth.
+    Sawtooth,
+    Pause,
+}
+
+fn pulses(rate: f64, parts: &[(Shape, f64, f64)]) -> Signal {
+    let total: f64 = parts.iter().map(|part| part.2).sum();
+    let count = (total * rate).round() as usize;
+    let samples = (0..=count)
+        .map(|k| {
+            let mut t = k as f64 / rate;
+            for &(shape, amplitude, duration) in parts {
+                if t < duration - 1e-9 / rate {
+                    return STANDARD_GRAVITY
+                        * amplitude
+                        * match shape {
+                            Shape::HalfSine => libm::sin(PI * t / duration),
+                            Shape::Sawtooth => t / duration,
+                            Shape::Pause => 0.0,
+                        };
+                }
+                t -= duration;
+            }
+            0.0
+        })
+        .collect();
+    signal(rate, samples)
+}
+
+const KINDS: [&str; 9] = [
+    "opening half-sine",
+    "opening sawtooth",
+    "holding sawtooth",
+    "opening, then holding",
+    "counter pulses",
+    "burst",
+    "two pulses far apart",
+    "noise",
+    "plateau",
+];
+
+fn random_recording(random: &mut Random, kind: usize) -> Signal {
+    use Shape::{HalfSine, Pause, Sawtooth};
+    let rate = [2_000.0, 5_000.0, 10_000.0, 20_000.0][random.below(4)];
+    let mut short = || random.scale(5e-4, 2e-2);
+    let (one, two, three) = (short(), short(), short());
+    let tail = (Pause, 0.0, random.scale(1e-3, 0.05));
+    let mut made = match kind {
+        0 => pulses(rate, &[(Pause, 0.0, 1e-3), (HalfSine, -1.0, one), tail]),
+        1 => pulses(rate, &[(Sawtooth, -1.0, one), tail]),
+        2 => pulses(rate, &[(Sawtooth, 1.0, one), tail]),
+        3 => {
+            let strong = random.scale(0.3, 30.0);
+            pulses(
+                rate,
+                &[
+                    (HalfSine, -1.0, one),
+                    (Pause, 0.0, two),
+                    (HalfSine, strong, three),
+                    tail,
+                ],
+            )
+        }
+        4 => {
+            let mut parts = vec![];
+            for k in 0..2 + random.below(4) {
+                let sign = if k % 2 == 0 { -1.0 } else { 1.0 };
+                parts.push((
+                    HalfSine,
+                    sign * random.scale(0.3, 3.0),
+                    random.scale(1e-3, 1e-2),
+                ));
+                parts.push((Pause, 0.0, random.scale(1e-4, 2e-2)));
+            }
+            parts.push(tail);
+            pulses(rate, &parts)
+        }
+        5 => {
+            let tone = random.scale(20.0, 400.0);
+            let decay = random.scale(3e-3, 3e-2);
+            let phase = random.between(0.0, 6.3);
+            let count = (5.0 * decay * rate) as usize + 2;
+            let samples = (0..count)
+                .map(|k| {
+                    let t = k as f64 / rate;
+                    9.8 * t / decay
+                        * libm::exp(1.0 - t / decay)
+                        * (libm::sin(2.0 * PI * tone * t + phase)
+                            + libm::sin(2.0 * PI * 1.618 * tone * t))
+                })
+                .collect();
+            signal(rate, samples)
+        }
+        6 => {
+            let second = random.scale(0.5, 2.0);
+            pulses(
+                1_000.0,
+                &[
+                    (HalfSine, -1.0, random.scale(3e-3, 1e-2)),
+                    (Pause, 0.0, random.scale(0.05, 1.0)),
+                    (HalfSine, -second, random.scale(3e-3, 1e-2)),
+                    tail,
+                ],
+            )
+        }
+        7 => {
+            let count = 3 + random.below(200);
+            let samples = (0..count)
+                .map(|_| 9.8 * random.between(-1.0, 1.0))
+                .collect();
+            signal(rate, samples)
+        }
+        _ => {
+            let count = 3 + random.below(300);
+            let place = random.below(count);
+            let (before, after) = (random.between(-1.0, 1.0), random.between(-2.0, 1.0));
+            let samples = (0..count)
+                .map(|k| 9.8 * if k < place { before } else { after })
+                .collect();
+            signal(rate, samples)
+        }
+    };
+    if random.one_in(3) {
+        let noise = random.scale(1e-4, 0.1);
+        for a in &mut made.samples {
+            *a += noise * random.between(-9.8, 9.8);
+        }
+    }
+    if random.one_in(4) {
+        let bias = random.between(-0.1, 0.1);
+        made.samples.iter_mut().for_each(|a| *a += 9.8 * bias);
+    }
+    made
+}
+
+fn judge(signal: &Signal, design: &Design, policy: &Policy, follow_all: bool) -> Assessment {
+    let recording = Conditioned {
+        raw: signal.clone(),
+        used: signal.clone(),
+        bias_m_s2: 0.0,
+        bias_standard_error_m_s2: 0.0,
+        bias_samples: 0,
+        bias_window_s: None,
+        noise: Noise::default(),
+        filter: None,
+        filter_standard: FilterStandard::Iso6487,
+        resample_hz: None,
+        velocity_change_m_s: 0.0,
+        slow_clock: None,
+        findings: Vec::new(),
+    };
+    let extras = AssessExtras {
+        follow_all,
+        ..AssessExtras::default()
+    };
+    let control = Control::unwatched(1);
+    assess(&recording, &[], design, policy, extras, &control).unwrap()
+}
+
+/// Scenes of an ordinary run.
+const SCENES: u64 = 580;
+
+/// Over scenes of every kind, weak and strong, a bound spares an ensemble of which no lever crosses, and no
+/// answer differs from that of the ensemble.
+#[test]
+fn prop_what_a_bound_spares_would_have_said_the_same() {
+    let mut spared: BTreeMap<&str, u32> = BTreeMap::new();
+    let mut runs = 0;
+    for seed in 0..SCENES {
+        let mut random = Random(40_000_000 + seed);
+        let kind = (seed % KINDS.len() as u64) as usize;
+        let mut signal = random_recording(&mut random, kind);
+        let scale = random.scale(0.03, 30.0);
+        signal.samples.iter_mut().for_each(|a| *a *= scale);
+        let mut design = random_design(&mut random);
+        design.criterion.threshold_rad = random.scale(0.01, 0.6);
+        design.input.scale = random.scale(1e-3, 0.05);
+        design.input.bias_g = random.scale(1e-3, 0.3);
+        let polarity = match random.one_in(5) {
+            true => Polarity::Undeclared,
+            false => Polarity::Declared(OpensWhen::Negative),
+        };
+        let policy = Policy {
+            members: [128, 600][random.below(2)],
+            seed,
+            ..Policy::new(ModelChoice::Auto, polarity)
+        };
+        let own = judge(&signal, &design, &policy, false);
+        let full = judge(&signal, &design, &policy, true);
+        let label = format!("seed {seed} ({})", KINDS[kind]);
+        assert_eq!(own.answer, full.answer, "{label}");
+        assert_eq!(own.nominal, full.nominal, "{label}");
+        for (own, full_answer) in own.answers.iter().zip(&full.answers) {
+            runs += 1;
+            let Some(bound) = own.bound else {
+                continue;
+            };
+            assert_eq!(own.answer, full_answer.answer, "{label}");
+            assert_eq!(own.uncertainty_rad, full_answer.uncertainty_rad, "{label}");
+            let variant = (own.model, own.opens_when);
+            let of_variant =
+                |one: &&latchgate_verdict::Ensemble| (one.model, one.opens_when) == variant;
+            let ensembles = || full.ensembles.iter().chain(&full.ensemble);
+            // One that could not change the answer any more was not run in full either.
+            if let Some(ensemble) = ensembles().find(of_variant) {
+                let crossing = ensemble.exceeded + ensemble.exceeded_in_coast;
+                assert_eq!(crossing + ensemble.failed_to_run, 0, "{label}");
+            }
+            *spared.entry(bound.name()).or_default() += 1;
+        }
+    }
+    println!("{spared:?} of {runs} stops and signs spared");
+    for bound in [Bound::NeverLifts, Bound::CannotReach] {
+        assert!(
+            spared.get(bound.name()).copied().unwrap_or(0) >= 20,
+            "{spared:?}"
+        );
+    }
+}
+
+/// A weak pulse never lifts the lever off its rigid stop; nothing is spared near the limit, with a start of its
+/// own, or where every ensemble is asked for.
+#[test]
+fn verif_bounds_spare_what_they_speak_of() {
+    let pulse = |peak_g: f64| {
+        let parts = [
+            (Shape::Pause, 0.0, 0.01),
+            (Shape::HalfSine, peak_g, 0.01),
+            (Shape::Pause, 0.0, 0.05),
+        ];
+        pulses(10_000.0, &parts)
+    };
+    let policy = Policy {
+        members: 128,
+        ..Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative))
+    };
+    let design = Design::reference();
+    let bounds = |found: &Assessment| -> Vec<Option<Bound>> {
+        found.answers.iter().map(|own| own.bound).collect()
+    };
+    let weak = judge(&pulse(-0.5), &design, &policy, false);
+    assert_eq!(weak.answer, Answer::Pass);
+    assert_eq!(
+        bounds(&weak),
+        [Some(Bound::NeverLifts), Some(Bound::CannotReach)]
+    );
+    assert!(weak.ensemble.is_none() && weak.ensembles.is_empty());
+    assert_eq!(
+        bounds(&judge(&pulse(-0.5), &design, &policy, true)),
+        [None, None]
+    );
+    assert_eq!(
+        bounds(&judge(&pulse(-8.3), &design, &policy, false)),
+        [None, None]
+    );
+    let moving = Policy {
+        initial_velocity_rad_s: Some(0.1),
+        ..policy
+    };
+    assert_eq!(
+        bounds(&judge(&pulse(-0.5), &design, &moving, false)),
+        [None, None]
+    );
+}
