@@ -540,7 +540,10 @@ impl<const K: usize> EventDriven<'_, K> {
         let lift_off = kernel.lift_off_acceleration();
         let fast_flight = FastFlight::new(&kernel, interval, sign);
         let pressed = FastContact::<K>::new(&kernel, interval, sign, 0.0);
-        let mut ends = options.peak_only.then(|| PeakEnd::of(self));
+        let mut ends = None;
+        if options.peak_only {
+            ends = Some(PeakEnd::of(self));
+        }
         let mut index = 0;
         while index < last {
             if index == first {

@@ -89,7 +89,8 @@ const fn shape(point: usize, place: f64) -> f64 {
     value
 }
 
-/// A number at each point.
+/// A number at each point. Its operations have no closures, which would not be compiled for the machine's
+/// vectors.
 #[derive(Debug, Clone, Copy)]
 struct Eight([f64; POINTS]);
 
@@ -104,8 +105,11 @@ impl Add for Eight {
     type Output = Self;
 
     #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|n| self.0[n] + other.0[n]))
+    fn add(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(&other.0) {
+            *a += b;
+        }
+        self
     }
 }
 
@@ -113,8 +117,11 @@ impl Sub for Eight {
     type Output = Self;
 
     #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Self(std::array::from_fn(|n| self.0[n] - other.0[n]))
+    fn sub(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(&other.0) {
+            *a -= b;
+        }
+        self
     }
 }
 
@@ -122,8 +129,11 @@ impl Mul for Eight {
     type Output = Self;
 
     #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        Self(std::array::from_fn(|n| self.0[n] * other.0[n]))
+    fn mul(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(&other.0) {
+            *a *= b;
+        }
+        self
     }
 }
 
@@ -131,8 +141,11 @@ impl Mul<f64> for Eight {
     type Output = Self;
 
     #[inline(always)]
-    fn mul(self, other: f64) -> Self {
-        Self(self.0.map(|a| a * other))
+    fn mul(mut self, other: f64) -> Self {
+        for a in &mut self.0 {
+            *a *= other;
+        }
+        self
     }
 }
 
