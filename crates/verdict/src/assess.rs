@@ -515,11 +515,8 @@ impl PassQuestion<'_> {
         };
         // A larger error could only confirm both.
         let lost = |run: &VariantRun| !stays(run) && doubted(run);
-        let runs = setup
-            .nominal_runs(&self.policy.variants(), RunDetail::ErrorBound)?
-            .into_iter()
-            .map(|outcome| setup.enough_known(outcome, lost))
-            .collect::<Result<Vec<_>, Error>>()?;
+        let runs = setup.nominal_runs(&self.policy.variants(), RunDetail::ErrorBound)?;
+        let runs = setup.with_their_errors(runs, None, lost)?;
         Ok(NominalPass {
             passes: runs.iter().all(stays),
             in_doubt: runs.iter().any(doubted),

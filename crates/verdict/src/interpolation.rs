@@ -136,12 +136,32 @@ impl RunSetup<'_> {
         detail: RunDetail,
     ) -> Result<Vec<VariantRun>, Error> {
         let runs = self.nominal_runs(variants, detail)?;
-        let interpolation = self.share(RUNS_OF_A_BOUND, &runs, |run| {
-            self.interpolation_error(run, |_| false)
-        })?;
-        // The largest peak's is told in the budget; of the others it is enough to know that more would not
-        // change their answer.
+        // The budget tells of the largest peak.
         let largest = index_of_largest(runs.iter().map(|outcome| &outcome.run));
+        self.with_their_errors(runs, Some(largest), |_| false)
+    }
+
+    /// Runs every variant on the samples, with no more of its errors than its answer takes.
+    pub(super) fn answering_runs(&self, variants: &[Variant]) -> Result<Vec<VariantRun>, Error> {
+        let runs = self.nominal_runs(variants, RunDetail::ErrorBound)?;
+        let threshold = self.threshold_rad();
+        let undecided = |run: &VariantRun| run.nominal_answer(threshold) == Answer::Undecided;
+        self.with_their_errors(runs, None, undecided)
+    }
+
+    /// Gives each run its errors, or that part of the interpolation error which is `too_much`; the noise of
+    /// the one that is `told`, by its place, is looked at more closely.
+    pub(super) fn with_their_errors(
+        &self,
+        runs: Vec<RunOutcome>,
+        told: Option<usize>,
+        too_much: impl Fn(&VariantRun) -> bool + Sync,
+    ) -> Result<Vec<VariantRun>, Error> {
+        let interpolation = self.share(RUNS_OF_A_BOUND, &runs, |run| {
+            self.interpolation_error(run, |error_rad| {
+                too_much(&with_errors(run.clone(), error_rad, 0.0))
+            })
+        })?;
         let threshold = self.threshold_rad();
         let hangs = |place: usize, noise_rad: f64| {
             let answer = |noise_rad| {
@@ -150,21 +170,11 @@ impl RunSetup<'_> {
             };
             answer(noise_rad) != answer(0.0)
         };
-        let noise = noise::deviations_rad(self, &runs, Some(largest), hangs)?;
+        let noise = noise::deviations_rad(self, &runs, told, hangs)?;
         let all = runs.into_iter().zip(interpolation).zip(noise);
         Ok(all
             .map(|((outcome, error_rad), noise_rad)| with_errors(outcome, error_rad, noise_rad))
             .collect())
-    }
-
-    /// Runs every variant on the samples, with no more of its errors than its answer takes.
-    pub(super) fn answering_runs(&self, variants: &[Variant]) -> Result<Vec<VariantRun>, Error> {
-        let runs = self.nominal_runs(variants, RunDetail::ErrorBound)?;
-        self.share(RUNS_OF_A_BOUND, &runs, |run| {
-            let undecided =
-                |run: &VariantRun| run.nominal_answer(self.threshold_rad()) == Answer::Undecided;
-            self.enough_known(run.clone(), undecided)
-        })
     }
 
     /// Returns the interpolation error of a run [rad], or as much of it as is `enough`.
@@ -220,31 +230,13 @@ impl RunSetup<'_> {
         }
         let mut runs = Vec::with_capacity(variants.len());
         for run in outcomes {
-            let run = self.enough_known(run.outcome, |run| !passes(run))?;
-            if !passes(&run) {
+            let known = self.with_their_errors(vec![run.outcome], None, |run| !passes(run))?;
+            if let Some(run) = known.iter().find(|run| !passes(run)) {
                 return Ok(Err(run.variant()));
             }
-            runs.push(run);
+            runs.extend(known);
         }
         Ok(Ok(runs))
-    }
-
-    /// Returns a run with its errors, or that part of them which is `too_much`.
-    pub(super) fn enough_known(
-        &self,
-        outcome: RunOutcome,
-        too_much: impl Fn(&VariantRun) -> bool,
-    ) -> Result<VariantRun, Error> {
-        let interpolation_rad = self.interpolation_error(&outcome, |error_rad| {
-            too_much(&with_errors(outcome.clone(), error_rad, 0.0))
-        })?;
-        let with_noise = |noise_rad| with_errors(outcome.clone(), interpolation_rad, noise_rad);
-        if too_much(&with_noise(0.0)) {
-            return Ok(with_noise(0.0));
-        }
-        let hangs = |_, noise_rad| too_much(&with_noise(noise_rad));
-        let noise = noise::deviations_rad(self, std::slice::from_ref(&outcome), None, hangs)?;
-        Ok(with_noise(noise.first().copied().unwrap_or(0.0)))
     }
 }
 

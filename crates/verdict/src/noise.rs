@@ -17,15 +17,19 @@ use std::borrow::Cow;
 /// Standard deviation of a peak from which on the noise is drawn [rad].
 const DRAWN_FROM_RAD: f64 = 0.02;
 
+/// Times the standard deviation to first order that the draws may come to: an answer that so much of it would
+/// change hangs on them.
+const ROOM: f64 = 8.0;
+
 /// Draws where an answer hangs on them.
 const DRAWS: u32 = 16;
 
 /// Draws where they are told and no more.
 const DRAWS_TOLD: u32 = 4;
 
-/// Returns the standard deviation of each run's peak, or of its coast's if that is larger [rad]. To first
-/// order it may come out too large; the draws that tell are made of a run, by its place, whose answer
-/// `hangs` on that, and of the one that is `told`.
+/// Returns the standard deviation of each run's peak, or of its coast's if that is larger [rad]. Where it is
+/// large, first order is no measure: the draws that tell are made of a run, by its place, whose answer `hangs` on
+/// so large a deviation, and of the one that is `told`.
 pub(super) fn deviations_rad(
     setup: &RunSetup<'_>,
     runs: &[RunOutcome],
@@ -56,7 +60,7 @@ pub(super) fn deviations_rad(
         return Ok(deviations);
     }
     let much = |place: &usize| deviations[*place] >= DRAWN_FROM_RAD;
-    let hanging = |place: &usize| much(place) && hangs(*place, deviations[*place]);
+    let hanging = |place: &usize| much(place) && hangs(*place, ROOM * deviations[*place]);
     let mut open: Vec<usize> = (0..runs.len()).filter(hanging).collect();
     let draws = if open.is_empty() { DRAWS_TOLD } else { DRAWS };
     open.extend(told.filter(|place| much(place) && !open.contains(place)));
