@@ -1,11 +1,11 @@
 //! Guards the bounds that spare an ensemble: what they spare would have said the same.
 
-use crate::support::{Random, random_design, signal};
+use crate::support::{Random, random_design, signal, unconditioned};
 use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
-use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Noise};
 use latchgate_verdict::{
     Answer, AssessExtras, Assessment, Bound, ModelChoice, Polarity, Policy, assess,
 };
@@ -152,21 +152,7 @@ fn random_recording(random: &mut Random, kind: usize) -> Signal {
 }
 
 fn judge(signal: &Signal, design: &Design, policy: &Policy, follow_all: bool) -> Assessment {
-    let recording = Conditioned {
-        raw: signal.clone(),
-        used: signal.clone(),
-        bias_m_s2: 0.0,
-        bias_standard_error_m_s2: 0.0,
-        bias_samples: 0,
-        bias_window_s: None,
-        noise: Noise::default(),
-        filter: None,
-        filter_standard: FilterStandard::Iso6487,
-        resample_hz: None,
-        velocity_change_m_s: 0.0,
-        slow_clock: None,
-        findings: Vec::new(),
-    };
+    let recording = unconditioned(signal);
     let extras = AssessExtras {
         follow_all,
         ..AssessExtras::default()
@@ -279,4 +265,26 @@ fn verif_bounds_spare_what_they_speak_of() {
         bounds(&judge(&pulse(-0.5), &design, &moving, false)),
         [None, None]
     );
+}
+
+/// A small acceleration that holds the lever is scaled down where a large bias takes it off its stop.
+#[test]
+fn regress_what_holds_the_lever_is_scaled_down() {
+    let held = signal(10_000.0, vec![1.5; 1_000]);
+    let mut design = Design::reference();
+    design.input.scale = 0.1;
+    design.input.bias_g = 0.4;
+    let policy = Policy {
+        members: 128,
+        ..Policy::new(
+            ModelChoice::Only(StopModel::Rigid),
+            Polarity::Declared(OpensWhen::Negative),
+        )
+    };
+    // 1.05 m/s² at three standard deviations less, and −11.77 of bias: beyond −10.43, where the lever lifts.
+    assert_eq!(judge(&held, &design, &policy, false).answers[0].bound, None);
+    // At 0.3 g of bias −8.8 m/s² are left.
+    design.input.bias_g = 0.3;
+    let bound = judge(&held, &design, &policy, false).answers[0].bound;
+    assert_eq!(bound, Some(Bound::NeverLifts));
 }

@@ -13,7 +13,9 @@ mod table;
 pub(crate) use archive::{gzip_of, tar_of, zip_of};
 pub(crate) use data::{columns, data, json, number};
 pub(crate) use folder::Folder;
-pub(crate) use lever::{options, random_design, random_signal, replay, signal, signal_from};
+pub(crate) use lever::{
+    options, random_design, random_signal, replay, signal, signal_from, unconditioned,
+};
 pub(crate) use program::{Done, fed, finish, latchgate, program, without_run};
 pub(crate) use random::Random;
 pub(crate) use reading::{check_at, check_codes, check_refused, one, read_path, with_channel};

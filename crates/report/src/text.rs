@@ -75,6 +75,12 @@ fn judged(out: &mut TerminalLines, document: &Document) {
     }
     if let Some(ensemble) = &document.ensemble {
         out.line("varied", &words::varied(ensemble));
+    } else if let Some(bound) = words::spared(document) {
+        let text = format!(
+            "none of the varied levers can open: the loosest {}",
+            bound.name()
+        );
+        out.line("varied", &text);
     }
     if let Some(preload) = &document.preload_answer {
         out.line("advice", &preload.text);

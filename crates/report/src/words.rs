@@ -15,7 +15,7 @@ use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::{Finding, Severity};
 use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
-use latchgate_verdict::{Answer, Ensemble, ErrorBudget, RunAnswer};
+use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget, RunAnswer};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -33,12 +33,21 @@ pub(super) fn answer(answer: Answer) -> &'static str {
     }
 }
 
+/// Returns what shows that no varied lever comes to the limit, where that spared the ensemble of the lever
+/// with the largest peak.
+pub(super) fn spared(document: &Document) -> Option<Bound> {
+    let run = document.nominal.as_ref()?;
+    let of_run =
+        |answer: &&RunAnswer| (answer.model, answer.opens_when) == (run.model, run.opens_when);
+    document.answers.iter().find(of_run)?.bound
+}
+
 /// Returns what the verdict means in a sentence: what the lever does, or what would decide it, or
 /// why there is no answer. Without an ensemble it claims no more than the nominal lever does.
 pub(super) fn headline(document: &Document) -> String {
     let lever = match document.ensemble {
-        Some(_) => "The lever",
-        None => "The nominal lever",
+        None if spared(document).is_none() => "The nominal lever",
+        _ => "The lever",
     };
     let first = document.why.first();
     match (document.verdict, &document.nominal) {

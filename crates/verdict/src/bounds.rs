@@ -44,9 +44,11 @@ pub(super) fn bound(
     let sign = opens_when.sign();
     let loosest = scatter.loosest(sign);
     let reading = setup.readings.own()?;
+    // What holds the lever is scaled down, what opens it up.
+    let (up, down) = (loosest.scale, 2.0 - loosest.scale);
     let least = |(low, high): (f64, f64)| {
-        let scaled = (sign * loosest.scale * low).min(sign * loosest.scale * high);
-        scaled + sign * loosest.bias_m_s2
+        let opening = (sign * low).min(sign * high);
+        (up * opening).min(down * opening) + sign * loosest.bias_m_s2
     };
     let ranges = reading.ranges();
     let lifts = (1.0 - ROOM) * -loosest.lever.lift_off_acceleration_m_s2();

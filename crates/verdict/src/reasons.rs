@@ -127,7 +127,9 @@ pub(super) fn inputs_may_come_first(case: &Explained<'_>) -> bool {
 
 /// Says how many of the scattered levers cross, and what that is worth.
 fn ensemble(case: &Explained<'_>) -> Option<Reason> {
-    let own = case.nominal.ensemble.as_ref()?;
+    let Some(own) = case.nominal.ensemble.as_ref() else {
+        return spared(case);
+    };
     // Where an answer is missing, every variant that has none is named.
     let threshold = case.threshold_rad();
     let open = |result: &&VariantResult| {
@@ -155,6 +157,19 @@ fn ensemble(case: &Explained<'_>) -> Option<Reason> {
         text: format!(
             "Scattered as design and input are uncertain, the limit is crossed{until} by {}; {rule}.",
             list.join("; by ")
+        ),
+    })
+}
+
+/// Says why the levers of the ensemble were not followed.
+fn spared(case: &Explained<'_>) -> Option<Reason> {
+    let bound = case.nominal.counted().bound?;
+    Some(Reason {
+        code: "no-member-can-cross".into(),
+        text: format!(
+            "Scattered as design and input are uncertain, no lever can cross the limit: the loosest of them {} ({}).",
+            bound.name(),
+            briefly(case.nominal.variant)
         ),
     })
 }

@@ -6,6 +6,7 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::{self, RunOptions, RunOutcome};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
+use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Noise};
 
 /// A signal that starts at `start_s`.
 pub(crate) fn signal_from(rate_hz: f64, start_s: f64, samples: Vec<f64>) -> Signal {
@@ -19,6 +20,25 @@ pub(crate) fn signal_from(rate_hz: f64, start_s: f64, samples: Vec<f64>) -> Sign
 /// A signal that starts at time zero.
 pub(crate) fn signal(rate_hz: f64, samples: Vec<f64>) -> Signal {
     signal_from(rate_hz, 0.0, samples)
+}
+
+/// A recording to which nothing is done, of samples without noise.
+pub(crate) fn unconditioned(signal: &Signal) -> Conditioned {
+    Conditioned {
+        raw: signal.clone(),
+        used: signal.clone(),
+        bias_m_s2: 0.0,
+        bias_standard_error_m_s2: 0.0,
+        bias_samples: 0,
+        bias_window_s: None,
+        noise: Noise::default(),
+        filter: None,
+        filter_standard: FilterStandard::Iso6487,
+        resample_hz: None,
+        velocity_change_m_s: 0.0,
+        slow_clock: None,
+        findings: Vec::new(),
+    }
 }
 
 /// Options of a nominal run with the trajectory kept.

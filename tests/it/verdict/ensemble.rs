@@ -287,6 +287,27 @@ fn verif_a_coast_forbids_a_pass_with_an_ensemble() {
     );
 }
 
+/// An ensemble that a bound spares is told: as none of its levers crosses, not as one that nobody asked for.
+#[test]
+fn verif_an_ensemble_that_is_spared_is_told() {
+    let weak = samples(|t| half_sine(t, 0.0, 0.03, -0.5));
+    let own = with_members(128, RIGID, NEGATIVE);
+    let found = judge(&weak, &[], &Design::reference(), &own);
+    assert!(found.ensemble.is_none());
+    let codes = ["never-released", "no-member-can-cross", "uncertainty"];
+    check_answer(&found, Answer::Pass, &codes);
+    let program = latchgate(&[
+        "replay",
+        &crate::support::signal_file("surviving.csv"),
+        "--set",
+        "lever.preload_torque_nm=20",
+        "--no-report",
+    ]);
+    assert!(program.out.contains("The lever stays"), "{}", program.out);
+    let told = "none of the varied levers can open: the loosest never lifts";
+    assert!(program.out.contains(told), "{}", program.out);
+}
+
 /// Part 4 with ensembles: undeclared polarities must agree, of both the worse counts.
 #[test]
 fn verif_polarities_with_ensembles() {

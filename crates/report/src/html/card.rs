@@ -97,7 +97,13 @@ fn key_figures(page: &mut Page, document: &Document) {
                 &share,
             );
         }
-        None => item(page, "Varied levers", "none", "the nominal lever alone"),
+        None => match words::spared(document) {
+            Some(bound) => {
+                let why = format!("the loosest {}", bound.name());
+                item(page, "Varied levers that open", "none can", &why);
+            }
+            None => item(page, "Varied levers", "none", "the nominal lever alone"),
+        },
     }
     page.raw("</dl>\n");
 }

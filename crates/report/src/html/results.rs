@@ -259,7 +259,7 @@ pub(super) fn budget(page: &mut Page, document: &Document) {
         page.raw("</tr>\n");
     }
     page.end_table();
-    if document.ensemble.is_none() {
+    if document.ensemble.is_none() && words::spared(document).is_none() {
         page.note(
             "No ensemble was run: tolerances of the design and the uncertainty of the input have \
              no part in this verdict, and small changes of either may change it.",
