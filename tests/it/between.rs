@@ -122,6 +122,7 @@ fn verif_divided_intervals_change_nothing() {
 /// Members side by side do what the scalar kernel does, with the same bits with and without vectors.
 #[test]
 fn prop_members_agree_with_the_scalar_kernel_on_curves() {
+    let mut worst = 0.0_f64;
     for seed in 0..12 {
         let mut random = Random(50_000 + seed);
         let signal = random_signal(&mut random, 300, 20.0, 1e4);
@@ -174,8 +175,9 @@ fn prop_members_agree_with_the_scalar_kernel_on_curves() {
                 .unwrap()
                 .run;
                 let off = (run.peak_angle_rad - peak.peak_angle_rad).abs();
-                // The scaled samples are rounded once more, and impacts make the same of that.
-                let allowed = 1e3 * run.numerical_error_rad + 1e-12 * run.peak_angle_rad.abs();
+                // The scaled samples are rounded once more, and a step of a member lets ten times as much pass.
+                let allowed = 4.0 * run.numerical_error_rad;
+                worst = worst.max(off / run.numerical_error_rad);
                 assert!(
                     off <= allowed,
                     "seed {seed} {stop:?}: off by {off:e}, stated {:e}",
@@ -184,6 +186,7 @@ fn prop_members_agree_with_the_scalar_kernel_on_curves() {
             }
         }
     }
+    println!("at most {worst:.1} times the stated error apart");
 }
 
 /// The methods to compare with see the same polynomials: with finer steps they come to the event-driven peak.

@@ -3,7 +3,7 @@
 
 mod advice;
 
-use crate::support::{columns, signal};
+use crate::support::{columns, signal, unconditioned};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::{self, StopModel};
 use latchgate_kernel::parallel::Control;
@@ -11,7 +11,7 @@ use latchgate_kernel::replay::{self, RunOptions};
 use latchgate_kernel::units::{OpensWhen, Restitution, STANDARD_GRAVITY};
 use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
-use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Noise, Signal};
+use latchgate_verdict::conditioning::{Conditioned, Signal};
 use latchgate_verdict::margin::quantity::{SearchRange, applied};
 use latchgate_verdict::margin::search::{Edge, Excess, Probe, changes};
 use latchgate_verdict::margin::{
@@ -24,21 +24,7 @@ use std::path::Path;
 const RADIUS_M: f64 = 0.03;
 
 fn conditioned(signal: Signal) -> Conditioned {
-    Conditioned {
-        raw: signal.clone(),
-        used: signal,
-        bias_m_s2: 0.0,
-        bias_standard_error_m_s2: 0.0,
-        bias_samples: 0,
-        bias_window_s: None,
-        noise: Noise::default(),
-        filter: None,
-        filter_standard: FilterStandard::Iso6487,
-        resample_hz: None,
-        velocity_change_m_s: 0.0,
-        slow_clock: None,
-        findings: Vec::new(),
-    }
+    unconditioned(&signal)
 }
 
 fn options(model: ModelChoice) -> MarginOptions {

@@ -1,13 +1,14 @@
 //! Guards that work is bounded: what is dear ends at its limit, counted in steps, and a long run
 //! looks up from its work.
 
+use crate::support::unconditioned;
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::{self, Method, RunOptions, Within};
 use latchgate_kernel::units::{OpensWhen, SampleRate};
-use latchgate_verdict::conditioning::{Conditioned, FilterStandard, Noise, Signal};
+use latchgate_verdict::conditioning::Signal;
 use latchgate_verdict::{
     Answer, AssessDetail, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess,
 };
@@ -45,21 +46,7 @@ fn judged_with(
     design: &Design,
     (members, work): (u32, u64),
 ) -> Assessment {
-    let conditioned = Conditioned {
-        raw: signal.clone(),
-        used: signal.clone(),
-        bias_m_s2: 0.0,
-        bias_standard_error_m_s2: 0.0,
-        bias_samples: 0,
-        bias_window_s: None,
-        noise: Noise::default(),
-        filter: None,
-        filter_standard: FilterStandard::Iso6487,
-        resample_hz: None,
-        velocity_change_m_s: 0.0,
-        slow_clock: None,
-        findings: Vec::new(),
-    };
+    let conditioned = unconditioned(signal);
     let policy = Policy {
         members,
         work,
