@@ -545,7 +545,7 @@ fn signal_cases(signals: &Path, scratch: &Path) -> Result<Vec<Case>, String> {
         }
         let mut report = Step::new("report", &["replay", &name, "--out", "report"]);
         report.report = Some("report");
-        let margin = ["margin", &name, "--points", "50"];
+        let margin = ["margin", &name];
         case(
             "other commands",
             vec![

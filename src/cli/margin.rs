@@ -16,9 +16,6 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
     let started = Instant::now();
     let request = own.request(common).map_err(Failure::Usage)?;
     let design = asked_design(&own.replay, &request.replay, common)?;
-    if let Some(map) = &request.map {
-        map.check(&design).map_err(Failure::Usage)?;
-    }
     let source = own.replay.read.source();
     let step = format!("margin {}", source.name());
     let progress = Progress::new(&step).that_keeps();

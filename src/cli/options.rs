@@ -1,14 +1,14 @@
 //! Options that commands share, and what they ask as data.
 
 use super::values::{
-    ColorArgument, Grid, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample,
-    ValueWords, parse_grid, parse_limit, parse_log, parse_resample, words_shown,
+    ColorArgument, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample, ValueWords,
+    parse_limit, parse_log, parse_resample, words_shown,
 };
 use clap::Args;
 use latchgate_document::request::{
     MEMBERS_DEFAULT, MarginRequest, Request, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, Word as _,
-    parse_bias, parse_count, parse_finite, parse_map_axis, parse_phi0, parse_positive,
-    parse_sensitivity, parse_time_unit, parse_tolerance, parse_velocity, parse_window,
+    parse_bias, parse_count, parse_finite, parse_phi0, parse_positive, parse_sensitivity,
+    parse_time_unit, parse_tolerance, parse_velocity, parse_window,
 };
 use latchgate_kernel::units::{
     AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit,
@@ -19,7 +19,6 @@ use latchgate_recording::setting::Setting;
 use latchgate_recording::{Limits, Source};
 use latchgate_verdict::conditioning::{Between, BiasWindow, FilterChoice, FilterStandard};
 use latchgate_verdict::ensemble::MEMBERS_MAX;
-use latchgate_verdict::margin::{MapAxis, MapRequest};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -346,17 +345,6 @@ pub struct MarginArguments {
     /// Distance from the pivot of the counterweight, fixed to the lever on the pivot's far side [m]
     #[arg(long, value_name = "M", value_parser = parse_positive, default_value_t = 0.03, allow_hyphen_values = true)]
     pub counterweight_radius: f64,
-    /// Values of each quantity that the search begins with [default: 200 to 1200, fewer the longer
-    /// the recording]
-    #[arg(long, value_name = "N", value_parser = count(50, 20_000), allow_hyphen_values = true)]
-    pub points: Option<u32>,
-    /// Map of the peak angle over two design keys, with the boundary of the pass, for example
-    /// --map lever.preload_torque_nm=0.1..3 lever.mass_kg=0.05..0.2
-    #[arg(long, num_args = 2, value_names = ["KEY=LO..HI", "KEY=LO..HI"], value_parser = parse_map_axis)]
-    pub map: Option<Vec<MapAxis>>,
-    /// Values of the map's keys, the first key's times the second's
-    #[arg(long, value_name = "NxM", value_parser = parse_grid, default_value = "61x61", requires = "map")]
-    pub map_grid: Grid,
 }
 
 impl MarginArguments {
@@ -366,20 +354,9 @@ impl MarginArguments {
     ///
     /// As [`Common::changed_limits`].
     pub fn request(&self, common: &Common) -> Result<MarginRequest, Error> {
-        let map = match self.map.as_deref() {
-            Some([x, y]) => Some(MapRequest {
-                x: x.clone(),
-                y: y.clone(),
-                columns: self.map_grid.columns,
-                rows: self.map_grid.rows,
-            }),
-            _ => None,
-        };
         Ok(MarginRequest {
             replay: self.replay.request(common)?,
             counterweight_radius_m: self.counterweight_radius,
-            points: self.points,
-            map,
         })
     }
 }

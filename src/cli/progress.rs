@@ -104,7 +104,7 @@ pub(super) fn stopped() -> bool {
 }
 
 /// Takes the line of progress off the terminal.
-fn wipe() {
+pub(super) fn wipe() {
     if LINE_STANDS.swap(false, Ordering::Relaxed) {
         let mut err = std::io::stderr().lock();
         let _ = write!(err, "\r\x1b[K");

@@ -8,9 +8,9 @@ use super::design::asked_design;
 use super::failure::Failure;
 use super::options::{Common, ReplayCommand, source_of};
 use super::output;
-use super::progress::Progress;
+use super::progress::{self, Progress};
 use super::values::OutputFormat;
-use crate::pipeline::{self, Extras, Outcome};
+use crate::pipeline::{Extras, Outcome, Prepared};
 use latchgate_recording::Limits;
 use latchgate_recording::error::Error;
 use std::path::{Path, PathBuf};
@@ -37,6 +37,7 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
     let progress = Progress::new("replay");
     // A search of its own, for readers of one answer; a program asks for the margin.
     let advises = common.format == OutputFormat::Text && recordings.len() == 1;
+    let limits = Limits::default();
     let mut judged = Vec::with_capacity(recordings.len());
     for (index, recording) in recordings.iter().enumerate() {
         let step = match recordings.len() {
@@ -44,26 +45,40 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
             many => format!("replay {} of {many}: {}", index + 1, recording.display()),
         };
         let started = Instant::now();
-        let mut outcome = progress.watch(&step, common.thread_count(), |control| {
-            let source = source_of(recording);
-            let extras = Extras {
-                filter_table: advises || !own.replay.no_report || request.members > 0,
-                preload_answer: advises || !own.replay.no_report,
-                evidence: !own.replay.no_report || own.series.is_some(),
-            };
-            pipeline::judge(
-                &source,
-                &request,
-                &design,
-                extras,
-                &Limits::default(),
-                control,
-            )
-        });
+        let extras = Extras {
+            filter_table: advises || !own.replay.no_report || request.members > 0,
+            preload_answer: false,
+            evidence: !own.replay.no_report || own.series.is_some(),
+        };
+        let (prepared, mut outcome) =
+            progress.watch(
+                &step,
+                common.thread_count(),
+                |control| match Prepared::open(&source_of(recording), &request, &limits, control) {
+                    Ok(prepared) => {
+                        let outcome = prepared.judge(&design, extras, control);
+                        (Some(prepared), outcome)
+                    }
+                    Err(refused) => (None, refused.outcome(&design)),
+                },
+            );
         if outcome.was_stopped() {
             return Err(Failure::Interrupted);
         }
         outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
+        if advises {
+            // Whoever reads one answer does not wait for the search.
+            progress::wipe();
+            answer::print_first(&outcome, common).map_err(Failure::Data)?;
+        }
+        let prepared = prepared.filter(|_| outcome.refusal.is_none());
+        if let (Some(prepared), true) = (&prepared, advises || !own.replay.no_report) {
+            let step = format!("{step}: preloads that pass");
+            let advice = progress.watch(&step, common.thread_count(), |control| {
+                prepared.preload_advice(&design, &outcome.document, control)
+            });
+            outcome.document.preload_answer = advice.map_err(Failure::of_data)?;
+        }
         judged.push(kept(own, recording, recordings.len() > 1, outcome));
     }
     drop(progress);

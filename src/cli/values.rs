@@ -184,15 +184,6 @@ pub enum Resample {
     Hertz(f64),
 }
 
-/// Values to the right and upwards.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Grid {
-    /// To the right.
-    pub columns: usize,
-    /// Upwards.
-    pub rows: usize,
-}
-
 pub(super) fn parse_log(text: &str) -> Result<LogSettings, String> {
     let (format, level) = text
         .split_once(':')
@@ -231,10 +222,6 @@ pub(super) fn parse_limit(text: &str) -> Result<String, String> {
         .set(text)
         .map(|()| text.to_string())
         .map_err(|error| error.to_string())
-}
-
-pub(super) fn parse_grid(text: &str) -> Result<Grid, String> {
-    request::parse_grid(text).map(|(columns, rows)| Grid { columns, rows })
 }
 
 pub(super) fn parse_resample(text: &str) -> Result<Resample, String> {

@@ -8,7 +8,6 @@ use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
 use latchgate_recording::{Card, Channel, Finding, Severity, Source, TestFacts};
 use latchgate_verdict::conditioning::{self, Conditioned, cfc};
-use latchgate_verdict::margin::PreloadAnswer;
 use latchgate_verdict::{
     Answer, Assessment, DECISION_RULE, ErrorBudget, NOMINAL_DECISION_RULE, Polarity, Reason,
     Screens, wording,
@@ -129,7 +128,6 @@ pub(super) fn answered(
     conditioned: &Conditioned,
     design: &Design,
     assessment: Assessment,
-    preload_answer: Option<PreloadAnswer>,
 ) -> Document {
     let empty = empty(facts, Some(conditioned), design);
     Document {
@@ -141,7 +139,6 @@ pub(super) fn answered(
         answers: assessment.answers,
         ensemble: assessment.ensemble,
         ensembles: assessment.ensembles,
-        preload_answer,
         what_if: assessment.what_if,
         filters: assessment.filters,
         error_budget_rad: assessment.budget,

@@ -29,11 +29,11 @@ pub struct MarginOutcome {
 /// ```
 /// use latchgate::pipeline::{Control, Design, Limits, MarginRequest, Source, margin};
 ///
-/// let request: MarginRequest = serde_json::from_str(r#"{"members": 0, "points": 50}"#).unwrap();
+/// let request: MarginRequest = serde_json::from_str(r#"{"members": 0}"#).unwrap();
 /// let source = Source::File("signals/surviving.csv".into());
 /// let (limits, control) = (Limits::default(), Control::unwatched(2));
 /// let outcome = margin(&source, &request, &Design::reference(), &limits, &control)?;
-/// assert!(outcome.document.scale_to_flip.is_some_and(|factor| factor > 1.0));
+/// assert!(outcome.document.number("scale_to_flip").is_some_and(|factor| factor > 1.0));
 /// # Ok::<(), latchgate_recording::error::Error>(())
 /// ```
 ///
@@ -58,17 +58,13 @@ impl Prepared {
     ///
     /// # Errors
     ///
-    /// As [`margins`] and [`latchgate_verdict::assess()`]; those of
-    /// [`latchgate_verdict::margin::MapRequest::check`].
+    /// As [`margins`] and [`latchgate_verdict::assess()`].
     pub fn margin(
         &self,
         design: &Design,
         request: &MarginRequest,
         control: &Control<'_>,
     ) -> Result<MarginOutcome, Error> {
-        if let Some(map) = &request.map {
-            map.check(design)?;
-        }
         let facts = &self.facts;
         let assessment = control.during(0.0, 0.05, |control| {
             let extras = AssessExtras {
@@ -84,9 +80,8 @@ impl Prepared {
             } else {
                 Basis::Verdict
             },
+            passes_at_present: Some(assessment.passes_with_word()),
             counterweight_radius_m: request.counterweight_radius_m,
-            points: request.points.map(|points| points as usize),
-            map: request.map.clone(),
             limit: true,
         };
         let margins = control

@@ -13,9 +13,9 @@ use latchgate_recording::error::{Error, ErrorKind, Place};
 use latchgate_recording::{Channel, Finding, Limits, Reading, Source};
 use latchgate_verdict::assess::assess_again;
 use latchgate_verdict::conditioning::{self, Conditioned};
-use latchgate_verdict::margin::{self, PreloadAnswer};
+use latchgate_verdict::margin::{self, Advice};
 use latchgate_verdict::readings::ReadingCache;
-use latchgate_verdict::{Assessment, Evidence};
+use latchgate_verdict::{Answer, Assessment, Evidence};
 use std::sync::Arc;
 
 /// What is worked out beside the verdict and costs more than it; none of it changes the verdict.
@@ -29,8 +29,8 @@ pub struct Extras {
     pub evidence: bool,
 }
 
-/// Runs that the search for a preload may make of each stop and polarity, about.
-const PRELOAD_RUNS: u64 = 400;
+/// Runs, of levers one by one, that the search for a preload takes of each stop and polarity, about.
+const PRELOAD_RUNS: u64 = 2000;
 
 /// An answer: the document, what a report draws, and why nothing could be judged.
 #[derive(Debug, Clone)]
@@ -210,13 +210,25 @@ impl Prepared {
     /// Replays the lever of `design` and decides.
     #[must_use]
     pub fn judge(&self, design: &Design, extras: Extras, control: &Control<'_>) -> Outcome {
-        let (document, evidence, refusal) = match self.assess(design, extras, control) {
-            Ok((mut assessment, preload)) => {
-                let evidence = assessment.evidence.take();
-                let document =
-                    answer::answered(&self.facts, &self.conditioned, design, assessment, preload);
-                (document, evidence, None)
-            }
+        // The search for a preload makes more runs than the verdict.
+        let share = if extras.preload_answer { 0.3 } else { 1.0 };
+        let assessed = control.during(0.0, share, |control| self.assess(design, extras, control));
+        let assessed = assessed.and_then(|(document, evidence)| {
+            let document = control.during(share, 1.0, |control| {
+                let preload_answer = if extras.preload_answer {
+                    self.preload_advice(design, &document, control)?
+                } else {
+                    None
+                };
+                Ok::<_, Error>(Document {
+                    preload_answer,
+                    ..document
+                })
+            })?;
+            Ok((document, evidence))
+        });
+        let (document, evidence, refusal) = match assessed {
+            Ok((document, evidence)) => (document, evidence, None),
             Err(error) => {
                 let conditioned = Some(&self.conditioned);
                 let document = answer::refused(&self.facts, conditioned, design, &error);
@@ -231,20 +243,36 @@ impl Prepared {
         }
     }
 
-    pub(super) fn assess(
+    fn assess(
         &self,
         design: &Design,
         extras: Extras,
         control: &Control<'_>,
-    ) -> Result<(Assessment, Option<PreloadAnswer>), Error> {
+    ) -> Result<(Document, Option<Evidence>), Error> {
         let own = latchgate_verdict::AssessExtras {
             filter_table: extras.filter_table,
             evidence: extras.evidence,
             ..latchgate_verdict::AssessExtras::default()
         };
-        // The search for a preload makes more runs than the verdict.
-        let share = if extras.preload_answer { 0.3 } else { 1.0 };
-        let assessment = control.during(0.0, share, |control| self.decide(design, own, control))?;
+        let mut assessment = self.decide(design, own, control)?;
+        let evidence = assessment.evidence.take();
+        let document = answer::answered(&self.facts, &self.conditioned, design, assessment);
+        Ok((document, evidence))
+    }
+
+    /// Returns the preload from which on the recording passes, as [`Self::margin`] advises it, beside the
+    /// `document` of a verdict; none where a fault spoils the samples, or where a search would take more
+    /// work than a verdict may.
+    ///
+    /// # Errors
+    ///
+    /// As [`margin::preload_advice`].
+    pub fn preload_advice(
+        &self,
+        design: &Design,
+        document: &Document,
+        control: &Control<'_>,
+    ) -> Result<Option<Advice>, Error> {
         let RecordingFacts {
             request,
             findings,
@@ -252,22 +280,24 @@ impl Prepared {
             ..
         } = &self.facts;
         let policy = request.policy(*polarity);
-        // A preload on samples of which a fault took some would be no advice.
-        // Nor is there any within what the verdict has left to take.
-        let runs = PRELOAD_RUNS * assessment.answers.len() as u64;
-        let predicted = runs.saturating_mul(assessment.nominal.work.counted());
-        let affordable = assessment.work.saturating_add(predicted) <= policy.work;
-        if !(extras.preload_answer && assessment.whole && affordable) {
-            return Ok((assessment, None));
+        let Some(run) = &document.nominal else {
+            return Ok(None);
+        };
+        let runs = PRELOAD_RUNS * document.answers.len() as u64;
+        if runs.saturating_mul(run.work.counted()) > policy.work {
+            return Ok(None);
         }
-        let passes = assessment.passes_with_word();
-        let preload = control
-            .during(share, 1.0, |control| {
-                let conditioned = &self.conditioned;
-                margin::preload_answer(conditioned, findings, design, &policy, passes, control)
-            })
-            .map_err(|error| error.at(self.place()))?;
-        Ok((assessment, Some(preload)))
+        // A verdict that waits for a person's word is asked anew, as if that had been said.
+        let passes = (document.verdict == Answer::Pass).then_some(true);
+        margin::preload_advice(
+            &self.conditioned,
+            findings,
+            design,
+            &policy,
+            passes,
+            control,
+        )
+        .map_err(|error| error.at(self.place()))
     }
 
     /// Decides by the whole rule.

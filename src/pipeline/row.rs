@@ -87,7 +87,7 @@ impl Prepared {
         };
         let conditioned = &self.conditioned;
         let document = match self.decide(design, extras, control) {
-            Ok(assessment) => answer::answered(&self.facts, conditioned, design, assessment, None),
+            Ok(assessment) => answer::answered(&self.facts, conditioned, design, assessment),
             Err(error) if error.is_stopped() => return Err(error),
             Err(error) => answer::refused(&self.facts, Some(conditioned), design, &error),
         };

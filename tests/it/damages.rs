@@ -10,7 +10,7 @@ use latchgate_recording::{Channel, Severity, Stated};
 use latchgate_study::damages::{self, DamageAnswer, Options};
 use latchgate_verdict::conditioning::quality::findings;
 use latchgate_verdict::conditioning::{ConditioningOptions, Signal, condition};
-use latchgate_verdict::{ModelChoice, Polarity, Policy, passes};
+use latchgate_verdict::{Answer, AssessExtras, ModelChoice, Polarity, Policy, assess};
 use std::f64::consts::{PI, TAU};
 
 /// How a channel is made: peak of its push and of its ringing [g], offset, noise, grid [g].
@@ -263,7 +263,10 @@ fn judged(signal: &Signal) -> DamageAnswer {
     };
     let policy = Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative));
     let design = Design::reference();
-    let passed = passes(&conditioned, found, &design, &policy, &Control::default()).unwrap();
+    let extras = AssessExtras::default();
+    let control = Control::default();
+    let assessed = assess(&conditioned, found, &design, &policy, extras, &control).unwrap();
+    let passed = assessed.answer == Answer::Pass;
     DamageAnswer {
         passes: passed,
         needs_word: found.iter().any(|one| one.needs_word),

@@ -76,14 +76,7 @@ fn verif_every_setting_of_a_request_is_written_and_read_back() {
     let value = every_setting();
     let whole = request(value.clone());
     assert_eq!(serde_json::to_value(&whole).unwrap(), value);
-    let of_margin = [
-        "counterweight_radius",
-        "points",
-        "map",
-        "map_grid",
-        "design",
-        "set",
-    ];
+    let of_margin = ["counterweight_radius", "design", "set"];
     // Of the run of a gate, not of a question.
     let of_gates = ["allow_removed", "out", "store"];
     let known: BTreeSet<&str> = Setting::ALL.iter().map(|setting| setting.key()).collect();
@@ -97,8 +90,7 @@ fn verif_every_setting_of_a_request_is_written_and_read_back() {
         .collect();
     assert_eq!(here, known, "a setting that no request holds, or another");
 
-    let margin = json!({"members": 0, "counterweight_radius": 0.02, "points": 60,
-        "map": ["lever.mass_kg=0.1..0.2", "stop.restitution=0.2..0.9"], "map_grid": "5x4"});
+    let margin = json!({"members": 0, "counterweight_radius": 0.02});
     let asked: MarginRequest = serde_json::from_value(margin.clone()).unwrap();
     let written = serde_json::to_value(&asked).unwrap();
     for (key, value) in margin.as_object().unwrap() {
@@ -481,19 +473,13 @@ fn verif_documents_are_read_back() {
     for (name, asked) in [
         (
             "surviving.csv",
-            json!({
-                "members": 0, "points": 50, "map_grid": "4x3",
-                "map": ["lever.mass_kg=0.1..0.2", "lever.preload_torque_nm=0.1..3"],
-            }),
+            json!({"members": 0, "counterweight_radius": 0.05}),
         ),
-        ("burst.csv", json!({"members": 0, "points": 50})),
-        ("burst_imu.mcap", json!({"members": 0, "points": 50})),
-        (
-            "half_sine_30g_11ms.csv",
-            json!({"members": 0, "points": 50}),
-        ),
-        ("sled_30g_30ms.csv", json!({"members": 0, "points": 50})),
-        ("ugly.csv", json!({"members": 0, "points": 50})),
+        ("burst.csv", json!({"members": 0})),
+        ("burst_imu.mcap", json!({"members": 0})),
+        ("half_sine_30g_11ms.csv", json!({"members": 0})),
+        ("sled_30g_30ms.csv", json!({"members": 0})),
+        ("ugly.csv", json!({"members": 0})),
     ] {
         let source = signals(name);
         let asked: MarginRequest = serde_json::from_value(asked).unwrap();
@@ -751,8 +737,13 @@ fn regress_requests_that_no_document_could_state_are_refused() {
             .to_string()
             .contains("`members` stands twice")
     );
-    let grid = serde_json::from_value::<MarginRequest>(json!({"map_grid": "5x4"}));
-    assert!(grid.unwrap_err().to_string().contains("`map`"));
+    let radius = serde_json::from_value::<MarginRequest>(json!({"counterweight_radius": 0}));
+    assert!(
+        radius
+            .unwrap_err()
+            .to_string()
+            .contains("counterweight_radius")
+    );
 }
 
 /// Spellings of one question, and questions that only look alike.

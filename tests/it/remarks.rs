@@ -284,7 +284,6 @@ fn verif_acceptance_is_part_of_the_question() {
     let margin = |accepted: &[&str]| {
         let request = MarginRequest {
             replay: asking(accepted),
-            points: Some(50),
             ..MarginRequest::default()
         };
         let (design, limits, control) =

@@ -412,7 +412,6 @@ fn verif_margins_are_judged_as_with_a_persons_word() {
                 opens_when: Some(CardPolarity::Positive),
                 ..asking()
             },
-            points: Some(50),
             ..MarginRequest::default()
         };
         let mut stiff = Design::reference();

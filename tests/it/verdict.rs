@@ -21,7 +21,9 @@ use latchgate_verdict::conditioning::{
     between,
 };
 use latchgate_verdict::decision::{VariantRun, unanimous, worse};
-use latchgate_verdict::{Answer, AssessExtras, Assessment, ModelChoice, Polarity, Policy};
+use latchgate_verdict::{
+    Answer, AssessDetail, AssessExtras, Assessment, ModelChoice, Polarity, Policy,
+};
 use std::borrow::Cow;
 
 use crate::support::{half_sine, weak};
@@ -88,7 +90,13 @@ fn passes(
     policy: &Policy,
 ) -> Result<bool, Error> {
     let control = Control::unwatched(2);
-    latchgate_verdict::passes(conditioned, findings, design, policy, &control)
+    let extras = AssessExtras {
+        detail: AssessDetail::Answer,
+        ..AssessExtras::default()
+    };
+    let assessed =
+        latchgate_verdict::assess(conditioned, findings, design, policy, extras, &control)?;
+    Ok(assessed.answer == Answer::Pass)
 }
 
 const RIGID: ModelChoice = ModelChoice::Only(StopModel::Rigid);

@@ -8,7 +8,7 @@ use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
 use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Part, TestFacts};
 use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
-use latchgate_verdict::margin::PreloadAnswer;
+use latchgate_verdict::margin::Advice;
 use latchgate_verdict::{
     Answer, Ensemble, ErrorBudget, FilterRow, Reason, RunAnswer, Screens, WhatIf,
 };
@@ -140,7 +140,7 @@ pub struct Document {
     pub ensembles: Vec<Ensemble>,
     /// The preload from which on the recording passes; `None` where it was not asked for, as
     /// without a report.
-    pub preload_answer: Option<PreloadAnswer>,
+    pub preload_answer: Option<Advice>,
     /// What one input moved by one standard deviation does to the nominal run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub what_if: Vec<WhatIf>,

@@ -5,12 +5,12 @@ use crate::request::MarginRequest;
 use latchgate_kernel::model::Design;
 use latchgate_recording::Finding;
 use latchgate_verdict::Answer;
-use latchgate_verdict::margin::quantity::applied;
 use latchgate_verdict::margin::{
-    Basis, Boundary, LimitCurve, Map, Margin, Margins, NominalAnswer, Quantity,
+    Basis, Boundary, Change, LimitCurve, Margin, Margins, NominalAnswer, Quantity,
 };
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// margin.json, key by key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,56 +27,12 @@ pub struct MarginDocument {
     pub basis: Basis,
     /// What the nominal runs say at present, no error counted.
     pub nominal_state: NominalAnswer,
-    /// Factor on the recording at which the answer changes.
-    pub scale_to_flip: Option<f64>,
-    /// Its bracket.
-    pub scale_to_flip_bracket: Option<(f64, f64)>,
-    /// Why there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scale_to_flip_reason: Option<String>,
-    /// Factor on the recording from which on every value searched passes by the whole rule.
-    pub scale_to_flip_safe_from: Option<f64>,
-    /// Why there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub scale_to_flip_safe_from_reason: Option<String>,
-    /// Preload torque at which the answer changes [N m].
-    pub least_preload_torque_nm: Option<f64>,
-    /// Its bracket [N m].
-    pub least_preload_torque_nm_bracket: Option<(f64, f64)>,
-    /// Why there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub least_preload_torque_nm_reason: Option<String>,
-    /// Preload torque from which on every value searched passes by the whole rule [N m].
-    pub least_preload_torque_nm_safe_from: Option<f64>,
-    /// Why there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub least_preload_torque_nm_safe_from_reason: Option<String>,
-    /// Unbalance m·L at which the answer changes [kg m].
-    pub greatest_unbalance_kg_m: Option<f64>,
-    /// Its bracket [kg m].
-    pub greatest_unbalance_kg_m_bracket: Option<(f64, f64)>,
-    /// Why there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub greatest_unbalance_kg_m_reason: Option<String>,
-    /// Unbalance from which on every value searched passes by the whole rule [kg m].
-    pub greatest_unbalance_kg_m_safe_from: Option<f64>,
-    /// Why there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub greatest_unbalance_kg_m_safe_from_reason: Option<String>,
+    /// The numbers of every quantity but the counterweight, under its [`key`]: the value next to the nearest
+    /// change, `…_bracket`, and the advice, `…_safe_from`; where one is missing, `…_reason` says why.
+    #[serde(flatten)]
+    pub numbers: BTreeMap<String, MarginValue>,
     /// Counterweight at which the answer changes.
     pub counterweight: Counterweight,
-    /// Restitution at which the answer changes [-].
-    pub restitution: Option<f64>,
-    /// Its bracket [-].
-    pub restitution_bracket: Option<(f64, f64)>,
-    /// Why there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub restitution_reason: Option<String>,
-    /// Restitution from which on every value searched passes by the whole rule [-].
-    pub restitution_safe_from: Option<f64>,
-    /// Why there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub restitution_safe_from_reason: Option<String>,
     /// Every change of the nominal runs' answer.
     pub boundaries: Vec<Boundary>,
     /// The answers with what they rest on.
@@ -85,8 +41,6 @@ pub struct MarginDocument {
     pub notes: Vec<String>,
     /// The design's limit under half-sine pulses.
     pub limit: Option<LimitCurve>,
-    /// The map; its values stand in the CSV files.
-    pub map: Option<Map>,
     /// Everything odd about the recording.
     pub findings: Vec<Finding>,
     /// What was read.
@@ -99,6 +53,62 @@ pub struct MarginDocument {
     pub request: MarginRequest,
     /// Version and time; last.
     pub run: RunBlock,
+}
+
+/// A value of [`MarginDocument::numbers`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum MarginValue {
+    /// A value of a quantity, in its unit; `None` beside a reason.
+    Number(Option<f64>),
+    /// The two ends of a bracket, in ascending order.
+    Bracket(f64, f64),
+    /// A reason.
+    Reason(String),
+}
+
+/// Returns the key of a quantity's numbers in the document.
+fn key(quantity: Quantity) -> Option<&'static str> {
+    Some(match quantity {
+        Quantity::Scale => "scale_to_flip",
+        Quantity::Preload => "least_preload_torque_nm",
+        Quantity::SpringStiffness => "least_spring_stiffness_nm_per_rad",
+        Quantity::Unbalance => "greatest_unbalance_kg_m",
+        Quantity::Arm => "greatest_center_of_mass_m",
+        Quantity::Counterweight => return None,
+        Quantity::Restitution => "restitution",
+        Quantity::LimitAngle => "least_threshold_rad",
+    })
+}
+
+/// Returns the numbers of one quantity under their keys.
+fn numbers(margin: &Margin) -> Vec<(String, MarginValue)> {
+    let Some(key) = key(margin.quantity) else {
+        return Vec::new();
+    };
+    let bracket = margin.change.map(Change::bracket);
+    let bracket = bracket.map_or(MarginValue::Number(None), |(low, high)| {
+        MarginValue::Bracket(low, high)
+    });
+    let mut numbers = vec![
+        (key.to_string(), MarginValue::Number(margin.at())),
+        (format!("{key}_bracket"), bracket),
+        (
+            format!("{key}_safe_from"),
+            MarginValue::Number(margin.advice.safe_from),
+        ),
+    ];
+    let reasons = [
+        ("reason", &margin.reason),
+        ("safe_from_reason", &margin.advice.reason),
+    ];
+    for (suffix, reason) in reasons {
+        if let Some(reason) = reason {
+            let reason = MarginValue::Reason(reason.clone());
+            numbers.push((format!("{key}_{suffix}"), reason));
+        }
+    }
+    numbers
 }
 
 /// A mass on the far side of the pivot.
@@ -146,30 +156,25 @@ pub struct Context {
 }
 
 impl MarginDocument {
+    /// Returns a number by its key; `None` where there is none.
+    #[must_use]
+    pub fn number(&self, key: &str) -> Option<f64> {
+        match self.numbers.get(key)? {
+            MarginValue::Number(value) => *value,
+            MarginValue::Bracket(..) | MarginValue::Reason(_) => None,
+        }
+    }
+
     /// Puts a document together.
     #[must_use]
     pub fn new(margins: &Margins, design: &Design, context: Context) -> Self {
-        let counterweight_radius_m = context.request.counterweight_radius_m;
-        let of = |quantity: Quantity| {
-            margins
-                .answers
-                .iter()
-                .find(|answer| answer.quantity == quantity)
-        };
-        let at = |quantity| of(quantity).and_then(|answer| answer.at);
-        let bracket = |quantity| of(quantity).and_then(|answer| answer.bracket);
-        let reason = |quantity| of(quantity).and_then(|answer| answer.reason.clone());
-        let safe_from = |quantity| of(quantity).and_then(|answer| answer.advice.safe_from);
-        let unsafe_reason = |quantity| of(quantity).and_then(|answer| answer.advice.reason.clone());
-        let counterweight = at(Quantity::Counterweight).map(|mass| {
-            applied(
-                Quantity::Counterweight,
-                design,
-                counterweight_radius_m,
-                mass,
-            )
-            .0
-            .lever
+        let of = |quantity: Quantity| margins.answers.iter().find(|of| of.quantity == quantity);
+        let counterweight = of(Quantity::Counterweight);
+        let mass_kg = counterweight.and_then(Margin::at);
+        let radius_m = context.request.counterweight_radius_m;
+        let balanced = mass_kg.map(|mass_kg| {
+            let (design, _) = Quantity::Counterweight.applied(design, radius_m, mass_kg);
+            design.lever
         });
         Self {
             schema: "latchgate.margin/1".into(),
@@ -178,41 +183,21 @@ impl MarginDocument {
             threshold_rad: design.criterion.threshold_rad,
             basis: margins.basis,
             nominal_state: margins.state,
-            scale_to_flip: at(Quantity::Scale),
-            scale_to_flip_bracket: bracket(Quantity::Scale),
-            scale_to_flip_reason: reason(Quantity::Scale),
-            scale_to_flip_safe_from: safe_from(Quantity::Scale),
-            scale_to_flip_safe_from_reason: unsafe_reason(Quantity::Scale),
-            least_preload_torque_nm: at(Quantity::Preload),
-            least_preload_torque_nm_bracket: bracket(Quantity::Preload),
-            least_preload_torque_nm_reason: reason(Quantity::Preload),
-            least_preload_torque_nm_safe_from: safe_from(Quantity::Preload),
-            least_preload_torque_nm_safe_from_reason: unsafe_reason(Quantity::Preload),
-            greatest_unbalance_kg_m: at(Quantity::Unbalance),
-            greatest_unbalance_kg_m_bracket: bracket(Quantity::Unbalance),
-            greatest_unbalance_kg_m_reason: reason(Quantity::Unbalance),
-            greatest_unbalance_kg_m_safe_from: safe_from(Quantity::Unbalance),
-            greatest_unbalance_kg_m_safe_from_reason: unsafe_reason(Quantity::Unbalance),
+            numbers: margins.answers.iter().flat_map(numbers).collect(),
             counterweight: Counterweight {
-                mass_kg: at(Quantity::Counterweight),
-                mass_kg_bracket: bracket(Quantity::Counterweight),
-                mass_kg_safe_from: safe_from(Quantity::Counterweight),
-                mass_kg_safe_from_reason: unsafe_reason(Quantity::Counterweight),
-                radius_m: counterweight_radius_m,
-                unbalance_kg_m: counterweight.map(|lever| lever.unbalance_kg_m()),
-                moment_of_inertia_kg_m2: counterweight.map(|lever| lever.moment_of_inertia_kg_m2),
-                reason: reason(Quantity::Counterweight),
+                mass_kg,
+                mass_kg_bracket: counterweight.and_then(|of| of.change).map(Change::bracket),
+                mass_kg_safe_from: counterweight.and_then(|of| of.advice.safe_from),
+                mass_kg_safe_from_reason: counterweight.and_then(|of| of.advice.reason.clone()),
+                radius_m,
+                unbalance_kg_m: balanced.map(|lever| lever.unbalance_kg_m()),
+                moment_of_inertia_kg_m2: balanced.map(|lever| lever.moment_of_inertia_kg_m2),
+                reason: counterweight.and_then(|of| of.reason.clone()),
             },
-            restitution: at(Quantity::Restitution),
-            restitution_bracket: bracket(Quantity::Restitution),
-            restitution_reason: reason(Quantity::Restitution),
-            restitution_safe_from: safe_from(Quantity::Restitution),
-            restitution_safe_from_reason: unsafe_reason(Quantity::Restitution),
             boundaries: margins.boundaries.clone(),
             answers: margins.answers.clone(),
             notes: notes(margins, &context),
             limit: margins.limit.clone(),
-            map: margins.map.clone(),
             findings: context.findings,
             recording: context.recording,
             conditioning: context.conditioning,
@@ -233,10 +218,10 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
             "A blocking finding spoils the recording: the numbers are those of the nominal run on the samples as they are, and no evidence that anything passes.".to_string(),
         );
     }
-    notes.push("\"Passes from\" is the advice: that value and every one searched beyond it, up to the end of the range, passes by the whole rule with a tenth of the limit to spare. Values between those searched were not asked; check the one that is chosen by a replay.".into());
+    notes.push("\"Passes from\" is the advice: that value and every one tried beyond it, up to the end of the grid, passes by the whole rule. Values between those tried were not asked: check the chosen one by a replay.".into());
     notes.push(match margins.basis {
-        Basis::NominalRun => "The nearest change is where the nominal peak angle, in the record or the coast after it, meets the limit; no error and no tolerance is counted. Where the verdict changes stands in verdict_at.".to_string(),
-        Basis::Verdict => "The nearest change is where the verdict by the whole rule changes, as far as it was found. Where the nominal peak angle meets the limit stands in nominal_at.".to_string(),
+        Basis::NominalRun => "The nearest change is where the nominal peak angle, in the record or the coast after it, meets the limit; no error and no tolerance is counted. Where the verdict changes stands on the page, and in margin.json as verdict_change.".to_string(),
+        Basis::Verdict => "The nearest change is where the verdict by the whole rule changes, as far as the grid shows. Where the nominal peak angle meets the limit stands on the page, and in margin.json as nominal_change.".to_string(),
     });
     if context.word_missing {
         notes.push("The verdict waits for a person's word on the recording; the margins are those with it.".into());

@@ -16,12 +16,11 @@ mod map;
 mod read;
 mod value;
 
-pub use map::{MarginRequest, parse_grid};
+pub use map::MarginRequest;
 pub use value::{
     MEMBERS_DEFAULT, SEED_DEFAULT, STEPS_PER_PERIOD_DEFAULT, Word, parse_bias, parse_count,
-    parse_finite, parse_map_axis, parse_method, parse_number, parse_phi0, parse_positive,
-    parse_resample, parse_sensitivity, parse_time_unit, parse_tolerance, parse_velocity,
-    parse_window, words_of,
+    parse_finite, parse_method, parse_number, parse_phi0, parse_positive, parse_resample,
+    parse_sensitivity, parse_time_unit, parse_tolerance, parse_velocity, parse_window, words_of,
 };
 
 use latchgate_kernel::model::Design;

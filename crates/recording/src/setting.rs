@@ -103,12 +103,6 @@ settings! {
     Limit = "limit",
     /// Distance of a counterweight from the pivot [m].
     CounterweightRadius = "counterweight_radius",
-    /// Values of each quantity that a search begins with.
-    Points = "points",
-    /// Design keys of a map.
-    Map = "map",
-    /// Size of a map.
-    MapGrid = "map_grid",
     /// Whether pairs of a gate's baseline may be gone.
     AllowRemoved = "allow_removed",
     /// Folder of a report.

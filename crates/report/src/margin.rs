@@ -1,13 +1,14 @@
 //! What `latchgate margin` hands over: its text, and the files of its report.
 
-use super::margin_words::{advised, direction, never, shown};
+use super::margin_words::{advised, direction, never};
 use super::words;
 use super::{escape, html, json, plot};
 use latchgate_document::MarginDocument;
 use latchgate_document::number::plain;
+use latchgate_kernel::units::shortest;
 use latchgate_recording::Severity;
 use latchgate_recording::error::Error;
-use latchgate_verdict::margin::{LimitPoint, Map, Margins, Quantity};
+use latchgate_verdict::margin::{LimitPoint, Margins, Quantity};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -18,16 +19,13 @@ pub const PAGE_FILE: &str = "margin.html";
 pub const DOCUMENT_FILE: &str = "margin.json";
 
 /// Every file that a report may hold.
-const FILES: [&str; 9] = [
+const FILES: [&str; 6] = [
     PAGE_FILE,
     DOCUMENT_FILE,
     "margin-scan.csv",
     "margin-scan.svg",
     "margin-limit.csv",
     "margin-limit.svg",
-    "margin-map.csv",
-    "margin-map-boundary.csv",
-    "margin-map.svg",
 ];
 
 /// Returns the files of a margin's report, names with bytes: page, document, tables and plots, the
@@ -42,13 +40,6 @@ pub fn files(document: &MarginDocument, margins: &Margins) -> Vec<(String, Vec<u
     ];
     if let Some(limit) = &margins.limit {
         files.push(("margin-limit.csv".to_string(), limit_table(&limit.points)));
-    }
-    if let Some(map) = &margins.map {
-        files.push(("margin-map.csv".to_string(), map_table(map)));
-        files.push((
-            "margin-map-boundary.csv".to_string(),
-            map_boundary_table(map),
-        ));
     }
     for figure in &figures {
         let name = format!("{}.svg", figure.name);
@@ -109,41 +100,6 @@ fn limit_table(points: &[LimitPoint]) -> String {
     out
 }
 
-fn map_table(map: &Map) -> String {
-    let request = &map.request;
-    let mut out = format!("{},{},peak_angle_rad,pass\n", request.x.key, request.y.key);
-    for (index, (peak, pass)) in map.peaks_rad.iter().zip(&map.passes).enumerate() {
-        let x = request.x.value(index % request.columns, request.columns);
-        let y = request.y.value(index / request.columns, request.rows);
-        let pass = pass.map_or_else(String::new, |pass| pass.to_string());
-        let _ = writeln!(out, "{x},{y},{},{pass}", cell(*peak));
-    }
-    out
-}
-
-fn map_boundary_table(map: &Map) -> String {
-    let request = &map.request;
-    let mut out = format!(
-        "segment,{},{},bracket_along,bracket_low,bracket_high\n",
-        request.x.key, request.y.key
-    );
-    for (number, (from, to)) in map.segments.iter().enumerate() {
-        for vertex in [&map.vertices[*from], &map.vertices[*to]] {
-            let along = if vertex.along_x {
-                &request.x.key
-            } else {
-                &request.y.key
-            };
-            let _ = writeln!(
-                out,
-                "{number},{},{},{along},{},{}",
-                vertex.x, vertex.y, vertex.bracket.0, vertex.bracket.1
-            );
-        }
-    }
-    out
-}
-
 /// Returns the margins for a terminal, a screen at most: one table, then what must be said of it.
 /// All boundaries and findings stand in the files.
 #[must_use]
@@ -175,16 +131,6 @@ pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
         line(&mut out, "never", &format!("{title}: {why}."));
     }
     limit(&mut out, document);
-    if let Some(map) = &document.map {
-        line(
-            &mut out,
-            "map",
-            &format!(
-                "{} over {}: {} of {} grid values pass, {} points on the boundary",
-                map.request.y.key, map.request.x.key, map.passing, map.judged, map.boundary_points
-            ),
-        );
-    }
     let grave = document.findings.iter();
     let grave: Vec<_> = grave
         .filter(|finding| finding.severity > Severity::Info)
@@ -216,7 +162,7 @@ fn table(out: &mut String, document: &MarginDocument) {
         "quantity".to_string(),
         "present".into(),
         "passes from".into(),
-        "searched to".into(),
+        "tried to".into(),
         "nearest change".into(),
         "".into(),
     ]];
@@ -231,14 +177,14 @@ fn table(out: &mut String, document: &MarginDocument) {
         };
         rows.push([
             title,
-            shown(answer.present, &answer.unit),
+            answer.quantity.shown(answer.present),
             advised(answer),
-            shown(answer.advice.until, ""),
+            shortest(answer.advice.until),
             answer
-                .at
-                .map_or_else(|| "never".into(), |at| shown(at, &answer.unit)),
+                .at()
+                .map_or_else(|| "none".into(), |at| answer.quantity.shown(at)),
             answer
-                .at
+                .at()
                 .map_or_else(String::new, |_| direction(answer).into()),
         ]);
     }

@@ -2,7 +2,6 @@
 
 use latchgate_document::margin_document::MarginDocument;
 use latchgate_document::number::plain;
-use latchgate_kernel::units::shortest;
 use latchgate_verdict::margin::Margin;
 
 /// Returns a bracket with as many digits as tell its ends apart, 17 at most.
@@ -13,36 +12,14 @@ pub(super) fn bracket((low, high): (f64, f64)) -> String {
     format!("[{}, {}]", plain(low, digits), plain(high, digits))
 }
 
-/// Returns an answer's value with its unit.
-pub(super) fn with_unit(value: f64, unit: &str) -> String {
-    of_unit(plain(value, 6), unit)
+/// Returns the change in percent with its sign; none from a present value of zero.
+pub(super) fn change(answer: &Margin) -> Option<String> {
+    let percent = answer.change_percent()?;
+    let sign = if percent >= 0.0 { "+" } else { "" };
+    Some(format!("{sign}{} %", plain(percent, 3)))
 }
 
-fn of_unit(number: String, unit: &str) -> String {
-    if unit.is_empty() {
-        number
-    } else {
-        format!("{number} {unit}")
-    }
-}
-
-/// Returns the change in percent with its sign.
-pub(super) fn change(answer: &Margin) -> String {
-    answer.change_percent.map_or_else(
-        || "-".to_string(),
-        |percent| {
-            let sign = if percent >= 0.0 { "+" } else { "" };
-            format!("{sign}{} %", plain(percent, 4))
-        },
-    )
-}
-
-/// Returns a number with four digits at most and its unit.
-pub(super) fn shown(value: f64, unit: &str) -> String {
-    of_unit(shortest(value), unit)
-}
-
-/// Returns the value from which on every value searched passes, and to which side.
+/// Returns the value from which on every value tried passes, and to which side.
 pub(super) fn advised(answer: &Margin) -> String {
     let side = if answer.quantity.is_safer_above() {
         "and above"
@@ -50,18 +27,18 @@ pub(super) fn advised(answer: &Margin) -> String {
         "and below"
     };
     answer.advice.safe_from.map_or_else(
-        || "none found".into(),
-        |from| format!("{} {side}", shown(from, &answer.unit)),
+        || "none".into(),
+        |from| format!("{} {side}", answer.quantity.shown(from)),
     )
 }
 
 /// Returns what happens where the answer changes.
 pub(super) fn direction(answer: &Margin) -> &'static str {
-    let above = answer.at.is_some_and(|at| at > answer.present);
+    let above = answer.at().is_some_and(|at| at > answer.present);
     match (answer.passes_at_present, above) {
         (true, true) => "no pass just above",
         (true, false) => "no pass just below",
-        (false, _) if answer.isolated => "an isolated pass",
+        (false, _) if answer.is_isolated() => "an isolated pass",
         (false, true) => "passes just above",
         (false, false) => "passes just below",
     }

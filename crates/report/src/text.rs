@@ -16,11 +16,17 @@ const FINDINGS: usize = 3;
 /// Letters of a finding that is told unasked and blocks nothing.
 const LETTERS: usize = 140;
 
-/// Returns the verdict in a few lines: what it is and what that means, what was judged, peak and
-/// limit angle, what it rests on, the gravest findings, where the report is, if one was written
-/// into `report`, and how to verify it. With [`Look::detail`] it says how the answer came about.
+/// Returns the verdict in a few lines: [`answer`] and [`afterwards`].
 #[must_use]
 pub fn render(document: &Document, report: Option<&Path>, look: Look) -> String {
+    answer(document, look) + &afterwards(document, report, look)
+}
+
+/// Returns what is known at once: what the verdict is and what that means, what was judged, peak and
+/// limit angle, what it rests on and the gravest findings. With [`Look::detail`] it says how the answer
+/// came about.
+#[must_use]
+pub fn answer(document: &Document, look: Look) -> String {
     let mut out = TerminalLines::new(look);
     out.headline(document.verdict, &words::headline(document));
     let recording = &document.recording;
@@ -43,6 +49,17 @@ pub fn render(document: &Document, report: Option<&Path>, look: Look) -> String 
     findings(&mut out, document, look.detail);
     if look.detail {
         detail(&mut out, document);
+    }
+    out.into_string()
+}
+
+/// Returns what takes longer than the verdict: the advice, where the report is, if one was written into
+/// `report`, and how to verify it.
+#[must_use]
+pub fn afterwards(document: &Document, report: Option<&Path>, look: Look) -> String {
+    let mut out = TerminalLines::new(look);
+    if let Some(preload) = &document.preload_answer {
+        out.line("advice", &format!("{}.", preload.text));
     }
     if let Some(report) = report {
         out.raw("report", &look.path(&report.join(REPORT_FILE)));
@@ -81,9 +98,6 @@ fn judged(out: &mut TerminalLines, document: &Document) {
             bound.name()
         );
         out.line("varied", &text);
-    }
-    if let Some(preload) = &document.preload_answer {
-        out.line("advice", &preload.text);
     }
     out.line("direction", &words::direction(document));
     if document.verdict == Answer::Pass {

@@ -13,7 +13,7 @@ pub mod bounds;
 pub mod draw;
 pub(super) mod drivers;
 
-use super::decision::{PASS_SHARE_MAX, ShareBounds};
+use super::decision::ShareBounds;
 use super::policy::Variant;
 pub use bounds::LOOKS;
 use draw::TRUNCATION;
@@ -27,7 +27,6 @@ use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use std::sync::LazyLock;
 
 /// Largest ensemble that may be asked for.
 pub const MEMBERS_MAX: u32 = 1_000_000;
@@ -228,40 +227,6 @@ impl Count {
             upper_with_coast: bounds::upper(with_coast, members, confidence),
         }
     }
-}
-
-/// Returns the most members of a look that a pass lets exceed the threshold; none where not even
-/// that is enough for a pass, which a complete look then shows.
-pub(super) fn most_of_a_pass(look: u32) -> usize {
-    // Asked thousands of times of the same few looks.
-    static OF_LOOKS: LazyLock<[usize; LOOKS.len()]> = LazyLock::new(|| LOOKS.map(most_to_pass));
-    match LOOKS.iter().position(|of| *of == look) {
-        Some(index) => OF_LOOKS[index],
-        None => most_to_pass(look),
-    }
-}
-
-fn most_to_pass(look: u32) -> usize {
-    let allows = |count: u32| {
-        let share = Count {
-            members: look,
-            exceeded: count,
-            exceeded_in_coast: 0,
-            failed_to_run: 0,
-        }
-        .share();
-        share.upper <= PASS_SHARE_MAX
-    };
-    let (mut most, mut more) = (0, look);
-    while more - most > 1 {
-        let middle = u32::midpoint(most, more);
-        if allows(middle) {
-            most = middle;
-        } else {
-            more = middle;
-        }
-    }
-    most as usize
 }
 
 /// One parameter that is scattered.

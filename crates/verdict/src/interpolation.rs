@@ -208,36 +208,6 @@ impl RunSetup<'_> {
         peaks.cubic = Some(self.read(SampleReading::Cubic, variant)?);
         Ok(of_reading + peaks.error_rad())
     }
-
-    /// Runs every variant, in the order given, with no more further runs than it takes to know
-    /// whether all of them pass alone, or else the first one seen that does not.
-    pub(super) fn passing_runs(
-        &self,
-        variants: &[Variant],
-    ) -> Result<Result<Vec<VariantRun>, Variant>, Error> {
-        let passes = |run: &VariantRun| run.nominal_answer(self.threshold_rad()) == Answer::Pass;
-        let mut outcomes = Vec::with_capacity(variants.len());
-        for variant in variants {
-            let alone = self.nominal_runs(&[*variant], RunDetail::ErrorBound)?;
-            let alone = alone
-                .into_iter()
-                .map(|outcome| with_errors(outcome, 0.0, 0.0));
-            outcomes.extend(alone);
-            // A larger error could only confirm it.
-            if !outcomes.last().is_some_and(passes) {
-                return Ok(Err(*variant));
-            }
-        }
-        let mut runs = Vec::with_capacity(variants.len());
-        for run in outcomes {
-            let known = self.with_their_errors(vec![run.outcome], None, |run| !passes(run))?;
-            if let Some(run) = known.iter().find(|run| !passes(run)) {
-                return Ok(Err(run.variant()));
-            }
-            runs.extend(known);
-        }
-        Ok(Ok(runs))
-    }
 }
 
 /// Returns a run with its errors [rad].

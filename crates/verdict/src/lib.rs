@@ -9,7 +9,7 @@
 //! done (`meter`) and the words (`wording`); the rule (`decision`) and the scatter (`ensemble`); the
 //! runs (`runs`), on several `readings` of the samples for their `interpolation` error and with their
 //! `noise`; one record of each stop and sign with all that it came to (`variant`); the ensembles
-//! (`looks`, or `early` where only a pass matters), spared where `bounds` show that none of their
+//! (`looks`), spared where `bounds` show that none of their
 //! levers comes to the limit; the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
 //! sentences (`replay_findings`, `reasons`); `word` holds a pass back until a person has spoken;
 //! `series` lays signal and trajectories side by side.
@@ -23,7 +23,6 @@ pub mod assess;
 mod bounds;
 mod budget;
 pub mod decision;
-pub(crate) mod early;
 pub mod ensemble;
 pub(crate) mod faults;
 pub mod filters;
@@ -45,7 +44,7 @@ pub mod what_if;
 mod word;
 pub mod wording;
 
-pub use assess::{Assessment, assess, passes};
+pub use assess::{Assessment, assess};
 pub use bounds::Screens;
 pub use decision::{Bound, DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;

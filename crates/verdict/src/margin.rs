@@ -1,60 +1,40 @@
 //! How far a verdict is from changing, and what design would change it.
 //!
-//! Each quantity (scale of the recording, preload, unbalance, counterweight, restitution) is
-//! varied alone over a stated range; every value at which the answer changes is listed, and the
-//! one nearest to the present is the margin.
+//! Each quantity is varied alone over its own grid ([`Quantity::grid`]), which no present value moves.
+//! Nominal runs at every value are the guide: where they open, the rule cannot pass. The whole rule is
+//! asked from the safe end of the grid on, down to the first value that does not pass (the advice), and
+//! from the present value to either side, to the first that answers otherwise (the nearest change).
 //!
-//! - `advice`: the value from which on every value that is searched passes by the whole rule;
-//! - `change`: where the verdict by the whole rule changes, which is dear to ask for;
-//! - `limit`: the design's limit under half-sine pulses: amplitude against change of velocity;
-//! - `map`: a map of the peak angle over two design keys, with the boundary of the pass;
-//! - `margin_search`: the search for the margin of one quantity: first where the nominal runs
-//!   change their answer, then, from there, where the verdict by the whole rule does;
-//! - `preload`: the preload that a recording asks for, as a report quotes it;
-//! - `quantity`: the quantities that a margin varies: what each does to the lever, over which
-//!   range, on which grid;
-//! - `runs`: the nominal runs that a search rests on: of one trial, or of many side by side;
-//! - `search`: every value of one quantity at which the answer changes, found on a grid and then
-//!   narrowed.
+//! - `quantity`: what each quantity does to the lever, and its grid;
+//! - `search`: the runs and rules at one value, and the walk over a grid;
+//! - `advice`: the value from which on every value tried passes, in words;
+//! - `limit`: the design's limit under half-sine pulses: amplitude against change of velocity.
 
 mod advice;
-mod change;
 pub mod limit;
-pub mod map;
-mod margin_search;
-mod preload;
 pub mod quantity;
-mod runs;
-pub mod search;
+mod search;
 
 pub use advice::Advice;
 pub use limit::{LimitCurve, LimitPoint, RecordingPoint, critical_pulse};
-pub use map::{Map, MapAxis, MapRequest, MapVertex};
-pub use preload::PreloadAnswer;
-pub use preload::preload_answer;
 pub use quantity::Quantity;
 
 use crate::Policy;
 use crate::conditioning::{Conditioned, Signal};
-use crate::meter::Meter;
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::parallel::Control;
 use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
-use margin_search::MarginSearch;
-use quantity::SearchRange;
-use runs::NominalRuns;
-use search::{Crossing, Excess, SearchResult};
+use search::MarginSearch;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The answer of the nominal runs at one value of a quantity, no error counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NominalAnswer {
-    /// No run goes beyond the threshold.
+    /// No run goes beyond the limit angle.
     Pass,
     /// Every run does (polarities declared as both: every run of one of them).
     Fail,
@@ -77,7 +57,7 @@ impl NominalAnswer {
 /// The answers whose change is looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Basis {
-    /// The nominal run's peak against the threshold, no error counted.
+    /// The nominal run's peak against the limit angle, no error counted.
     #[serde(rename = "nominal run")]
     NominalRun,
     /// The verdict by the whole rule.
@@ -92,27 +72,15 @@ pub struct MarginOptions {
     pub policy: Policy,
     /// The answer whose change is looked for.
     pub basis: Basis,
+    /// Whether the verdict is a pass at present, where that is known already.
+    pub passes_at_present: Option<bool>,
     /// Distance of the counterweight from the pivot [m].
     pub counterweight_radius_m: f64,
-    /// Values of a quantity that a search begins with; `None` for as many as the length of the
-    /// recording allows, [`POINTS_MIN`] to [`POINTS_MAX`].
-    pub points: Option<usize>,
-    /// The map over two design keys.
-    pub map: Option<MapRequest>,
     /// Find the limit under half-sine pulses.
     pub limit: bool,
 }
 
-/// Values that the search of a short recording begins with.
-pub const POINTS_MAX: usize = 1200;
-
-/// Values that the search of a long recording begins with.
-pub const POINTS_MIN: usize = 200;
-
-/// Times as many steps that a search for margins may take as a verdict.
-const WORK_TIMES: u64 = 20;
-
-/// A change of the answer.
+/// A change of the nominal runs' answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Boundary {
     /// The quantity varied: [`Quantity::name`].
@@ -130,20 +98,25 @@ pub struct Boundary {
     pub above: NominalAnswer,
 }
 
-impl Boundary {
-    fn new(quantity: Quantity, crossing: &Crossing) -> Self {
-        Self {
-            quantity: quantity.name().into(),
-            unit: quantity.unit().into(),
-            at: crossing.better_end(),
-            bracket: (crossing.low.0, crossing.high.0),
-            below: crossing.low.1.state(),
-            above: crossing.high.1.state(),
-        }
+/// A change between pass and no pass.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    /// The value that still passes, or first passes.
+    pub passes: f64,
+    /// The value next to it that does not.
+    pub does_not: f64,
+}
+
+impl Change {
+    /// Returns the values between which the answer changes, in ascending order.
+    #[must_use]
+    pub fn bracket(self) -> (f64, f64) {
+        let Self { passes, does_not } = self;
+        (passes.min(does_not), passes.max(does_not))
     }
 }
 
-/// The least change of one quantity that changes the answer.
+/// What one quantity would change.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
     /// The quantity varied.
@@ -156,70 +129,63 @@ pub struct Margin {
     pub present: f64,
     /// The answer it rests on is a pass at present.
     pub passes_at_present: bool,
-    /// The value that still passes (or first passes) where the answer changes; `None` if no
-    /// value searched changes it.
-    pub at: Option<f64>,
-    /// Values between which the answer changes.
-    pub bracket: Option<(f64, f64)>,
-    /// The change from the present value [%]; `None` without an answer or a present value.
-    pub change_percent: Option<f64>,
     /// The answer it rests on.
     pub basis: Basis,
-    /// The same of the nominal run's peak, no error counted.
-    pub nominal_at: Option<f64>,
-    /// Its bracket.
-    pub nominal_bracket: Option<(f64, f64)>,
-    /// The same of the verdict, by the whole rule.
-    pub verdict_at: Option<f64>,
-    /// Its bracket.
-    pub verdict_bracket: Option<(f64, f64)>,
-    /// Why there is no value, where there is none.
+    /// The nearest change of that answer; `None` if no value tried answers otherwise.
+    pub change: Option<Change>,
+    /// The nearest change of the nominal runs between pass and no pass, no error counted.
+    pub nominal_change: Option<Change>,
+    /// The nearest change of the verdict, by the whole rule.
+    pub verdict_change: Option<Change>,
+    /// Why there is no change, where there is none.
     pub reason: Option<String>,
-    /// Least and greatest value searched.
+    /// Least and greatest value of the grid.
     pub searched: (f64, f64),
-    /// Values that the search looked at before it narrowed any change down.
+    /// Values of the grid.
     pub values: usize,
-    /// Changes between pass and no pass of the nominal runs within the range.
-    pub changes: usize,
-    /// Where the nominal runs change between pass and no pass for the last time on the way to
-    /// the end of the range that they pass at, the safer one if they pass at both; `None` if they
-    /// pass at none.
-    pub settled_at: Option<f64>,
     /// The convention: what stays and what moves along.
     pub convention: Cow<'static, str>,
-    /// From where on every value searched passes by the whole rule.
+    /// From where on every value tried passes by the whole rule.
     pub advice: Advice,
-    /// The change is one to a pass between which and the advice values were not found to pass.
-    pub isolated: bool,
 }
 
-/// The peak over a quantity, as the search saw it.
+impl Margin {
+    /// Returns the value that still passes (or first passes) where the answer changes.
+    #[must_use]
+    pub fn at(&self) -> Option<f64> {
+        self.change.map(|change| change.passes)
+    }
+
+    /// Returns the change from the present value [%]; `None` without an answer or a present value.
+    #[must_use]
+    pub fn change_percent(&self) -> Option<f64> {
+        let at = self.at().filter(|_| self.present > 0.0)?;
+        Some((at / self.present - 1.0) * 100.0)
+    }
+
+    /// Tells whether the pass next to the change, or at present, has values that do not pass between
+    /// itself and the advice.
+    #[must_use]
+    pub fn is_isolated(&self) -> bool {
+        let pass = if self.passes_at_present {
+            Some(self.present)
+        } else {
+            self.at()
+        };
+        pass.is_some_and(|pass| !self.advice.covers(self.quantity, pass))
+    }
+}
+
+/// The peak over a quantity, as the nominal runs saw it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scan {
     /// The quantity varied.
     pub quantity: Quantity,
     /// Its value at present.
     pub present: f64,
-    /// Distances are ratios.
-    pub ratios: bool,
-    /// Value, and the largest angle of window and coast of all stops and polarities that count
-    /// [rad]; `None` where the lever could not be followed.
+    /// Value, and the largest angle of window and coast of all stops and polarities that count [rad];
+    /// `None` where the lever could not be followed.
     pub points: Vec<(f64, Option<f64>)>,
-}
-
-impl Scan {
-    fn new(quantity: Quantity, range: &SearchRange, found: &SearchResult, design: &Design) -> Self {
-        let peak = |(at, excess): &(f64, Excess)| {
-            let peak = excess.pass + design.criterion.threshold_rad;
-            (*at, peak.is_finite().then_some(peak))
-        };
-        Self {
-            quantity,
-            present: range.present,
-            ratios: range.ratios,
-            points: found.points.iter().map(peak).collect(),
-        }
-    }
 }
 
 /// The margins of one verdict.
@@ -233,15 +199,13 @@ pub struct Margins {
     pub answers: Vec<Margin>,
     /// Every change of the nominal runs' answer.
     pub boundaries: Vec<Boundary>,
-    /// The peaks that the searches saw.
+    /// The peaks that the nominal runs saw.
     pub scans: Vec<Scan>,
     /// The design's limit, if asked for.
     pub limit: Option<LimitCurve>,
-    /// The map, if asked for.
-    pub map: Option<Map>,
     /// The recording carries a blocking finding: all of this rests on spoiled samples.
     pub spoiled: bool,
-    /// The search was stopped: what it had until then is here, limit and map are not.
+    /// The search was stopped: what it had until then is here, the limit is not.
     pub stopped: bool,
 }
 
@@ -251,7 +215,7 @@ pub struct Margins {
 /// # Errors
 ///
 /// As [`crate::assess()`], [`Stopped`](latchgate_kernel::error::Error::Stopped) only if no quantity was answered until
-/// then; those of [`MapRequest::check`].
+/// then.
 pub fn margins(
     conditioned: &Conditioned,
     findings: &[Finding],
@@ -259,73 +223,81 @@ pub fn margins(
     options: &MarginOptions,
     control: &Control<'_>,
 ) -> Result<Margins, Error> {
-    if let Some(request) = &options.map {
-        request.check(design)?;
-    }
-    let progress = SearchProgress::new(control, options);
-    let quiet = |_: Option<f64>| progress.proceed();
-    let control = &Control {
-        threads: control.threads,
-        proceed: &quiet,
-    };
-    let work = Meter::new(options.policy.work.saturating_mul(WORK_TIMES));
-    let search = MarginSearch::new(conditioned, findings, design, options, control, &work)?;
-    let mut answers = Vec::new();
-    let mut boundaries = Vec::new();
-    let mut scans = Vec::new();
-    let mut of_scale: Option<SearchResult> = None;
-    let mut stopped = false;
-    for quantity in Quantity::ALL {
-        let range = search.range(quantity);
-        let asked = if stopped {
-            None
-        } else {
-            kept(answer(&search, quantity, &range, of_scale.as_ref()))?
-        };
-        let Some((margin, found)) = asked else {
-            stopped = true;
-            answers.push(search.unasked(quantity, &range));
-            continue;
-        };
-        answers.push(margin);
-        let crossings = found.crossings.iter();
-        boundaries.extend(crossings.map(|crossing| Boundary::new(quantity, crossing)));
-        scans.push(Scan::new(quantity, &range, &found, design));
-        if quantity == Quantity::Scale {
-            of_scale = Some(found);
-        }
-        progress.step();
-    }
-    if stopped && of_scale.is_none() {
-        return Err(KernelError::Stopped.into());
-    }
-    let limit = (options.limit && !stopped)
-        .then(|| limit_curve(&conditioned.used, design, &options.policy, control))
-        .map_or(Ok(None), kept)?;
-    stopped |= options.limit && limit.is_none();
-    progress.step();
-    let wanted = options.map.as_ref().filter(|_| !stopped);
-    let map = wanted
-        .map(|request| {
-            let runs = NominalRuns {
-                enough_rad: f64::INFINITY,
-                ..search.runs
-            };
-            map::map(&runs, design, request)
-        })
-        .map_or(Ok(None), kept)?;
-    stopped |= options.map.is_some() && map.is_none();
-    Ok(Margins {
+    let search = MarginSearch::new(conditioned, findings, design, options, control)?;
+    let parts = Quantity::ALL.len() + usize::from(options.limit);
+    let part = |index: usize| index as f64 / parts as f64;
+    let mut margins = Margins {
         state: search.state,
         basis: search.basis,
-        answers,
-        boundaries,
-        scans,
-        limit,
-        map,
+        answers: Vec::new(),
+        boundaries: Vec::new(),
+        scans: Vec::new(),
+        limit: None,
         spoiled: search.spoiled,
-        stopped,
-    })
+        stopped: false,
+    };
+    for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
+        let asked = if (control.proceed)(Some(part(index))) {
+            control.unmeasured(|control| kept(search.answer(quantity, control)))?
+        } else {
+            None
+        };
+        let Some(answered) = asked else {
+            if index == 0 {
+                return Err(KernelError::Stopped.into());
+            }
+            margins.stopped = true;
+            let rest = Quantity::ALL[index..].iter();
+            margins
+                .answers
+                .extend(rest.map(|rest| search.unasked(*rest)));
+            return Ok(margins);
+        };
+        margins.answers.push(answered.margin);
+        margins.boundaries.extend(answered.boundaries);
+        margins.scans.push(answered.scan);
+    }
+    if options.limit {
+        margins.limit = control.during(part(parts - 1), 1.0, |control| {
+            kept(limit_curve(
+                &conditioned.used,
+                design,
+                &options.policy,
+                control,
+            ))
+        })?;
+        margins.stopped = margins.limit.is_none();
+    }
+    Ok(margins)
+}
+
+/// Finds the preload that a recording asks for, as [`margins`] advises it; none where a blocking finding
+/// spoils it.
+///
+/// # Errors
+///
+/// As [`crate::assess()`].
+pub fn preload_advice(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+    design: &Design,
+    policy: &Policy,
+    passes_at_present: Option<bool>,
+    control: &Control<'_>,
+) -> Result<Option<Advice>, Error> {
+    let options = MarginOptions {
+        policy: policy.clone(),
+        basis: Basis::Verdict,
+        passes_at_present,
+        counterweight_radius_m: 1.0,
+        limit: false,
+    };
+    let search = MarginSearch::new(conditioned, findings, design, &options, control)?;
+    if search.spoiled {
+        return Ok(None);
+    }
+    let advised = control.unmeasured(|control| search.advice(Quantity::Preload, control))?;
+    Ok(Some(advised))
 }
 
 /// Takes a wish to stop for nothing found.
@@ -333,48 +305,6 @@ fn kept<T>(found: Result<T, Error>) -> Result<Option<T>, Error> {
     match found {
         Err(error) if error.is_stopped() => Ok(None),
         found => found.map(Some),
-    }
-}
-
-/// Finds the margin of one quantity; `of_scale` are the changes of the scale, once known.
-fn answer(
-    search: &MarginSearch<'_>,
-    quantity: Quantity,
-    range: &SearchRange,
-    of_scale: Option<&SearchResult>,
-) -> Result<(Margin, SearchResult), Error> {
-    let found = match (quantity, of_scale) {
-        (Quantity::Unbalance, Some(found)) => times(found, range.present),
-        _ => search.changes(quantity, range)?,
-    };
-    let margin = search.answer(quantity, range, &found)?;
-    Ok((margin, found))
-}
-
-/// The part of a search for margins that is done, quantity by quantity.
-struct SearchProgress<'a> {
-    control: &'a Control<'a>,
-    steps: usize,
-    done: AtomicUsize,
-}
-
-impl<'a> SearchProgress<'a> {
-    fn new(control: &'a Control<'a>, options: &MarginOptions) -> Self {
-        let beside = usize::from(options.limit) + usize::from(options.map.is_some());
-        Self {
-            control,
-            steps: Quantity::ALL.len() + beside,
-            done: AtomicUsize::new(0),
-        }
-    }
-
-    fn step(&self) {
-        self.done.fetch_add(1, Ordering::Relaxed);
-    }
-
-    fn proceed(&self) -> bool {
-        let done = self.done.load(Ordering::Relaxed).min(self.steps);
-        (self.control.proceed)(Some(done as f64 / self.steps as f64))
     }
 }
 
@@ -388,22 +318,4 @@ fn limit_curve(
     let signs = policy.polarity.signs().iter();
     let recording = signs.map(|sign| limit::recording_point(signal, *sign));
     limit::limit_curve(design, policy.model, recording.collect(), control)
-}
-
-/// Changes of the unbalance, from those of the scale: the model holds both only as the product
-/// of mass, distance and acceleration.
-fn times(found: &SearchResult, unbalance: f64) -> SearchResult {
-    let point = |(at, excess): (f64, Excess)| (at * unbalance, excess);
-    SearchResult {
-        points: found.points.iter().copied().map(point).collect(),
-        crossings: found
-            .crossings
-            .iter()
-            .map(|crossing| Crossing {
-                edge: crossing.edge,
-                low: point(crossing.low),
-                high: point(crossing.high),
-            })
-            .collect(),
-    }
 }

@@ -6,6 +6,7 @@ use crate::cli::offers::offers;
 use crate::cli::options::Common;
 use crate::cli::output;
 use crate::cli::values::OutputFormat;
+use crate::pipeline::Outcome;
 use latchgate_document::Document;
 use latchgate_document::blocks::Verdicts;
 use latchgate_recording::error::Error;
@@ -25,7 +26,16 @@ fn printed(judged: &ReplayedFile) -> Document {
     document
 }
 
-/// Prints the answer: one document or text, or a table of several.
+/// Prints what is known of one recording before the search for an advice; of what was not judged,
+/// nothing.
+pub(super) fn print_first(outcome: &Outcome, common: &Common) -> Result<(), Error> {
+    if outcome.refusal.is_some() {
+        return Ok(());
+    }
+    output::document(&text::answer(&outcome.document, output::look(common)))
+}
+
+/// Prints the answer: one document, the rest of one text, or a table of several.
 pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Error> {
     let look = output::look(common);
     match (common.format, judged) {
@@ -45,7 +55,7 @@ pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Erro
         (OutputFormat::Text, [one]) if one.outcome.refusal.is_some() => Ok(()),
         (OutputFormat::Text, [one]) => {
             let document = &one.outcome.document;
-            output::document(&text::render(document, one.report.as_deref(), look))
+            output::document(&text::afterwards(document, one.report.as_deref(), look))
         }
         (OutputFormat::Text, several) => {
             let rows: Vec<text::TableRow> = several

@@ -13,7 +13,9 @@ use latchgate_study::chart;
 use latchgate_study::damages::{self, DamageAnswer};
 use latchgate_study::files::StudyTable;
 use latchgate_verdict::conditioning::{ConditioningOptions, Signal, condition};
-use latchgate_verdict::{ModelChoice, Polarity, Policy, passes};
+use latchgate_verdict::{
+    Answer, AssessDetail, AssessExtras, ModelChoice, Polarity, Policy, assess,
+};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -104,7 +106,12 @@ fn judged(signal: &Signal, design: &Design) -> Result<DamageAnswer, Error> {
     let policy = Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative));
     let found = &conditioned.findings;
     let control = Control::default();
-    let passes = blocking.is_empty() && passes(&conditioned, found, design, &policy, &control)?;
+    let extras = AssessExtras {
+        detail: AssessDetail::Answer,
+        ..AssessExtras::default()
+    };
+    let assessed = || assess(&conditioned, found, design, &policy, extras, &control);
+    let passes = blocking.is_empty() && assessed()?.answer == Answer::Pass;
     Ok(DamageAnswer {
         passes,
         needs_word: found.iter().any(|finding| finding.needs_word),

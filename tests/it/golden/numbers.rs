@@ -85,7 +85,7 @@ fn of_signals(hashes: &mut BTreeMap<String, String>) {
             "replay --members 128 --seed 7 --opens-when both --filter none --bias none",
             "replay --members 0 --method dopri5",
             "replay --members 0 --model soft --set stop.damping_n_s_per_m=3e4",
-            "margin --members 0 --points 60",
+            "margin --members 0",
         ] {
             let (command, options) = options.split_once(' ').unwrap();
             let words: Vec<&str> = [command, &file]

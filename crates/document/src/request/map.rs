@@ -7,7 +7,6 @@ use super::fields::{self, SettingsAsStated};
 use super::{Request, parse_method, read, value};
 use latchgate_recording::error::{Error, ErrorKind};
 use latchgate_recording::setting::Setting;
-use latchgate_verdict::margin::{MapAxis, MapRequest, map::GRID_MAX};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -108,12 +107,7 @@ const OF_REPLAY: &[Setting] = &[
 ];
 
 /// Settings that a margin adds.
-const OF_MARGIN: &[Setting] = &[
-    Setting::CounterweightRadius,
-    Setting::Points,
-    Setting::Map,
-    Setting::MapGrid,
-];
+const OF_MARGIN: &[Setting] = &[Setting::CounterweightRadius];
 
 /// Takes a request out of `entries`, where other settings may be left.
 ///
@@ -179,26 +173,16 @@ pub struct MarginRequest {
     pub replay: Request,
     /// Distance of the counterweight from the pivot, on its far side [m].
     pub counterweight_radius_m: f64,
-    /// Values of each quantity that the search begins with; `None` for as many as the length of
-    /// the recording allows.
-    pub points: Option<u32>,
-    /// The map over two design keys.
-    pub map: Option<MapRequest>,
 }
 
 /// Distance of the counterweight unless a request says otherwise [m].
 const COUNTERWEIGHT_RADIUS_M: f64 = 0.03;
-
-/// Values a side of a map unless a request says otherwise.
-const GRID: usize = 61;
 
 impl Default for MarginRequest {
     fn default() -> Self {
         Self {
             replay: Request::default(),
             counterweight_radius_m: COUNTERWEIGHT_RADIUS_M,
-            points: None,
-            map: None,
         }
     }
 }
@@ -211,17 +195,6 @@ impl From<MarginRequest> for Entries {
             Setting::CounterweightRadius,
             json!(request.counterweight_radius_m),
         );
-        if let Some(points) = request.points {
-            put(Setting::Points, json!(points));
-        }
-        if let Some(map) = request.map {
-            let axis = |axis: &MapAxis| format!("{}={}..{}", axis.key, axis.low, axis.high);
-            put(Setting::Map, json!([axis(&map.x), axis(&map.y)]));
-            put(
-                Setting::MapGrid,
-                json!(format!("{}x{}", map.columns, map.rows)),
-            );
-        }
         entries
     }
 }
@@ -243,62 +216,8 @@ impl TryFrom<Entries> for MarginRequest {
                 .and_then(value::positive)
                 .map_err(|expected| refused(Setting::CounterweightRadius, &value, expected))?;
         }
-        if let Some(value) = take(Setting::Points) {
-            let points = read::whole(&value, 50, 20_000)
-                .map_err(|expected| refused(Setting::Points, &value, expected))?;
-            request.points = Some(points);
-        }
-        let grid = take(Setting::MapGrid);
-        if let (Some(grid), false) = (&grid, entries.contains_key(Setting::Map.key())) {
-            let wrong = format!("needs {}", Setting::Map);
-            return Err(refused(Setting::MapGrid, grid, wrong));
-        }
-        let mut take = |setting: Setting| {
-            let value = entries.remove(setting.key());
-            value.filter(|value| !value.is_null())
-        };
-        let (columns, rows) = match grid {
-            None => (GRID, GRID),
-            Some(value) => read::text(&value)
-                .and_then(parse_grid)
-                .map_err(|expected| refused(Setting::MapGrid, &value, expected))?,
-        };
-        if let Some(value) = take(Setting::Map) {
-            let [x, y] = axes(&value).map_err(|what| refused(Setting::Map, &value, what))?;
-            request.map = Some(MapRequest {
-                x,
-                y,
-                columns,
-                rows,
-            });
-        }
         let known: Vec<Setting> = [OF_REPLAY, OF_MARGIN].concat();
         refuse_unknown(&entries, &known)?;
         Ok(request)
     }
-}
-
-fn axes(value: &Value) -> Result<[MapAxis; 2], String> {
-    let expected = "must be two of KEY=LO..HI";
-    let [x, y] = value.as_array().map(Vec::as_slice).ok_or(expected)? else {
-        return Err(expected.into());
-    };
-    Ok([
-        value::parse_map_axis(read::text(x)?)?,
-        value::parse_map_axis(read::text(y)?)?,
-    ])
-}
-
-/// Reads the values a side of a map, NxM.
-///
-/// # Errors
-///
-/// Says what was expected.
-pub fn parse_grid(text: &str) -> Result<(usize, usize), String> {
-    let counts = text
-        .split_once('x')
-        .and_then(|(columns, rows)| Some((columns.parse().ok()?, rows.parse().ok()?)));
-    counts
-        .filter(|(columns, rows)| (2..=GRID_MAX).contains(columns) && (2..=GRID_MAX).contains(rows))
-        .ok_or_else(|| format!("expected NxM, each 2 to {GRID_MAX}, for example 61x61"))
 }

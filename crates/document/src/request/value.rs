@@ -12,7 +12,6 @@ use latchgate_recording::setting::Setting;
 use latchgate_verdict::ModelChoice;
 use latchgate_verdict::conditioning::resample::LEAST_RATE_HZ;
 use latchgate_verdict::conditioning::{Between, BiasWindow, Cfc, FilterChoice, FilterStandard};
-use latchgate_verdict::margin::MapAxis;
 
 /// Largest ensemble unless a request says otherwise.
 pub const MEMBERS_DEFAULT: u32 = 10_000;
@@ -386,26 +385,6 @@ pub fn parse_bias(text: &str) -> Result<BiasWindow, String> {
         return Ok(BiasWindow::None);
     }
     parse_window(text).map(|(start_s, end_s)| BiasWindow::Window(start_s, end_s))
-}
-
-/// Reads a design key with its range, KEY=LO..HI.
-///
-/// # Errors
-///
-/// As [`parse_number`].
-pub fn parse_map_axis(text: &str) -> Result<MapAxis, String> {
-    let parts = text.split_once('=').and_then(|(key, range)| {
-        let (low, high) = range.split_once("..")?;
-        Some((key.trim(), low, high))
-    });
-    let Some((key, low, high)) = parts else {
-        return Err("expected KEY=LO..HI, for example lever.preload_torque_nm=0.1..3".into());
-    };
-    Ok(MapAxis {
-        key: key.to_string(),
-        low: parse_finite(low)?,
-        high: parse_finite(high)?,
-    })
 }
 
 /// Writes an interval so that [`parse_window`] reads it back.

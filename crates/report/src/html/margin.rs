@@ -1,13 +1,13 @@
 //! The page of `latchgate margin`.
 
 use super::markup::Page;
-use crate::margin_words::{advised, bracket, change, direction, never, shown, with_unit};
+use crate::margin_words::{advised, bracket, change, direction, never};
 use crate::plot::{Figure, MARGIN_RULES};
 use crate::sheet;
 use crate::words;
 use latchgate_document::MarginDocument;
 use latchgate_document::number::{ABSENT, significant};
-use latchgate_verdict::margin::Quantity;
+use latchgate_verdict::margin::{Change, Quantity};
 
 /// Returns the page as one self-contained HTML document.
 pub(crate) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
@@ -82,7 +82,7 @@ fn answers(page: &mut Page, document: &MarginDocument) {
     searched(page, document);
     if let Some(mass) = document.counterweight.mass_kg {
         page.note(&format!(
-            "A counterweight of {} kg, fixed to the lever at {} m, leaves an unbalance of {} kg m and a moment of inertia of {} kg m².",
+            "A counterweight of {} kg, fixed to the lever at {} m, leaves an unbalance of {} kg·m and a moment of inertia of {} kg·m².",
             significant(mass, 5),
             document.counterweight.radius_m,
             document.counterweight.unbalance_kg_m.map_or_else(|| ABSENT.into(), |v| significant(v, 5)),
@@ -100,7 +100,7 @@ fn flips(page: &mut Page, document: &MarginDocument) {
             "Quantity",
             "#Present",
             "#Passes from",
-            "#Searched to",
+            "#Tried to",
             "#Nearest change",
             "#Change",
             "There",
@@ -109,17 +109,19 @@ fn flips(page: &mut Page, document: &MarginDocument) {
     for answer in &document.answers {
         page.raw("<tr>");
         page.element("th", "", &answer.title);
-        page.element("td", "number", &with_unit(answer.present, &answer.unit));
+        let shown = |value: f64| answer.quantity.shown(value);
+        page.element("td", "number", &shown(answer.present));
         page.element("td", "number nominal", &advised(answer));
-        page.element("td", "number", &shown(answer.advice.until, &answer.unit));
-        match answer.at {
+        page.element("td", "number", &shown(answer.advice.until));
+        match answer.at() {
             Some(at) => {
-                page.element("td", "number", &with_unit(at, &answer.unit));
-                page.element("td", "number", &change(answer).replace('-', "\u{2212}"));
+                page.element("td", "number", &shown(at));
+                let change = change(answer).map(|change| change.replace('-', "\u{2212}"));
+                page.element("td", "number", change.as_deref().unwrap_or(ABSENT));
                 page.element("td", "", direction(answer));
             }
             None => {
-                page.element("td", "number", "never");
+                page.element("td", "number", "none");
                 page.element("td", "number", ABSENT);
                 page.element("td", "", ABSENT);
             }
@@ -141,7 +143,7 @@ fn searched(page: &mut Page, document: &MarginDocument) {
             "#Nominal peak meets the limit at",
             "#Verdict changes at",
             "#Width of the bracket",
-            "#Searched",
+            "#Tried",
             "What stays and what moves along",
         ],
     );
@@ -150,17 +152,22 @@ fn searched(page: &mut Page, document: &MarginDocument) {
     for answer in &document.answers {
         page.raw("<tr>");
         page.element("th", "", &answer.title);
-        page.element("td", "number", &number(answer.nominal_at));
-        page.element("td", "number", &number(answer.verdict_at));
-        let width = answer.bracket.map(|ends| significant(ends.1 - ends.0, 2));
+        let change = |change: Option<Change>| number(change.map(|change| change.passes));
+        page.element("td", "number", &change(answer.nominal_change));
+        page.element("td", "number", &change(answer.verdict_change));
+        let width = answer.change.map(|change| {
+            let (low, high) = change.bracket();
+            significant(high - low, 2)
+        });
         page.element("td", "number", width.as_deref().unwrap_or(ABSENT));
         page.element(
             "td",
             "number",
             &format!(
-                "{} to {}",
-                significant(answer.searched.0, 4),
-                significant(answer.searched.1, 4)
+                "{} to {}, {} values",
+                significant(answer.searched.0, 3),
+                significant(answer.searched.1, 3),
+                answer.values
             ),
         );
         page.element("td", "", &words::sentence(&answer.convention));
@@ -172,7 +179,7 @@ fn searched(page: &mut Page, document: &MarginDocument) {
 fn boundaries(page: &mut Page, document: &MarginDocument) {
     page.wide_section("boundaries", "Changes of the nominal runs’ answer");
     if document.boundaries.is_empty() {
-        page.paragraph("None within the ranges searched.");
+        page.paragraph("None between the values tried.");
         page.end_section();
         return;
     }

@@ -1,14 +1,14 @@
-//! Charts of margins: the limit under half-sine pulses, the peak over each quantity, the map.
+//! Charts of margins: the limit under half-sine pulses, the peak over each quantity.
 
+use super::Figure;
 use super::canvas::{Anchor, Canvas};
 use super::frame::{Frame, LEFT, LegendEntry, RIGHT, Scale, header};
-use super::{Figure, WIDTH, heat};
 use crate::words;
 use latchgate_document::MarginDocument;
 use latchgate_document::number::{significant, trimmed};
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_verdict::margin::search::followed_to_rad;
-use latchgate_verdict::margin::{LimitCurve, LimitPoint, Map, Margins, Quantity, Scan};
+use latchgate_verdict::margin::{LimitCurve, LimitPoint, Margins, Quantity, Scan};
+use std::f64::consts::FRAC_PI_2;
 
 /// Rules of these charts beyond those of all plots.
 pub(crate) const RULES: &str = "\
@@ -21,12 +21,11 @@ pub(crate) fn stand_alone(figure: &Figure) -> String {
     figure.stand_alone_with(RULES)
 }
 
-/// Draws every chart that there is data for: limit, peaks, map.
+/// Draws every chart that there is data for: limit, peaks.
 pub(crate) fn figures(document: &MarginDocument, margins: &Margins) -> Vec<Figure> {
     let mut figures = Vec::new();
     figures.extend(margins.limit.as_ref().map(limit));
     figures.push(scans(document, margins));
-    figures.extend(margins.map.as_ref().and_then(|map| draw_map(document, map)));
     figures
 }
 
@@ -193,26 +192,17 @@ const ROW_HEIGHT: f64 = 318.0;
 fn scans(document: &MarginDocument, margins: &Margins) -> Figure {
     let title = "Peak angle over each quantity";
     let mut canvas = Canvas::with_capacity(256 * 1024);
-    let level = followed_to_rad(document.threshold_rad);
-    let mut of_peak = String::from("largest peak of the runs that count");
-    let mut peaks = margins.scans.iter().flat_map(|scan| &scan.points);
-    if peaks.any(|(_, peak)| peak.is_some_and(|peak| peak >= level)) {
-        of_peak.push_str(&format!(
-            "; above {} rad: at least that",
-            significant(level, 2)
-        ));
-    }
     let entries = [
-        LegendEntry::line("used", of_peak),
-        LegendEntry::line("limit", "limit"),
+        LegendEntry::line("used", "largest peak of the nominal runs that count"),
+        LegendEntry::line("limit", "limit angle"),
         LegendEntry::line("edge", "present"),
     ];
     let top = header(&mut canvas, LEFT, title, &[], &entries);
-    // The unbalance enters as the scale does and would give the same picture.
+    // Unbalance and arm enter as the scale does and would give the same picture.
     let shown: Vec<&Scan> = margins
         .scans
         .iter()
-        .filter(|scan| scan.quantity != Quantity::Unbalance)
+        .filter(|scan| !matches!(scan.quantity, Quantity::Unbalance | Quantity::Arm))
         .collect();
     for (index, scan) in shown.iter().enumerate() {
         let corner = (
@@ -225,9 +215,9 @@ fn scans(document: &MarginDocument, margins: &Margins) -> Figure {
     Figure {
         name: "margin-scan",
         title: title.into(),
-        caption: "Each quantity is varied alone. Circles mark every change between pass and no pass; angles below a hundredth or above a hundred times the limit are drawn at the edge.".into(),
+        caption: "Each quantity is varied alone. Circles mark every change of the nominal runs between pass and no pass; angles below a hundredth of the limit or beyond 90° are drawn at the edge.".into(),
         description: format!(
-            "Peak angle over scale of the recording, preload, counterweight and restitution, against the limit of {} rad.",
+            "Peak angle over scale of the recording, preload, spring stiffness, counterweight, restitution and limit angle, against the limit of {} rad.",
             document.threshold_rad
         ),
         height,
@@ -246,7 +236,7 @@ fn scan_panel(
         (Some(first), Some(last)) => (first.0, last.0),
         _ => (0.0, 1.0),
     };
-    let x = if scan.ratios {
+    let x = if scan.quantity.is_ratio() && low > 0.0 {
         Scale::Logarithmic(low, high)
     } else {
         Scale::Linear(low, high)
@@ -254,7 +244,7 @@ fn scan_panel(
     let panel = Frame::open(
         (left, left + PANEL_WIDTH, top, top + PANEL_HEIGHT),
         x,
-        Scale::Logarithmic(limit / 100.0, limit * 100.0),
+        Scale::Logarithmic(limit / 100.0, (2.0 * limit).max(FRAC_PI_2)),
     );
     let unit = match scan.quantity.unit() {
         "" => "–",
@@ -274,117 +264,22 @@ fn scan_panel(
             .iter()
             .map(|(value, peak)| (panel.x.place(*value), peak.map_or(f64::NAN, held))),
     );
-    panel.level(canvas, "limit", limit);
+    let limit_at = |value: f64| match scan.quantity {
+        Quantity::LimitAngle => value.clamp(y.low(), y.high()),
+        _ => limit,
+    };
+    let limits = scan.points.iter();
+    canvas.polyline(
+        "limit",
+        limits.map(|(value, _)| panel.place(*value, limit_at(*value))),
+    );
     for boundary in &document.boundaries {
         let of_pass = boundary.below != boundary.above
             && [boundary.below, boundary.above]
                 .contains(&latchgate_verdict::margin::NominalAnswer::Pass);
         if boundary.quantity == scan.quantity.name() && of_pass {
-            canvas.circle("mark", panel.place(boundary.at, limit), 4.2);
+            canvas.circle("mark", panel.place(boundary.at, limit_at(boundary.at)), 4.2);
         }
     }
     panel.frame(canvas);
-}
-
-fn draw_map(document: &MarginDocument, map: &Map) -> Option<Figure> {
-    let height = 600.0;
-    let mut canvas = Canvas::with_capacity(64 * 1024);
-    let title = "Peak angle over two design keys";
-    let request = &map.request;
-    let inside = map.present.is_some_and(|(x, y)| {
-        (request.x.low..=request.x.high).contains(&x)
-            && (request.y.low..=request.y.high).contains(&y)
-    });
-    let legend = if inside {
-        "boundary of the pass; the circle is the present design"
-    } else {
-        "boundary of the pass; the present design lies outside the map"
-    };
-    let entries = [LegendEntry::line("boundary", legend)];
-    let top = header(&mut canvas, LEFT, title, &[], &entries);
-    let (columns, rows) = (request.columns, request.rows);
-    let panel = Frame::wide(
-        (top + 14.0, height - 58.0),
-        Scale::Linear(request.x.low, request.x.high),
-        Scale::Linear(request.y.low, request.y.high),
-    );
-    let limit = document.threshold_rad;
-    let range = peak_range(map, limit);
-    panel.grid(&mut canvas, Some(&request.x.key), Some(&request.y.key));
-    panel.begin_inside(&mut canvas, "margin-map-clip");
-    peaks(&mut canvas, &panel, map, range)?;
-    for class in ["ground", "boundary"] {
-        for (from, to) in &map.segments {
-            let place = |index: &usize| {
-                let vertex = &map.vertices[*index];
-                panel.place(vertex.x, vertex.y)
-            };
-            canvas.line(class, place(from), place(to));
-        }
-    }
-    canvas.end_group();
-    if let Some((x, y)) = map.present
-        && inside
-    {
-        canvas.circle("mark", panel.place(x, y), 6.0);
-    }
-    panel.frame(&mut canvas);
-    let bar = (RIGHT + 10.0, panel.top, panel.bottom);
-    let scale = Scale::Logarithmic(range.0, range.1);
-    let axis = heat::colour_bar(&mut canvas, bar, scale, |tick| tick.label.clone())?;
-    let y = axis.place(limit);
-    canvas.line("limit", (RIGHT + 4.0, y), (RIGHT + 28.0, y));
-    let unit = (WIDTH - 4.0, panel.top - 10.0);
-    canvas.text("", unit, Anchor::End, "peak [rad]");
-    Some(Figure {
-        name: "margin-map",
-        title: title.into(),
-        caption: format!(
-            "Largest angle of the stops and polarities that count, on {columns} × {rows} designs; on the line it meets the limit of {limit} rad, as found by further runs between them, and on its darker side nominal runs pass, no error counted. Grey: no lever can have both values."
-        ),
-        description: format!(
-            "Peak angle over {} and {}; {} of {} designs pass, {} points on the boundary.",
-            request.x.key, request.y.key, map.passing, map.judged, map.boundary_points
-        ),
-        height,
-        body: canvas.into_string(),
-    })
-}
-
-/// Returns the ends of the colours [rad], at most a hundredth and a hundred times the limit.
-fn peak_range(map: &Map, limit: f64) -> (f64, f64) {
-    let known = map.peaks_rad.iter().flatten().copied();
-    let positive = known.clone().filter(|peak| *peak > 0.0);
-    let low = positive.fold(limit, f64::min).max(limit / 100.0);
-    let high = known.fold(limit, f64::max).min(limit * 100.0);
-    if low < high {
-        (low, high)
-    } else {
-        (limit / 2.0, limit * 2.0)
-    }
-}
-
-/// Draws the peak of every design: a cell is as wide as the grid's step, with the grid value in its
-/// middle.
-fn peaks(canvas: &mut Canvas, panel: &Frame, map: &Map, (low, high): (f64, f64)) -> Option<()> {
-    let request = &map.request;
-    let (columns, rows) = (request.columns, request.rows);
-    let share = |peak: f64| {
-        (libm::log(peak.clamp(low, high)) - libm::log(low)) / (libm::log(high) - libm::log(low))
-    };
-    let half = (
-        0.5 * (request.x.high - request.x.low) / (columns - 1) as f64,
-        0.5 * (request.y.high - request.y.low) / (rows - 1) as f64,
-    );
-    let corner = panel.place(request.x.low - half.0, request.y.high + half.1);
-    let opposite = panel.place(request.x.high + half.0, request.y.low - half.1);
-    let cells = heat::cells((columns, rows), |column, row| {
-        map.peaks_rad[row * columns + column].map(share)
-    })?;
-    canvas.png(
-        &cells,
-        corner,
-        (opposite.0 - corner.0, opposite.1 - corner.1),
-    );
-    Some(())
 }

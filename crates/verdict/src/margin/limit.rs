@@ -1,13 +1,12 @@
 //! The design's limit under half-sine pulses: amplitude against change of velocity.
 
-use super::runs::{LeverTrial, NominalRuns};
-use super::search::{self, Edge, Excess, Probe};
-use crate::meter::Meter;
-use crate::{ModelChoice, Polarity, Policy, Screens};
+use crate::{ModelChoice, Screens};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::pulse::Pulse;
+use latchgate_kernel::replay::Within;
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, Member};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use latchgate_recording::error::Error;
@@ -24,11 +23,14 @@ pub const DURATIONS_MS: [f64; 41] = [
 /// off its change of velocity.
 const INTERVALS: u32 = 1000;
 
-/// Amplitudes that a search begins with.
+/// Amplitudes that are looked at, from the smallest on.
 const AMPLITUDES: usize = 120;
 
-/// Amplitudes that are looked at together, from the smallest on.
-const AMPLITUDES_TAKEN: usize = 16;
+/// Levers that are run side by side.
+const TOGETHER: usize = 16;
+
+/// Relative width of a bracket.
+const WIDTH: f64 = 1e-12;
 
 /// A half-sine pulse that just brings the lever to the threshold.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -113,19 +115,6 @@ pub fn critical_pulse(
     control: &Control<'_>,
 ) -> Result<LimitPoint, Error> {
     let signal = half_sine(duration_s)?;
-    let policy = Policy::new(
-        ModelChoice::Only(stop),
-        Polarity::Declared(OpensWhen::Negative),
-    );
-    let work = Meter::new(u64::MAX);
-    let runs = NominalRuns {
-        work: &work,
-        signal: &signal,
-        policy: &policy,
-        control,
-        window: None,
-        enough_rad: search::followed_to_rad(design.criterion.threshold_rad),
-    };
     let bounds = Screens::of(design, None);
     // Neither bound alone lets the lever reach the threshold, and about their sum does.
     let impulsive =
@@ -134,57 +123,76 @@ pub fn critical_pulse(
     let grid: Vec<f64> = (0..=AMPLITUDES)
         .map(|index| sum * libm::pow(10.0, 2.0 * index as f64 / AMPLITUDES as f64 - 1.0))
         .collect();
-    let scan = |amplitudes: &[f64]| {
-        let trials: Vec<LeverTrial> = amplitudes
-            .iter()
-            .map(|amplitude| LeverTrial::new(design, *amplitude))
-            .collect();
-        runs.scan(&trials)
-    };
-    let found = search::changes_among(
-        up_to_first(&grid, &scan)?,
-        &Probe {
-            scan: &scan,
-            exact: &|amplitude| runs.exact(&LeverTrial::new(design, amplitude)),
-            width: &|amplitude| 1e-12 * amplitude,
-            near_rad: 0.01 * design.criterion.threshold_rad,
-            distance: &|amplitude| amplitude,
-            narrowed: 1,
-            values_max: 5 * AMPLITUDES,
-        },
-    )?;
-    let first = found
-        .crossings
-        .iter()
-        .find(|crossing| crossing.edge == Edge::Pass && crossing.low.1.pass <= 0.0);
-    let amplitude = first.map(|crossing| crossing.low.0);
+    let mut bracket = None;
+    let mut stays = None;
+    for amplitudes in grid.chunks(TOGETHER) {
+        let first = first_to_open(&signal, design, stop, amplitudes, control)?;
+        let before = first.map_or(amplitudes.len(), |first| first);
+        stays = before.checked_sub(1).map(|last| amplitudes[last]).or(stays);
+        if let Some(first) = first {
+            bracket = stays.map(|low| (low, amplitudes[first]));
+            break;
+        }
+    }
+    // Sixteen values between the ends narrow the bracket by seventeen each time.
+    while let Some((low, high)) = bracket.filter(|(low, high)| high - low > WIDTH * high) {
+        let step = (high - low) / (TOGETHER + 1) as f64;
+        let amplitudes: Vec<f64> = (1..=TOGETHER).map(|n| low + step * n as f64).collect();
+        bracket = Some(
+            match first_to_open(&signal, design, stop, &amplitudes, control)? {
+                Some(0) => (low, amplitudes[0]),
+                Some(first) => (amplitudes[first - 1], amplitudes[first]),
+                None => (amplitudes[TOGETHER - 1], high),
+            },
+        );
+    }
+    let amplitude = bracket.map(|(low, _)| low);
     Ok(LimitPoint {
         model: stop,
         duration_s,
         amplitude_g: amplitude,
-        amplitude_bracket_g: first.map(|crossing| (crossing.low.0, crossing.high.0)),
+        amplitude_bracket_g: bracket,
         velocity_change_m_s: amplitude.map(|amplitude| {
             2.0 * amplitude * STANDARD_GRAVITY * duration_s / std::f64::consts::PI
         }),
     })
 }
 
-/// Scans the amplitudes up to the second beyond the first that passes no more: what larger ones do is
-/// not asked for.
-fn up_to_first(grid: &[f64], scan: &search::ScanFn<'_>) -> Result<Vec<(f64, Excess)>, Error> {
-    let mut seen: Vec<(f64, Excess)> = Vec::new();
-    for amplitudes in grid.chunks(AMPLITUDES_TAKEN) {
-        seen.extend(amplitudes.iter().copied().zip(scan(amplitudes)?));
-        if let Some(first) = seen.iter().position(|(_, excess)| excess.pass > 0.0) {
-            let next = grid
-                .get(seen.len()..(first + 3).min(grid.len()))
-                .unwrap_or_default();
-            seen.extend(next.iter().copied().zip(scan(next)?));
-            seen.truncate(first + 3);
-            break;
-        }
-    }
-    Ok(seen)
+/// Returns the first of some amplitudes [g] at which the lever goes beyond its threshold, or cannot be
+/// followed.
+fn first_to_open(
+    signal: &Signal,
+    design: &Design,
+    stop: StopModel,
+    amplitudes_g: &[f64],
+    control: &Control<'_>,
+) -> Result<Option<usize>, Error> {
+    let threshold = design.criterion.threshold_rad;
+    let options = BatchOptions {
+        stop,
+        opens_when: OpensWhen::Negative,
+        initial: None,
+        window: None,
+        coast: true,
+        asked: AskedPeaks {
+            from_rad: 0.0,
+            to_rad: 2.0 * threshold,
+        },
+        threads: 1,
+    };
+    let member = |index: usize| Member {
+        lever: design.lever,
+        stop: design.stop,
+        scale: amplitudes_g[index],
+        bias_m_s2: 0.0,
+    };
+    let within = Within {
+        control,
+        ..Within::UNBOUNDED
+    };
+    let peaks = batch::peaks_within(signal, amplitudes_g.len(), &member, &options, &within)?;
+    let opens = |highest: f64| !highest.is_finite() || highest > threshold;
+    Ok(peaks.iter().position(|peak| opens(peak.highest_rad())))
 }
 
 /// Returns a half-sine pulse of one g in the opening direction.

@@ -1,8 +1,7 @@
-//! The quantities that a margin varies: what each does to the lever, over which range, on which
-//! grid.
+//! The quantities that a margin varies: what each does to the lever, and on which grid.
 
 use latchgate_kernel::model::Design;
-use latchgate_kernel::model::stop::Stop;
+use latchgate_kernel::units::shortest;
 use serde::{Deserialize, Serialize};
 
 /// A quantity that is varied alone.
@@ -13,252 +12,305 @@ pub enum Quantity {
     Scale,
     /// Preload torque T0.
     Preload,
-    /// Unbalance m·L at an unchanged moment of inertia.
+    /// Stiffness of the spring, k0.
+    SpringStiffness,
+    /// Unbalance m·L at an unchanged distance L and moment of inertia.
     Unbalance,
-    /// Mass on the far side of the pivot.
+    /// Distance L of the centre of mass from the pivot, at an unchanged mass and moment of inertia.
+    Arm,
+    /// Mass fixed to the lever on the far side of the pivot.
     Counterweight,
     /// Restitution R, the soft stop's damping with it through ξ(R).
     Restitution,
+    /// Angle beyond which the door is lost.
+    LimitAngle,
 }
+
+/// Words of a quantity.
+struct Words {
+    name: &'static str,
+    title: &'static str,
+    unit: &'static str,
+    convention: &'static str,
+}
+
+/// The largest magnitude of the recording, and what else bounds a grid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GridBounds {
+    /// The strongest sample in an opening direction [m/s²].
+    pub strongest_m_s2: f64,
+    /// Distance of the counterweight from the pivot [m].
+    pub counterweight_radius_m: f64,
+}
+
+/// Values in a decade, of the preferred numbers E48 (IEC 60063).
+const E48: [u16; 48] = [
+    100, 105, 110, 115, 121, 127, 133, 140, 147, 154, 162, 169, 178, 187, 196, 205, 215, 226, 237,
+    249, 261, 274, 287, 301, 316, 332, 348, 365, 383, 402, 422, 442, 464, 487, 511, 536, 562, 590,
+    619, 649, 681, 715, 750, 787, 825, 866, 909, 953,
+];
+
+/// Equal steps of a grid whose values are differences.
+const STEPS: u32 = 100;
 
 impl Quantity {
     /// Every quantity, in the order of answers.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 8] = [
         Self::Scale,
         Self::Preload,
+        Self::SpringStiffness,
         Self::Unbalance,
+        Self::Arm,
         Self::Counterweight,
         Self::Restitution,
+        Self::LimitAngle,
     ];
 
-    /// Returns its name in `boundaries`.
+    fn words(self) -> Words {
+        let (name, title, unit, convention) = match self {
+            Self::Scale => (
+                "scale",
+                "scale of the recording",
+                "",
+                "every sample as used is multiplied; its bias and filter stay as they are",
+            ),
+            Self::Preload => (
+                "preload_torque_nm",
+                "preload",
+                "N·m",
+                "lever.preload_torque_nm alone changes",
+            ),
+            Self::SpringStiffness => (
+                "spring_stiffness_nm_per_rad",
+                "spring stiffness",
+                "N·m/rad",
+                "lever.spring_stiffness_nm_per_rad alone changes; the preload at rest stays",
+            ),
+            Self::Unbalance => (
+                "unbalance_kg_m",
+                "unbalance m·L",
+                "kg·m",
+                "the mass changes, its distance from the pivot and the moment of inertia stay",
+            ),
+            Self::Arm => (
+                "center_of_mass_m",
+                "arm L",
+                "m",
+                "the distance of the centre of mass changes, mass and moment of inertia stay",
+            ),
+            Self::Counterweight => (
+                "counterweight_kg",
+                "counterweight",
+                "kg",
+                "a mass fixed to the lever at the stated radius beyond the pivot takes mass times radius off the unbalance and adds mass times radius squared to the moment of inertia",
+            ),
+            Self::Restitution => (
+                "restitution",
+                "restitution",
+                "",
+                "the soft stop's damping moves along by ξ(R)/ξ(present R), ξ being the damping ratio that takes as much speed",
+            ),
+            Self::LimitAngle => (
+                "threshold_rad",
+                "limit angle",
+                "rad",
+                "criterion.threshold_rad alone changes",
+            ),
+        };
+        Words {
+            name,
+            title,
+            unit,
+            convention,
+        }
+    }
+
+    /// Returns its name in `boundaries` and tables.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Scale => "scale",
-            Self::Preload => "preload_torque_nm",
-            Self::Unbalance => "unbalance_kg_m",
-            Self::Counterweight => "counterweight_kg",
-            Self::Restitution => "restitution",
-        }
+        self.words().name
     }
 
     /// Returns what people call it.
     #[must_use]
     pub fn title(self) -> &'static str {
-        match self {
-            Self::Scale => "scale of the recording",
-            Self::Preload => "preload torque",
-            Self::Unbalance => "unbalance m·L",
-            Self::Counterweight => "counterweight",
-            Self::Restitution => "restitution",
+        self.words().title
+    }
+
+    /// Returns its unit; empty for a ratio.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        self.words().unit
+    }
+
+    /// Says what stays and what moves along.
+    #[must_use]
+    pub fn convention(self) -> &'static str {
+        self.words().convention
+    }
+
+    /// Returns a value of it with its unit, four digits at most.
+    #[must_use]
+    pub fn shown(self, value: f64) -> String {
+        match self.unit() {
+            "" => shortest(value),
+            unit => format!("{} {unit}", shortest(value)),
         }
     }
 
     /// Tells whether more of it holds the lever, rather than less.
     #[must_use]
     pub fn is_safer_above(self) -> bool {
-        matches!(self, Self::Preload | Self::Counterweight)
+        matches!(
+            self,
+            Self::Preload | Self::SpringStiffness | Self::Counterweight | Self::LimitAngle
+        )
     }
 
-    /// Returns its unit; empty for a ratio.
+    /// Tells whether distances between values are ratios, rather than differences.
     #[must_use]
-    pub fn unit(self) -> &'static str {
+    pub fn is_ratio(self) -> bool {
+        matches!(
+            self,
+            Self::Scale | Self::Preload | Self::SpringStiffness | Self::LimitAngle
+        )
+    }
+
+    /// Returns its value in a design.
+    #[must_use]
+    pub fn present(self, design: &Design) -> f64 {
+        let lever = &design.lever;
         match self {
-            Self::Scale | Self::Restitution => "",
-            Self::Preload => "N m",
-            Self::Unbalance => "kg m",
-            Self::Counterweight => "kg",
+            Self::Scale => 1.0,
+            Self::Preload => lever.preload_torque_nm,
+            Self::SpringStiffness => lever.spring_stiffness_nm_per_rad,
+            Self::Unbalance => lever.unbalance_kg_m(),
+            Self::Arm => lever.center_of_mass_m,
+            Self::Counterweight => 0.0,
+            Self::Restitution => design.stop.restitution,
+            Self::LimitAngle => design.criterion.threshold_rad,
         }
     }
 
-    /// Says what stays and what moves along.
+    /// Returns the values that are tried, in ascending order, each of three digits. The present value
+    /// has no part in them.
+    ///
+    /// A preload is tried up to twice that which the strongest opening sample lifts, a stiffness up to
+    /// four times that which holds this sample at the limit angle, a limit angle up to 1.5 rad. Unbalance
+    /// and arm end where the moment of inertia is that of a point mass, m L², a counterweight where it
+    /// balances the lever.
     #[must_use]
-    pub fn convention(self) -> &'static str {
+    pub fn grid(self, design: &Design, bounds: &GridBounds) -> Vec<f64> {
+        let lever = &design.lever;
+        let lift_off_nm = lever.unbalance_kg_m() * bounds.strongest_m_s2;
+        let inertia = lever.moment_of_inertia_kg_m2;
         match self {
-            Self::Scale => {
-                "every sample as used is multiplied; its bias and filter stay as they are"
+            Self::Scale => preferred(1e-2, 1e2),
+            Self::Preload => preferred(1e-3, (2.0 * lift_off_nm).clamp(1e-2, 1e6)),
+            Self::SpringStiffness => {
+                let limit = design.criterion.threshold_rad;
+                preferred(1e-2, (4.0 * lift_off_nm / limit).clamp(1e-1, 1e6))
             }
-            Self::Preload => "lever.preload_torque_nm alone changes",
-            Self::Unbalance => {
-                "the product of mass and distance of its centre changes, the moment of inertia stays; the product alone enters the model, and only times the acceleration, so for a nominal lever this is the present product times the scale to flip; scattered levers differ, since their bias is not scaled with the recording"
-            }
-            Self::Counterweight => {
-                "a mass at the stated radius beyond the pivot takes mass times radius off the unbalance and adds mass times radius squared to the moment of inertia"
-            }
-            Self::Restitution => {
-                "the soft stop's damping moves along by ξ(R)/ξ(present R), ξ being the damping ratio that takes as much speed"
-            }
+            Self::LimitAngle => preferred(1e-3, 1.5),
+            Self::Unbalance => even(1, inertia / lever.center_of_mass_m),
+            Self::Arm => even(1, (inertia / lever.mass_kg).sqrt()),
+            Self::Counterweight => even(0, lever.unbalance_kg_m() / bounds.counterweight_radius_m),
+            Self::Restitution => even(0, 1.0),
         }
     }
-}
 
-/// The range of a quantity that is searched.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SearchRange {
-    /// The value at present.
-    pub present: f64,
-    /// The least value searched.
-    pub low: f64,
-    /// The greatest.
-    pub high: f64,
-    /// Values are spaced by equal ratios and distances measured by ratios.
-    pub ratios: bool,
-}
-
-/// Factor to either side of the present value that ratios are searched over.
-pub const FACTOR: f64 = 1000.0;
-
-/// Relative width of a bracket.
-const WIDTH: f64 = 1e-12;
-
-impl SearchRange {
-    /// Returns the range of a quantity; `lift_off_nm` [N m] is the preload below which the
-    /// strongest opening sample lifts a lever off a rigid stop.
+    /// Returns the design and the scale of the recording with the quantity at `value`.
     #[must_use]
-    pub fn of(
-        quantity: Quantity,
+    pub fn applied(
+        self,
         design: &Design,
         counterweight_radius_m: f64,
-        lift_off_nm: f64,
-    ) -> Self {
-        let lever = &design.lever;
-        let ratios = |present: f64, high: f64| Self {
-            present,
-            low: present / FACTOR,
-            high,
-            ratios: true,
-        };
-        match quantity {
-            Quantity::Scale => ratios(1.0, FACTOR),
-            Quantity::Preload => {
-                let present = lever.preload_torque_nm;
-                let high = (10.0 * present).max(2.0 * lift_off_nm);
-                // By differences where there is nothing to take a ratio to.
-                if present > 0.0 && high < FACTOR * FACTOR * present {
-                    ratios(present, high)
-                } else {
-                    Self {
-                        present,
-                        low: 0.0,
-                        high: if high > 0.0 { high } else { 1.0 },
-                        ratios: false,
-                    }
-                }
+        value: f64,
+    ) -> (Design, f64) {
+        let mut changed = design.clone();
+        let mut scale = 1.0;
+        let lever = &mut changed.lever;
+        match self {
+            Self::Scale => scale = value,
+            Self::Preload => lever.preload_torque_nm = value,
+            Self::SpringStiffness => lever.spring_stiffness_nm_per_rad = value,
+            Self::Unbalance => lever.mass_kg = value / lever.center_of_mass_m,
+            Self::Arm => lever.center_of_mass_m = value,
+            Self::Counterweight => {
+                let left = lever.unbalance_kg_m() - value * counterweight_radius_m;
+                lever.mass_kg = left.max(0.0) / lever.center_of_mass_m;
+                lever.moment_of_inertia_kg_m2 +=
+                    value * counterweight_radius_m * counterweight_radius_m;
             }
-            Quantity::Unbalance => {
-                let present = lever.unbalance_kg_m();
-                ratios(present, FACTOR * present)
+            Self::Restitution => {
+                changed.stop.restitution = value;
+                changed.stop.follow_restitution(&design.stop, &design.lever);
             }
-            Quantity::Counterweight => Self {
-                present: 0.0,
-                low: 0.0,
-                high: lever.unbalance_kg_m() / counterweight_radius_m,
-                ratios: false,
-            },
-            Quantity::Restitution => Self {
-                present: design.stop.restitution,
-                low: 0.0,
-                high: 1.0,
-                ratios: false,
-            },
+            Self::LimitAngle => changed.criterion.threshold_rad = value,
         }
-    }
-
-    /// Returns about `count` values in ascending order, the ends and the present value among
-    /// them.
-    #[must_use]
-    pub fn grid(&self, count: usize) -> Vec<f64> {
-        let mut values = vec![self.low, self.present, self.high];
-        for index in 1..count.max(2) {
-            let share = index as f64 / count.max(2) as f64;
-            if self.ratios {
-                // Equal ratios to either side of the present value.
-                let whole = libm::log(self.high / self.low);
-                values.push(self.low * libm::exp(share * whole));
-            } else {
-                values.push(self.low + share * (self.high - self.low));
-                // Finer towards the end, where little is left to be taken off.
-                let rest = libm::exp(-14.0 * share);
-                values.push(self.high - rest * (self.high - self.low));
-            }
-        }
-        values.retain(|value| (self.low..=self.high).contains(value));
-        values.sort_unstable_by(f64::total_cmp);
-        values.dedup_by(|a, b| a.to_bits() == b.to_bits());
-        values
-    }
-
-    /// Returns how far `value` is from the present one: by the logarithm of their ratio, or by
-    /// their difference.
-    #[must_use]
-    pub fn distance(&self, value: f64) -> f64 {
-        (self.place(value) - self.place(self.present)).abs()
-    }
-
-    /// Returns the value on the scale on which distances are differences.
-    #[must_use]
-    pub fn place(&self, value: f64) -> f64 {
-        if self.ratios {
-            libm::log(value / self.present)
-        } else {
-            value
-        }
-    }
-
-    /// Returns the value at a place.
-    #[must_use]
-    pub fn value(&self, place: f64) -> f64 {
-        let value = if self.ratios {
-            self.present * libm::exp(place)
-        } else {
-            place
-        };
-        value.clamp(self.low, self.high)
-    }
-
-    /// Returns the width of the bracket around `value` that ends a search.
-    #[must_use]
-    pub fn width(&self, value: f64) -> f64 {
-        if self.ratios {
-            WIDTH * value.abs()
-        } else {
-            WIDTH * (self.high - self.low)
-        }
+        (changed, scale)
     }
 }
 
-/// Returns the design and the scale of the recording with `quantity` at `value`.
-#[must_use]
-pub fn applied(
-    quantity: Quantity,
-    design: &Design,
-    counterweight_radius_m: f64,
-    value: f64,
-) -> (Design, f64) {
-    let mut changed = design.clone();
-    let mut scale = 1.0;
-    let lever = &mut changed.lever;
-    match quantity {
-        Quantity::Scale => scale = value,
-        Quantity::Preload => lever.preload_torque_nm = value,
-        Quantity::Unbalance => lever.mass_kg = value / lever.center_of_mass_m,
-        Quantity::Counterweight => {
-            let left = lever.unbalance_kg_m() - value * counterweight_radius_m;
-            lever.mass_kg = left.max(0.0) / lever.center_of_mass_m;
-            lever.moment_of_inertia_kg_m2 +=
-                value * counterweight_radius_m * counterweight_radius_m;
-        }
-        Quantity::Restitution => changed.stop = with_restitution(design, value),
-    }
-    (changed, scale)
+/// Returns the preferred numbers E48 from the last at or below `low` to the first at or above `high`.
+fn preferred(low: f64, high: f64) -> Vec<f64> {
+    let decade = |value: f64| libm::floor(libm::log10(value)) as i32;
+    let mut values: Vec<f64> = (decade(low)..=decade(high))
+        .flat_map(|decade| E48.map(|number| decimal(i64::from(number), decade - 2)))
+        .collect();
+    values.push(decimal(100, decade(high) - 1));
+    let from = values.partition_point(|value| *value <= low);
+    let to = values.partition_point(|value| *value < high);
+    values.truncate(to + 1);
+    values.drain(..from.saturating_sub(1));
+    values
 }
 
-/// Returns the stop with another restitution, the soft stop's damping moving along.
+/// Returns [`STEPS`] equal steps to `end`, from the one named on, each value cut to three digits.
+fn even(first: u32, end: f64) -> Vec<f64> {
+    let step = |index: u32| three_digits(end * f64::from(index) / f64::from(STEPS), false);
+    let mut values: Vec<f64> = (first..=STEPS).map(step).collect();
+    values.dedup_by(|a, b| a.to_bits() == b.to_bits());
+    values
+}
+
+/// Returns `number`·10^`exponent`, as a decimal number is read.
+fn decimal(number: i64, exponent: i32) -> f64 {
+    format!("{number}e{exponent}").parse().unwrap_or(f64::NAN)
+}
+
+/// Returns the nearest number of three digits not above `value`, or not below it.
 #[must_use]
-pub fn with_restitution(design: &Design, restitution: f64) -> Stop {
-    let mut stop = design.stop;
-    stop.restitution = restitution;
-    stop.follow_restitution(&design.stop, &design.lever);
-    stop
+pub fn three_digits(value: f64, up: bool) -> f64 {
+    if value <= 0.0 || !value.is_finite() {
+        return value;
+    }
+    let nearest: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    let exponent = libm::floor(libm::log10(nearest)) as i32 - 2;
+    let number = libm::round(nearest / decimal(1, exponent)) as i64;
+    match (up, nearest < value, nearest > value) {
+        (true, true, _) => decimal(number + 1, exponent),
+        // Below a power of ten numbers of three digits are ten times as close.
+        (false, _, true) if number == 100 => decimal(999, exponent - 1),
+        (false, _, true) => decimal(number - 1, exponent),
+        _ => nearest,
+    }
+}
+
+/// Returns the numbers of three digits between two values, from `from` towards `to`, neither end among
+/// them.
+#[must_use]
+pub fn between(from: f64, to: f64) -> Vec<f64> {
+    let (low, high) = (from.min(to), from.max(to));
+    let exponent = libm::floor(libm::log10(high)) as i32 - 2;
+    let first = libm::floor(low / decimal(1, exponent)) as i64;
+    let mut values: Vec<f64> = (first..=first.saturating_add(1000))
+        .map(|number| decimal(number, exponent))
+        .skip_while(|value| *value <= low)
+        .take_while(|value| *value < high)
+        .collect();
+    if to < from {
+        values.reverse();
+    }
+    values
 }

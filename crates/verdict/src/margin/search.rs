@@ -1,26 +1,56 @@
-//! Every value of one quantity at which the answer changes, found on a grid and then narrowed.
-//!
-//! The peak is no monotonic function of anything: an impact that comes a little later may throw
-//! the lever further or less far. So the whole search range is scanned, cells in which the
-//! threshold could be crossed twice unseen are looked into, and each change of sign is narrowed
-//! down by the exact run.
+//! The runs and rules at one value of a quantity, and the walk over its grid.
 
-use super::NominalAnswer;
+use super::quantity::{GridBounds, Quantity, between};
+use super::{Advice, Basis, Boundary, Change, Margin, MarginOptions, NominalAnswer, Scan};
+use crate::assess::assess_again;
+use crate::conditioning::{self, Conditioned};
+use crate::faults::Faults;
+use crate::meter::Meter;
+use crate::readings::{ReadingCache, Readings};
+use crate::runs::{RunDetail, RunSetup};
+use crate::usable_span::{SampleSpan, window_samples};
+use crate::{Answer, AssessDetail, AssessExtras, Assessment, Polarity, Policy};
+use latchgate_kernel::model::Design;
+use latchgate_kernel::parallel::Control;
+use latchgate_kernel::replay::RunOutcome;
+use latchgate_kernel::units::{STANDARD_GRAVITY, plain};
+use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// The distance of the lever from a pass and from a fail at one value of the quantity [rad].
+/// Members that a search asks at most: a pass at the first look is one of any larger ensemble, which
+/// looks at the same members first.
+const MEMBERS_ASKED: u32 = 128;
+
+/// Values of a grid that are asked side by side, whatever the threads.
+const SIDE_BY_SIDE: usize = 8;
+
+/// Times as many steps that a search may take as a verdict.
+const WORK_TIMES: u64 = 20;
+
+/// Relative width of the bracket of a change of the nominal runs.
+const NOMINAL_WIDTH: f64 = 1e-12;
+
+/// Relative width of the bracket of a change of the verdict.
+const VERDICT_WIDTH: f64 = 1e-3;
+
+/// Halvings after which a bracket is as narrow as numbers are.
+const HALVINGS: usize = 64;
+
+/// How far the nominal levers are from a pass and from a fail at one value [rad].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Excess {
+struct Excess {
     /// Above zero the answer is no pass; infinite where the lever could not be followed.
-    pub pass: f64,
+    pass: f64,
     /// Above zero the answer is a fail; never more than `pass`.
-    pub fail: f64,
+    fail: f64,
 }
 
 impl Excess {
-    /// Returns the answer.
-    #[must_use]
-    pub fn state(self) -> NominalAnswer {
+    fn state(self) -> NominalAnswer {
         if self.pass <= 0.0 {
             NominalAnswer::Pass
         } else if self.fail > 0.0 {
@@ -29,358 +59,624 @@ impl Excess {
             NominalAnswer::Undecided
         }
     }
+}
 
-    fn of(self, edge: Edge) -> f64 {
-        match edge {
-            Edge::Pass => self.pass,
-            Edge::Fail => self.fail,
-        }
+/// What was found of one quantity.
+pub(super) struct Answered {
+    pub(super) margin: Margin,
+    pub(super) boundaries: Vec<Boundary>,
+    pub(super) scan: Scan,
+}
+
+/// Everything that the searches for the margins of one verdict share.
+pub(super) struct MarginSearch<'a> {
+    conditioned: &'a Conditioned,
+    readings: ReadingCache,
+    /// The recording with its bias left in, where a pass needs both.
+    biased: Option<(Conditioned, ReadingCache)>,
+    findings: &'a [Finding],
+    design: &'a Design,
+    options: &'a MarginOptions,
+    window: Option<SampleSpan>,
+    bounds: GridBounds,
+    /// The recording carries a blocking finding.
+    pub(super) spoiled: bool,
+    pub(super) basis: Basis,
+    /// The answer of the nominal runs at present.
+    pub(super) state: NominalAnswer,
+    /// The answer that the margins rest on is a pass at present.
+    passes_at_present: bool,
+    /// Steps taken so far.
+    spent: AtomicU64,
+    /// Something was not asked for the limit on work.
+    cut: AtomicBool,
+}
+
+impl<'a> MarginSearch<'a> {
+    pub(super) fn new(
+        conditioned: &'a Conditioned,
+        findings: &'a [Finding],
+        design: &'a Design,
+        options: &'a MarginOptions,
+        control: &Control<'_>,
+    ) -> Result<Self, Error> {
+        let policy = &options.policy;
+        let signal = &conditioned.used;
+        let signs = policy.polarity.signs().iter();
+        let strongest_m_s2 = signs
+            .flat_map(|sign| signal.samples.iter().map(|a| -sign.sign() * a))
+            .fold(0.0, f64::max);
+        let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
+        let spoiled = faults.first_bad.is_some();
+        let mut search = Self {
+            conditioned,
+            readings: ReadingCache::default(),
+            biased: conditioning::without_doubtful_bias(conditioned)?
+                .map(|biased| (biased, ReadingCache::default())),
+            findings,
+            design,
+            options,
+            window: window_samples(signal, policy.window_s)?,
+            bounds: GridBounds {
+                strongest_m_s2,
+                counterweight_radius_m: options.counterweight_radius_m,
+            },
+            spoiled,
+            // A spoiled recording never passes, whatever the design.
+            basis: if spoiled {
+                Basis::NominalRun
+            } else {
+                options.basis
+            },
+            state: NominalAnswer::Pass,
+            passes_at_present: false,
+            spent: AtomicU64::new(0),
+            cut: AtomicBool::new(false),
+        };
+        search.state = search.nominal(Quantity::Scale, 1.0, control)?.state();
+        search.passes_at_present = match (search.basis, options.passes_at_present) {
+            (Basis::NominalRun, _) => search.state == NominalAnswer::Pass,
+            (Basis::Verdict, Some(passes)) => passes,
+            (Basis::Verdict, None) => search.rule_passes(Quantity::Scale, 1.0, control)?,
+        };
+        Ok(search)
     }
-}
 
-/// A kind of change of the answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Edge {
-    /// Between pass and what is none.
-    Pass,
-    /// Between fail and what is none.
-    Fail,
-}
-
-/// A value of the quantity at which the answer changes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Crossing {
-    /// Its kind.
-    pub edge: Edge,
-    /// The lower end of its bracket, and how far the answer is from its change there.
-    pub low: (f64, Excess),
-    /// The upper end.
-    pub high: (f64, Excess),
-}
-
-impl Crossing {
-    /// Returns the end of the bracket at which the answer is the better one: still a pass, or
-    /// not yet a fail.
-    #[must_use]
-    pub fn better_end(&self) -> f64 {
-        if self.low.1.of(self.edge) <= 0.0 {
-            self.low.0
-        } else {
-            self.high.0
-        }
+    fn applied(&self, quantity: Quantity, value: f64) -> (Design, f64) {
+        let radius_m = self.bounds.counterweight_radius_m;
+        quantity.applied(self.design, radius_m, value)
     }
-}
 
-/// The excess at many values.
-pub type ScanFn<'a> = dyn Fn(&[f64]) -> Result<Vec<Excess>, Error> + 'a;
-
-/// The ways to ask for the answer.
-pub struct Probe<'a> {
-    /// The excess at many values, cheaply: it may differ from the exact one by rounding.
-    pub scan: &'a ScanFn<'a>,
-    /// The excess at one value, which decides.
-    pub exact: &'a dyn Fn(f64) -> Result<Excess, Error>,
-    /// Width of the bracket that ends the search around a value, in the quantity's unit.
-    pub width: &'a dyn Fn(f64) -> f64,
-    /// A cell that comes as near to the threshold as this is looked into once [rad].
-    pub near_rad: f64,
-    /// How far a value is from the present one.
-    pub distance: &'a dyn Fn(f64) -> f64,
-    /// Changes that are narrowed down, the nearest; of the others the bracket is that of the scan.
-    pub narrowed: usize,
-    /// Values that are looked at, at most.
-    pub values_max: usize,
-}
-
-/// The values that a search looked at, and the changes among them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SearchResult {
-    /// Every value that was looked at, in ascending order.
-    pub points: Vec<(f64, Excess)>,
-    /// Every change of the answer, in ascending order.
-    pub crossings: Vec<Crossing>,
-}
-
-/// Parts that a cell is split into where the threshold could be crossed twice unseen.
-pub const PARTS: usize = 8;
-
-/// Times that cells are split.
-pub const SPLITS: usize = 3;
-
-/// A cell is looked into where the threshold is no further than this many times the change of
-/// the peak over the cell or a neighbour.
-pub const REACH: f64 = 3.0;
-
-/// A cell both ends of which lie further beyond the threshold than this is left as it is [rad]: a lever
-/// that is thrown wide open changes its peak by radians from one value to the next, which says nothing
-/// of the threshold.
-pub const FAR_RAD: f64 = 1.0;
-
-/// Returns the angle [rad] beyond which a lever of a scan is followed no further: its peak is at least that.
-#[must_use]
-pub fn followed_to_rad(threshold_rad: f64) -> f64 {
-    threshold_rad + 2.0 * FAR_RAD
-}
-
-/// A value, the excess there, and whether the exact run gave it.
-#[derive(Clone, Copy)]
-struct Point {
-    at: f64,
-    excess: Excess,
-    exact: bool,
-}
-
-impl Point {
-    fn scanned((at, excess): (f64, Excess)) -> Self {
-        Self {
-            at,
-            excess,
-            exact: false,
-        }
+    fn limit_rad(&self, quantity: Quantity, value: f64) -> f64 {
+        self.applied(quantity, value).0.criterion.threshold_rad
     }
-}
 
-/// Finds every change of the answer on `grid`, whose values ascend, and narrows the nearest down.
-///
-/// A pair of crossings between two neighbouring values is found where a cell is split: where
-/// the peak at an end of the cell is no further from the threshold than [`REACH`] times what it
-/// changes over the cell or one of its neighbours (each split by [`PARTS`], up to [`SPLITS`] times over), or
-/// than `near_rad` (split once), but no further than [`FAR_RAD`] beyond it; no more values are looked
-/// at than the probe says, the nearest to the threshold first. A cell in which a pass begins or ends may hide
-/// more: it is split once, the outermost and the nearest first, for up to half as many values again. The
-/// peak is that which decides about a pass: changes between a fail and what is none are told as far as
-/// the values show them. A pair that shows in neither way stays unseen.
-///
-/// # Errors
-///
-/// Those of the probe.
-pub fn changes(grid: &[f64], probe: &Probe<'_>) -> Result<SearchResult, Error> {
-    search(scanned(grid, probe)?, probe)
-}
+    /// Returns how far the nominal levers are from a pass at a value.
+    fn nominal(
+        &self,
+        quantity: Quantity,
+        value: f64,
+        control: &Control<'_>,
+    ) -> Result<Excess, Error> {
+        let (design, scale) = self.applied(quantity, value);
+        let fresh = ReadingCache::default();
+        let (conditioned, readings) = scaled(self.conditioned, scale, &self.readings, &fresh);
+        let policy = &self.options.policy;
+        let work = Meter::new(policy.work);
+        let setup = RunSetup {
+            design: &design,
+            policy,
+            follow_all: true,
+            detail: AssessDetail::Decision,
+            control: &control.with_threads(1),
+            signal: &conditioned.used,
+            readings: Readings::of(&conditioned, readings, policy.between),
+            window: self.window,
+            work: &work,
+        };
+        let runs = setup.nominal_runs(&policy.variants(), RunDetail::PeakOnly)?;
+        self.spent.fetch_add(work.spent(), Ordering::Relaxed);
+        Ok(joined(policy, &runs, design.criterion.threshold_rad))
+    }
 
-/// As [`changes`], of values that were scanned before.
-///
-/// # Errors
-///
-/// Those of the probe.
-pub fn changes_among(
-    scanned: Vec<(f64, Excess)>,
-    probe: &Probe<'_>,
-) -> Result<SearchResult, Error> {
-    search(scanned.into_iter().map(Point::scanned).collect(), probe)
-}
-
-fn search(mut points: Vec<Point>, probe: &Probe<'_>) -> Result<SearchResult, Error> {
-    let most = probe.values_max;
-    // What cells with a change take is no loss to the others.
-    let mut in_changing = 0;
-    for split in 0..SPLITS {
-        let near = if split == 0 { probe.near_rad } else { 0.0 };
-        let mut cells: Vec<(f64, usize)> = (0..points.len().saturating_sub(1))
-            .filter_map(|cell| Some((doubtful(&points, cell, near)?, cell)))
-            .collect();
-        // The nearest to the threshold first, as many as may be looked into.
-        cells.sort_by(|a, b| a.0.total_cmp(&b.0));
-        cells.truncate((most + in_changing).saturating_sub(points.len()) / (PARTS - 1));
-        let mut cells: Vec<usize> = cells.into_iter().map(|(_, cell)| cell).collect();
-        if split == 0 {
-            let changing = changing_cells(&points, Edge::Pass, probe, most / 2 / (PARTS - 1));
-            in_changing = changing.len() * (PARTS - 1);
-            cells.extend(changing);
+    /// Assesses the recording with a quantity at a value; nothing once the limit on work is reached.
+    fn assessed(
+        &self,
+        quantity: Quantity,
+        value: f64,
+        (conditioned, readings): (&Conditioned, &ReadingCache),
+        control: &Control<'_>,
+    ) -> Result<Option<Assessment>, Error> {
+        let policy = &self.options.policy;
+        if self.spent.load(Ordering::Relaxed) / WORK_TIMES >= policy.work {
+            self.cut.store(true, Ordering::Relaxed);
+            return Ok(None);
         }
-        let wanted: Vec<f64> = cells
+        let (design, scale) = self.applied(quantity, value);
+        let fresh = ReadingCache::default();
+        let (conditioned, readings) = scaled(conditioned, scale, readings, &fresh);
+        let policy = Policy {
+            members: policy.members.min(MEMBERS_ASKED),
+            ..policy.clone()
+        };
+        let extras = AssessExtras {
+            detail: AssessDetail::Answer,
+            ..AssessExtras::default()
+        };
+        let assessment = control.unmeasured(|control| {
+            let own = (extras, readings);
+            assess_again(&conditioned, self.findings, &design, &policy, own, control)
+        })?;
+        self.spent.fetch_add(assessment.work, Ordering::Relaxed);
+        Ok(Some(assessment))
+    }
+
+    /// Returns whether the whole rule passes at a value, on the samples and, where their bias is doubtful,
+    /// on those with the bias left in. What cannot be judged is no pass.
+    fn rule_passes(
+        &self,
+        quantity: Quantity,
+        value: f64,
+        control: &Control<'_>,
+    ) -> Result<bool, Error> {
+        if self.spoiled {
+            return Ok(false);
+        }
+        let biased = self.biased.as_ref().map(|(of, readings)| (of, readings));
+        for samples in std::iter::once((self.conditioned, &self.readings)).chain(biased) {
+            match self.assessed(quantity, value, samples, control) {
+                Err(error) if error.is_stopped() => return Err(error),
+                Ok(Some(assessment)) if assessment.answer == Answer::Pass => {}
+                _ => return Ok(false),
+            }
+        }
+        Ok(true)
+    }
+
+    /// Finds from where on every value of a quantity passes.
+    pub(super) fn advice(
+        &self,
+        quantity: Quantity,
+        control: &Control<'_>,
+    ) -> Result<Advice, Error> {
+        Walk::new(self, quantity, control).advice()
+    }
+
+    /// Finds the margin of a quantity.
+    pub(super) fn answer(
+        &self,
+        quantity: Quantity,
+        control: &Control<'_>,
+    ) -> Result<Answered, Error> {
+        let mut walk = Walk::new(self, quantity, control);
+        let present = quantity.present(self.design);
+        let mut values = walk.grid.clone();
+        values.push(present);
+        values.sort_unstable_by(f64::total_cmp);
+        values.dedup_by(|a, b| a.to_bits() == b.to_bits());
+        let found = control.unmeasured(|control| {
+            control.try_map(&values, |value| self.nominal(quantity, *value, control))
+        })?;
+        let points: Vec<(f64, Excess)> = values.into_iter().zip(found).collect();
+        let known = points
             .iter()
-            .flat_map(|cell| inside(points[*cell].at, points[cell + 1].at))
-            .collect();
-        if wanted.is_empty() {
-            break;
-        }
-        points.extend(scanned(&wanted, probe)?);
-        points.sort_by(|a, b| a.at.total_cmp(&b.at));
+            .map(|(value, excess)| (value.to_bits(), *excess));
+        walk.nominal.extend(known);
+        // First, so that it counts no values that only the nearest change is asked at.
+        let advice = walk.advice()?;
+        let stays = |value: f64| Ok(walk.nominal_at(value, control)?.pass <= 0.0);
+        let stays_now = self.state == NominalAnswer::Pass;
+        let nominal_change = walk.nearest(&points, stays_now, NOMINAL_WIDTH, &stays)?;
+        let passes = |value: f64| walk.passes_at(value);
+        let passes_now = match self.basis {
+            Basis::Verdict => self.passes_at_present,
+            Basis::NominalRun => passes(present)?,
+        };
+        let verdict_change = if self.spoiled {
+            None
+        } else {
+            walk.nearest(&points, passes_now, VERDICT_WIDTH, &passes)?
+        };
+        let change = match self.basis {
+            Basis::NominalRun => nominal_change,
+            Basis::Verdict => verdict_change,
+        };
+        let reason = change
+            .is_none()
+            .then(|| self.reason(quantity, &walk.grid, &advice));
+        let boundaries = walk.boundaries(&points)?;
+        let scan = Scan {
+            quantity,
+            present,
+            points: points
+                .iter()
+                .map(|(value, excess)| {
+                    let peak = excess.pass + self.limit_rad(quantity, *value);
+                    (*value, peak.is_finite().then_some(peak))
+                })
+                .collect(),
+        };
+        Ok(Answered {
+            margin: Margin {
+                change,
+                nominal_change,
+                verdict_change,
+                reason,
+                advice,
+                ..self.unasked(quantity)
+            },
+            boundaries,
+            scan,
+        })
     }
-    let narrowed = settle(&mut points, probe)?;
-    let mut crossings: Vec<Crossing> = Vec::new();
-    for (index, cell) in points.windows(2).enumerate() {
-        for edge in [Edge::Pass, Edge::Fail] {
-            if !changes_in(cell, edge) {
+
+    /// Returns the answer for a quantity that was not searched.
+    pub(super) fn unasked(&self, quantity: Quantity) -> Margin {
+        const WHY: &str = "the search was stopped before";
+        let grid = quantity.grid(self.design, &self.bounds);
+        let (low, high) = ends(&grid);
+        let until = if quantity.is_safer_above() { high } else { low };
+        Margin {
+            quantity,
+            title: quantity.title().into(),
+            unit: quantity.unit().into(),
+            present: quantity.present(self.design),
+            passes_at_present: self.passes_at_present,
+            basis: self.basis,
+            change: None,
+            nominal_change: None,
+            verdict_change: None,
+            reason: Some(WHY.into()),
+            searched: (low, high),
+            values: grid.len(),
+            convention: quantity.convention().into(),
+            advice: Advice::unasked(until, WHY),
+        }
+    }
+
+    /// Says why there is no value at which the answer changes.
+    fn reason(&self, quantity: Quantity, grid: &[f64], advice: &Advice) -> String {
+        let (low, high) = ends(grid);
+        let range = format!("from {} to {}", plain(low, 3), quantity.shown(high));
+        let whose = match self.basis {
+            Basis::NominalRun => "the nominal run",
+            Basis::Verdict => "the verdict",
+        };
+        if self.cut.load(Ordering::Relaxed) {
+            return format!("the search {range} ended at the limit `work`");
+        }
+        if self.passes_at_present {
+            return format!("{whose} is a pass at every value {range}");
+        }
+        let why = advice.reason.as_ref();
+        let why = why.map_or_else(String::new, |why| format!(": {why}"));
+        format!("{whose} is a pass at no value {range}{why}")
+    }
+
+    /// Says why the rule does not pass at a value.
+    fn hindrance(
+        &self,
+        quantity: Quantity,
+        value: f64,
+        control: &Control<'_>,
+    ) -> Result<String, Error> {
+        if self.spoiled {
+            return Ok("a blocking finding spoils the recording".into());
+        }
+        let at = quantity.shown(value);
+        let own = (self.conditioned, &self.readings);
+        let assessed = match self.assessed(quantity, value, own, control) {
+            Err(error) if error.is_stopped() => return Err(error),
+            Err(error) => return Ok(format!("at {at} nothing can be judged: {error}")),
+            Ok(None) => return Ok("the search ended at the limit `work`".into()),
+            Ok(Some(assessed)) => assessed,
+        };
+        let (input, lever) = (&self.design.input, &self.design.lever);
+        let error_g = self.conditioned.bias_standard_error_m_s2 / STANDARD_GRAVITY;
+        let bias_g = error_g.max(input.bias_g);
+        let holds_g = lever.lift_off_acceleration_m_s2() / STANDARD_GRAVITY;
+        // Among hundreds of members some have a bias of three standard deviations.
+        if quantity == Quantity::Scale && 3.0 * bias_g > holds_g {
+            return Ok(format!(
+                "the bias alone opens this lever: it is uncertain by {} g (one standard deviation), and the preload holds {} g",
+                plain(bias_g, 2),
+                plain(holds_g, 3)
+            ));
+        }
+        Ok(match assessed.why.first() {
+            Some(why) if assessed.answer != Answer::Pass => {
+                format!("at {at}: {}", why.text.trim_end_matches('.'))
+            }
+            _ => format!("at {at} the doubt about the bias leaves no pass"),
+        })
+    }
+}
+
+/// A walk over the grid of one quantity, with what was asked on the way.
+struct Walk<'w, 'a> {
+    search: &'w MarginSearch<'a>,
+    quantity: Quantity,
+    control: &'w Control<'w>,
+    grid: Vec<f64>,
+    /// The nominal levers at values of the grid, by their bits, where those were run.
+    nominal: BTreeMap<u64, Excess>,
+    /// What the rule said, by the bits of values.
+    rule: RefCell<BTreeMap<u64, bool>>,
+}
+
+impl<'w, 'a> Walk<'w, 'a> {
+    fn new(search: &'w MarginSearch<'a>, quantity: Quantity, control: &'w Control<'w>) -> Self {
+        Self {
+            search,
+            quantity,
+            control,
+            grid: quantity.grid(search.design, &search.bounds),
+            nominal: BTreeMap::new(),
+            rule: RefCell::default(),
+        }
+    }
+
+    fn nominal_at(&self, value: f64, control: &Control<'_>) -> Result<Excess, Error> {
+        match self.nominal.get(&value.to_bits()) {
+            Some(known) => Ok(*known),
+            None => self.search.nominal(self.quantity, value, control),
+        }
+    }
+
+    /// Returns whether the whole rule passes at each of some values, in their order.
+    /// Where a nominal lever opens, it cannot.
+    fn passes(&self, values: &[f64]) -> Result<Vec<bool>, Error> {
+        let known = |value: &f64| self.rule.borrow().get(&value.to_bits()).copied();
+        let open: Vec<f64> = values
+            .iter()
+            .copied()
+            .filter(|value| known(value).is_none())
+            .collect();
+        let threads = self.control.threads.div_ceil(open.len().max(1));
+        let (search, quantity, nominal) = (self.search, self.quantity, &self.nominal);
+        let found = self.control.try_map(&open, |value| {
+            let control = self.control.with_threads(threads);
+            let excess = match nominal.get(&value.to_bits()) {
+                Some(known) => *known,
+                None => search.nominal(quantity, *value, &control)?,
+            };
+            Ok::<_, Error>(excess.pass <= 0.0 && search.rule_passes(quantity, *value, &control)?)
+        })?;
+        let bits = open.iter().map(|value| value.to_bits());
+        self.rule.borrow_mut().extend(bits.zip(found));
+        Ok(values.iter().filter_map(known).collect())
+    }
+
+    /// Returns whether the whole rule passes at a value.
+    fn passes_at(&self, value: f64) -> Result<bool, Error> {
+        Ok(self.passes(&[value])?.contains(&true))
+    }
+
+    /// Asks the whole rule from the safe end on, down to the first value that does not pass; then between
+    /// this one and the last that does, at numbers of three digits, by halves.
+    fn advice(&self) -> Result<Advice, Error> {
+        let mut order = self.grid.clone();
+        if self.quantity.is_safer_above() {
+            order.reverse();
+        }
+        let until = order.first().copied().unwrap_or_default();
+        let (mut safe_from, mut does_not) = (None, None);
+        for values in order.chunks(SIDE_BY_SIDE) {
+            let found = self.passes(values)?;
+            let first = found.iter().position(|passes| !passes);
+            let passing = &values[..first.unwrap_or(values.len())];
+            safe_from = passing.last().copied().or(safe_from);
+            does_not = first.map(|first| values[first]);
+            if does_not.is_some() {
+                break;
+            }
+        }
+        if let (Some(from), Some(end)) = (safe_from, does_not) {
+            let candidates = between(from, end);
+            let (mut passing, mut failing) = (0, candidates.len() + 1);
+            while failing - passing > 1 {
+                let middle = usize::midpoint(passing, failing);
+                if self.passes_at(candidates[middle - 1])? {
+                    passing = middle;
+                    safe_from = Some(candidates[middle - 1]);
+                } else {
+                    failing = middle;
+                    does_not = Some(candidates[middle - 1]);
+                }
+            }
+        }
+        let reason = match safe_from {
+            Some(_) => None,
+            None => Some(self.search.hindrance(self.quantity, until, self.control)?),
+        };
+        let mut advice = Advice {
+            safe_from,
+            until,
+            does_not,
+            tried: 0,
+            reason,
+            text: String::new(),
+        };
+        let asked = self.rule.borrow();
+        let values = asked.keys().map(|bits| f64::from_bits(*bits));
+        advice.tried = values
+            .filter(|value| advice.covers(self.quantity, *value))
+            .count();
+        let present = self.quantity.present(self.search.design);
+        let passes = self.search.passes_at_present && !self.search.spoiled;
+        advice.text = advice.sentence(self.quantity, present, passes);
+        Ok(advice)
+    }
+
+    /// Returns the nearest change, among neighbours of `points`, from the answer at present, `now`, halved
+    /// until it is so wide relative to its values.
+    fn nearest(
+        &self,
+        points: &[(f64, Excess)],
+        now: bool,
+        width: f64,
+        passes: &dyn Fn(f64) -> Result<bool, Error>,
+    ) -> Result<Option<Change>, Error> {
+        let present = self.quantity.present(self.search.design);
+        let distance = |value: f64| {
+            if self.quantity.is_ratio() {
+                libm::log(value / present).abs()
+            } else {
+                (value - present).abs()
+            }
+        };
+        let mut order: Vec<usize> = (0..points.len())
+            .filter(|index| points[*index].0.to_bits() != present.to_bits())
+            .collect();
+        order.sort_by(|a, b| distance(points[*a].0).total_cmp(&distance(points[*b].0)));
+        for index in order {
+            let mut outside = points[index].0;
+            if passes(outside)? == now {
                 continue;
             }
-            let ends = ((cell[0].at, cell[0].excess), (cell[1].at, cell[1].excess));
-            let (low, high) = if narrowed.contains(&index) {
-                narrow(edge, probe, ends)?
+            // The neighbour towards the present value was asked before, or is that value.
+            let neighbour = if outside > present {
+                index - 1
             } else {
-                ends
+                index + 1
             };
-            // One stop and one polarity have but one edge, which is found twice.
-            let known = crossings
-                .iter()
-                .any(|known| same(known.low.0, low.0) && same(known.high.0, high.0));
-            if !known {
-                crossings.push(Crossing { edge, low, high });
+            let mut inside = points[neighbour].0;
+            for _ in 0..HALVINGS {
+                if (inside - outside).abs() <= width * inside.abs().max(outside.abs()) {
+                    break;
+                }
+                let middle = f64::midpoint(inside, outside);
+                if passes(middle)? == now {
+                    inside = middle;
+                } else {
+                    outside = middle;
+                }
             }
+            let (passes, does_not) = if now {
+                (inside, outside)
+            } else {
+                (outside, inside)
+            };
+            return Ok(Some(Change { passes, does_not }));
         }
+        Ok(None)
     }
-    crossings.sort_by(|a, b| a.low.0.total_cmp(&b.low.0));
-    Ok(SearchResult {
-        points: points
-            .iter()
-            .map(|point| (point.at, point.excess))
-            .collect(),
-        crossings,
-    })
-}
 
-fn same(a: f64, b: f64) -> bool {
-    a.to_bits() == b.to_bits()
-}
-
-fn scanned(values: &[f64], probe: &Probe<'_>) -> Result<Vec<Point>, Error> {
-    let found = values.iter().copied().zip((probe.scan)(values)?);
-    Ok(found.map(Point::scanned).collect())
-}
-
-fn changes_in(cell: &[Point], edge: Edge) -> bool {
-    (cell[0].excess.of(edge) > 0.0) != (cell[1].excess.of(edge) > 0.0)
-}
-
-/// How far the threshold is from a cell whose ends lie on the same side and in which a pass may yet
-/// begin and end, or end and begin [rad]; `None` for any other cell.
-fn doubtful(points: &[Point], cell: usize, near: f64) -> Option<f64> {
-    let value = |index: usize| points[index].excess.pass;
-    let (from, to) = (value(cell), value(cell + 1));
-    if (from > 0.0) != (to > 0.0) {
-        return None;
-    }
-    if from.min(to) > FAR_RAD {
-        return None;
-    }
-    let distance = from.abs().min(to.abs());
-    let first = cell.saturating_sub(1);
-    let last = (cell + 1).min(points.len() - 2);
-    let change = (first..=last)
-        .map(|index| (value(index + 1) - value(index)).abs())
-        .filter(|change| change.is_finite())
-        .fold(0.0, f64::max);
-    (distance <= (REACH * change).max(near)).then_some(distance)
-}
-
-/// The values that split a cell, whichever end is the lower one.
-pub(super) fn inside(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    let part = move |index: usize| from + (to - from) * index as f64 / PARTS as f64;
-    (1..PARTS)
-        .map(part)
-        .filter(move |value| *value > from.min(to) && *value < from.max(to))
-}
-
-/// Returns the cells whose change of the answer is to be narrowed down: as many as the probe says,
-/// the nearest and those towards the ends of the range, the ends of each run exactly, until no such
-/// change rests on a scan alone.
-fn settle(points: &mut [Point], probe: &Probe<'_>) -> Result<Vec<usize>, Error> {
-    loop {
-        let chosen = worth_narrowing(points, probe);
-        let open: Vec<usize> = chosen
-            .iter()
-            .flat_map(|cell| [*cell, cell + 1])
-            .filter(|index| !points[*index].exact)
+    /// Returns every change of the nominal runs' answer between neighbours; narrowed down where the
+    /// margins are those of the nominal run.
+    fn boundaries(&self, points: &[(f64, Excess)]) -> Result<Vec<Boundary>, Error> {
+        let cells: Vec<&[(f64, Excess)]> = points
+            .windows(2)
+            .filter(|cell| cell[0].1.state() != cell[1].1.state())
             .collect();
-        if open.is_empty() {
-            return Ok(chosen);
-        }
-        for index in open {
-            if !points[index].exact {
-                points[index].excess = (probe.exact)(points[index].at)?;
-                points[index].exact = true;
-            }
-        }
+        let (search, quantity) = (self.search, self.quantity);
+        let control = self.control;
+        control.unmeasured(|control| {
+            control.try_map(&cells, |cell| {
+                search.boundary(quantity, (cell[0], cell[1]), control)
+            })
+        })
     }
 }
 
-fn worth_narrowing(points: &[Point], probe: &Probe<'_>) -> Vec<usize> {
-    let of_edge =
-        |edge: Edge| changing_cells(points, edge, probe, probe.narrowed.saturating_add(2));
-    let mut chosen = of_edge(Edge::Pass);
-    chosen.extend(of_edge(Edge::Fail));
-    chosen.sort_unstable();
-    chosen.dedup();
-    chosen
-}
-
-/// The cells in which the answer changes, at most so many: the outermost, then those nearest to the
-/// present value.
-fn changing_cells(points: &[Point], edge: Edge, probe: &Probe<'_>, most: usize) -> Vec<usize> {
-    let distance = |cell: &usize| {
-        let of = |index: usize| (probe.distance)(points[index].at);
-        of(*cell).min(of(cell + 1))
-    };
-    let cells = 0..points.len().saturating_sub(1);
-    let mut cells: Vec<usize> = cells
-        .filter(|cell| changes_in(&points[*cell..*cell + 2], edge))
-        .collect();
-    let outermost = [cells.first().copied(), cells.last().copied()];
-    cells.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let mut chosen: Vec<usize> = outermost.into_iter().flatten().collect();
-    chosen.dedup();
-    cells.retain(|cell| !chosen.contains(cell));
-    chosen.extend(cells);
-    chosen.truncate(most);
-    chosen
-}
-
-pub(super) type BracketEnd = (f64, Excess);
-
-/// Narrows a change down: interpolation held near the middle, so that it needs no more rounds
-/// than halving plus one, and jumps do it no harm.
-///
-/// # Source
-///
-/// I. F. D. Oliveira and R. H. C. Takahashi, An enhancement of the bisection method average
-/// performance preserving minmax optimality, ACM Transactions on Mathematical Software 47 (2020):
-/// the ITP method, with κ1 = 0.2/(b − a), κ2 = 2, n0 = 1.
-pub(super) fn narrow(
-    edge: Edge,
-    probe: &Probe<'_>,
-    ends: (BracketEnd, BracketEnd),
-) -> Result<(BracketEnd, BracketEnd), Error> {
-    let (mut low, mut high) = ends;
-    // As a function that rises.
-    let turn = if high.1.of(edge) > 0.0 { 1.0 } else { -1.0 };
-    let width = (probe.width)(f64::midpoint(low.0, high.0)).max(0.0);
-    let first_width = high.0 - low.0;
-    if first_width <= width {
-        return Ok((low, high));
+impl MarginSearch<'_> {
+    /// Returns the change of the nominal runs' answer between two values.
+    fn boundary(
+        &self,
+        quantity: Quantity,
+        (mut low, mut high): ((f64, Excess), (f64, Excess)),
+        control: &Control<'_>,
+    ) -> Result<Boundary, Error> {
+        let of_pass = [low.1.state(), high.1.state()].contains(&NominalAnswer::Pass);
+        let is_better = |excess: Excess| {
+            let edge = if of_pass { excess.pass } else { excess.fail };
+            edge <= 0.0
+        };
+        let better_below = is_better(low.1);
+        let halvings = match self.basis {
+            Basis::NominalRun => HALVINGS,
+            Basis::Verdict => 0,
+        };
+        for _ in 0..halvings {
+            if high.0 - low.0 <= NOMINAL_WIDTH * high.0 {
+                break;
+            }
+            let middle = f64::midpoint(low.0, high.0);
+            let found = self.nominal(quantity, middle, control)?;
+            if is_better(found) == better_below {
+                low = (middle, found);
+            } else {
+                high = (middle, found);
+            }
+        }
+        Ok(Boundary {
+            quantity: quantity.name().into(),
+            unit: quantity.unit().into(),
+            at: if better_below { low.0 } else { high.0 },
+            bracket: (low.0, high.0),
+            below: low.1.state(),
+            above: high.1.state(),
+        })
     }
-    let halvings = libm::ceil(libm::log2(first_width / width)).clamp(0.0, 1100.0);
-    let mut reach = 0.5 * width * libm::exp2(halvings + 1.0);
-    while high.0 - low.0 > width {
-        let (a, b) = (low.0, high.0);
-        let middle = f64::midpoint(a, b);
-        let (fa, fb) = (turn * low.1.of(edge), turn * high.1.of(edge));
-        let secant = (fb * a - fa * b) / (fb - fa);
-        let held = (reach - 0.5 * (b - a)).max(0.0);
-        reach *= 0.5;
-        let mut next = middle;
-        if secant.is_finite() {
-            let side = (middle - secant).signum();
-            let shift = 0.2 / first_width * (b - a) * (b - a);
-            if shift <= (middle - secant).abs() {
-                next = secant + side * shift;
-            }
-            if (next - middle).abs() > held {
-                next = middle - side * held;
-            }
-        }
-        if !(next > a && next < b) {
-            next = middle;
-        }
-        if !(next > a && next < b) {
-            break;
-        }
-        let found = (next, (probe.exact)(next)?);
-        if (found.1.of(edge) > 0.0) == (turn > 0.0) {
-            high = found;
+}
+
+/// Joins what the stops of each sign did, in the order of signs, by parts 3 and 4 of the decision rule
+/// with no error counted: a pass if no run goes beyond the limit in window or coast; a fail if every one
+/// does in the window, or for polarities declared as both every one of a sign. A lever that could not be
+/// followed counts as one that goes beyond any limit: nothing that is not known passes.
+fn joined(policy: &Policy, runs: &[RunOutcome], threshold_rad: f64) -> Excess {
+    let reach = |outcome: &RunOutcome| {
+        let peak = outcome.run.peak_angle_rad;
+        let coast = outcome.run.coast_peak_angle_rad;
+        let highest = coast.map_or(peak, |coast| if coast > peak { coast } else { peak });
+        let known = !outcome.broke_down && peak.is_finite() && coast.is_none_or(f64::is_finite);
+        if known {
+            (peak, highest)
         } else {
-            low = found;
+            (f64::NEG_INFINITY, f64::INFINITY)
         }
+    };
+    let reaches: Vec<(f64, f64)> = runs.iter().map(reach).collect();
+    let highest = reaches.iter().map(|(_, highest)| *highest);
+    let least_of_signs = reaches.chunks(policy.model.stops().len()).map(|of_sign| {
+        let peaks = of_sign.iter().map(|(peak, _)| *peak);
+        peaks.fold(f64::INFINITY, f64::min)
+    });
+    let fail = match policy.polarity {
+        Polarity::Both => least_of_signs.fold(f64::NEG_INFINITY, f64::max),
+        Polarity::Declared(_) | Polarity::Undeclared => {
+            least_of_signs.fold(f64::INFINITY, f64::min)
+        }
+    };
+    Excess {
+        pass: highest.fold(f64::NEG_INFINITY, f64::max) - threshold_rad,
+        fail: fail - threshold_rad,
     }
-    Ok((low, high))
+}
+
+/// Returns the least and the greatest value of a grid.
+fn ends(grid: &[f64]) -> (f64, f64) {
+    (
+        grid.first().copied().unwrap_or_default(),
+        grid.last().copied().unwrap_or_default(),
+    )
+}
+
+/// Returns the recording with every sample multiplied, and the cache of its readings: `fresh` where its
+/// samples are others.
+fn scaled<'c>(
+    conditioned: &'c Conditioned,
+    scale: f64,
+    readings: &'c ReadingCache,
+    fresh: &'c ReadingCache,
+) -> (Cow<'c, Conditioned>, &'c ReadingCache) {
+    if scale.to_bits() == 1.0_f64.to_bits() {
+        return (Cow::Borrowed(conditioned), readings);
+    }
+    let mut scaled = conditioned.clone();
+    for samples in [&mut scaled.raw.samples, &mut scaled.used.samples] {
+        samples.iter_mut().for_each(|a| *a *= scale);
+    }
+    scaled.bias_m_s2 *= scale;
+    (Cow::Owned(scaled), fresh)
 }
