@@ -6,6 +6,7 @@ import math
 import heyoka
 import numpy
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 # Angle off the stop after an event [rad], and times that are one instant [s].
 ASIDE = 1e-18
@@ -51,6 +52,24 @@ class Scene:
             if self.a[k + 1] < limit:
                 return max(t, self.t[k] + max(0.0, (limit - self.a[k]) / self.slopes[k]))
         return None
+
+
+class Spline(Scene):
+    """The same with the cubic spline through the samples that scipy offers."""
+
+    def __init__(self, lines):
+        super().__init__(lines)
+        self.spline = CubicSpline(self.t, self.a)
+        self.crossings = [float(t) for t in self.spline.solve(-self.lift_off, extrapolate=False)]
+
+    def excitation(self, t):
+        return float(self.spline(t))
+
+    def lift_off_after(self, t):
+        if self.excitation(t) < -self.lift_off:
+            return t
+        falling = (at for at in self.crossings if at > t and self.spline(at, 1) < 0.0)
+        return next(falling, None)
 
 
 def follow(scene, soft, tolerance, advance):
@@ -155,7 +174,7 @@ class Heyoka:
         return follow(scene, soft, self.tolerance, advance)
 
 
-def entrants(scene):
+def entrants(scene, spline):
     """Names and runs of both stops."""
     for tolerance in (1e-6, 1e-9, 1e-12, 1e-15):
         integrator = Heyoka(scene, tolerance)
@@ -165,3 +184,6 @@ def entrants(scene):
             name = "scipy-samples" if at_samples else "scipy"
             yield f"{name}\t{tolerance:g}", lambda tolerance=tolerance, at_samples=at_samples: [
                 scipy_run(scene, soft, tolerance, at_samples) for soft in (False, True)]
+    for tolerance in (1e-6, 1e-9, 1e-12):
+        yield f"scipy-spline\t{tolerance:g}", lambda tolerance=tolerance: [
+            scipy_run(spline, soft, tolerance, False) for soft in (False, True)]

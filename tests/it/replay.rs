@@ -827,3 +827,44 @@ fn regress_a_release_at_the_first_instant_is_told() {
         assert_eq!(run.first_release_s, Some(opening.start_s), "{stop:?}");
     }
 }
+
+/// A stop that returns all speed, and nothing that damps: the energy after 842 impacts is that at the start.
+#[test]
+fn verif_a_stop_that_returns_all_speed_keeps_the_energy() {
+    const IMPACTS: u64 = 842;
+    let mut design = Design::reference();
+    design.stop.restitution = 1.0;
+    design.lever.pivot_damping_nm_s_per_rad = 0.0;
+    let energy = |angle: f64, velocity: f64| {
+        let lever = &design.lever;
+        0.5 * lever.moment_of_inertia_kg_m2 * velocity * velocity
+            + lever.preload_torque_nm * angle
+            + 0.5 * lever.spring_stiffness_nm_per_rad * angle * angle
+    };
+    let free = |seconds: f64| {
+        let rate = 1000.0;
+        let signal = signal(rate, vec![0.0; (seconds * rate) as usize + 2]);
+        let options = RunOptions {
+            initial: Some((0.4, 0.0)),
+            ..RunOptions::new(StopModel::Rigid, OpensWhen::Negative)
+        };
+        latchgate_kernel::replay::run(&signal, &design, &options)
+            .unwrap()
+            .run
+    };
+    let few = free(2.0).impact_list;
+    let period = few[1][0] - few[0][0];
+    let run = free(few[0][0] + (IMPACTS as f64 - 0.6) * period);
+    assert_eq!(run.impacts, IMPACTS);
+    let start = energy(0.4, 0.0);
+    let end = energy(run.final_angle_rad, run.final_velocity_rad_s);
+    assert!(
+        (end / start - 1.0).abs() <= 1e-13,
+        "{:e}",
+        end / start - 1.0
+    );
+    // The first 200 are listed: each as fast as the first.
+    for impact in &run.impact_list {
+        assert!((impact[1] / few[0][1] - 1.0).abs() <= 1e-13, "{impact:?}");
+    }
+}

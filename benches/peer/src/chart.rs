@@ -5,41 +5,44 @@ use latchgate_kernel::signal::Signal;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::{self, Method, RunOptions};
-use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_study::cases::{self, BetweenSamples, StudyCase};
 use std::hint::black_box;
 use std::io::{BufRead, Write};
 use std::time::Instant;
 
-/// Channel 150 of NHTSA test 7292: a car's centre of gravity, sideways [s, g].
-const RECORDING: &str = include_str!("../../../tests/data/recordings/nhtsa_v07292.150");
-
-/// Its sample rate [Hz].
-const RATE_HZ: f64 = 12_500.0;
-
 const STOPS: [StopModel; 2] = [StopModel::Rigid, StopModel::Soft];
 
-/// The recording, its sign changed: positive accelerations open this door, negative ones the model's.
+/// The scene of `study work-precision` whose truth is a formula.
+fn scene() -> BetweenSamples {
+    cases::between_samples(STANDARD_GRAVITY).expect("the rates are valid")
+}
+
+/// Its samples.
 fn signal() -> Signal {
-    let rows = RECORDING.lines().map(|line| {
-        let mut cells = line.split('\t').map(|cell| cell.trim().parse::<f64>());
-        let mut next = || cells.next().expect("two columns").expect("a number");
-        (next(), next())
-    });
-    let rows: Vec<(f64, f64)> = rows.collect();
-    Signal {
-        start_s: rows[0].0,
-        rate: SampleRate::from_hertz(RATE_HZ).expect("the rate is valid"),
-        samples: rows.iter().map(|row| -row.1 * STANDARD_GRAVITY).collect(),
-    }
+    scene().read[0].signal().expect("it has samples").clone()
+}
+
+fn peaks_of(case: &StudyCase) -> [f64; 2] {
+    STOPS.map(|stop| {
+        let options = RunOptions::new(stop, OpensWhen::Negative);
+        let outcome = case.replay(&Design::reference(), &options);
+        outcome.expect("the scene is valid").run.peak_angle_rad
+    })
 }
 
 /// Prints the scene: a line for each quantity of the lever in SI units, then the samples [m/s²].
 pub fn print_scene() {
+    let scene = scene();
     let signal = signal();
     let Design { lever, stop, .. } = Design::reference();
+    // What is left open by how finely the formula is sampled.
+    let (truth, check) = (peaks_of(&scene.truth), peaks_of(&scene.check));
+    let apart = |index: usize| (truth[index] - check[index]).abs();
+    let floor = apart(0).max(apart(1));
     let quantities = [
         ("start", signal.start_s),
-        ("rate", RATE_HZ),
+        ("rate", signal.rate.hertz()),
         ("inertia", lever.moment_of_inertia_kg_m2),
         ("unbalance", lever.unbalance_kg_m()),
         ("preload", lever.preload_torque_nm),
@@ -53,6 +56,9 @@ pub fn print_scene() {
         ("rest_angle", stop.rest_angle_rad(&lever)),
         ("restitution", stop.restitution),
         ("lift_off", lever.lift_off_acceleration_m_s2()),
+        ("rigid_truth", truth[0]),
+        ("soft_truth", truth[1]),
+        ("floor", floor),
         ("samples", signal.samples.len() as f64),
     ];
     for (name, value) in quantities {
@@ -67,7 +73,7 @@ pub fn print_scene() {
 struct Peaks {
     /// Peak angles on the rigid and the soft stop [rad].
     peaks_rad: [f64; 2],
-    /// The larger error bound of the two [rad]; not a number where none is stated.
+    /// The uncertainty that a verdict states [rad]; not a number where none is stated.
     bound_rad: f64,
 }
 
@@ -76,8 +82,17 @@ type Entrant<'a> = (String, Box<dyn Fn() -> Peaks + 'a>);
 /// Prints the name of each entrant, then answers each line with a number of theirs: two peaks [rad],
 /// bound [rad] and time [s].
 pub fn answer() {
+    let scene = scene();
     let signal = signal();
-    let entrants = entrants(&signal);
+    let mut entrants = entrants(&signal);
+    for case in scene.read.iter().rev() {
+        let between = case.between().expect("it has samples");
+        let run = || Peaks {
+            peaks_rad: peaks_of(case),
+            bound_rad: f64::NAN,
+        };
+        entrants.insert(0, (format!("latchgate\t{between}"), Box::new(run)));
+    }
     for (name, _) in &entrants {
         println!("{name}");
     }
@@ -96,13 +111,6 @@ pub fn answer() {
 
 fn entrants(signal: &Signal) -> Vec<Entrant<'_>> {
     let mut entrants: Vec<Entrant<'_>> = Vec::new();
-    entrants.push(own(
-        "latchgate",
-        "default",
-        Method::EventDriven,
-        None,
-        signal,
-    ));
     let steps = [3000, 10_000, 30_000, 100_000, 300_000, 1_000_000];
     for steps_per_period in steps {
         let setting = format!("N = {steps_per_period}");
@@ -154,8 +162,7 @@ fn entrants(signal: &Signal) -> Vec<Entrant<'_>> {
     entrants
 }
 
-/// A method of latchgate. The event-driven one states a bound of its error; the others need a second run for theirs
-/// and go without.
+/// A method of latchgate to compare with, on straight lines.
 fn own<'a>(
     name: &str,
     setting: &str,
@@ -168,13 +175,11 @@ fn own<'a>(
             let options = RunOptions {
                 method,
                 tolerance_rad,
-                error_bound: method == Method::EventDriven,
+                error_bound: false,
                 ..RunOptions::new(stop, OpensWhen::Negative)
             };
             replay::run(signal, &Design::reference(), &options).expect("the scene is valid")
         });
-        let bound = |index: usize| runs[index].run.numerical_error_rad;
-        let stated = method == Method::EventDriven;
         Peaks {
             peaks_rad: [0, 1].map(|index: usize| {
                 let outcome = &runs[index];
@@ -184,11 +189,7 @@ fn own<'a>(
                     outcome.run.peak_angle_rad
                 }
             }),
-            bound_rad: if stated {
-                bound(0).max(bound(1))
-            } else {
-                f64::NAN
-            },
+            bound_rad: f64::NAN,
         }
     };
     (format!("{name}\t{setting}"), Box::new(run))

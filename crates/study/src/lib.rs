@@ -62,6 +62,31 @@ const fn usual_digits() -> usize {
     Headline::DIGITS
 }
 
+/// Returns the slope of the straight line through points by least squares, on the logarithms of both
+/// coordinates: the order of a power law. None of fewer than three points above zero.
+#[must_use]
+pub fn fitted_order(points: &[(f64, f64)]) -> Option<f64> {
+    let logarithms: Vec<(f64, f64)> = points
+        .iter()
+        .filter(|(x, y)| *x > 0.0 && *y > 0.0)
+        .map(|(x, y)| (libm::log(*x), libm::log(*y)))
+        .collect();
+    if logarithms.len() < 3 {
+        return None;
+    }
+    let count = logarithms.len() as f64;
+    let (x, y): (f64, f64) = logarithms
+        .iter()
+        .fold((0.0, 0.0), |sum, point| (sum.0 + point.0, sum.1 + point.1));
+    let (middle_x, middle_y) = (x / count, y / count);
+    let (mut products, mut squares) = (0.0, 0.0);
+    for (x, y) in logarithms {
+        products += (x - middle_x) * (y - middle_y);
+        squares += (x - middle_x) * (x - middle_x);
+    }
+    (squares > 0.0).then(|| products / squares)
+}
+
 /// Headline figures of one subject, as they are put together.
 struct Figures {
     subject: String,

@@ -6,8 +6,8 @@
 //! an error statement. The kernel is timed again in turns with every row and its least counts, so
 //! that one busy moment of the machine moves no row against the others, and its own row is 1.
 
-use super::cases::{self, StudyCase};
-use super::{Headline, Stopwatch};
+use super::cases::{self, BetweenSamples, Drive, StudyCase};
+use super::{Headline, Stopwatch, fitted_order};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::{self, Method, RunOptions, RunOutcome};
@@ -65,6 +65,8 @@ pub struct Row {
     pub model: StopModel,
     /// Method.
     pub method: &'static str,
+    /// What lies between the samples; absent for a smooth sine.
+    pub between: Option<&'static str>,
     /// Steps per natural period, of a method with a fixed step.
     pub steps_per_period: Option<u32>,
     /// Its step [s].
@@ -191,10 +193,95 @@ pub fn run(options: &Options, clock: Stopwatch<'_>) -> Result<WorkPrecision, Err
             }
             bench.finish(&mut answer.rows[first..]);
             headlines(&bench.truth, &answer.rows[first..], &mut answer.headlines);
+            if matches!(case.drive, Drive::Sine { .. }) {
+                orders(&bench, &mut answer.headlines)?;
+            }
             answer.truths.push(bench.truth);
         }
     }
+    let between = cases::between_samples(gravity)?;
+    for &model in &options.models {
+        between_samples(options, &between, model, clock, &mut answer)?;
+    }
     Ok(answer)
+}
+
+/// Fits the orders of the fixed-step methods on a smooth sine, whose only kinks are impacts: steps per
+/// natural period that double, from where each is past its failures to where rounding begins. With events on the
+/// grid of a soft stop no order shows at any step tried.
+fn orders(bench: &TimedCase<'_>, out: &mut Vec<Headline>) -> Result<(), Error> {
+    type WithSteps = fn(u32) -> Method;
+    let located: WithSteps = |steps_per_period| Method::Rk4Located { steps_per_period };
+    let on_grid: WithSteps = |steps_per_period| Method::Rk4 { steps_per_period };
+    // Method, coarsest steps, how often they double, and whether the error is that at the end.
+    let fitted: &[(WithSteps, u32, u32, bool)] = match bench.model {
+        StopModel::Rigid => &[(located, 100, 5, false), (on_grid, 10_000, 9, true)],
+        StopModel::Soft => &[(located, 32_000, 4, false)],
+    };
+    for &(method, coarsest, settings, at_end) in fitted {
+        let mut points = Vec::new();
+        for doubled in 0..settings {
+            let method = method(coarsest << doubled);
+            if !has_step(method, &bench.options.design) {
+                continue;
+            }
+            let run = bench.options_of(method, None);
+            let run = bench.case.replay(&bench.options.design, &run)?.run;
+            let error = if at_end {
+                run.final_angle_rad - bench.truth.final_angle_rad
+            } else {
+                run.peak_angle_rad - bench.truth.peak_angle_rad
+            };
+            let steps = method.steps_per_period().unwrap_or_default();
+            let step_s = replay::fixed_step_s(&bench.options.design, steps);
+            points.push((step_s, error.abs()));
+        }
+        let what = if at_end { "angle at the end" } else { "peak" };
+        let name = method(coarsest).name();
+        out.push(Headline {
+            digits: 2,
+            subject: bench.truth.case.to_string(),
+            model: Some(bench.model),
+            what: format!("{name}: order of the error of the {what}, fitted [-]"),
+            value: fitted_order(&points),
+        });
+    }
+    Ok(())
+}
+
+/// Compares readings of one recording, the truth being its formula: the event-driven method on each, the
+/// others on straight lines, which is what they are given elsewhere.
+fn between_samples(
+    options: &Options,
+    cases: &BetweenSamples,
+    model: StopModel,
+    clock: Stopwatch<'_>,
+    answer: &mut WorkPrecision,
+) -> Result<(), Error> {
+    let mut bench = TimedCase::new(options, &cases.truth, model, clock)?;
+    let half = TimedCase::new(options, &cases.check, model, clock)?;
+    let apart = bench.truth.peak_angle_rad - half.truth.peak_angle_rad;
+    bench.truth.peak_angle_bound_rad += apart.abs();
+    let Some((verdict, lines)) = cases.read.split_last() else {
+        return Ok(());
+    };
+    bench.unit = verdict;
+    let first = answer.rows.len();
+    for case in lines.iter().chain([verdict]) {
+        bench.case = case;
+        answer.rows.push(bench.row(Method::EventDriven, None)?);
+    }
+    bench.case = &lines[0];
+    for (method, tolerance) in settings(options.points) {
+        let other = !matches!(method, Method::EventDriven | Method::MoreauJean { .. });
+        if other && method.admits(model) && has_step(method, &options.design) {
+            answer.rows.push(bench.row(method, tolerance)?);
+        }
+    }
+    bench.finish(&mut answer.rows[first..]);
+    headlines(&bench.truth, &answer.rows[first..], &mut answer.headlines);
+    answer.truths.push(bench.truth);
+    Ok(())
 }
 
 /// Tells whether the steps per natural period make a step: a lever without a spring has no period.
@@ -247,7 +334,10 @@ fn settings(points: u32) -> Vec<(Method, Option<f64>)> {
 /// One case on one stop with its truth.
 struct TimedCase<'a> {
     options: &'a Options,
+    /// What rows run.
     case: &'a StudyCase,
+    /// What the kernel is timed on, whose time is one.
+    unit: &'a StudyCase,
     model: StopModel,
     truth: Truth,
     truth_velocity: f64,
@@ -291,6 +381,7 @@ impl<'a> TimedCase<'a> {
         let bench = Self {
             options,
             case,
+            unit: case,
             model,
             truth: Truth {
                 case: case.name.into(),
@@ -324,10 +415,10 @@ impl<'a> TimedCase<'a> {
         }
     }
 
-    /// Runs once; returns the time it took [s] and what it gave.
-    fn once(&self, run: &RunOptions) -> Result<(f64, RunOutcome), Error> {
+    /// Runs a case once; returns the time it took [s] and what it gave.
+    fn once(&self, case: &StudyCase, run: &RunOptions) -> Result<(f64, RunOutcome), Error> {
         let started = (self.clock)();
-        let got = self.case.replay(&self.options.design, run)?;
+        let got = case.replay(&self.options.design, run)?;
         Ok(((self.clock)() - started, got))
     }
 
@@ -339,9 +430,9 @@ impl<'a> TimedCase<'a> {
         let mut least = f64::INFINITY;
         let mut outcome = None;
         for _ in 0..self.options.repetitions.max(1) {
-            let kernel_time_s = self.once(&kernel)?.0;
+            let kernel_time_s = self.once(self.unit, &kernel)?.0;
             self.truth.kernel_time_s = self.truth.kernel_time_s.min(kernel_time_s);
-            let (time_s, got) = self.once(run)?;
+            let (time_s, got) = self.once(self.case, run)?;
             least = least.min(time_s);
             outcome = Some(got);
             if least > LONG_S {
@@ -353,8 +444,12 @@ impl<'a> TimedCase<'a> {
 
     /// Gives every row its ratio to the least time that the kernel needed in any turn.
     fn finish(&mut self, rows: &mut [Row]) {
-        let own =
-            |row: &Row| row.method == Method::EventDriven.name() && row.tolerance_rad.is_none();
+        let unit = self.unit.between();
+        let own = |row: &Row| {
+            row.method == Method::EventDriven.name()
+                && row.tolerance_rad.is_none()
+                && row.between == unit
+        };
         let kernel_time_s = rows
             .iter()
             .filter(|row| own(row))
@@ -368,7 +463,7 @@ impl<'a> TimedCase<'a> {
         }
         let per_sample = |signal: &Signal| kernel_time_s * 1e9 / (signal.samples.len() - 1) as f64;
         self.truth.kernel_time_s = kernel_time_s;
-        self.truth.kernel_ns_per_sample = self.case.signal().map(per_sample);
+        self.truth.kernel_ns_per_sample = self.unit.signal().map(per_sample);
     }
 
     fn row(&mut self, method: Method, tolerance_rad: Option<f64>) -> Result<Row, Error> {
@@ -406,6 +501,7 @@ impl<'a> TimedCase<'a> {
             case: self.case.name,
             model: self.model,
             method: method.name(),
+            between: self.case.between(),
             steps_per_period: method.steps_per_period(),
             step_s: method
                 .steps_per_period()
@@ -494,6 +590,20 @@ fn headlines(truth: &Truth, rows: &[Row], out: &mut Vec<Headline>) {
             "rk4 at the paper's step: time over event-driven [-]".into(),
             Some(paper.time_ratio),
         );
+    }
+    if truth.case == cases::BETWEEN_SAMPLES {
+        let kernel = rows.iter().filter(|row| row.method == "event-driven");
+        for row in kernel {
+            let between = row.between.unwrap_or_default();
+            say(
+                format!("event-driven, {between}: error of the peak [rad]"),
+                row.peak_angle_error_rad,
+            );
+            say(
+                format!("event-driven, {between}: time over band-limited [-]"),
+                Some(row.time_ratio),
+            );
+        }
     }
     let mut methods: Vec<&'static str> = Vec::new();
     for row in rows {

@@ -1,6 +1,7 @@
 //! Error of the peak against time, one panel per case and stop.
 
 use super::methods;
+use crate::cases::BETWEEN_SAMPLES;
 use crate::work_precision::{PAPER_STEPS, Row, Status, Truth, WorkPrecision};
 use latchgate_document::number::significant;
 use latchgate_report::plot::Figure;
@@ -27,7 +28,8 @@ pub(super) fn draw(result: &WorkPrecision) -> Figure {
     let notes = [
         "Down is more exact, left is faster. A red cross has failed: u unstable, t tunnelled, m missed".into(),
         "impacts, x impacts too many; ring: rk4 at the paper's step; dotted: an error that matters to a".into(),
-        "verdict (0.001 rad), and the bound on the truth's own error.".into(),
+        "verdict (0.001 rad), and the bound on the truth's own error. In the last row the truth is a".into(),
+        "formula, and the event-driven method follows four readings of its samples.".into(),
     ];
     let entries: Vec<LegendEntry> = drawn(result).into_iter().map(methods::entry).collect();
     let top = header(&mut canvas, COLUMNS[0], title, &notes, &entries) + 38.0;
@@ -146,6 +148,7 @@ fn panel(
             &format!("line {method}"),
             rows()
                 .filter(|row| row.peak_angle_error_rad.is_some())
+                .filter(|row| reading(row) != Some("band-limited"))
                 .map(place),
         );
         for row in rows() {
@@ -156,6 +159,9 @@ fn panel(
                 methods::cross(canvas, at);
                 failures.push((at, letter(row.status)));
             }
+            if let Some(text) = reading(row) {
+                canvas.text("tiny halo", (at.0, at.1 + 16.0), Anchor::Middle, text);
+            }
             if method == "rk4" && row.steps_per_period == Some(PAPER_STEPS) {
                 canvas.circle("ring", at, 9.0);
             }
@@ -163,6 +169,17 @@ fn panel(
     }
     letters(canvas, &failures);
     panel.frame(canvas);
+}
+
+/// Names the reading of the samples, where readings are compared.
+fn reading(row: &Row) -> Option<&'static str> {
+    let compared = row.case == BETWEEN_SAMPLES && row.method == "event-driven";
+    match row.between.filter(|_| compared)? {
+        "linear" => Some("lines"),
+        "linear-4" => Some("lines ×4"),
+        "linear-16" => Some("lines ×16"),
+        other => Some(other),
+    }
 }
 
 /// Writes the letter of each failure where neither a cross nor another letter stands.

@@ -2,7 +2,7 @@
 //! of speed √(2 a d) at a depth d that δ adds, so that δ grows to its square root.
 
 use super::{MethodSetting, Options, Stability, StabilityCase};
-use crate::Headline;
+use crate::{Headline, fitted_order};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::{Excitation, Sampled};
 use latchgate_kernel::model::stop::StopModel;
@@ -65,13 +65,19 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             problem.ask(setting, false)
         };
         let mut steepest: f64 = 0.0;
+        let mut grown = Vec::new();
         let unchanged = ask(0.0, &MethodSetting::kernel())?.run.final_angle_rad;
         for &change in &changes {
             let truth = ask(change, &MethodSetting::kernel())?.run;
             // The peak lies at the end, so that its bound is that of the angle there.
             let right = (truth.final_angle_rad, truth.numerical_error_rad);
             if LOOKED_AT.contains(&change.abs()) {
-                steepest = steepest.max(((right.0 - unchanged) / change).abs());
+                let moved = (right.0 - unchanged).abs();
+                steepest = steepest.max(moved / change.abs());
+                // Towards the stop: the other way the lever passes it by.
+                if change < 0.0 {
+                    grown.push((-change, moved));
+                }
             }
             for setting in MethodSetting::usual(model) {
                 let outcome = ask(change, &setting)?;
@@ -92,6 +98,13 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             model: Some(model),
             what: "largest growth of a change of 1e-5 to 1e-9 rad/s until the end [s]".into(),
             value: Some(steepest),
+        });
+        answer.headlines.push(Headline {
+            digits: Headline::DIGITS,
+            subject: SUBJECT.into(),
+            model: Some(model),
+            what: "order of that growth for changes towards the stop, fitted [-]".into(),
+            value: fitted_order(&grown),
         });
     }
     Ok(())
