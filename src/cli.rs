@@ -1,7 +1,6 @@
 //! The command line: arguments in, data to stdout, talk to stderr, an exit code out.
 //!
 //! - `args`: the command line as a whole: options of every command, and the commands;
-//! - `command_line`: words of a shell's command line, written and read;
 //! - `compare`: `latchgate compare`: two verdicts side by side, as far as they differ;
 //! - `design`: the design that the command line asks for: a file, or the paper's, with overrides;
 //! - `failure`: why a command ended without an answer of its own;
@@ -31,7 +30,6 @@
 )]
 
 pub mod args;
-mod command_line;
 pub mod compare;
 mod design;
 mod failure;
@@ -60,7 +58,6 @@ use failure::{COULD_NOT, Failure, INTERRUPTED, WRONG_USAGE};
 use std::process::ExitCode;
 
 /// Runs the command line of this process.
-#[must_use]
 pub fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,

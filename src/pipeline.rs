@@ -82,7 +82,6 @@ pub use verify::{Stored, Verification, verify};
 /// Reads, conditions, replays and decides: one recording, one design, one document.
 ///
 /// Whoever judges several designs on one recording opens it once with [`Prepared::open`].
-#[must_use]
 pub fn judge(
     source: &Source,
     request: &Request,

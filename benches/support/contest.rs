@@ -85,7 +85,6 @@ pub struct Timed {
 
 /// Times `entries` in up to `rounds` rounds, each in the reverse order of the one before, and
 /// keeps the fastest of each lap.
-#[must_use]
 pub fn race(mut entries: Vec<Entry<'_>>, rounds: usize) -> Vec<Timed> {
     let mut laps: Vec<Laps> = entries.iter().map(|_| Laps::new()).collect();
     let begun = Instant::now();

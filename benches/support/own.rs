@@ -72,7 +72,6 @@ fn run(signal: &Signal, options: &RunOptions) -> Run {
 }
 
 /// Returns how far an answer is off the kernel's.
-#[must_use]
 pub fn distance(truth: &Run, peak_rad: f64, final_rad: f64, crossing_s: Option<f64>) -> Off {
     Off {
         peak_rad: Some((peak_rad - truth.peak_angle_rad).abs()),

@@ -16,7 +16,6 @@ pub const LEVERS: usize = 1000;
 
 /// Returns the recording of 0.3 s (10 kHz, near 200 g) of the study of error against cost,
 /// `scale` times as strong.
-#[must_use]
 pub fn recording(scale: f64) -> Signal {
     cases::recording(scale * GRAVITY)
         .expect("the rate is valid")
@@ -33,7 +32,6 @@ pub const QUIET: f64 = 0.004;
 
 /// Returns the options of a run by `method` without an error statement: what another program
 /// is compared with makes none either.
-#[must_use]
 pub fn plain(stop: StopModel, method: Method) -> RunOptions {
     let mut options = RunOptions::new(stop, OpensWhen::Negative);
     options.method = method;
@@ -43,7 +41,6 @@ pub fn plain(stop: StopModel, method: Method) -> RunOptions {
 
 /// Returns the options of the paper's Runge-Kutta run at the paper's step of 1/30 000 s, three
 /// to a sample of 10 kHz.
-#[must_use]
 pub fn as_in_the_paper(stop: StopModel) -> RunOptions {
     let mut options = plain(
         stop,
@@ -57,7 +54,6 @@ pub fn as_in_the_paper(stop: StopModel) -> RunOptions {
 
 /// Returns lever `index` of a grid of 40 preloads and 25 spring stiffnesses, each from half to
 /// twice the reference.
-#[must_use]
 pub fn lever(index: usize) -> Member {
     let design = Design::reference();
     let (column, row) = (index % 40, index / 40 % 25);
@@ -73,7 +69,6 @@ pub fn lever(index: usize) -> Member {
 }
 
 /// Returns the options of a batch on `threads` threads that asks for peaks alone.
-#[must_use]
 pub fn peaks_only(stop: StopModel, threads: usize) -> BatchOptions {
     BatchOptions {
         stop,

@@ -45,7 +45,7 @@ pub struct GateArguments {
     /// Judge every pair again and keep nothing
     #[arg(long, conflicts_with = "store")]
     pub no_store: bool,
-    /// Full reports: of what is not as required, the worst fifty; of every pair; or none
+    /// Full reports: of what is not as required, the worst five; of every pair; or none
     #[arg(long, value_enum, default_value_t = ReportsArgument::Failing)]
     pub reports: ReportsArgument,
     /// The summary.json of an earlier run, to compare with

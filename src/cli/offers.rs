@@ -1,8 +1,8 @@
 //! Channels to choose: for each the command that takes it.
 
-use super::command_line::quoted;
 use crate::pipeline::Offer;
 use latchgate_report::escape;
+use latchgate_report::escape::shell as quoted;
 use std::path::Path;
 
 /// Returns a line for each channel to choose: the command that takes it, its shape, and what

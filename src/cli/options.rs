@@ -79,7 +79,6 @@ impl Common {
     }
 
     /// Returns the number of threads to use.
-    #[must_use]
     pub fn thread_count(&self) -> usize {
         self.threads.map_or_else(
             || std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
@@ -162,7 +161,6 @@ pub(super) fn source_of(recording: &Path) -> Source {
 
 impl ReadArguments {
     /// Returns the source: `-` is standard input, anything else a path.
-    #[must_use]
     pub fn source(&self) -> Source {
         source_of(&self.recording)
     }

@@ -4,6 +4,7 @@ use super::failure::{COULD_NOT, INTERRUPTED};
 use super::output;
 use latchgate_kernel::parallel::Control;
 use latchgate_report::escape;
+use signal_hook::consts::{SIGINT, SIGTERM};
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,8 +40,32 @@ pub(super) const WORD: &str = "latchgate: interrupted";
 /// Makes the first Ctrl-C ask the command to end, and see to it that it does within a second; a
 /// second one ends it at once.
 pub(super) fn listen() {
-    // Fails only if somebody else listens already; then Ctrl-C does what it does without us.
-    let _ = ctrlc::set_handler(ask_to_end);
+    on_signal(SIGINT, ask_to_end);
+}
+
+/// Does `then` each time the signal comes, on a thread of its own. Nothing but signals that nobody may
+/// catch fail; then the signal does what it does without us.
+#[cfg(unix)]
+fn on_signal(signal: i32, then: fn()) {
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new([signal]) {
+        std::thread::spawn(move || signals.forever().for_each(|_| then()));
+    }
+}
+
+/// The same by looking from time to time, where signals cannot be waited for.
+#[cfg(not(unix))]
+fn on_signal(signal: i32, then: fn()) {
+    let heard = std::sync::Arc::new(AtomicBool::new(false));
+    if signal_hook::flag::register(signal, std::sync::Arc::clone(&heard)).is_ok() {
+        std::thread::spawn(move || {
+            loop {
+                std::thread::sleep(EVERY);
+                if heard.swap(false, Ordering::Relaxed) {
+                    then();
+                }
+            }
+        });
+    }
 }
 
 fn ask_to_end() {
@@ -66,21 +91,9 @@ pub(super) fn terminate() {
 }
 
 /// Makes SIGTERM end the command with what it has done kept.
-#[cfg(unix)]
-pub(super) fn listen_to_terminate() {
-    use signal_hook::consts::SIGTERM;
-    use signal_hook::iterator::Signals;
-    KEEPING.store(true, Ordering::Relaxed);
-    // Fails only for signals that nobody may catch.
-    if let Ok(mut signals) = Signals::new([SIGTERM]) {
-        std::thread::spawn(move || signals.forever().for_each(|_| terminate()));
-    }
-}
-
-/// Where there is no SIGTERM nothing is to be heard.
-#[cfg(not(unix))]
 pub(super) fn listen_to_terminate() {
     KEEPING.store(true, Ordering::Relaxed);
+    on_signal(SIGTERM, terminate);
 }
 
 /// Returns whether the command is to end as something that could not be done.

@@ -29,7 +29,6 @@ pub struct ValueWords<T> {
 
 impl<T> ValueWords<T> {
     /// Returns the reader `read` for a setting.
-    #[must_use]
     pub fn of(setting: Setting, read: fn(&str) -> Result<T, String>) -> Self {
         let words = request::words_of(setting);
         Self { read, words }
@@ -103,7 +102,6 @@ pub enum ModelArgument {
 
 impl ModelArgument {
     /// Returns which stop models decide.
-    #[must_use]
     pub fn choice(self) -> ModelChoice {
         match self {
             Self::Auto => ModelChoice::Auto,
@@ -113,7 +111,6 @@ impl ModelArgument {
     }
 
     /// Returns the stops that a study runs; `auto` are both.
-    #[must_use]
     pub fn stops(self) -> Vec<StopModel> {
         match self {
             Self::Auto => vec![StopModel::Rigid, StopModel::Soft],
@@ -134,7 +131,6 @@ pub enum StopArgument {
 
 impl StopArgument {
     /// Returns the stop.
-    #[must_use]
     pub fn stop(self) -> StopModel {
         match self {
             Self::Rigid => StopModel::Rigid,
@@ -162,7 +158,6 @@ pub enum MethodArgument {
 
 impl MethodArgument {
     /// Returns the method with its steps per natural period, where it has any.
-    #[must_use]
     pub fn method(self, steps_per_period: u32) -> Method {
         match self {
             Self::EventDriven => Method::EventDriven,

@@ -1,16 +1,11 @@
 //! `latchgate verify`: the run inside a verdict made again, and compared.
 
-use super::command_line::words;
 use super::failure::Failure;
-use super::options::{Common, ReplayArguments, VerifyArguments};
+use super::options::{Common, VerifyArguments};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
 use crate::pipeline::{self, Difference, Stored, Verification};
-use clap::Parser;
-use latchgate_document::design_file::apply_override;
-use latchgate_document::request::Request;
-use latchgate_kernel::model::Design;
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::{Limits, Source, read_within};
 use latchgate_report::escape;
@@ -29,10 +24,7 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
     let in_verdict = |error: Error| Failure::Data(error.at(place(&own.verdict)));
     let bytes = read(&own.verdict).map_err(Failure::Data)?;
     let stored = Stored::from_json(&bytes).map_err(in_verdict)?;
-    let mut request = match stored.request() {
-        Some(request) => request.clone(),
-        None => asked_by_command(&stored).map_err(in_verdict)?,
-    };
+    let mut request = stored.request().clone();
     // Limits of this command line come before those of the verdict.
     let limits = common.limits().map_err(Failure::Usage)?;
     let changed = limits.changed();
@@ -45,7 +37,6 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
             &source,
             &request,
             own.recording.is_some(),
-            &output::with_options,
             &limits,
             control,
         )
@@ -106,62 +97,6 @@ pub(super) fn place(path: &Path) -> Place {
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
     let most = ("verdict_bytes", VERDICT_BYTES);
     read_within(path, &path.display().to_string(), "read the verdict", most)
-}
-
-/// The command line that an older verdict holds.
-#[derive(Debug, Parser)]
-#[command(name = "latchgate replay")]
-struct OlderCommand {
-    #[command(flatten)]
-    common: Common,
-    #[command(flatten)]
-    replay: ReplayArguments,
-}
-
-/// Takes the question of an older verdict from its command line.
-fn asked_by_command(stored: &Stored) -> Result<Request, Error> {
-    let unknown = |found: String| {
-        Error::malformed(
-            "in request.command a replay that this version knows",
-            found,
-            "give the verdict.json that latchgate replay wrote",
-        )
-    };
-    let command = stored.command().unwrap_or_default();
-    let words = words(command).ok_or_else(|| unknown(format!("{command:?}")))?;
-    let [program, name, options @ ..] = words.as_slice() else {
-        return Err(unknown(format!("{command:?}")));
-    };
-    if program != "latchgate" || name != "replay" {
-        return Err(unknown(format!("{command:?}")));
-    }
-    let all = std::iter::once(program).chain(options);
-    let OlderCommand { common, replay } = OlderCommand::try_parse_from(all).map_err(|error| {
-        let text = error.to_string();
-        unknown(format!(
-            "{command:?}, {}",
-            text.lines().next().unwrap_or("")
-        ))
-    })?;
-    // The reference design with what `--set` says, or any that holds what `--set` says where it
-    // came from a file, must be the design of the verdict.
-    let mut given = if replay.design.is_some() {
-        stored.design().clone()
-    } else {
-        Design::reference()
-    };
-    for assignment in &replay.set {
-        apply_override(&mut given, assignment)?;
-    }
-    if given != *stored.design() {
-        return Err(Error::malformed(
-            "the design that request.command gives",
-            "another one",
-            "command and design of a verdict belong together; it was changed by hand, or put \
-             together from two",
-        ));
-    }
-    replay.request(&common)
 }
 
 /// Returns the recording: the one that is named, else that of the verdict's name beside the

@@ -55,7 +55,6 @@ impl Baseline {
 
     /// Tells whether a pair was not as required, and no better than it is now. What could not be
     /// judged, then or now, is never let stand by it.
-    #[must_use]
     pub fn was_no_better(
         &self,
         recording: &str,
@@ -78,7 +77,6 @@ impl Baseline {
     }
 
     /// Begins a comparison.
-    #[must_use]
     pub fn comparison(&self) -> BaselineComparison<'_> {
         BaselineComparison {
             baseline: self,
@@ -135,7 +133,6 @@ impl BaselineComparison<'_> {
     }
 
     /// Returns what changed.
-    #[must_use]
     pub fn changes(mut self) -> Changes {
         let all = self.baseline.pairs.keys();
         let gone = all.filter(|name| !self.seen.contains(name));

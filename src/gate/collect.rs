@@ -130,13 +130,11 @@ impl<'a> Collection<'a> {
     }
 
     /// Returns what is damaged in the store, one sentence each.
-    #[must_use]
     pub fn damages(&self) -> &[String] {
         &self.index.damages
     }
 
     /// Returns what stands where.
-    #[must_use]
     pub fn standing(&mut self) -> Standing {
         let mut standing = Standing::default();
         let mut shares = std::collections::BTreeSet::new();
@@ -166,7 +164,6 @@ impl<'a> Collection<'a> {
 
     /// Returns the files of shares that are said to be finished and that are not there yet, or are
     /// too short: a shared file system may show them late.
-    #[must_use]
     pub fn late(&self) -> Vec<String> {
         let names = self.index.files.iter().map(|path| name_of(path));
         let read: BTreeMap<String, u64> = names.zip(self.index.lengths.iter().copied()).collect();
@@ -272,7 +269,6 @@ impl<'a> Collection<'a> {
 }
 
 /// Returns the folder in which an engine's own output of a store is kept.
-#[must_use]
 pub fn engine_folder(store: &Path) -> PathBuf {
     store.join("engine")
 }

@@ -419,14 +419,12 @@ fn required(word: &str) -> Result<Answer, Error> {
 }
 
 /// Tells whether a text is a day of the calendar, written as `YYYY-MM-DD`.
-#[must_use]
 pub fn is_day(text: &str) -> bool {
     let date = text.parse::<toml::value::Datetime>();
     date.is_ok_and(|date| date.date.is_some() && date.time.is_none())
 }
 
 /// Returns the day that lies so many days after 1970-01-01.
-#[must_use]
 pub fn day(days: i64) -> String {
     // Years begin in March here, so that the day a leap year adds comes last (Hinnant,
     // "chrono-compatible low-level date algorithms", civil_from_days).

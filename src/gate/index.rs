@@ -43,13 +43,11 @@ impl Share {
     }
 
     /// Tells whether a recording of that name is of the share.
-    #[must_use]
     pub fn holds(&self, recording: &str) -> bool {
         Self::number_of(recording, self.of) == self.number
     }
 
     /// Returns the number of the share that holds a recording.
-    #[must_use]
     pub fn number_of(recording: &str, of: u32) -> u32 {
         let hash = u128::from_be_bytes(key_of_bytes(recording.as_bytes()));
         (hash % u128::from(of.max(1))) as u32 + 1

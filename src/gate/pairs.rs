@@ -46,7 +46,6 @@ pub struct Pair {
 
 impl Pair {
     /// Returns the exit code that the pair alone would give: 0 where it stands.
-    #[must_use]
     pub fn exit_code(&self) -> u8 {
         PairMark::of(self, None).exit_code()
     }
@@ -132,7 +131,6 @@ impl PairMark {
     }
 
     /// Returns the exit code that the pair alone would give: 0 where it stands.
-    #[must_use]
     pub fn exit_code(&self) -> u8 {
         match (self.standing, self.verdict) {
             (PairStanding::NotAsRequired, Answer::Unusable) => COULD_NOT,
@@ -255,7 +253,6 @@ pub(super) fn severity(code: u8) -> u8 {
 
 impl Pairs {
     /// Returns pairs whose rows are at hand.
-    #[must_use]
     pub fn of(pairs: Vec<Pair>) -> Self {
         Self {
             marks: pairs.iter().map(|pair| PairMark::of(pair, None)).collect(),
@@ -310,13 +307,11 @@ impl Pairs {
     }
 
     /// Tells whether every pair is here, not only those that an output names.
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.numbers.is_none()
     }
 
     /// Returns the place of a pair among all pairs.
-    #[must_use]
     pub fn place(&self, index: usize) -> usize {
         self.numbers
             .as_ref()
@@ -324,26 +319,22 @@ impl Pairs {
     }
 
     /// Returns what orders and counts each pair.
-    #[must_use]
     pub fn marks(&self) -> &[PairMark] {
         &self.marks
     }
 
     /// Returns how many there are.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.marks.len()
     }
 
     /// Tells whether there is none.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.marks.is_empty()
     }
 
     /// Returns the numbers of those that are not as required, the worst first: by exit code, by
     /// margin, by name.
-    #[must_use]
     pub fn worst(&self) -> Vec<usize> {
         let mut found: Vec<usize> = (0..self.len())
             .filter(|&index| self.marks[index].exit_code() != 0)
@@ -353,14 +344,12 @@ impl Pairs {
     }
 
     /// Returns the numbers of those that stand so.
-    #[must_use]
     pub fn standing(&self, standing: PairStanding) -> Vec<usize> {
         let of = |index: &usize| self.marks[*index].standing == standing;
         (0..self.len()).filter(of).collect()
     }
 
     /// Orders pairs, the worst first. Their numbers follow the order of their names.
-    #[must_use]
     pub fn rank(&self, index: usize) -> (Reverse<u8>, i64, usize) {
         self.marks[index].rank(index)
     }

@@ -99,7 +99,6 @@ fn names_recording(pattern: &Pattern, name: &str) -> bool {
 
 impl PlannedException {
     /// Tells whether it speaks of a pair.
-    #[must_use]
     pub fn matches(&self, recording: &str, design: &str) -> bool {
         self.pairs.matches(recording, design)
     }
@@ -202,7 +201,6 @@ impl Plan {
     }
 
     /// Returns what is required of a pair.
-    #[must_use]
     pub fn required(&self, recording: &str, design: &str) -> Answer {
         self.rules
             .iter()

@@ -5,7 +5,6 @@ use crate::pipeline::Request;
 use serde_json::{Map, Value, json};
 
 /// Returns the JSON Schema of a gate file, draft 2020-12.
-#[must_use]
 pub fn schema() -> Value {
     let text = json!({"type": "string"});
     let texts = json!({"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "minItems": 1}]});

@@ -97,7 +97,6 @@ struct BlockPlace {
 
 impl Store {
     /// Returns a store that keeps nothing beyond the process.
-    #[must_use]
     pub fn unkept() -> Self {
         Self {
             folder: None,
@@ -181,13 +180,11 @@ impl Store {
     }
 
     /// Returns what was found damaged, one sentence each.
-    #[must_use]
     pub fn damages(&self) -> &[String] {
         &self.damages
     }
 
     /// Returns where the row of that `report_id` lies, if it was kept before the store was opened.
-    #[must_use]
     pub fn find(&self, report_id: &str) -> Option<RowAddress> {
         let key = key_of(report_id)?;
         let found = self.index.binary_search_by_key(&key, |(key, _)| *key);

@@ -69,7 +69,6 @@ impl Submission {
     }
 
     /// Returns what tells it from any other.
-    #[must_use]
     pub fn id(&self) -> String {
         let text = serde_json::to_vec(self).unwrap_or_default();
         hex(&Sha256::digest(&text)[..8])

@@ -81,7 +81,6 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
 }
 
 /// Returns how many there are of what is counted, `what` being the word for one.
-#[must_use]
 pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }

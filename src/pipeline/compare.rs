@@ -59,7 +59,6 @@ const ORDER: [&str; 10] = [
 
 /// Compares a stored document with the same run made again, key by key and number by number, to
 /// the last digit; `run` alone may differ. With `renamed` the file's name may, too.
-#[must_use]
 pub(super) fn compare(stored: &Value, now: &Value, renamed: bool) -> Comparison {
     let mut found = Vec::new();
     let empty = serde_json::Map::new();

@@ -65,7 +65,6 @@ impl Outcome {
     /// let names: Vec<String> = outcome.files().into_iter().map(|(name, _)| name).collect();
     /// assert_eq!(names, ["report.html", "verdict.json"]);
     /// ```
-    #[must_use]
     pub fn files(&self) -> Vec<(String, Vec<u8>)> {
         if self.was_stopped() {
             return Vec::new();
@@ -75,7 +74,6 @@ impl Outcome {
 
     /// Tells whether the work was stopped before its end: there is no answer, and the document,
     /// which has no identity, is not to be kept.
-    #[must_use]
     pub fn was_stopped(&self) -> bool {
         let stopped = |error: &Error| error.is_stopped();
         self.refusal.as_ref().is_some_and(stopped)
@@ -94,7 +92,6 @@ pub struct Refused {
 
 impl Refused {
     /// Returns what is known of the recording.
-    #[must_use]
     pub fn recording(&self) -> &RecordingBlock {
         &self.facts.recording
     }
@@ -104,7 +101,6 @@ impl Refused {
     }
 
     /// Returns the answer for a design: a document that says why there is none.
-    #[must_use]
     pub fn outcome(self, design: &Design) -> Outcome {
         Outcome {
             document: answer::refused(&self.facts, None, design, &self.error),
@@ -190,25 +186,21 @@ impl Prepared {
     /// assert_ne!(prepared.report_id(&paper), prepared.report_id(&heavier));
     /// # Ok::<(), latchgate::pipeline::KernelError>(())
     /// ```
-    #[must_use]
     pub fn report_id(&self, design: &Design) -> String {
         self.facts.report_id(design)
     }
 
     /// Returns what was read.
-    #[must_use]
     pub fn recording(&self) -> &RecordingBlock {
         &self.facts.recording
     }
 
     /// Returns what was found odd so far, by reading and conditioning.
-    #[must_use]
     pub fn findings(&self) -> &[Finding] {
         &self.facts.findings
     }
 
     /// Replays the lever of `design` and decides.
-    #[must_use]
     pub fn judge(&self, design: &Design, extras: Extras, control: &Control<'_>) -> Outcome {
         // The search for a preload makes more runs than the verdict.
         let share = if extras.preload_answer { 0.3 } else { 1.0 };

@@ -37,7 +37,6 @@ pub struct DecisionRow {
 impl DecisionRow {
     /// Returns how far the peak stays below the threshold, error taken off, as part of the
     /// threshold; below zero where it does not. `None` without a peak.
-    #[must_use]
     pub fn margin(&self) -> Option<f64> {
         let highest = self.peak_angle_rad? + self.uncertainty_rad.unwrap_or(0.0);
         Some((self.threshold_rad - highest) / self.threshold_rad)
@@ -97,7 +96,6 @@ impl Prepared {
 
 impl Refused {
     /// Returns the row of a design: that it could not be judged, and why.
-    #[must_use]
     pub fn row(&self, design: &Design) -> DecisionRow {
         DecisionRow::of(&answer::refused(self.facts(), None, design, &self.error))
     }

@@ -11,7 +11,7 @@ use latchgate_kernel::error::Error as KernelError;
 use latchgate_recording::error::Error;
 use serde::de::{DeserializeSeed, Deserializer, Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fmt;
 
@@ -20,7 +20,7 @@ use std::fmt;
 pub struct Stored {
     document: Value,
     design: Design,
-    request: Option<Request>,
+    request: Request,
 }
 
 /// What making a stored verdict again came to.
@@ -115,32 +115,21 @@ impl Stored {
     }
 
     /// Returns the design of the verdict.
-    #[must_use]
     pub fn design(&self) -> &Design {
         &self.design
     }
 
-    /// Returns the question; `None` of a verdict that states it as a command line, as versions
-    /// without `report_id` did: [`Self::command`].
-    #[must_use]
-    pub fn request(&self) -> Option<&Request> {
-        self.request.as_ref()
-    }
-
-    /// Returns the command line of an older verdict.
-    #[must_use]
-    pub fn command(&self) -> Option<&str> {
-        self.document["request"]["command"].as_str()
+    /// Returns the question.
+    pub fn request(&self) -> &Request {
+        &self.request
     }
 
     /// Returns the name of the recording's file.
-    #[must_use]
     pub fn file(&self) -> &str {
         self.document["recording"]["file"].as_str().unwrap_or("")
     }
 
     /// Returns the hash of the recording's bytes.
-    #[must_use]
     pub fn sha256(&self) -> Option<&str> {
         self.document["recording"]["sha256"].as_str()
     }
@@ -157,9 +146,6 @@ impl Stored {
 
     /// Refuses a verdict whose question, design or hashes were changed by hand.
     fn check_identity(&self) -> Result<(), Error> {
-        let Some(request) = &self.request else {
-            return Ok(());
-        };
         let id = self.document["report_id"]
             .as_str()
             .ok_or_else(|| malformed("report_id", "none"))?;
@@ -169,7 +155,7 @@ impl Stored {
             .ok_or_else(|| malformed("run.numbers_revision", "none"))?;
         let recording: RecordingBlock = serde_json::from_value(self.document["recording"].clone())
             .map_err(|error| malformed("a recording block", error.to_string()))?;
-        if identity::report_id_of(revision, &recording, request, &self.design) == id {
+        if identity::report_id_of(revision, &recording, &self.request, &self.design) == id {
             return Ok(());
         }
         Err(Error::malformed(
@@ -180,17 +166,13 @@ impl Stored {
     }
 }
 
-/// Takes the question from a verdict; `None` of an older one that has a command line instead.
-fn request(document: &Value) -> Result<Option<Request>, Error> {
+/// Takes the question from a verdict.
+fn request(document: &Value) -> Result<Request, Error> {
     let block = &document["request"];
-    if block["command"].is_string() && document["report_id"].is_null() {
-        return Ok(None);
-    }
     if !block.is_object() {
         return Err(malformed("request, the question as data", "none"));
     }
     serde_json::from_value(block.clone())
-        .map(Some)
         .map_err(|error| malformed("a request that this version knows", error.to_string()))
 }
 
@@ -236,8 +218,7 @@ fn design(document: &Value) -> Result<Design, Error> {
 
 /// Makes the run of a stored verdict again, as `request` asks, and compares every key but `run`
 /// and every number to its last digit. `renamed` says that the recording goes by another name
-/// now; `worded` brings the texts of both into one wording where an older version worded them
-/// otherwise.
+/// now.
 ///
 /// # Errors
 ///
@@ -248,7 +229,6 @@ pub fn verify(
     source: &Source,
     request: &Request,
     renamed: bool,
-    worded: &dyn Fn(&str) -> String,
     limits: &Limits,
     control: &Control<'_>,
 ) -> Result<Verification, Error> {
@@ -268,24 +248,18 @@ pub fn verify(
         .map_err(|error| malformed("a document", error.to_string()))?;
     let mut before = stored.document.clone();
     let mut after = now;
-    if stored.request.is_none() {
-        as_older_versions_wrote(&mut after, &before, request);
-    } else {
-        let revised = before["run"]["numbers_revision"] != after["run"]["numbers_revision"];
-        let within = *limits != Limits::default();
-        if within {
-            // Whoever verifies may do it within limits of his own.
-            after["request"]["limit"] = before["request"]["limit"].clone();
-            before["request"]["limit"] = after["request"]["limit"].clone();
-        }
-        if renamed || revised || within {
-            // Name, revision and limits are part of the identity, which was checked by itself.
-            before["report_id"] = Value::Null;
-            after["report_id"] = Value::Null;
-        }
+    let revised = before["run"]["numbers_revision"] != after["run"]["numbers_revision"];
+    let within = *limits != Limits::default();
+    if within {
+        // Whoever verifies may do it within limits of his own.
+        after["request"]["limit"] = before["request"]["limit"].clone();
+        before["request"]["limit"] = after["request"]["limit"].clone();
     }
-    reword(&mut before, worded);
-    reword(&mut after, worded);
+    if renamed || revised || within {
+        // Name, revision and limits are part of the identity, which was checked by itself.
+        before["report_id"] = Value::Null;
+        after["report_id"] = Value::Null;
+    }
     let comparison = compare::compare(&before, &after, renamed);
     let both = |of: &dyn Fn(&Value) -> &Value| StoredAndNow {
         stored: of(&before).as_str().map(String::from),
@@ -303,38 +277,6 @@ pub fn verify(
         differences: comparison.differences,
         first_difference: comparison.first,
     })
-}
-
-/// Writes a document as versions did that stated the question as a command line.
-fn as_older_versions_wrote(after: &mut Value, before: &Value, request: &Request) {
-    let source = after["recording"]["opens_when_source"].clone();
-    if let Some(document) = after.as_object_mut() {
-        document.remove("report_id");
-    }
-    if let Some(recording) = after["recording"].as_object_mut() {
-        recording.remove("opens_when");
-        recording.remove("opens_when_source");
-    }
-    after["request"] = json!({
-        // The question was taken from it.
-        "command": before["request"]["command"],
-        "opens_when_source": source,
-        "model": request.model.name(),
-        "window_s": request.window_s,
-        "phi0_rad": request.phi0_rad,
-        "omega0_rad_s": request.omega0_rad_s,
-        "members": request.members,
-        "seed": request.seed,
-    });
-}
-
-fn reword(value: &mut Value, worded: &dyn Fn(&str) -> String) {
-    match value {
-        Value::String(text) => *text = worded(text),
-        Value::Array(items) => items.iter_mut().for_each(|item| reword(item, worded)),
-        Value::Object(table) => table.values_mut().for_each(|item| reword(item, worded)),
-        _ => {}
-    }
 }
 
 /// Returns a key that an object of a JSON document has twice.

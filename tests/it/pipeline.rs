@@ -556,17 +556,9 @@ fn verif_a_stored_verdict_is_made_again() {
     let text = json::render(&document);
     let verified = |text: &str| {
         let stored = Stored::from_json(text.as_bytes())?;
-        let request = stored.request().unwrap().clone();
+        let request = stored.request().clone();
         let (limits, control) = (Limits::default(), Control::default());
-        pipeline::verify(
-            &stored,
-            &source,
-            &request,
-            false,
-            &|text| text.to_string(),
-            &limits,
-            &control,
-        )
+        pipeline::verify(&stored, &source, &request, false, &limits, &control)
     };
     let same = verified(&text).unwrap();
     assert!(same.same, "{same:?}");
@@ -700,6 +692,26 @@ fn regress_impossible_designs_are_not_judged() {
     assert_eq!(
         serde_json::from_value::<Design>(written).unwrap(),
         Design::reference()
+    );
+}
+
+/// A soft stop that glues the lever is no stop: refused with its damping ratio.
+#[test]
+fn verif_a_stop_damped_like_glue_is_refused() {
+    let mut design = Design::reference();
+    let damping = design.stop.damping_n_s_per_m / design.contact_damping_ratio();
+    design.stop.damping_n_s_per_m = 50.1 * damping;
+    let outcome = judged(&signals("burst.csv"), &nominal(), &design);
+    let refusal = outcome.refusal.unwrap().to_string();
+    assert!(
+        refusal.contains("damping ratio") && refusal.contains("at most 50"),
+        "{refusal}"
+    );
+    design.stop.damping_n_s_per_m = 49.9 * damping;
+    assert!(
+        judged(&signals("burst.csv"), &nominal(), &design)
+            .refusal
+            .is_none()
     );
 }
 

@@ -273,9 +273,8 @@ fn verif_acceptance_is_part_of_the_question() {
     let again = pipeline::verify(
         &stored,
         &source,
-        stored.request().unwrap(),
+        stored.request(),
         false,
-        &str::to_string,
         &Limits::default(),
         &Control::default(),
     );

@@ -140,10 +140,10 @@ fn cli_a_design_of_another_world_is_warned_of_first() {
             "lever.moment_of_inertia_kg_m2",
         ),
         (
-            "lever.pivot_damping_nm_s_per_rad=1e3",
+            "lever.pivot_damping_nm_s_per_rad=10",
             "lever.pivot_damping_nm_s_per_rad",
         ),
-        ("stop.damping_n_s_per_m=1e6", "stop.damping_n_s_per_m"),
+        ("stop.damping_n_s_per_m=5e4", "stop.damping_n_s_per_m"),
     ] {
         let own = ["--set", assignment, "--members", "0"];
         let document = replayed(&folder, opening, &own).document();

@@ -8,7 +8,6 @@ use std::io;
 /// their shortest form that reads back to the same value, a line end at the end.
 ///
 /// A number that is not finite becomes `null`, since JSON has no word for it.
-#[must_use]
 pub fn render<T: Serialize>(document: &T) -> String {
     let mut bytes = Vec::with_capacity(16 * 1024);
     let mut serializer = Serializer::with_formatter(&mut bytes, Indenter::default());

@@ -157,7 +157,6 @@ pub struct Context {
 
 impl MarginDocument {
     /// Returns a number by its key; `None` where there is none.
-    #[must_use]
     pub fn number(&self, key: &str) -> Option<f64> {
         match self.numbers.get(key)? {
             MarginValue::Number(value) => *value,
@@ -166,7 +165,6 @@ impl MarginDocument {
     }
 
     /// Puts a document together.
-    #[must_use]
     pub fn new(margins: &Margins, design: &Design, context: Context) -> Self {
         let of = |quantity: Quantity| margins.answers.iter().find(|of| of.quantity == quantity);
         let counterweight = of(Quantity::Counterweight);

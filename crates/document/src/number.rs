@@ -13,13 +13,11 @@ pub const ABSENT: &str = "\u{2013}";
 
 /// Returns `value` with `digits` significant digits, for example `1.0636`, `−0.46000` or
 /// `3.1000 × 10⁻⁷`; an en dash if it is not finite.
-#[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
     typeset(&plain(value, digits))
 }
 
 /// As [`significant`] without zeros at the end of its decimals: `6.4`, `2083.3`, `1000`.
-#[must_use]
 pub fn trimmed(value: f64, digits: usize) -> String {
     let ascii = plain(value, digits);
     let (mantissa, exponent) = match ascii.split_once('e') {
@@ -36,7 +34,6 @@ pub fn trimmed(value: f64, digits: usize) -> String {
 
 /// Returns `value` with all its digits and no more, for example `0.1` or `8.888 × 10⁻⁴`; an en
 /// dash if it is not finite.
-#[must_use]
 pub fn exact(value: f64) -> String {
     if !value.is_finite() {
         return ABSENT.into();
@@ -53,7 +50,6 @@ pub fn exact(value: f64) -> String {
 }
 
 /// Returns a count with its thousands set apart by narrow no-break spaces.
-#[must_use]
 pub fn count(value: u64) -> String {
     let digits = value.to_string();
     let mut out = String::with_capacity(digits.len() + digits.len());
@@ -68,7 +64,6 @@ pub fn count(value: u64) -> String {
 
 /// Returns an instant or duration given in seconds as milliseconds with `digits` significant
 /// digits, without the unit.
-#[must_use]
 pub fn milliseconds(seconds: f64, digits: usize) -> String {
     significant(seconds * 1e3, digits)
 }

@@ -326,7 +326,6 @@ pub enum PolaritySource {
 
 impl PolaritySource {
     /// Returns the word that documents use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Option => "option",
@@ -465,7 +464,6 @@ impl Request {
     }
 
     /// Returns how the recording is read: as asked, else as its card says.
-    #[must_use]
     pub fn read_options(&self, card: &Card) -> ReadOptions {
         // Unit and sensitivity are one statement: that of the request counts, or that of the card.
         let asked = self.unit.is_some() || self.sensitivity.is_some();
@@ -511,7 +509,6 @@ impl Request {
     }
 
     /// Returns how the channel is conditioned.
-    #[must_use]
     pub fn conditioning_options(&self, card: &Card) -> ConditioningOptions {
         ConditioningOptions {
             bias: self.bias,
@@ -529,7 +526,6 @@ impl Request {
     }
 
     /// Returns which sign opens, and who says so: as asked, else as the card says.
-    #[must_use]
     pub fn polarity(&self, card: &Card) -> (Polarity, PolaritySource) {
         let asked = self.opens_when.map(|sign| (sign, PolaritySource::Option));
         let declared = asked.or(card.opens_when.map(|sign| (sign, PolaritySource::Card)));
@@ -546,7 +542,6 @@ impl Request {
     }
 
     /// Returns what decides, for a recording whose opening sign is known or not.
-    #[must_use]
     pub fn policy(&self, polarity: Polarity) -> Policy {
         Policy {
             model: self.model,

@@ -43,7 +43,6 @@ impl Default for Control<'_> {
 
 impl Control<'_> {
     /// Returns a control that nobody watches and nothing stops.
-    #[must_use]
     pub const fn unwatched(threads: usize) -> Self {
         Self {
             threads,
@@ -65,7 +64,6 @@ impl Control<'_> {
     }
 
     /// Returns the same control with another number of threads.
-    #[must_use]
     pub fn with_threads(self, threads: usize) -> Self {
         Self { threads, ..self }
     }

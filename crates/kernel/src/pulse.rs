@@ -74,7 +74,6 @@ pub enum Pulse {
 
 impl Pulse {
     /// Returns the duration [s].
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         match *self {
             Self::HalfSine { duration_s, .. }
@@ -92,7 +91,6 @@ impl Pulse {
     }
 
     /// Returns the value at `time_s` after the pulse's begin.
-    #[must_use]
     pub fn at(&self, time_s: f64) -> f64 {
         if !(0.0..self.duration_s()).contains(&time_s) {
             return 0.0;
@@ -154,7 +152,6 @@ impl Pulse {
 
 /// Returns 24 tones from 20 to 480 Hz at `time_s`: Σ sin(2π (20 j t + frac(n P j²))), P the golden
 /// ratio's fraction, which spreads the phases; another `phases` n is another set of them.
-#[must_use]
 pub fn tones(time_s: f64, phases: f64) -> f64 {
     let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
     (1..=24)

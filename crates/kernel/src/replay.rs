@@ -77,7 +77,6 @@ pub enum Method {
 
 impl Method {
     /// Returns the method without its numbers.
-    #[must_use]
     pub fn kind(self) -> MethodKind {
         match self {
             Self::EventDriven => MethodKind::EventDriven,
@@ -90,7 +89,6 @@ impl Method {
     }
 
     /// Returns the name that options and verdicts use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         self.kind().name()
     }
@@ -116,7 +114,6 @@ pub enum MethodKind {
 
 impl MethodKind {
     /// Returns the name that options and verdicts use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::EventDriven => "event-driven",
@@ -143,7 +140,6 @@ pub struct Work {
 impl Work {
     /// Returns the work as limits count it, in steps of a whole sample: a step with more than eight
     /// evaluations counts as more.
-    #[must_use]
     pub fn counted(&self) -> u64 {
         self.steps.max(self.rhs / 8)
     }
@@ -191,7 +187,6 @@ pub enum ErrorStatement {
 
 impl ErrorStatement {
     /// Returns the number [rad], whatever its kind.
-    #[must_use]
     pub fn rad(self) -> f64 {
         match self {
             Self::Bound(rad) | Self::Estimate(rad) => rad,
@@ -199,7 +194,6 @@ impl ErrorStatement {
     }
 
     /// True if the error is bounded.
-    #[must_use]
     pub fn is_bound(self) -> bool {
         matches!(self, Self::Bound(_))
     }
@@ -286,7 +280,6 @@ pub struct RunOptions {
 
 impl RunOptions {
     /// Returns the options of a nominal run: event-driven, from rest, the whole record judged.
-    #[must_use]
     pub fn new(stop: StopModel, opens_when: OpensWhen) -> Self {
         Self {
             stop,
@@ -423,7 +416,6 @@ fn followed<const K: usize>(
 /// Returns into how many parts each sample interval is divided before a replay, so that the soft
 /// stop's own oscillation turns, and dies away, by no more than its whole samples in contact allow.
 /// Between the samples nothing changes.
-#[must_use]
 pub fn subdivision(rate: SampleRate, design: &Design, stop: StopModel) -> usize {
     /// Beyond it a sample is as cheap by series.
     const PARTS_MAX: f64 = 64.0;
@@ -733,7 +725,6 @@ const MOVING_ENERGY_J: f64 = 1e-9;
 
 /// Returns the lever's energy I0 φ'²/2 + T0 φ + k φ²/2 [J], k being the contact's stiffness
 /// inside the soft stop, so that what a compressed stop holds is counted.
-#[must_use]
 pub fn energy_j(design: &Design, stop: StopModel, angle_rad: f64, velocity_rad_s: f64) -> f64 {
     energy_of(&design.lever, &design.stop, stop, angle_rad, velocity_rad_s)
 }

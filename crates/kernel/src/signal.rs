@@ -17,13 +17,11 @@ pub struct Signal {
 
 impl Signal {
     /// Returns the time of sample `index` [s].
-    #[must_use]
     pub fn time_s(&self, index: usize) -> f64 {
         self.start_s + index as f64 / self.rate.hertz()
     }
 
     /// Returns the time of the last sample [s], or the start of an empty signal.
-    #[must_use]
     pub fn end_s(&self) -> f64 {
         self.time_s(self.samples.len().saturating_sub(1))
     }
@@ -104,7 +102,6 @@ impl<'a> Reading<'a> {
     }
 
     /// Reads the same samples and first derivatives by polynomials of third degree.
-    #[must_use]
     pub fn cubic(&self) -> Reading<'_> {
         Reading {
             bends: Cow::Borrowed(&[]),
@@ -113,7 +110,6 @@ impl<'a> Reading<'a> {
     }
 
     /// Adds so many times another signal of as many samples, read alike.
-    #[must_use]
     pub fn plus(&self, times: f64, other: &Reading<'_>) -> Reading<'static> {
         let sum = |of: &[f64], other: &[f64]| {
             let pairs = of.iter().zip(other);
@@ -130,7 +126,6 @@ impl<'a> Reading<'a> {
 
     /// Returns bounds of the acceleration in the interval after each sample, by the Bernstein coefficients
     /// of its polynomial [m/s²].
-    #[must_use]
     pub fn ranges(&self) -> Vec<(f64, f64)> {
         let intervals = 0..self.signal.samples.len().saturating_sub(1);
         if self.is_straight() {
@@ -143,20 +138,17 @@ impl<'a> Reading<'a> {
     }
 
     /// Returns the samples.
-    #[must_use]
     pub fn signal(&self) -> &Signal {
         &self.signal
     }
 
     /// True of straight lines.
-    #[must_use]
     pub fn is_straight(&self) -> bool {
         self.slopes.is_empty()
     }
 
     /// Returns the acceleration at `part`, 0 to 1, of the interval after sample `index` [m/s²]; none after
     /// the last.
-    #[must_use]
     pub fn at(&self, index: usize, part: f64) -> Option<f64> {
         if index + 1 >= self.signal.samples.len() {
             return None;
@@ -170,7 +162,6 @@ impl<'a> Reading<'a> {
 
     /// Returns the reading with each interval divided into `parts`, the same everywhere; the reading
     /// itself where there is nothing to divide.
-    #[must_use]
     pub fn divided(&self, parts: usize) -> Reading<'_> {
         let signal = self.signal();
         let rate = SampleRate::from_hertz(signal.rate.hertz() * parts as f64);

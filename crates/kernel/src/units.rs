@@ -27,13 +27,11 @@ impl SampleInterval {
     }
 
     /// Returns the interval [s].
-    #[must_use]
     pub fn seconds(self) -> f64 {
         self.0
     }
 
     /// Returns the rate whose interval this is.
-    #[must_use]
     pub fn rate(self) -> SampleRate {
         SampleRate(1.0 / self.0)
     }
@@ -54,20 +52,17 @@ impl SampleRate {
     }
 
     /// Returns the rate [Hz].
-    #[must_use]
     pub fn hertz(self) -> f64 {
         self.0
     }
 
     /// Returns the interval whose rate this is.
-    #[must_use]
     pub fn interval(self) -> SampleInterval {
         SampleInterval(1.0 / self.0)
     }
 
     /// Returns the rate rounded to 1e-4 Hz, the form in which rates are compared with
     /// the demands of a filter class.
-    #[must_use]
     pub fn rounded(self) -> f64 {
         (self.0 * 1e4).round() / 1e4
     }
@@ -96,7 +91,6 @@ impl Restitution {
     }
 
     /// Returns the ratio [-].
-    #[must_use]
     pub fn ratio(self) -> f64 {
         self.0
     }
@@ -155,7 +149,6 @@ impl AccelerationUnit {
     ];
 
     /// Returns the name that options, cards and reports use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         Self::ALL
             .iter()
@@ -164,7 +157,6 @@ impl AccelerationUnit {
     }
 
     /// Returns the factor that turns a value in this unit into m/s².
-    #[must_use]
     pub fn metres_per_second_squared(self) -> f64 {
         match self {
             Self::StandardGravity => STANDARD_GRAVITY,
@@ -182,7 +174,6 @@ impl AccelerationUnit {
     /// Reads one of the spellings found in files: `g`, `G'S`, `milli-g`, `m/s^2`, `m/s²`,
     /// `m/(s*s)`, `m s-2`, `mm/ms^2`, `ft/s2`, `Gal` and their like; `None` for anything else, a
     /// product with a number or with another unit among it.
-    #[must_use]
     pub fn from_spelling(text: &str) -> Option<Self> {
         let plain = plain_spelling(text);
         match plain.as_str() {
@@ -227,7 +218,6 @@ impl AccelerationUnit {
 
     /// Tells whether a spelling is that of another quantity's unit as well: `mg` of a mass, `gal` of
     /// a volume.
-    #[must_use]
     pub fn is_ambiguous(text: &str) -> bool {
         matches!(plain_spelling(text).as_str(), "mg" | "mgs" | "gal" | "gals")
     }
@@ -350,19 +340,16 @@ impl SensorSensitivity {
     }
 
     /// Returns the unit of the accelerations that it gives.
-    #[must_use]
     pub fn unit(&self) -> AccelerationUnit {
         self.unit
     }
 
     /// Returns the unit of the other quantity, as it was written.
-    #[must_use]
     pub fn quantity(&self) -> &str {
         &self.quantity
     }
 
     /// Returns the acceleration in [`Self::unit`] that one of the other quantity is.
-    #[must_use]
     pub fn scale(&self) -> f64 {
         match self.inverse {
             true => 1.0 / self.number,
@@ -371,7 +358,6 @@ impl SensorSensitivity {
     }
 
     /// As [`Self::scale`] for a quantity in the unit `text`; `None` if it is another one.
-    #[must_use]
     pub fn scale_of(&self, text: &str) -> Option<f64> {
         let (wanted, given) = (OtherUnit::read(&self.quantity), OtherUnit::read(text));
         let exponent = (wanted.name == given.name).then(|| given.exponent - wanted.exponent)?;
@@ -611,20 +597,17 @@ impl TimeUnit {
     }
 
     /// Returns the length of the unit [s].
-    #[must_use]
     pub fn seconds(self) -> f64 {
         self.to_seconds(1.0)
     }
 
     /// Brings a value in this unit to seconds [s].
-    #[must_use]
     pub fn to_seconds(self, value: f64) -> f64 {
         value * self.times as f64 / self.parts as f64
     }
 
     /// Reads one of the spellings found in files: `s`, `sec.`, `ms`, `µs`, `min`, `h`, `day`, and any
     /// of them behind a number, as in `10 us`, `0.1ms`, `1e-4 s`, `1/32768 s`, `100 ns ticks`.
-    #[must_use]
     pub fn from_spelling(text: &str) -> Option<Self> {
         let small = text.trim().to_lowercase();
         let (number, name) = split_number(&small);
@@ -726,7 +709,6 @@ impl DecimalMark {
     pub const ALL: [Self; 2] = [Self::Point, Self::Comma];
 
     /// Returns the mark as text.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Point => ".",
@@ -751,7 +733,6 @@ impl MessageClock {
     pub const ALL: [Self; 3] = [Self::Header, Self::Log, Self::Publish];
 
     /// Returns the word that options, cards and documents use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Header => "header",
@@ -773,7 +754,6 @@ pub enum OpensWhen {
 
 impl OpensWhen {
     /// Returns the factor, +1 or −1, that turns the recorded acceleration into the model's.
-    #[must_use]
     pub fn sign(self) -> f64 {
         match self {
             Self::Negative => 1.0,
@@ -782,7 +762,6 @@ impl OpensWhen {
     }
 
     /// Returns the other polarity.
-    #[must_use]
     pub fn reversed(self) -> Self {
         match self {
             Self::Negative => Self::Positive,
@@ -791,7 +770,6 @@ impl OpensWhen {
     }
 
     /// Returns the word that options, cards and verdicts use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Negative => "negative",
@@ -809,7 +787,6 @@ fn positive(what: &'static str, value: f64) -> Result<f64, Error> {
 }
 
 /// As [`plain`] without zeros at the end of its decimals: `6.4`, `1000`, `3.10e-7`.
-#[must_use]
 pub fn short(value: f64, digits: usize) -> String {
     let text = plain(value, digits);
     if text.contains('.') && !text.contains('e') {
@@ -820,7 +797,6 @@ pub fn short(value: f64, digits: usize) -> String {
 }
 
 /// As [`plain`] with as few digits as give the value to 1e-9 of it, four at most.
-#[must_use]
 pub fn shortest(value: f64) -> String {
     let digits = (1..=4).find(|digits| {
         let read: f64 = plain(value, *digits).parse().unwrap_or(f64::NAN);
@@ -831,7 +807,6 @@ pub fn shortest(value: f64) -> String {
 
 /// Returns `value` with `digits` significant digits in ASCII, for a terminal: `-0.46000` or
 /// `3.1000e-7`; `-` if it is not finite.
-#[must_use]
 pub fn plain(value: f64, digits: usize) -> String {
     if !value.is_finite() {
         return "-".into();

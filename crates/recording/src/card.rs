@@ -115,7 +115,6 @@ impl Card {
 
     /// Tells whether its words say that the channel holds what CFC 1000 lets pass, or was not
     /// filtered.
-    #[must_use]
     pub fn says_wide_band(&self) -> bool {
         let texts = [&self.test.sensor, &self.source, &self.notes];
         texts.into_iter().flatten().any(|text| {
@@ -259,7 +258,6 @@ impl CardFile {
     }
 
     /// Returns the SHA-256 of its bytes.
-    #[must_use]
     pub fn sha256(&self) -> String {
         sha256(&self.bytes)
     }
@@ -310,7 +308,6 @@ impl CardPolarity {
     pub const ALL: [Self; 3] = [Self::Negative, Self::Positive, Self::Both];
 
     /// Returns the polarities to judge.
-    #[must_use]
     pub fn polarities(self) -> &'static [OpensWhen] {
         match self {
             Self::Negative => &[OpensWhen::Negative],
@@ -320,7 +317,6 @@ impl CardPolarity {
     }
 
     /// Returns the word that options and cards use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Negative => "negative",
@@ -330,7 +326,6 @@ impl CardPolarity {
     }
 
     /// Returns the polarity of that word, if it is one.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL
             .into_iter()
@@ -351,7 +346,6 @@ impl AcceptedWord {
     pub const ALL: [Self; 1] = [Self::Clock];
 
     /// Returns the word that options and cards use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Clock => "clock",
@@ -359,7 +353,6 @@ impl AcceptedWord {
     }
 
     /// Returns what a word accepts, if it is one.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL
             .into_iter()

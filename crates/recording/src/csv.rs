@@ -52,7 +52,6 @@ use rows::{ColumnResult, Rows, WantedColumns};
 use status::AllSaid;
 
 /// Tells whether the head looks like text.
-#[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
     !head.is_folder && super::encoding::looks_like_text(head.bytes)
 }

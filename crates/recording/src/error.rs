@@ -25,7 +25,6 @@ pub struct Candidate {
 
 impl Candidate {
     /// Returns a channel that its name singles out.
-    #[must_use]
     pub fn named(name: impl Into<String>) -> Self {
         let name = name.into();
         Self {
@@ -38,7 +37,6 @@ impl Candidate {
 
     /// Returns one of several channels of a name, told from them by its number; `what` says what
     /// is counted.
-    #[must_use]
     pub fn numbered(name: impl Into<String>, what: &str, number: usize) -> Self {
         Self {
             name: name.into(),
@@ -49,7 +47,6 @@ impl Candidate {
     }
 
     /// Adds what keeps it from being taken unasked.
-    #[must_use]
     pub fn doubted(self, doubt: Option<String>) -> Self {
         Self { doubt, ..self }
     }
@@ -141,7 +138,6 @@ impl fmt::Display for Place {
 
 impl Place {
     /// Names a file.
-    #[must_use]
     pub fn file(name: impl Into<String>) -> Self {
         Self {
             file: Some(name.into()),
@@ -150,41 +146,35 @@ impl Place {
     }
 
     /// Names the file at `path`.
-    #[must_use]
     pub fn path(path: &Path) -> Self {
         Self::file(path.display().to_string())
     }
 
     /// Adds a line, counted from 1.
-    #[must_use]
     pub fn line(mut self, line: u64) -> Self {
         self.line = Some(line);
         self
     }
 
     /// Adds a column, counted from 1.
-    #[must_use]
     pub fn column(mut self, column: u64) -> Self {
         self.column = Some(column);
         self
     }
 
     /// Adds a byte offset, counted from 0.
-    #[must_use]
     pub fn byte(mut self, byte: u64) -> Self {
         self.byte = Some(byte);
         self
     }
 
     /// Adds a channel name.
-    #[must_use]
     pub fn channel(mut self, channel: impl Into<String>) -> Self {
         self.channel = Some(channel.into());
         self
     }
 
     /// Names the line of `text` in which a span of bytes begins: the first where none is known.
-    #[must_use]
     pub fn of_span(text: &str, span: Option<Range<usize>>) -> Self {
         let start = span.map_or(0, |span| span.start);
         let before = text.as_bytes().iter().take(start);
@@ -192,7 +182,6 @@ impl Place {
     }
 
     /// Names the line of a TOML text on which `key` stands, below the line of its `[section]` if it has one.
-    #[must_use]
     pub fn of_key(text: &str, section: Option<&str>, key: &str) -> Self {
         let names = |line: &str, name: &str| {
             let line = line.trim_start_matches(['[', '"', '\'', ' ']);
@@ -479,25 +468,21 @@ impl Error {
     }
 
     /// True if the caller's [`Control`](latchgate_kernel::parallel::Control) ended the work.
-    #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.0.kind == ErrorKind::Kernel(KernelError::Stopped)
     }
 
     /// Returns what went wrong.
-    #[must_use]
     pub fn kind(&self) -> &ErrorKind {
         &self.0.kind
     }
 
     /// Returns where it went wrong.
-    #[must_use]
     pub fn place(&self) -> &Place {
         &self.0.place
     }
 
     /// Puts the error at `place`, keeping the parts that are already known.
-    #[must_use]
     pub fn at(mut self, place: Place) -> Self {
         let known = std::mem::take(&mut self.0.place);
         // A line of one file is none of another.
@@ -568,7 +553,6 @@ fn shortened(name: &str) -> String {
 }
 
 /// Returns the name in `known` nearest to `found`, if one is near enough to be a slip.
-#[must_use]
 pub fn nearest_name(found: &str, known: &[&str]) -> Option<String> {
     let near = |name: &str| 2.max(name.len() / 3);
     let length = found.chars().count();

@@ -34,7 +34,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Recognises a folder or an archive with one `.EV5`, an `.EV5`, or a curve file by its numeric
 /// extension and its two columns.
-#[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
     if head.is_folder || head.is_archive {
         let headers = head.entries.iter().filter(|name| is_header_name(name));

@@ -17,7 +17,6 @@ pub enum Severity {
 
 impl Severity {
     /// Name, as documents have it.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Info => "info",
@@ -45,32 +44,27 @@ pub struct Finding {
 
 impl Finding {
     /// Builds a finding that changes nothing.
-    #[must_use]
     pub fn info(code: &'static str, text: impl Into<String>) -> Self {
         Self::new(code, Severity::Info, text.into())
     }
 
     /// Builds a finding that asks for a look.
-    #[must_use]
     pub fn warning(code: &'static str, text: impl Into<String>) -> Self {
         Self::new(code, Severity::Warning, text.into())
     }
 
     /// Builds a finding that forbids a pass.
-    #[must_use]
     pub fn blocking(code: &'static str, text: impl Into<String>) -> Self {
         Self::new(code, Severity::Blocking, text.into())
     }
 
     /// Adds the instant from which it holds [s].
-    #[must_use]
     pub fn at(mut self, at_s: f64) -> Self {
         self.at_s = Some(at_s);
         self
     }
 
     /// Makes a pass depend on a person's word.
-    #[must_use]
     pub fn needing_word(mut self) -> Self {
         self.needs_word = true;
         self

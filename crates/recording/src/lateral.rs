@@ -6,7 +6,6 @@ use crate::error::{Candidate, Candidates, Error, ErrorKind};
 
 /// Tells whether a channel that was read measures lateral acceleration, by its name, its code or
 /// its sensor's axis.
-#[must_use]
 pub fn is_lateral(channel: &Channel) -> bool {
     let named = |name: &str| ChannelName::from_header(name, 1).doubt().is_none();
     let name = channel

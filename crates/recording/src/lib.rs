@@ -255,7 +255,6 @@ pub struct TestFacts {
 
 impl TestFacts {
     /// Returns these facts, and those of `other` where these say nothing.
-    #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
             test: self.test.or(other.test),
@@ -304,14 +303,12 @@ pub struct Stated {
 
 impl Channel {
     /// Returns the time of sample `index` [s].
-    #[must_use]
     pub fn time_s(&self, index: usize) -> f64 {
         let steps = index as f64;
         self.start_s + steps / self.rate.hertz()
     }
 
     /// Returns the full scale that the file states [g].
-    #[must_use]
     pub fn full_scale_g(&self) -> Option<f64> {
         let factor = self.unit?.metres_per_second_squared();
         Some(self.stated.full_scale? * factor / STANDARD_GRAVITY)
@@ -321,7 +318,6 @@ impl Channel {
     /// `latchgate.signal/1` and a line feed, then of rate [Hz], time of the first sample [s] and
     /// samples [m/s²], each a little-endian IEEE 754 double. The same signal has the same hash
     /// whatever file it comes from. `None` without a unit.
-    #[must_use]
     pub fn content_sha256(&self) -> Option<String> {
         let factor = self.unit?.metres_per_second_squared();
         let mut hasher = Sha256::new();
@@ -355,7 +351,6 @@ impl Stated {
 
     /// Returns what the statements mean at a sample rate: filters that were applied before
     /// the samples were stored cannot be taken back.
-    #[must_use]
     pub fn findings(&self, rate: SampleRate) -> Vec<Finding> {
         let class = self.filter_class.iter();
         let mut found: Vec<Finding> = class.map(|class| Self::class_finding(class)).collect();
@@ -508,7 +503,6 @@ pub struct Reading {
 /// Reads the channel that is meant and its neighbours in one pass over the bytes. Whatever is
 /// wrong with one of the two does not touch the other. Where `control` stops the reading, both are
 /// errors.
-#[must_use]
 pub fn read_both(
     source: &Source,
     options: &ReadOptions,
@@ -606,7 +600,6 @@ fn outcomes(
 
 /// Says how a text table was understood, or seems to be; `None` of another format, and where nothing
 /// like a table is found.
-#[must_use]
 pub fn table_mapping(
     source: &Source,
     options: &ReadOptions,

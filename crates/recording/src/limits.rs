@@ -42,7 +42,6 @@ macro_rules! limits {
             pub const NAMES: &[&str] = &[$(stringify!($name)),*];
 
             /// Returns every limit with its value.
-            #[must_use]
             pub fn entries(&self) -> Vec<Limit> {
                 vec![$(Limit {
                     name: stringify!($name).into(),
@@ -54,7 +53,6 @@ macro_rules! limits {
             }
 
             /// Returns the limits that differ from their defaults, by name.
-            #[must_use]
             pub fn changed(&self) -> BTreeMap<String, u64> {
                 self.entries()
                     .into_iter()

@@ -32,7 +32,6 @@ use header::{Header, TimeColumns};
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 
 /// Tells whether the file begins as LabVIEW's do.
-#[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
     encoding::head_of(head.bytes).starts_with("LabVIEW Measurement")
 }

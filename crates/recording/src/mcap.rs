@@ -63,7 +63,6 @@ use types::Budget;
 const READ_BYTES: usize = 64 << 10;
 
 /// Tells whether the head carries MCAP's magic bytes.
-#[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
     head.bytes.starts_with(::mcap::MAGIC)
 }

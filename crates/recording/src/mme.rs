@@ -35,7 +35,6 @@ use std::collections::BTreeMap;
 
 /// Recognises archives with a channel file, folders with an .mme or .chn file, and single files of
 /// a test.
-#[must_use]
 pub fn recognises(head: &Head<'_>) -> bool {
     let mut entries = head.entries.iter();
     if head.is_archive {

@@ -20,7 +20,6 @@ macro_rules! settings {
             pub const ALL: &[Self] = &[$(Self::$name),+];
 
             /// Returns the key that files and documents use.
-            #[must_use]
             pub fn key(self) -> &'static str {
                 match self {
                     $(Self::$name => $key,)+

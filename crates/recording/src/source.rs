@@ -90,7 +90,6 @@ impl Source {
     ///     .with_card(*b"opens_when = \"negative\"\n");
     /// assert_eq!(source.name(), "crash.csv");
     /// ```
-    #[must_use]
     pub fn bytes(name: impl Into<String>, bytes: impl Into<Arc<[u8]>>) -> Self {
         let name = name.into();
         Self::files(name.clone(), [(name, bytes.into())])
@@ -113,7 +112,6 @@ impl Source {
     /// let package = Source::files("test", parts.map(|(name, bytes)| (name.to_string(), bytes)));
     /// assert_eq!(package.name(), "test");
     /// ```
-    #[must_use]
     pub fn files(
         name: impl Into<String>,
         files: impl IntoIterator<Item = (String, Arc<[u8]>)>,
@@ -127,7 +125,6 @@ impl Source {
 
     /// Gives a recording in memory the card that would lie beside a file; one on disk or from
     /// standard input is left as it is.
-    #[must_use]
     pub fn with_card(mut self, card: impl Into<Arc<[u8]>>) -> Self {
         if let Self::Memory(memory) = &mut self {
             memory.card = Some(card.into());
@@ -136,7 +133,6 @@ impl Source {
     }
 
     /// Returns the file name without folders; `-` for standard input.
-    #[must_use]
     pub fn name(&self) -> String {
         match self {
             Self::File(path) => path.file_name().map_or_else(
@@ -181,7 +177,6 @@ impl Source {
 
     /// Returns the SHA-256 of a file that was refused before its end was read, if it is there and
     /// no longer than `most`: one beyond the limits is not worth the wait.
-    #[must_use]
     pub fn sha256_within(&self, most: u64) -> Option<String> {
         let short = match self {
             Self::File(path) => std::fs::metadata(path)
@@ -458,19 +453,16 @@ impl Reader<'_> {
     }
 
     /// Returns the recording's file name without folders.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
     /// Tells whether the recording is a folder.
-    #[must_use]
     pub fn is_folder(&self) -> bool {
         self.is_folder
     }
 
     /// Tells whether the recording is an archive that was unpacked.
-    #[must_use]
     pub fn is_archive(&self) -> bool {
         self.is_archive
     }
@@ -591,7 +583,6 @@ impl Read for Reader<'_> {
 }
 
 /// Returns the SHA-256 of `bytes`, lower-case hexadecimal.
-#[must_use]
 pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }

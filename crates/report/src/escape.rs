@@ -13,7 +13,6 @@ const REPLACEMENT: char = '\u{FFFD}';
 ///
 /// The five characters of markup become entities, line ends and tabs become spaces; what XML
 /// forbids and what would reorder the text becomes U+FFFD.
-#[must_use]
 pub fn markup(text: &str) -> Cow<'_, str> {
     if text.chars().all(|c| !is_markup(c) && shown(c) == c) {
         return Cow::Borrowed(text);
@@ -34,7 +33,6 @@ pub fn markup(text: &str) -> Cow<'_, str> {
 
 /// Returns `text` for use on one line of a terminal: nothing in it can move the cursor,
 /// change colours, begin a line or turn the reading direction.
-#[must_use]
 pub fn terminal(text: &str) -> Cow<'_, str> {
     if text.chars().all(|c| shown(c) == c) {
         return Cow::Borrowed(text);
@@ -43,7 +41,6 @@ pub fn terminal(text: &str) -> Cow<'_, str> {
 }
 
 /// Returns a word of a shell's command line, quoted for a POSIX shell where it needs it.
-#[must_use]
 pub fn shell(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
     if !word.is_empty() && word.chars().all(plain) {

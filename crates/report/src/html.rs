@@ -27,7 +27,6 @@ use latchgate_document::Document;
 use latchgate_verdict::Evidence;
 
 /// Returns the report as one self-contained HTML document.
-#[must_use]
 pub fn render(document: &Document, evidence: Option<&Evidence>) -> String {
     page(document, evidence, &plot::figures(document, evidence))
 }

@@ -45,7 +45,6 @@ use std::path::{Path, PathBuf};
 
 /// Returns the design's name with the keys that were overridden, their values and what these took
 /// the place of: `paper, modified: preload torque 5 N m (0.1)`.
-#[must_use]
 pub fn full_design(design: &latchgate_kernel::model::Design) -> String {
     words::design(design)
 }
@@ -64,7 +63,6 @@ pub const SERIES_FILE: &str = "series.csv";
 pub const SOURCE_FILE: &str = "recording.path";
 
 /// Returns the identity of the report in a folder, if there is one.
-#[must_use]
 pub fn id_in(dir: &Path) -> Option<String> {
     let text = std::fs::read_to_string(dir.join(VERDICT_FILE)).ok()?;
     let document: serde_json::Value = text.parse().ok()?;
@@ -73,7 +71,6 @@ pub fn id_in(dir: &Path) -> Option<String> {
 
 /// Returns the files of a report, names with bytes: `report.html`, each plot as `.svg`, the
 /// series and `verdict.json`, the page first and the document last. Who keeps them decides where.
-#[must_use]
 pub fn files(document: &Document, evidence: Option<&Evidence>) -> Vec<(String, Vec<u8>)> {
     let figures = plot::figures(document, evidence);
     let page = html::page(document, evidence, &figures);

@@ -30,7 +30,6 @@ const FILES: [&str; 6] = [
 
 /// Returns the files of a margin's report, names with bytes: page, document, tables and plots, the
 /// page first.
-#[must_use]
 pub fn files(document: &MarginDocument, margins: &Margins) -> Vec<(String, Vec<u8>)> {
     let figures = plot::margin_figures(document, margins);
     let mut files = vec![
@@ -102,7 +101,6 @@ fn limit_table(points: &[LimitPoint]) -> String {
 
 /// Returns the margins for a terminal, a screen at most: one table, then what must be said of it.
 /// All boundaries and findings stand in the files.
-#[must_use]
 pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
     let mut out = String::with_capacity(4096);
     let _ = writeln!(out, "{}", words::answer(document.verdict));

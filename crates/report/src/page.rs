@@ -21,7 +21,6 @@ pub struct PageFrame<'a> {
 impl PageFrame<'_> {
     /// Returns the page up to and with the opening of its body. A content security policy lets its
     /// own style and script run and nothing else.
-    #[must_use]
     pub fn head(&self) -> String {
         let style = format!("{}{}", sheet::style(""), self.style);
         let (of_style, of_script) = (hash(&style), hash(self.script));
@@ -36,7 +35,6 @@ impl PageFrame<'_> {
     }
 
     /// Returns the page's end, with its script.
-    #[must_use]
     pub fn tail(&self) -> String {
         format!("<script>{}</script>\n</body>\n</html>\n", self.script)
     }

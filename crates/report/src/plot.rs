@@ -81,19 +81,16 @@ impl Figure {
     }
 
     /// Returns the drawing for a page that holds [`style::variables`] and [`style::RULES`].
-    #[must_use]
     pub fn inline(&self) -> String {
         self.wrap("")
     }
 
     /// Returns the drawing as a file of its own, light or dark as the viewer prefers.
-    #[must_use]
     pub fn stand_alone(&self) -> String {
         self.wrap(&style::stand_alone())
     }
 
     /// As [`Figure::stand_alone`] with further rules in terms of the colours' variables.
-    #[must_use]
     pub fn stand_alone_with(&self, rules: &str) -> String {
         self.wrap(&style::stand_alone_with(rules))
     }
@@ -134,7 +131,6 @@ pub(super) fn event_data(document: &Document, evidence: &Evidence) -> Option<Str
 }
 
 /// Draws every plot that the evidence has data for, in the order of [`NAMES`].
-#[must_use]
 pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> {
     let Some(evidence) = evidence else {
         return Vec::new();

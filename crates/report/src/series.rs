@@ -7,7 +7,6 @@ use std::path::Path;
 
 /// Returns the series as CSV: time, acceleration as recorded and as used, its integral, and angle
 /// and angular velocity of each run.
-#[must_use]
 pub fn csv(series: &SampledSeries) -> String {
     let mut out = String::with_capacity(series.time_s.len() * (4 + 2 * series.runs.len()) * 20);
     out.push_str("time_s,acceleration_recorded_m_s2,acceleration_used_m_s2,velocity_m_s");

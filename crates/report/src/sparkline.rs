@@ -9,7 +9,6 @@ const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█
 /// Each character shows the value of its stretch that lies farthest from the median of the
 /// stretches' midpoints, so that a spike of one sample is seen however long the signal is.
 /// A stretch without a finite value is a space; a constant signal is a row of ▁.
-#[must_use]
 pub fn render(values: &[f64], width: usize) -> String {
     let columns = width.min(values.len());
     if columns == 0 {

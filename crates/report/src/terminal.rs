@@ -194,7 +194,6 @@ impl TerminalLines {
 
 /// Returns a table, columns as wide as their widest cell; cells of `right` columns stand at the
 /// right.
-#[must_use]
 pub fn table(rows: &[Vec<String>], right: &[usize]) -> String {
     let columns = rows.first().map_or(0, Vec::len);
     let width = |column: usize| {

@@ -17,7 +17,6 @@ const FINDINGS: usize = 3;
 const LETTERS: usize = 140;
 
 /// Returns the verdict in a few lines: [`answer`] and [`afterwards`].
-#[must_use]
 pub fn render(document: &Document, report: Option<&Path>, look: Look) -> String {
     answer(document, look) + &afterwards(document, report, look)
 }
@@ -25,7 +24,6 @@ pub fn render(document: &Document, report: Option<&Path>, look: Look) -> String 
 /// Returns what is known at once: what the verdict is and what that means, what was judged, peak and
 /// limit angle, what it rests on and the gravest findings. With [`Look::detail`] it says how the answer
 /// came about.
-#[must_use]
 pub fn answer(document: &Document, look: Look) -> String {
     let mut out = TerminalLines::new(look);
     out.headline(document.verdict, &words::headline(document));
@@ -55,11 +53,15 @@ pub fn answer(document: &Document, look: Look) -> String {
 
 /// Returns what takes longer than the verdict: the advice, where the report is, if one was written into
 /// `report`, and how to verify it.
-#[must_use]
 pub fn afterwards(document: &Document, report: Option<&Path>, look: Look) -> String {
     let mut out = TerminalLines::new(look);
     if let Some(preload) = &document.preload_answer {
         out.line("advice", &format!("{}.", preload.text));
+    } else if document.verdict != Answer::Unusable {
+        out.line(
+            "advice",
+            "latchgate margin searches for a preload that passes",
+        );
     }
     if let Some(report) = report {
         out.raw("report", &look.path(&report.join(REPORT_FILE)));
@@ -215,7 +217,6 @@ pub struct TableRow<'a> {
 }
 
 /// Returns a table of several recordings, the worst first, and a line that sums it up.
-#[must_use]
 pub fn table(rows: &[TableRow<'_>], look: Look) -> String {
     let mut order: Vec<&TableRow> = rows.iter().collect();
     order.sort_by_key(|row| rank(row.document.verdict));
@@ -269,7 +270,6 @@ pub fn table(rows: &[TableRow<'_>], look: Look) -> String {
 }
 
 /// Returns the place of an answer among several, the worst first.
-#[must_use]
 pub fn rank(answer: Answer) -> u8 {
     match answer {
         Answer::Unusable => 0,

@@ -63,7 +63,6 @@ impl std::ops::Deref for App {
 
 impl App {
     /// Puts the parts together.
-    #[must_use]
     pub fn new(config: Config, store: Store, crew: Crew) -> Self {
         Self(Arc::new(Parts {
             config,
@@ -197,7 +196,6 @@ pub struct Reserved {
 
 impl Reserved {
     /// Returns what the token may still upload [bytes].
-    #[must_use]
     pub fn left(&self) -> u64 {
         self.left
     }

@@ -23,7 +23,6 @@ impl Scope {
     pub const ALL: [Self; 3] = [Self::Read, Self::Submit, Self::Admin];
 
     /// Returns the word for it.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Read => "read",
@@ -33,7 +32,6 @@ impl Scope {
     }
 
     /// Finds the scope of a word.
-    #[must_use]
     pub fn of(word: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|scope| scope.name() == word)
     }
@@ -55,13 +53,11 @@ impl Secret {
     }
 
     /// Shows it.
-    #[must_use]
     pub fn reveal(&self) -> &str {
         &self.0
     }
 
     /// Returns its hash, which is what is stored.
-    #[must_use]
     pub fn sha256(&self) -> String {
         sha256_hex(self.0.as_bytes())
     }
@@ -83,7 +79,6 @@ pub struct Visitor {
 
 impl Visitor {
     /// Returns one who may do nothing that anybody is asked for.
-    #[must_use]
     pub fn nobody() -> Self {
         Self {
             name: "nobody".into(),
@@ -92,7 +87,6 @@ impl Visitor {
     }
 
     /// Tells whether the visitor may do something.
-    #[must_use]
     pub fn may(&self, scope: Scope) -> bool {
         self.scopes.contains(&scope)
     }

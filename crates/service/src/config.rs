@@ -169,7 +169,6 @@ pub const KEYS: &[Key] = &[
 ];
 
 /// Returns what a key is.
-#[must_use]
 pub fn meaning(name: &str) -> &'static str {
     let known = KEYS.iter().find(|key| key.name == name);
     known.map_or("", |key| key.meaning)

@@ -47,7 +47,6 @@ impl Engine {
     }
 
     /// Returns how many pairs of a gate are decided, and what the queue has of it.
-    #[must_use]
     pub fn seen(&self, id: &str) -> (u64, Option<EngineTasks>) {
         let looks = self.looks();
         let look = looks.get(id);

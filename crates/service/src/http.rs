@@ -125,7 +125,6 @@ fn interface() -> OpenApiRouter<App> {
 }
 
 /// Returns the description of the interface, made from the code.
-#[must_use]
 pub fn openapi() -> String {
     let (_, description) = interface().split_for_parts();
     let mut description = json!(description);

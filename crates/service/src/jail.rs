@@ -34,14 +34,12 @@ pub struct Jail {
 
 impl Jail {
     /// Tells whether nothing is lacking.
-    #[must_use]
     pub fn is_whole(&self) -> bool {
         self.lacking.is_empty()
     }
 }
 
 /// Shuts this process in and says what is in force.
-#[must_use]
 pub fn enter(memory_bytes: u64) -> Jail {
     let mut lacking = Vec::new();
     let mut note = |what: &str, outcome: Result<(), String>| {

@@ -83,7 +83,6 @@ pub struct ProblemLimit {
 
 impl Problem {
     /// Returns what is wrong with a body that could not be taken in.
-    #[must_use]
     pub fn of_body(status: StatusCode, text: String) -> Self {
         if status == StatusCode::PAYLOAD_TOO_LARGE {
             let way_out = "a question or a gate file is shorter; recordings go to /v1/recordings";
@@ -94,7 +93,6 @@ impl Problem {
     }
 
     /// Returns a problem of a kind.
-    #[must_use]
     pub fn new(status: StatusCode, code: &str, title: &str, detail: impl Into<String>) -> Self {
         Self {
             kind: format!("urn:latchgate:problem:{code}"),
@@ -112,14 +110,12 @@ impl Problem {
     }
 
     /// Says that something is not there.
-    #[must_use]
     pub fn not_found(what: &str) -> Self {
         let detail = format!("there is no {what}");
         Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", detail)
     }
 
     /// Says that what was sent cannot be read.
-    #[must_use]
     pub fn bad_request(detail: impl Into<String>) -> Self {
         let detail = for_http(&detail.into());
         Self::new(
@@ -131,7 +127,6 @@ impl Problem {
     }
 
     /// Says that more was asked than is taken at a time: come again.
-    #[must_use]
     pub fn later(
         status: StatusCode,
         name: &str,
@@ -150,7 +145,6 @@ impl Problem {
     }
 
     /// Says that this is not the time.
-    #[must_use]
     pub fn busy(status: StatusCode, detail: impl Into<String>, retry_after_s: u32) -> Self {
         Self {
             retry_after_s: Some(retry_after_s),
@@ -159,7 +153,6 @@ impl Problem {
     }
 
     /// Says that a limit was crossed.
-    #[must_use]
     pub fn over(status: StatusCode, name: &str, value: u64, found: String, way_out: &str) -> Self {
         let detail = format!("limit {name} of {value} crossed: found {found}; {way_out}");
         Self {
@@ -173,7 +166,6 @@ impl Problem {
     }
 
     /// Words an error of the library for HTTP: of a recording that carries no answer.
-    #[must_use]
     pub fn of_recording(error: &Error) -> Self {
         let place = error.place();
         let (code, title) = named(error.kind());
@@ -209,7 +201,6 @@ impl Problem {
     }
 
     /// Returns the problem as a value.
-    #[must_use]
     pub fn to_value(&self) -> Value {
         serde_json::to_value(self).expect("a problem has text keys only")
     }
@@ -339,7 +330,6 @@ fn named(kind: &ErrorKind) -> (&'static str, &'static str) {
 
 /// Words what the library says of a setting for HTTP: ``the setting `channel` `` is the field
 /// `request.channel` of the body.
-#[must_use]
 pub fn for_http(text: &str) -> String {
     text.replace("the setting `set`", "the field `set`")
         .replace("the setting `design`", "the field `design`")

@@ -113,7 +113,6 @@ pub struct Manifest {
 
 impl Manifest {
     /// Returns the recording's identity: the same files under the same names have the same one.
-    #[must_use]
     pub fn id(&self) -> String {
         let mut manifest = self.clone();
         manifest.files.sort();
@@ -122,7 +121,6 @@ impl Manifest {
     }
 
     /// Returns how many bytes it has.
-    #[must_use]
     pub fn bytes(&self) -> u64 {
         self.files
             .iter()
@@ -165,7 +163,6 @@ pub struct Question {
 
 impl Question {
     /// Names the question: the same one has the same name, whoever asks.
-    #[must_use]
     pub fn id(&self) -> String {
         let plain = Self {
             design_name: None,
@@ -202,13 +199,11 @@ pub enum JobState {
 
 impl JobState {
     /// Tells whether nothing more will come.
-    #[must_use]
     pub fn has_ended(&self) -> bool {
         !matches!(self, Self::Queued | Self::Running)
     }
 
     /// Returns the word for it.
-    #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
             Self::Queued => "queued",
@@ -285,14 +280,12 @@ pub struct Summary {
 
 impl Summary {
     /// Returns how far the peak and its error stay below the limit, as part of the limit.
-    #[must_use]
     pub fn margin(&self) -> Option<f64> {
         let highest = self.peak_angle_rad? + self.uncertainty_rad.unwrap_or(0.0);
         Some((self.threshold_rad - highest) / self.threshold_rad)
     }
 
     /// Names the design: with its version where it is kept, and with what was changed.
-    #[must_use]
     pub fn full_design(&self) -> String {
         let design = self.design_version.as_ref().unwrap_or(&self.design);
         format!("{design}{}", self.changes)
@@ -397,7 +390,6 @@ pub struct StoredDesign {
 
 impl StoredDesign {
     /// Returns name and version, as questions use them.
-    #[must_use]
     pub fn reference(&self) -> String {
         format!("{}@{}", self.name, self.version)
     }

@@ -35,7 +35,6 @@ pub struct Options {
 
 impl Options {
     /// Returns the number of amplitudes.
-    #[must_use]
     pub fn amplitudes(&self) -> u32 {
         if self.amplitudes_g.0 < self.amplitudes_g.1 {
             self.points.max(1)
@@ -436,7 +435,6 @@ fn statistics(seen: &[AmplitudeResult]) -> Statistics {
 
 impl Attractor {
     /// Returns what to take away.
-    #[must_use]
     pub fn headlines(&self) -> Vec<Headline> {
         let forced = &self.options.forced;
         let (low, high) = self.options.amplitudes_g;

@@ -625,7 +625,6 @@ impl Basins {
     }
 
     /// Returns the cells as rows.
-    #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         self.cells
             .iter()
@@ -642,7 +641,6 @@ impl Basins {
     }
 
     /// Returns what to take away.
-    #[must_use]
     pub fn headlines(&self) -> Vec<Headline> {
         let forced = &self.options.forced;
         let subject = format!(

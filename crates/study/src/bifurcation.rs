@@ -423,7 +423,6 @@ fn continues(options: &Options, before: &AmplitudeColumn, after: &AmplitudeColum
 
 impl Diagram {
     /// Returns the diagram's points.
-    #[must_use]
     pub fn rows(&self) -> Vec<Row> {
         self.columns
             .iter()
@@ -443,7 +442,6 @@ impl Diagram {
     }
 
     /// Returns what to take away.
-    #[must_use]
     pub fn headlines(&self) -> Vec<Headline> {
         let forced = &self.options.forced;
         let subject = format!("sine of {} rad/s", forced.angular_frequency_rad_s);

@@ -32,7 +32,6 @@ pub struct BranchBounds {
 
 impl BranchBounds {
     /// Every amplitude, and work enough for `levels` doublings.
-    #[must_use]
     pub fn all(levels: u32) -> Self {
         Self {
             amplitudes_g: (0.0, f64::INFINITY),
@@ -49,7 +48,6 @@ impl Cascade {
     }
 
     /// Returns the ratios of successive distances, which tend to Feigenbaum's 4.6692.
-    #[must_use]
     pub fn ratios(&self) -> Vec<f64> {
         let at: Vec<f64> = self
             .doublings
@@ -62,7 +60,6 @@ impl Cascade {
     }
 
     /// Returns the amplitude to which the doublings tend [g], by Feigenbaum's ratio.
-    #[must_use]
     pub fn accumulation_g(&self) -> Option<f64> {
         /// Feigenbaum's δ.
         const RATIO: f64 = 4.669_201_609_102_99;
@@ -74,7 +71,6 @@ impl Cascade {
     }
 
     /// Tells whether an orbit of `period` periods through `state` lies on the way.
-    #[must_use]
     pub fn contains(
         &self,
         forced: &ForcedLever,
@@ -102,7 +98,6 @@ impl Cascade {
 
 /// Follows a stable orbit to where it is born, at smaller amplitudes, and through doublings at
 /// larger ones. `pace` [g] is the first step upward.
-#[must_use]
 pub fn follow(forced: &ForcedLever, orbit: &Orbit, pace: f64, reach: &BranchBounds) -> Cascade {
     let mut walk = BranchWalk {
         forced,

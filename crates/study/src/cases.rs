@@ -56,7 +56,6 @@ pub enum SampleReading {
 
 impl SampleReading {
     /// Returns its name in tables.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Lines(1) => "linear",
@@ -136,7 +135,6 @@ impl StudyCase {
     }
 
     /// Returns what lies between the samples, if there are any.
-    #[must_use]
     pub fn between(&self) -> Option<&'static str> {
         match &self.drive {
             Drive::Samples(_) => Some(SampleReading::Lines(1).name()),
@@ -146,7 +144,6 @@ impl StudyCase {
     }
 
     /// Returns the samples, if there are any.
-    #[must_use]
     pub fn signal(&self) -> Option<&Signal> {
         match &self.drive {
             Drive::Samples(signal) | Drive::Read(signal, _) => Some(signal),
@@ -255,7 +252,6 @@ pub fn between_samples(gravity: f64) -> Result<BetweenSamples, Error> {
 
 /// Returns `periods` periods of a smooth sine of `amplitude_g` [g] and `angular_frequency`
 /// [rad/s] from the state (0.1 rad, 0).
-#[must_use]
 pub fn harmonic(gravity: f64, amplitude_g: f64, angular_frequency: f64, periods: u32) -> StudyCase {
     StudyCase {
         name: "harmonic",

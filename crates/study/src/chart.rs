@@ -60,7 +60,6 @@ const RULES: &str = "\
 macro_rules! charts {
     ($($(#[$doc:meta])* $name:ident($result:ty), $rules:expr;)*) => {$(
         $(#[$doc])*
-        #[must_use]
         pub fn $name(result: &$result) -> String {
             $name::draw(result).stand_alone_with($rules)
         }

@@ -194,7 +194,6 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<ExcitationMap, Er
 
 impl ExcitationMap {
     /// Returns what to take away.
-    #[must_use]
     pub fn headlines(&self) -> Vec<Headline> {
         let line = |what: &str, value: Option<f64>| Headline {
             digits: Headline::DIGITS,

@@ -106,7 +106,6 @@ pub struct StudyFiles {
 
 impl StudyFiles {
     /// Puts together what a study writes.
-    #[must_use]
     pub fn new(summary: &Summary, tables: Vec<StudyTable>, svg: String) -> Self {
         Self {
             name: summary.study.clone(),
@@ -181,7 +180,6 @@ fn csv_or_header<T: Serialize + Default>(rows: &[T]) -> Result<Vec<u8>, Error> {
 }
 
 /// Returns the summary for a terminal, with the files that were written.
-#[must_use]
 pub fn text(summary: &Summary, written: &[PathBuf]) -> String {
     let mut out = format!("study {}\n", summary.study);
     if !summary.complete {

@@ -23,7 +23,6 @@ pub enum Against {
 
 impl Against {
     /// Returns what a lever on `stop` meets.
-    #[must_use]
     pub fn stop(stop: StopModel) -> Self {
         match stop {
             StopModel::Rigid => Self::Rigid,
@@ -32,7 +31,6 @@ impl Against {
     }
 
     /// Returns its name.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Nothing => "nothing",
@@ -177,7 +175,6 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<FreeM
 impl FreeMotion {
     /// Returns the time from each impact to the next: the middle between them [s], and how long
     /// it is [s].
-    #[must_use]
     pub fn intervals(&self) -> Vec<(f64, f64)> {
         self.impacts
             .windows(2)

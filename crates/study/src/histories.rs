@@ -238,7 +238,6 @@ fn near(one: (f64, f64), other: (f64, f64)) -> bool {
 
 impl Settled {
     /// Returns a few words: `rest`, or period, impacts and peak.
-    #[must_use]
     pub fn words(&self) -> String {
         if self.rests {
             return "rest on the stop".into();

@@ -64,7 +64,6 @@ const fn usual_digits() -> usize {
 
 /// Returns the slope of the straight line through points by least squares, on the logarithms of both
 /// coordinates: the order of a power law. None of fewer than three points above zero.
-#[must_use]
 pub fn fitted_order(points: &[(f64, f64)]) -> Option<f64> {
     let logarithms: Vec<(f64, f64)> = points
         .iter()

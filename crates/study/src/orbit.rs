@@ -37,7 +37,6 @@ pub type PhasePoint = (f64, f64);
 
 impl ForcedLever {
     /// Returns the sine of `amplitude_g` [g].
-    #[must_use]
     pub fn sine(&self, amplitude_g: f64) -> Harmonic {
         Harmonic {
             amplitude_m_s2: amplitude_g * self.gravity_m_s2,
@@ -107,7 +106,6 @@ impl ForcedLever {
     }
 
     /// Returns the amplitude at which a lever at rest leaves the rigid stop [g].
-    #[must_use]
     pub fn lift_off_g(&self) -> f64 {
         let lever = &self.design.lever;
         lever.preload_torque_nm / (lever.unbalance_kg_m() * self.gravity_m_s2)
@@ -122,7 +120,6 @@ impl ForcedLever {
     }
 
     /// Distance of two states [rad].
-    #[must_use]
     pub fn distance(&self, a: PhasePoint, b: PhasePoint) -> f64 {
         self.size((a.0 - b.0, a.1 - b.1))
     }
@@ -149,13 +146,11 @@ pub struct Orbit {
 
 impl Orbit {
     /// Left side of the equation that the multipliers fulfil where the orbit changes.
-    #[must_use]
     pub fn condition(&self, kind: BifurcationKind) -> f64 {
         kind.condition(self.trace, self.determinant)
     }
 
     /// Returns the multipliers: real and imaginary part of each.
-    #[must_use]
     pub fn multipliers(&self) -> [(f64, f64); 2] {
         let half = 0.5 * self.trace;
         let discriminant = half * half - self.determinant;
@@ -174,7 +169,6 @@ impl Orbit {
     }
 
     /// Returns the larger modulus of the multipliers: below one the orbit attracts.
-    #[must_use]
     pub fn spectral_radius(&self) -> f64 {
         self.multipliers()
             .iter()
@@ -307,7 +301,6 @@ fn least_period(forced: &ForcedLever, orbit: &Orbit) -> u32 {
 ///
 /// A superstable orbit, one that rests, is found as well: there the map's derivative is zero and
 /// a step is an iteration.
-#[must_use]
 pub fn find(
     forced: &ForcedLever,
     amplitude_g: f64,
@@ -474,7 +467,6 @@ pub fn settle(
 
 /// Returns the period of a settled sequence of sections: the least p with which it repeats
 /// itself to `tolerance` [rad]; `None` if none up to a third of its length does.
-#[must_use]
 pub fn period_of(forced: &ForcedLever, sections: &[Section], tolerance: f64) -> Option<u32> {
     let state = |section: &Section| (section.angle_rad, section.velocity_rad_s);
     (1..=sections.len() / 3)
@@ -514,13 +506,11 @@ impl Growth {
     /// Returns the largest Lyapunov exponent per period; `None` where rest on the stop, or a long
     /// contact with a soft one, wipes out any difference, and where the digits repeat themselves:
     /// no exponent then describes the motion.
-    #[must_use]
     pub fn lyapunov(&self) -> Option<f64> {
         (!self.forgets() && self.returned.is_none()).then_some(self.per_period)
     }
 
     /// Tells whether the motion wipes out differences of any size that a double holds.
-    #[must_use]
     pub fn forgets(&self) -> bool {
         /// Decades that a double holds.
         const DECADES: f64 = 15.0;
@@ -528,7 +518,6 @@ impl Growth {
     }
 
     /// Tells whether rounding stays far below the motion.
-    #[must_use]
     pub fn resolved(&self) -> bool {
         /// Decades that leave four of the fifteen that a double has.
         const DECADES: f64 = 11.0;

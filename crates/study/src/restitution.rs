@@ -106,7 +106,6 @@ pub struct FreeContact {
 impl FreeContact {
     /// Returns the contact of `design` under a preload; `None` if it is damped so much that it
     /// does not oscillate, and the lever never leaves.
-    #[must_use]
     pub fn new(design: &Design, preload_torque_nm: f64) -> Option<Self> {
         let (lever, stop) = (&design.lever, &design.stop);
         let inertia = lever.moment_of_inertia_kg_m2;
@@ -124,14 +123,12 @@ impl FreeContact {
     }
 
     /// Returns half a period of the damped contact, π/ω_d [s].
-    #[must_use]
     pub fn half_period_s(&self) -> f64 {
         PI / self.frequency
     }
 
     /// Returns angle [rad] and angular velocity [rad/s] at `time` [s] after an entry with
     /// `speed` [rad/s].
-    #[must_use]
     pub fn state(&self, time: f64, speed: f64) -> (f64, f64) {
         let (sine, cosine) = libm::sincos(self.frequency * time);
         let fade = libm::exp(-self.decay * time);
@@ -147,14 +144,12 @@ impl FreeContact {
     }
 
     /// Returns the stop's torque on the lever [N m] in a state; negative is tension.
-    #[must_use]
     pub fn torque_nm(&self, (angle, velocity): (f64, f64)) -> f64 {
         -(self.stiffness * angle + self.damping * velocity)
     }
 
     /// Returns when the lever leaves after an entry with `speed` [rad/s], and how fast it is
     /// then; `None` if it stays.
-    #[must_use]
     pub fn exit(&self, speed: f64) -> Option<(f64, f64)> {
         // Between entry and exit the velocity is zero twice at most: deepest, and, of a lever
         // that stays, highest. The second is where an exit must have happened.
@@ -169,7 +164,6 @@ impl FreeContact {
     }
 
     /// Returns when the stop's torque turns into tension after an entry with `speed` [rad/s].
-    #[must_use]
     pub fn tension_from_s(&self, speed: f64) -> f64 {
         let deepest = self.turn(speed);
         let pulls = |time: f64| self.torque_nm(self.state(time, speed)) < 0.0;

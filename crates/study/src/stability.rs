@@ -56,7 +56,6 @@ pub enum Grade {
 
 impl Grade {
     /// Grades an answer against the right one, known to within `bound`.
-    #[must_use]
     pub fn of(value: Option<f64>, right: f64, bound: f64) -> Self {
         let Some(value) = value.filter(|value| value.is_finite()) else {
             return Self::Failed;
@@ -127,7 +126,6 @@ pub struct Stability {
 pub const PAPER_STEPS: [u32; 2] = [1000, 10_000];
 
 /// Returns the paper's step [s] for so many steps per period of 20 rad/s.
-#[must_use]
 pub fn paper_step_s(steps: u32) -> f64 {
     std::f64::consts::TAU / (20.0 * f64::from(steps))
 }

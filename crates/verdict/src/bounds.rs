@@ -84,7 +84,6 @@ pub struct Screens {
 
 impl Screens {
     /// Works them out.
-    #[must_use]
     pub fn of(design: &Design, signal: Option<&Signal>) -> Self {
         let lever = &design.lever;
         let level = lever.lift_off_acceleration_m_s2();

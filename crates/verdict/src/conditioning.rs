@@ -65,7 +65,6 @@ impl Cfc {
     pub const ALL: [Self; 4] = [Self::Cfc1000, Self::Cfc600, Self::Cfc180, Self::Cfc60];
 
     /// Returns the class's number, which is also its pass-band limit FH [Hz].
-    #[must_use]
     pub fn class(self) -> u32 {
         match self {
             Self::Cfc60 => 60,
@@ -76,7 +75,6 @@ impl Cfc {
     }
 
     /// Returns the name that options and verdicts use, for example `cfc1000`.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Cfc60 => "cfc60",
@@ -140,7 +138,6 @@ pub enum FilterStandard {
 
 impl FilterStandard {
     /// Returns the name that options and verdicts use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Iso6487 => "iso6487",
@@ -454,7 +451,6 @@ fn resampled_and_filtered(
 }
 
 /// Returns the value of largest magnitude and its time [s]; the first of equals.
-#[must_use]
 pub fn peak(signal: &Signal) -> Option<(f64, f64)> {
     let mut largest: Option<(usize, f64)> = None;
     for (index, value) in signal.samples.iter().enumerate() {
@@ -479,7 +475,6 @@ fn without_bias(raw: &Signal, bias_m_s2: f64) -> Signal {
 
 /// Returns the change of velocity since the first sample at each sample [m/s], of a signal that is
 /// linear between its samples.
-#[must_use]
 pub fn velocity_m_s(signal: &Signal) -> Vec<f64> {
     let mut sum = 0.0;
     let mut before = None;

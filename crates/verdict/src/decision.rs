@@ -44,7 +44,6 @@ const BEFORE_THE_RUNS: &str = "(1) fail, if the runs say so by (3) on the sample
 const JOINED: &str = "(4) Two stops (model auto) or two undeclared polarities that answer differently: undecided; polarities declared as both: the worse counts. (5) A pass is undecided while a finding asks for a person's word.";
 
 /// Lists the looks: "128, 512, 2048 and 10000", each number as `written`.
-#[must_use]
 pub fn looks_in_words(written: impl Fn(&u32) -> String) -> String {
     let words: Vec<String> = LOOKS.iter().map(written).collect();
     match words.split_last() {
@@ -131,7 +130,6 @@ impl PeakEstimate {
 
 /// Returns what one stop and polarity says by part 3 of the rule; without `share` by the nominal
 /// run alone. At a look that is not the last, undecided means that the next one follows.
-#[must_use]
 pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<ShareBounds>) -> Answer {
     let few_exceed = share.is_none_or(|share| share.upper_with_coast <= PASS_SHARE_MAX);
     let most_exceed = share.is_none_or(|share| share.lower > FAIL_SHARE_WITH_NOMINAL);
@@ -151,7 +149,6 @@ pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<ShareBo
 
 /// Returns the answers that part 3 of the rule may still give where the share ends between `fewest` and
 /// `most`: [`decide`] asked at both ends, since a larger share never passes and a smaller one never fails.
-#[must_use]
 pub fn reachable(
     estimate: &PeakEstimate,
     threshold_rad: f64,
@@ -181,7 +178,6 @@ pub enum Bound {
 
 impl Bound {
     /// Returns the words that verdicts use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::NeverLifts => "never lifts",
@@ -207,7 +203,6 @@ pub struct VariantRun {
 
 impl VariantRun {
     /// Returns the variant that was run.
-    #[must_use]
     pub fn variant(&self) -> Variant {
         let Run {
             opens_when, model, ..
@@ -216,13 +211,11 @@ impl VariantRun {
     }
 
     /// Returns the run.
-    #[must_use]
     pub fn run(&self) -> &Run {
         &self.outcome.run
     }
 
     /// Returns U, numerical plus interpolation error plus twice the noise's standard deviation [rad].
-    #[must_use]
     pub fn uncertainty_rad(&self) -> f64 {
         self.run().numerical_error_rad + self.of_recording_rad()
     }
@@ -233,14 +226,12 @@ impl VariantRun {
     }
 
     /// Returns the error of the coast's peak [rad], never less than U.
-    #[must_use]
     pub fn coast_uncertainty_rad(&self) -> f64 {
         self.uncertainty_rad()
             .max(self.outcome.coast_error_rad + self.of_recording_rad())
     }
 
     /// Returns what this run says by part 3 of the rule, with the errors it says it with.
-    #[must_use]
     pub fn stated(&self, threshold_rad: f64) -> RunAnswer {
         // An error as large as no number can be is that of a run that was not followed.
         let measured = !self.outcome.broke_down;
@@ -261,7 +252,6 @@ impl VariantRun {
     }
 
     /// Returns the peaks with their errors.
-    #[must_use]
     pub fn estimate(&self) -> PeakEstimate {
         let run = self.run();
         PeakEstimate {
@@ -277,7 +267,6 @@ impl VariantRun {
 
     /// Returns whether nothing but the method, which states no error that can be trusted, forbids
     /// the nominal run to pass.
-    #[must_use]
     pub fn held_back_by_method(&self, threshold_rad: f64) -> bool {
         let estimate = self.estimate();
         !estimate.bounded
@@ -287,20 +276,17 @@ impl VariantRun {
 
     /// Returns whether only the motion after the last judged sample forbids the nominal run to
     /// pass.
-    #[must_use]
     pub fn held_back_by_coast(&self, threshold_rad: f64) -> bool {
         let estimate = self.estimate();
         estimate.stays_below(threshold_rad) && !estimate.coast_stays_below(threshold_rad)
     }
 
     /// Returns what this stop and polarity says by part 3 of the rule.
-    #[must_use]
     pub fn answer(&self, threshold_rad: f64) -> Answer {
         decide(&self.estimate(), threshold_rad, self.share)
     }
 
     /// Returns what the nominal run alone says.
-    #[must_use]
     pub fn nominal_answer(&self, threshold_rad: f64) -> Answer {
         decide(&self.estimate(), threshold_rad, None)
     }
@@ -352,7 +338,6 @@ pub(super) fn settled<'a>(
 }
 
 /// Joins the answers of stops, or of undeclared polarities: one answer if all agree.
-#[must_use]
 pub fn unanimous(answers: &[Answer]) -> Answer {
     match answers {
         [] => Answer::Undecided,
@@ -362,7 +347,6 @@ pub fn unanimous(answers: &[Answer]) -> Answer {
 }
 
 /// Joins the answers of polarities that were declared as both: the worse counts.
-#[must_use]
 pub fn worse(answers: &[Answer]) -> Answer {
     [Answer::Fail, Answer::Undecided]
         .into_iter()
@@ -372,7 +356,6 @@ pub fn worse(answers: &[Answer]) -> Answer {
 
 impl ErrorBudget {
     /// Returns the parts with their names, the largest first; parts not measured are left out.
-    #[must_use]
     pub fn ranked(&self) -> Vec<(&'static str, f64)> {
         let mut parts: Vec<(&'static str, f64)> = [
             ("numerical", self.numerical),

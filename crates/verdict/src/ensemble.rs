@@ -36,7 +36,6 @@ pub const MEMBERS_MAX: u32 = 1_000_000;
 ///
 /// An ensemble beyond 10 000 takes its last look there instead, so that there are never more
 /// than the four looks that the bounds allow for.
-#[must_use]
 pub fn looks(members: u32) -> Vec<u32> {
     let mut looks: Vec<u32> = LOOKS[..3]
         .iter()
@@ -142,7 +141,6 @@ pub struct Ensemble {
 
 impl Ensemble {
     /// Returns the variant that was sampled.
-    #[must_use]
     pub fn variant(&self) -> Variant {
         Variant {
             opens_when: self.opens_when,
@@ -161,7 +159,6 @@ impl Ensemble {
     }
 
     /// Returns the bounds of the share that exceeds the threshold.
-    #[must_use]
     pub fn share(&self) -> ShareBounds {
         ShareBounds {
             lower: self.p_lower,
@@ -186,7 +183,6 @@ pub struct Count {
 
 impl Count {
     /// Counts peaks [rad]; NaN is that of a member that was not followed.
-    #[must_use]
     pub fn of(peaks: &[f64], threshold_rad: f64) -> Self {
         let number = |wanted: &dyn Fn(f64) -> bool| {
             u32::try_from(peaks.iter().filter(|peak| wanted(**peak)).count()).unwrap_or(u32::MAX)
@@ -202,7 +198,6 @@ impl Count {
     /// Counts members as [`Self::of`] does, and those that exceed the threshold in the coast
     /// only. `highest` are the largest angles of window and coast [rad]; NaN where a coast was
     /// not followed.
-    #[must_use]
     pub fn with_coast(peaks: &[f64], highest: &[f64], threshold_rad: f64) -> Self {
         let later = peaks.iter().zip(highest).filter(|(peak, highest)| {
             **peak <= threshold_rad && (highest.is_nan() || **highest > threshold_rad)
@@ -215,7 +210,6 @@ impl Count {
 
     /// Returns bounds of the share that exceeds the threshold, each at the confidence of a look;
     /// members that were not followed count against either answer.
-    #[must_use]
     pub fn share(&self) -> ShareBounds {
         let confidence = bounds::LOOK_CONFIDENCE;
         let (members, exceeded) = (u64::from(self.members), u64::from(self.exceeded));
@@ -306,13 +300,11 @@ impl Scatter {
     }
 
     /// Returns what is scattered, in a fixed order.
-    #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
     /// Returns member `index`'s draw of a parameter, in standard deviations [-]; 0 of member 0.
-    #[must_use]
     pub fn draw(&self, index: u32, parameter: &Parameter) -> f64 {
         if index == 0 {
             0.0
@@ -322,13 +314,11 @@ impl Scatter {
     }
 
     /// Returns a member; member 0 is the nominal lever on the recording as it is.
-    #[must_use]
     pub fn member(&self, index: u32) -> Member {
         self.build(|parameter| self.draw(index, parameter))
     }
 
     /// Returns the nominal lever with one parameter moved by `deviations` of its own.
-    #[must_use]
     pub fn moved(&self, name: &str, deviations: f64) -> Member {
         self.build(|parameter| {
             if parameter.name == name {
@@ -341,7 +331,6 @@ impl Scatter {
 
     /// Returns the lever that an acceleration of this sign opens most easily, every parameter where its
     /// draws end.
-    #[must_use]
     pub fn loosest(&self, sign: f64) -> Member {
         self.build(|parameter| match parameter.name {
             "lever.mass_kg" | "lever.center_of_mass_m" | "input.scale" => TRUNCATION,

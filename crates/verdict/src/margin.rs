@@ -44,7 +44,6 @@ pub enum NominalAnswer {
 
 impl NominalAnswer {
     /// Returns its word.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
@@ -109,7 +108,6 @@ pub struct Change {
 
 impl Change {
     /// Returns the values between which the answer changes, in ascending order.
-    #[must_use]
     pub fn bracket(self) -> (f64, f64) {
         let Self { passes, does_not } = self;
         (passes.min(does_not), passes.max(does_not))
@@ -151,22 +149,22 @@ pub struct Margin {
 
 impl Margin {
     /// Returns the value that still passes (or first passes) where the answer changes.
-    #[must_use]
     pub fn at(&self) -> Option<f64> {
         self.change.map(|change| change.passes)
     }
 
     /// Returns the change from the present value [%]; `None` without an answer or a present value.
-    #[must_use]
     pub fn change_percent(&self) -> Option<f64> {
         let at = self.at().filter(|_| self.present > 0.0)?;
         Some((at / self.present - 1.0) * 100.0)
     }
 
-    /// Tells whether the pass next to the change, or at present, has values that do not pass between
-    /// itself and the advice.
-    #[must_use]
+    /// Tells whether a pass of the verdict, at present or next to the change, has values that do not pass
+    /// between itself and the advice.
     pub fn is_isolated(&self) -> bool {
+        if self.basis == Basis::NominalRun {
+            return false;
+        }
         let pass = if self.passes_at_present {
             Some(self.present)
         } else {

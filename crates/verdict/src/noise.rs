@@ -27,6 +27,9 @@ const DRAWS: u32 = 16;
 /// Draws where they are told and no more.
 const DRAWS_TOLD: u32 = 4;
 
+/// A first-order deviation from which on it is no angle of a lever [rad].
+const NO_ANGLE_RAD: f64 = 1.0;
+
 /// Returns the standard deviation of each run's peak, or of its coast's if that is larger [rad]. Where it is
 /// large, first order is no measure: the draws that tell are made of a run, by its place, whose answer `hangs` on
 /// so large a deviation, and of the one that is `told`.
@@ -64,6 +67,12 @@ pub(super) fn deviations_rad(
     let mut open: Vec<usize> = (0..runs.len()).filter(hanging).collect();
     let draws = if open.is_empty() { DRAWS_TOLD } else { DRAWS };
     open.extend(told.filter(|place| much(place) && !open.contains(place)));
+    if told.is_some() {
+        // No angle, whoever's it is.
+        let nonsense = |place: &usize| deviations[*place] >= NO_ANGLE_RAD && !open.contains(place);
+        let further: Vec<usize> = (0..runs.len()).filter(nonsense).collect();
+        open.extend(further);
+    }
     if open.is_empty() {
         return Ok(deviations);
     }

@@ -18,7 +18,6 @@ pub enum ModelChoice {
 
 impl ModelChoice {
     /// Returns the word that options and verdicts use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -87,7 +86,6 @@ pub struct Policy {
 impl Policy {
     /// Returns the policy of nominal runs alone, by the event-driven method from rest on the
     /// stop, over the whole recording.
-    #[must_use]
     pub fn new(model: ModelChoice, polarity: Polarity) -> Self {
         Self {
             model,

@@ -37,7 +37,6 @@ pub struct SeriesRun {
 impl SampledSeries {
     /// Lays recording and trajectories on the samples of `used`; of a trajectory, on straight lines
     /// between its points.
-    #[must_use]
     pub fn of(raw: &Signal, used: &Signal, traces: &[Trace]) -> Self {
         let time_s: Vec<f64> = (0..used.samples.len())
             .map(|index| used.time_s(index))

@@ -7,13 +7,11 @@ use crate::conditioning::{Cfc, bias};
 use latchgate_kernel::units::{plain, short};
 
 /// Returns the name of a filter as verdicts state it.
-#[must_use]
 pub fn filter_name(filter: Option<Cfc>) -> &'static str {
     filter.map_or("none", Cfc::name)
 }
 
 /// Returns how the bias's standard error counts correlated samples.
-#[must_use]
 pub fn bias_method() -> &'static str {
     bias::STANDARD_ERROR_METHOD
 }
@@ -43,7 +41,6 @@ pub(crate) fn angle_error(radians: f64, digits: usize) -> String {
 }
 
 /// Returns a share in percent, with the digits that matter at the bounds of the rule.
-#[must_use]
 pub fn percent(share: f64) -> String {
     short(100.0 * share, 4)
 }

@@ -1,6 +1,6 @@
 //! Shares as an Indexed Job of Kubernetes: printed, for others to fill in and to apply.
 
-use crate::cli::command_line::quoted;
+use latchgate_report::escape::shell as quoted;
 use serde_json::{Value, json};
 
 /// Most indexes that may fail: what the API takes of a job of any size.

@@ -1,8 +1,8 @@
 //! Shares as job arrays of Slurm.
 
 use super::engine::ask;
-use crate::cli::command_line::quoted;
 use latchgate_recording::error::Error;
+use latchgate_report::escape::shell as quoted;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

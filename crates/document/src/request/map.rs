@@ -42,7 +42,6 @@ impl Request {
 
     /// Returns the settings that differ from their defaults, so that a setting which a later
     /// version adds does not change what an older question is.
-    #[must_use]
     pub fn stated(&self) -> BTreeMap<String, Value> {
         let default = Entries::from(Self::default());
         let mut stated = Entries::from(self.clone());

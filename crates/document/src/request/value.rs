@@ -264,7 +264,6 @@ impl Word for ModelChoice {
 
 /// Lists the words that a setting takes, in the order in which people are shown them: all there are,
 /// or some beside numbers; none for a setting that takes text or numbers alone.
-#[must_use]
 pub fn words_of(setting: Setting) -> Vec<&'static str> {
     fn of<T: Word>() -> Vec<&'static str> {
         T::all().into_iter().map(|(_, word)| word).collect()

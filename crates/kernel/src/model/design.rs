@@ -138,7 +138,6 @@ impl Default for Design {
 
 impl Design {
     /// Returns the design of eq. (3.1) with the threshold of section 2 of the paper.
-    #[must_use]
     pub fn reference() -> Self {
         Self {
             name: "paper".into(),
@@ -169,7 +168,6 @@ impl Design {
     }
 
     /// Returns the number of a key such as `lever.mass_kg` or `tolerance.mass_kg`.
-    #[must_use]
     pub fn number(&self, key: &str) -> Option<f64> {
         match key.strip_prefix("tolerance.") {
             Some(key) => self.tolerance.get(key).copied(),
@@ -197,7 +195,6 @@ impl Design {
 
     /// Returns the limit of the angle that is judged without overrides and within what a latch can
     /// bear [rad]: that of the design, at most π/2.
-    #[must_use]
     pub fn default_threshold_rad(&self) -> f64 {
         let Criterion {
             threshold_rad,
@@ -235,7 +232,6 @@ impl Design {
     }
 
     /// Returns the value of `parameter`, in its unit.
-    #[must_use]
     pub fn value(&self, parameter: &DesignParameter) -> f64 {
         match parameter.slot {
             Slot::Lever(field) => *field(&mut { self.lever }),
@@ -259,7 +255,6 @@ impl Design {
     }
 
     /// Returns one standard deviation of `parameter`, in its unit, where the design states one.
-    #[must_use]
     pub fn deviation(&self, parameter: &DesignParameter) -> Option<f64> {
         match parameter.slot {
             Slot::Lever(_) | Slot::Stop(_) => self.tolerance.get(parameter.key()).copied(),
@@ -269,7 +264,6 @@ impl Design {
     }
 
     /// Returns the damping ratio ξ of the lever in contact with the soft stop [-].
-    #[must_use]
     pub fn contact_damping_ratio(&self) -> f64 {
         self.stop.contact_damping_nm_s_per_rad(&self.lever)
             / (2.0
@@ -283,8 +277,8 @@ impl Design {
     ///
     /// [`crate::error::Error::OutOfRange`] for a number that no lever can have, or if neither
     /// spring nor preload presses the lever onto the stop, or the inertia is less than that of the
-    /// mass at its own centre; [`crate::error::Error::UnknownName`] for a tolerance of what has
-    /// none.
+    /// mass at its own centre, or the soft stop is damped beyond [`CONTACT_DAMPING_RATIO_MAX`];
+    /// [`crate::error::Error::UnknownName`] for a tolerance of what has none.
     pub fn validate(&self) -> Result<(), Error> {
         for parameter in PARAMETERS {
             parameter
@@ -310,9 +304,20 @@ impl Design {
                 format!("{:e}", lever.moment_of_inertia_kg_m2),
             ));
         }
+        let ratio = self.contact_damping_ratio();
+        if ratio > CONTACT_DAMPING_RATIO_MAX {
+            return Err(Error::out_of_range(
+                "the damping ratio ξ in contact, from stop.damping_n_s_per_m and lever.pivot_damping_nm_s_per_rad,",
+                format!("at most {CONTACT_DAMPING_RATIO_MAX}: such a stop is glue"),
+                format!("{ratio:.3e}"),
+            ));
+        }
         Ok(())
     }
 }
+
+/// Largest damping ratio of a soft stop that is judged [-]. One of 1 returns no lever any more.
+pub const CONTACT_DAMPING_RATIO_MAX: f64 = 50.0;
 
 /// Refuses a tolerance of a number that has none, or one that is no standard deviation.
 fn check_tolerance(key: &str, deviation: f64) -> Result<(), Error> {

@@ -26,7 +26,6 @@ pub struct Sampled<'a, const K: usize = STRAIGHT> {
 
 impl<'a> Sampled<'a, STRAIGHT> {
     /// Joins samples by straight lines; `sign` brings them to the model's sign.
-    #[must_use]
     pub fn straight(signal: &'a Signal, sign: f64) -> Self {
         Self {
             pieces: Pieces::straight(signal),

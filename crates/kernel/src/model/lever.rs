@@ -22,7 +22,6 @@ pub struct Lever {
 
 impl Lever {
     /// Returns the lever of eq. (3.1).
-    #[must_use]
     pub fn reference() -> Self {
         Self {
             moment_of_inertia_kg_m2: 8.888e-4,
@@ -35,7 +34,6 @@ impl Lever {
     }
 
     /// Returns the unbalance m·L [kg m].
-    #[must_use]
     pub fn unbalance_kg_m(&self) -> f64 {
         self.mass_kg * self.center_of_mass_m
     }
@@ -45,13 +43,11 @@ impl Lever {
     /// # Source
     ///
     /// Eq. (2.1) at φ = 0.
-    #[must_use]
     pub fn lift_off_acceleration_m_s2(&self) -> f64 {
         self.preload_torque_nm / self.unbalance_kg_m()
     }
 
     /// Returns the angular frequency out of contact, ω0 = √(k0/I0) [rad/s].
-    #[must_use]
     pub fn angular_frequency_rad_s(&self) -> f64 {
         (self.spring_stiffness_nm_per_rad / self.moment_of_inertia_kg_m2).sqrt()
     }

@@ -84,7 +84,6 @@ impl Range {
 
     /// Returns the value of this range that is nearest to `value`; a number that must be
     /// positive has none and stays.
-    #[must_use]
     pub fn hold(self, value: f64) -> f64 {
         match self {
             Self::Positive => value,
@@ -96,19 +95,16 @@ impl Range {
 
 impl DesignParameter {
     /// Returns the parameter of this name.
-    #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         PARAMETERS.iter().find(|parameter| parameter.name == name)
     }
 
     /// Returns its name within its section.
-    #[must_use]
     pub fn key(&self) -> &'static str {
         self.name.split_once('.').map_or(self.name, |(_, key)| key)
     }
 
     /// Returns whether `[tolerance]` may name it: whether it is a number of lever or stop.
-    #[must_use]
     pub fn has_tolerance(&self) -> bool {
         matches!(self.slot, Slot::Lever(_) | Slot::Stop(_))
     }

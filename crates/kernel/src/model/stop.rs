@@ -18,7 +18,6 @@ pub enum StopModel {
 
 impl StopModel {
     /// Returns the word that options and verdicts use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Rigid => "rigid",
@@ -43,7 +42,6 @@ pub struct Stop {
 
 impl Stop {
     /// Returns the stop of eq. (3.1).
-    #[must_use]
     pub fn reference() -> Self {
         Self {
             restitution: 0.8,
@@ -54,25 +52,21 @@ impl Stop {
     }
 
     /// Returns the rotational stiffness in contact, k0 + ks ls² [N m/rad].
-    #[must_use]
     pub fn contact_stiffness_nm_per_rad(&self, lever: &Lever) -> f64 {
         lever.spring_stiffness_nm_per_rad + self.stiffness_n_per_m * self.radius_m * self.radius_m
     }
 
     /// Returns the rotational damping in contact, c0 + cs ls² [N m s/rad].
-    #[must_use]
     pub fn contact_damping_nm_s_per_rad(&self, lever: &Lever) -> f64 {
         lever.pivot_damping_nm_s_per_rad + self.damping_n_s_per_m * self.radius_m * self.radius_m
     }
 
     /// Returns the angular frequency in contact, ωR = √(kR/I0) [rad/s].
-    #[must_use]
     pub fn contact_angular_frequency_rad_s(&self, lever: &Lever) -> f64 {
         (self.contact_stiffness_nm_per_rad(lever) / lever.moment_of_inertia_kg_m2).sqrt()
     }
 
     /// Returns the angle of a lever at rest on the soft stop without excitation, −T0/kR [rad].
-    #[must_use]
     pub fn rest_angle_rad(&self, lever: &Lever) -> f64 {
         -lever.preload_torque_nm / self.contact_stiffness_nm_per_rad(lever)
     }
@@ -117,7 +111,6 @@ impl Default for Stop {
 ///
 /// Warmiński et al., eq. (2.5). The paper prints ξ = c_R/(I0 ω_R²), which has the unit of
 /// time; its own c_s = 133.59 N s/m fits ξ = c_s l_s²/(2 I0 ω_R), which is what latchgate uses.
-#[must_use]
 pub fn damping_ratio(restitution: Restitution) -> f64 {
     if restitution.ratio() <= 0.0 {
         return 1.0;

@@ -127,7 +127,6 @@ pub fn step<M: Motion>(motion: &M, t: f64, step: f64, q: f64, v: f64, a: f64) ->
 /// Returns the factor for the next step from the scaled error of this one, at most 1 for a
 /// step that is kept.
 #[inline]
-#[must_use]
 pub fn step_factor(scaled_error: f64) -> f64 {
     if scaled_error.is_nan() {
         return 0.1;

@@ -7,7 +7,6 @@ use super::polynomial;
 ///
 /// Its error is of fourth order in the step.
 #[inline]
-#[must_use]
 pub fn hermite(step: f64, q0: f64, v0: f64, q1: f64, v1: f64) -> [f64; 4] {
     let (s0, s1, rise) = (v0 * step, v1 * step, q1 - q0);
     [q0, s0, 3.0 * rise - 2.0 * s0 - s1, s0 + s1 - 2.0 * rise]
@@ -20,7 +19,6 @@ pub fn hermite(step: f64, q0: f64, v0: f64, q1: f64, v1: f64) -> [f64; 4] {
 /// roots inside the step is not overlooked; an interpolant that touches zero without crossing
 /// is no event.
 #[inline]
-#[must_use]
 pub fn first_contact(coefficients: &[f64], side: f64) -> Option<f64> {
     let (start, slope) = (side * coefficients[0], side * coefficients[1]);
     let bend: f64 = coefficients[2..].iter().map(|c| c.abs()).sum();
@@ -41,7 +39,6 @@ pub fn first_contact(coefficients: &[f64], side: f64) -> Option<f64> {
 
 /// Returns the root of `function` between `low` and `high`, at which it must have different
 /// signs; the regula falsi of Illinois, halving where that is slow.
-#[must_use]
 pub fn root(function: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     let (mut a, mut b) = (low, high);
     let (mut fa, mut fb) = (function(a), function(b));

@@ -21,7 +21,6 @@ fn together<T>(of: impl Fn(usize) -> T) -> [T; TOGETHER] {
 }
 
 /// Returns the lanes of the machine's vectors that `S` stands for.
-#[must_use]
 pub const fn lanes<S: Simd>() -> usize {
     S::F64_LANES * TOGETHER
 }
@@ -36,26 +35,21 @@ pub trait Real:
     + Neg<Output = Self>
 {
     /// Returns `value`, as many times as `self` has lanes.
-    #[must_use]
     fn constant(self, value: f64) -> Self;
 
     /// Returns `self`·`factor` + `term` with one rounding.
     ///
     /// The machine's own instruction where the code around is compiled for it; else a slow
     /// routine with the same result.
-    #[must_use]
     fn fused(self, factor: Self, term: Self) -> Self;
 
     /// Returns the absolute value.
-    #[must_use]
     fn magnitude(self) -> Self;
 
     /// Returns the smaller of two.
-    #[must_use]
     fn lower(self, other: Self) -> Self;
 
     /// Returns the larger of two.
-    #[must_use]
     fn upper(self, other: Self) -> Self;
 }
 
@@ -96,7 +90,6 @@ pub struct Lanes<S: Simd> {
 impl<S: Simd> Lanes<S> {
     /// Puts `value` into every lane.
     #[inline(always)]
-    #[must_use]
     pub fn splat(simd: S, value: f64) -> Self {
         Self {
             simd,
@@ -106,7 +99,6 @@ impl<S: Simd> Lanes<S> {
 
     /// Fills every lane by its number.
     #[inline(always)]
-    #[must_use]
     pub fn from_fn(simd: S, value: impl Fn(usize) -> f64) -> Self {
         let mut all = Self::splat(simd, 0.0);
         for lane in 0..lanes::<S>() {
@@ -117,7 +109,6 @@ impl<S: Simd> Lanes<S> {
 
     /// Returns one lane's number.
     #[inline(always)]
-    #[must_use]
     pub fn lane(&self, lane: usize) -> f64 {
         bytemuck::cast_slice::<S::f64s, f64>(&self.vectors)[lane]
     }
@@ -130,7 +121,6 @@ impl<S: Simd> Lanes<S> {
 
     /// Tells of every lane whether it is greater than the other's.
     #[inline(always)]
-    #[must_use]
     pub fn above(self, other: Self) -> Mask<S> {
         let simd = self.simd;
         Mask {
@@ -141,7 +131,6 @@ impl<S: Simd> Lanes<S> {
 
     /// Tells of every lane whether it is less than the other's, or equal.
     #[inline(always)]
-    #[must_use]
     pub fn at_most(self, other: Self) -> Mask<S> {
         let simd = self.simd;
         Mask {
@@ -212,7 +201,6 @@ pub struct Mask<S: Simd> {
 impl<S: Simd> Mask<S> {
     /// Returns the lanes that say yes, each as the bit of its number.
     #[inline(always)]
-    #[must_use]
     pub fn bits(self) -> u32 {
         let Self { simd, vectors } = self;
         let place = Lanes::from_fn(simd, |lane| f64::from(1_u32 << lane));
@@ -224,7 +212,6 @@ impl<S: Simd> Mask<S> {
 
     /// Tells whether every lane says yes.
     #[inline(always)]
-    #[must_use]
     pub fn all(self) -> bool {
         let both = self.simd.and_m64s(self.vectors[0], self.vectors[1]);
         self.simd.first_true_m64s(self.simd.not_m64s(both)) >= S::F64_LANES
@@ -232,7 +219,6 @@ impl<S: Simd> Mask<S> {
 
     /// Takes `yes` where the lane says yes, else `no`.
     #[inline(always)]
-    #[must_use]
     pub fn choose(self, yes: Lanes<S>, no: Lanes<S>) -> Lanes<S> {
         let Self { simd, vectors } = self;
         Lanes {

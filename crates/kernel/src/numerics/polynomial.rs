@@ -19,14 +19,12 @@ const NEWTON_PART: f64 = 0.01;
 
 /// Returns the value at `x`.
 #[inline]
-#[must_use]
 pub fn evaluate(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
 /// Returns the value and the derivative at `x`.
 #[inline]
-#[must_use]
 pub fn evaluate_with_derivative(coefficients: &[f64], x: f64) -> (f64, f64) {
     let mut value = 0.0;
     let mut derivative = 0.0;
@@ -155,7 +153,6 @@ fn is_bent_once(coefficients: &[f64], end: f64) -> bool {
 }
 
 /// Returns the first place in (0, `end`) where the polynomial falls through zero.
-#[must_use]
 pub fn first_fall(coefficients: &[f64], end: f64) -> Option<f64> {
     let mut found = None;
     sign_changes(coefficients, end, &mut |x, rises| {

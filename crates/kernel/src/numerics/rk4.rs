@@ -26,7 +26,6 @@ pub fn step<M: Motion>(motion: &M, t: f64, step: f64, q: f64, v: f64) -> (f64, f
 /// z = λ·step = `re` + i·`im`.
 ///
 /// R(z) = 1 + z + z²/2 + z³/6 + z⁴/24.
-#[must_use]
 pub fn amplification(re: f64, im: f64) -> f64 {
     // Horner's rule in complex numbers.
     let (mut r, mut i) = (1.0, 0.0);
@@ -42,7 +41,6 @@ pub fn amplification(re: f64, im: f64) -> f64 {
 ///
 /// Without damping it is 2√2; a damping ratio of 1 or more gives the limit of
 /// the real axis for its faster rate.
-#[must_use]
 pub fn stability_limit(damping_ratio: f64) -> f64 {
     let xi = damping_ratio.max(0.0);
     let growth = |reach: f64| {

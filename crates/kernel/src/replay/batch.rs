@@ -56,7 +56,6 @@ pub struct MemberPeak {
 impl MemberPeak {
     /// Returns the largest angle in the window or in the coast after it [rad]; NaN if the lever
     /// could not be followed.
-    #[must_use]
     pub fn highest_rad(&self) -> f64 {
         let (peak, coast) = (self.peak_angle_rad, self.coast_peak_angle_rad);
         match coast {

@@ -17,7 +17,6 @@ pub enum Breakdown {
 
 impl Breakdown {
     /// Returns a few words for people.
-    #[must_use]
     pub fn text(self) -> &'static str {
         match self {
             Self::NotFinite => "the state grew beyond all numbers",

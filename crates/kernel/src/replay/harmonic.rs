@@ -200,7 +200,6 @@ impl Strobe {
     }
 
     /// Returns angle [rad] and angular velocity [rad/s].
-    #[must_use]
     pub fn state(&self) -> (f64, f64) {
         self.kernel.state()
     }
@@ -211,7 +210,6 @@ impl Strobe {
     }
 
     /// Returns the derivatives since [`Self::start_map`]; `None` if nobody called that.
-    #[must_use]
     pub fn map(&self) -> Option<StrobeMap> {
         self.kernel
             .tangent

@@ -297,13 +297,11 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
 
 impl Method {
     /// Tells whether the method knows this stop.
-    #[must_use]
     pub fn admits(self, stop: StopModel) -> bool {
         !matches!((self, stop), (Self::MoreauJean { .. }, StopModel::Soft))
     }
 
     /// Returns the steps per natural period of a fixed-step method.
-    #[must_use]
     pub fn steps_per_period(self) -> Option<u32> {
         match self {
             Self::EventDriven | Self::Dopri5 { .. } => None,
@@ -317,7 +315,6 @@ impl Method {
     /// recording of this sample interval; empty where nothing is.
     ///
     /// `docs/accuracy.md` shows each in figures.
-    #[must_use]
     pub fn known_failures(
         self,
         design: &Design,

@@ -49,7 +49,6 @@ pub(super) fn amount(cell: &[u8]) -> Option<(&[u8], TimeUnit)> {
 
 /// Returns the nanoseconds of a stamp since 1970 [ns], that of its zone taken off; `None` without a date
 /// that can be read in one way only.
-#[must_use]
 pub fn nanoseconds(cell: &[u8]) -> Option<i128> {
     match Stamp::read(cell)? {
         Stamp::Clock {

@@ -79,7 +79,6 @@ pub const RULES: &str = "\
 ";
 
 /// Returns the colours of one theme as declarations of CSS variables.
-#[must_use]
 pub fn variables(dark: bool) -> String {
     let mut out = String::with_capacity(512);
     for colour in &COLOURS {

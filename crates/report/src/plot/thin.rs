@@ -84,7 +84,6 @@ impl PlotColumn {
 /// to the one kept before it is dropped, unless it is an extremum of the whole curve in `x` or
 /// `y`, its first or its last point. Where more than `most` points are left the distance
 /// doubles until they fit.
-#[must_use]
 pub fn curve(points: &[(f64, f64)], distance: f64, most: usize) -> Vec<(f64, f64)> {
     let finite: Vec<(f64, f64)> = points
         .iter()

@@ -136,13 +136,11 @@ impl Crew {
     }
 
     /// Returns what jail a child is in.
-    #[must_use]
     pub fn jail(&self) -> &Jail {
         &self.jail
     }
 
     /// Returns the counters.
-    #[must_use]
     pub fn counters(&self) -> &Counters {
         &self.shared.counters
     }
@@ -200,7 +198,6 @@ impl Crew {
     }
 
     /// Watches a job. Who has subscribed looks at the ledger once more, lest it ended before.
-    #[must_use]
     pub fn watch(&self, job: &str) -> watch::Receiver<Progress> {
         let queued = || {
             let (state, part) = (JobState::Queued, None);

@@ -104,7 +104,6 @@ impl Slot {
     }
 
     /// Tells whether the child holds a recording.
-    #[must_use]
     pub fn holds(&self, id: &str) -> bool {
         let holds = |running: &Running| running.holds.iter().any(|held| held == id);
         self.running.as_ref().is_some_and(holds)

@@ -47,7 +47,6 @@ pub enum Order {
 
 impl Order {
     /// Returns what names the files that the order needs.
-    #[must_use]
     pub fn needs(&self) -> Option<&str> {
         match self {
             Self::Inspect { recording, .. } | Self::Answer { recording, .. } => Some(recording),

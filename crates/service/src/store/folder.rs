@@ -35,7 +35,6 @@ impl BlobFolder {
     }
 
     /// Opens a folder of blobs that another process may be working in, to read.
-    #[must_use]
     pub fn beside(root: &Path) -> Self {
         Self {
             root: root.to_path_buf(),
@@ -44,7 +43,6 @@ impl BlobFolder {
     }
 
     /// Returns where a blob lies.
-    #[must_use]
     pub fn path(&self, sha256: &str) -> PathBuf {
         let head = sha256.get(..2).unwrap_or("xx");
         self.root.join(head).join(sha256)
@@ -119,7 +117,6 @@ impl BlobWriter {
     }
 
     /// Returns how many bytes were written.
-    #[must_use]
     pub fn bytes(&self) -> u64 {
         self.bytes
     }

@@ -5,7 +5,6 @@ use std::fmt;
 use std::io::{self, Read};
 
 /// Returns the SHA-256 of bytes, lower-case hexadecimal.
-#[must_use]
 pub fn sha256_hex(bytes: &[u8]) -> String {
     Hex(&Sha256::digest(bytes)).to_string()
 }

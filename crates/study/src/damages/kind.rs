@@ -18,7 +18,6 @@ macro_rules! kinds {
             pub const ALL: &[Self] = &[$(Self::$kind,)*];
 
             /// Returns its name.
-            #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$kind => $name,)*
@@ -27,7 +26,6 @@ macro_rules! kinds {
 
             /// Tells whether what it leaves is another plausible recording, so that nobody can
             /// tell.
-            #[must_use]
             pub fn is_undetectable(self) -> bool {
                 match self {
                     $(Self::$kind => $undetectable,)*

@@ -30,7 +30,6 @@ pub enum Between {
 
 impl Between {
     /// Returns the name that options and verdicts use.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::BandLimited => "band-limited",

@@ -72,7 +72,6 @@ pub fn bias(signal: &Signal, window: BiasWindow) -> Result<(Bias, Vec<Finding>),
 }
 
 /// Returns how many samples lie at t ≤ −1 ms, if they span at least 5 ms.
-#[must_use]
 pub fn pre_event_samples(signal: &Signal) -> Option<usize> {
     let count = samples_until(signal, PRE_EVENT_END_S);
     let span = count.saturating_sub(1) as f64;
@@ -202,7 +201,6 @@ fn too_short(signal: &Signal, bias: &Bias) -> Option<Finding> {
 
 /// Tells whether the bias that was removed is so doubtful that the recording must pass without it
 /// as well: its window holds signal, or reaches past −1 ms or is loud with a mean beyond 1 g.
-#[must_use]
 pub fn must_pass_without(conditioned: &Conditioned) -> bool {
     let (raw, mean) = (&conditioned.raw, conditioned.bias_m_s2);
     let Some((from_s, _)) = conditioned.bias_window_s else {
@@ -286,7 +284,6 @@ fn count_from(count: f64, signal: &Signal) -> usize {
 ///
 /// C. J. Geyer, Practical Markov chain Monte Carlo, Statistical Science 7 (1992), section 3.3;
 /// M. G. Kendall, Note on bias in the estimation of autocorrelation, Biometrika 41 (1954).
-#[must_use]
 pub fn standard_error_of_mean(samples: &[f64]) -> f64 {
     /// Neighbours averaged before the autoregression is fitted.
     const MEANS_OF: [usize; 3] = [1, 4, 16];

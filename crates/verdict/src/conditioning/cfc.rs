@@ -37,13 +37,11 @@ const LEAST_PADDING_SAMPLES: f64 = 100.0;
 /// # Source
 ///
 /// ISO 6487, annex A: 10 ms, and not less than 100 samples.
-#[must_use]
 pub fn end_padding_s() -> f64 {
     0.01
 }
 
 /// Returns the design frequency fd of each pass [Hz].
-#[must_use]
 pub fn design_frequency_hz(cfc: Cfc, standard: FilterStandard) -> f64 {
     let constant = match standard {
         FilterStandard::Iso6487 => ISO_6487_CONSTANT,
@@ -53,7 +51,6 @@ pub fn design_frequency_hz(cfc: Cfc, standard: FilterStandard) -> f64 {
 }
 
 /// Returns what a standard's filter does at the ends of a record, in words.
-#[must_use]
 pub fn end_treatment(standard: FilterStandard) -> &'static str {
     match standard {
         FilterStandard::Iso6487 => {
@@ -66,19 +63,16 @@ pub fn end_treatment(standard: FilterStandard) -> &'static str {
 }
 
 /// Returns the least sample rate that carries a class [Hz]: ten times the class.
-#[must_use]
 pub fn least_rate_hz(cfc: Cfc) -> f64 {
     10.0 * f64::from(cfc.class())
 }
 
 /// Returns the filter of ISO 6487 for a class.
-#[must_use]
 pub fn iso_6487(cfc: Cfc) -> CfcFilter {
     CfcFilter::new(cfc, FilterStandard::Iso6487)
 }
 
 /// Returns the filter of SAE J211-1 for a class.
-#[must_use]
 pub fn sae_j211(cfc: Cfc) -> CfcFilter {
     CfcFilter::new(cfc, FilterStandard::SaeJ211)
 }
@@ -107,7 +101,6 @@ pub struct Coefficients {
 
 impl CfcFilter {
     /// Builds the filter of a class after a standard.
-    #[must_use]
     pub fn new(class: Cfc, standard: FilterStandard) -> Self {
         Self { class, standard }
     }
@@ -182,7 +175,6 @@ impl CfcFilter {
 ///
 /// The duration is counted at the rounded rate: 0.01 s over an interval of 8e-5 s falls just
 /// short of 125 in binary arithmetic and would be cut to 124.
-#[must_use]
 pub fn padding_samples(rate: SampleRate, samples: usize) -> usize {
     let wanted = (end_padding_s() * rate.rounded())
         .round()

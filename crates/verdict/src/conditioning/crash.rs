@@ -31,7 +31,6 @@ const SHORTEST_S: f64 = 0.06;
 
 /// Returns the velocity change [m/s] of a signal without bias that is linear between its samples:
 /// the largest |∫a dt| over any 0.3 s of it, or over all of it where it is shorter.
-#[must_use]
 pub fn velocity_change_m_s(signal: &Signal) -> f64 {
     let velocity = velocity_m_s(signal);
     let steps = (STRETCH_S * signal.rate.hertz()).round() as usize;

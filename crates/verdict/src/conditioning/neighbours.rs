@@ -32,7 +32,6 @@ struct Neighbour<'a> {
 /// Compares the lateral channels of a recording; returns the index of a channel with each
 /// finding. A channel whose reader found it to be no evidence is left aside; of many only the first 64 are compared, and
 /// none of different rates or starts.
-#[must_use]
 pub fn findings(channels: &[Channel]) -> Vec<(usize, Finding)> {
     let lateral: Vec<Neighbour<'_>> = channels
         .iter()
@@ -97,7 +96,6 @@ const LEAST_NORM: f64 = 0.85;
 
 /// Holds what the three axes of a channel's sensor read at rest against gravity. It blocks where type or
 /// words say that gravity is in the samples; a crash sensor may read an offset of that size.
-#[must_use]
 pub fn gravity(channels: &[Channel], index: usize) -> Option<Finding> {
     let channel = channels.get(index)?;
     let unit = channel.unit?;

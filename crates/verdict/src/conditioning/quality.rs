@@ -48,7 +48,6 @@ const FLICKER_G: f64 = 1.0;
 
 /// Returns what is odd in a raw signal [m/s²]. `options` holds the bias as it will be removed, the
 /// declared range and whether the signal was made by a formula.
-#[must_use]
 pub fn findings(raw: &Signal, options: &ConditioningOptions) -> Vec<Finding> {
     examine(raw, options).findings
 }
@@ -63,7 +62,6 @@ pub struct RawQuality {
 }
 
 /// As [`findings`], with the clock that the signal was interpolated from.
-#[must_use]
 pub fn examine(raw: &Signal, options: &ConditioningOptions) -> RawQuality {
     if raw.samples.is_empty() {
         return RawQuality::default();
@@ -334,7 +332,6 @@ fn is_cut(facts: &SignalFacts<'_>, first: usize, length: usize, quanta: f64) -> 
 
 /// Says what the channel does before the event: bias with its standard error, and noise. `None`
 /// without samples before the event.
-#[must_use]
 pub fn before_event(raw: &Signal) -> Option<Finding> {
     let count = bias::pre_event_samples(raw).filter(|count| *count > 1)?;
     let (bias, _) = bias::bias(raw, super::BiasWindow::PreEvent).ok()?;

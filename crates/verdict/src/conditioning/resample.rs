@@ -111,13 +111,11 @@ pub fn resample(signal: &Signal, to: SampleRate) -> Result<Signal, Error> {
 }
 
 /// Tells whether a rate is the signal's own, to 1e-4 Hz.
-#[must_use]
 pub fn is_native(signal: &Signal, to: SampleRate) -> bool {
     (signal.rate.rounded() - to.rounded()).abs() < 0.5e-4
 }
 
 /// Returns the stretch at each end of a resampled record that rests on assumed samples [s].
-#[must_use]
 pub fn end_padding_s(from: SampleRate, to: SampleRate) -> f64 {
     half_length_samples(from, to) / from.hertz()
 }
@@ -146,7 +144,6 @@ fn weighted_sum<const TAPS: usize>(weights: &[f64; TAPS], values: &[f64; TAPS]) 
 /// Returns what of the samples lies above 0.8 of the Nyquist frequency: a motion of six samples a period
 /// or more leaves 2e-5 of itself, a corner or jump a part of its size. A sinc of 65 samples under
 /// Kaiser's window is taken away.
-#[must_use]
 pub fn near_nyquist(signal: &Signal) -> Vec<f64> {
     const HALF: usize = 32;
     const TAPS: usize = 2 * HALF + 4;

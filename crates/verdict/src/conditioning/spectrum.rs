@@ -50,7 +50,6 @@ pub struct Spectrogram {
 /// shows down to 64 % of it. The squares add up to the signal's mean square: half the square of
 /// each amplitude, the whole square at 0 and at the Nyquist frequency. Of records beyond
 /// 1 048 576 samples, that many around the largest are taken.
-#[must_use]
 pub fn amplitude_spectrum(signal: &Signal) -> AmplitudeSpectrum {
     let samples = stretch_around_peak(signal);
     let count = samples.len();
@@ -76,7 +75,6 @@ pub fn amplitude_spectrum(signal: &Signal) -> AmplitudeSpectrum {
 /// each a quarter of a window after the one before; long records are thinned to 300 windows, between
 /// which samples may be left out. A tone shows its amplitude (85 % of it between two frequencies).
 /// Records of fewer than 8 samples give none.
-#[must_use]
 pub fn spectrogram(signal: &Signal) -> Spectrogram {
     let count = signal.samples.len();
     let (shortest, longest) = WINDOW_SAMPLES;
@@ -119,7 +117,6 @@ pub struct ShortTime {
 /// that lines stand closer than the window resolves. A tone shows its amplitude.
 ///
 /// Fewer samples than a window, or a window of fewer than 8 samples, give none.
-#[must_use]
 pub fn short_time(
     samples: &[f64],
     start_s: f64,

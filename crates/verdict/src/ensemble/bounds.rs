@@ -17,7 +17,6 @@ pub const LOOK_CONFIDENCE: f64 = 1.0 - RULE_ERROR / LOOKS.len() as f64;
 /// # Source
 ///
 /// C. J. Clopper, E. S. Pearson, Biometrika 26 (1934), 404.
-#[must_use]
 pub fn lower(count: u64, members: u64, confidence: f64) -> f64 {
     if count == 0 || members == 0 {
         return 0.0;
@@ -32,7 +31,6 @@ pub fn lower(count: u64, members: u64, confidence: f64) -> f64 {
 
 /// Returns the one-sided upper bound of Clopper and Pearson for the share of which `count` of
 /// `members` were seen [-].
-#[must_use]
 pub fn upper(count: u64, members: u64, confidence: f64) -> f64 {
     if count >= members {
         return 1.0;
@@ -74,7 +72,6 @@ fn beta_quantile(share: f64, a: f64, b: f64) -> f64 {
 /// # Source
 ///
 /// NIST Digital Library of Mathematical Functions, eq. 8.17.22.
-#[must_use]
 pub fn incomplete_beta(x: f64, a: f64, b: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;

@@ -18,7 +18,6 @@ const BELOW_CUT: f64 = 1.349_898_031_630_094_5e-3;
 /// # Source
 ///
 /// J. K. Salmon et al., Parallel random numbers: as easy as 1, 2, 3, SC '11, section 3.3.
-#[must_use]
 pub fn philox(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
     const MULTIPLIERS: [u64; 2] = [0xD251_1F53, 0xCD9E_8D57];
     const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
@@ -42,7 +41,6 @@ fn halves(word: u64) -> [u32; 2] {
 }
 
 /// Returns a number between 0 and 1, neither of them reached, from 52 bits.
-#[must_use]
 pub fn uniform(seed: u64, member: u32, parameter: u32) -> f64 {
     let [high, low] = halves(seed);
     let words = philox([member, parameter, 0, 0], [low, high]);
@@ -52,7 +50,6 @@ pub fn uniform(seed: u64, member: u32, parameter: u32) -> f64 {
 }
 
 /// Returns a draw of the standard normal distribution truncated at ±3.
-#[must_use]
 pub fn truncated_normal(seed: u64, member: u32, parameter: u32) -> f64 {
     let inside = 1.0 - 2.0 * BELOW_CUT;
     let share = BELOW_CUT + uniform(seed, member, parameter) * inside;
@@ -68,7 +65,6 @@ pub fn truncated_normal(seed: u64, member: u32, parameter: u32) -> f64 {
 /// # Source
 ///
 /// M. J. Wichura, Algorithm AS 241, Applied Statistics 37 (1988), routine PPND16.
-#[must_use]
 pub fn inverse_normal(p: f64) -> f64 {
     const CENTRE_ABOVE: [f64; 8] = [
         3.387_132_872_796_366_5,

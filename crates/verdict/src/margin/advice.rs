@@ -34,7 +34,6 @@ impl Advice {
     }
 
     /// Tells whether the advice is that a value passes.
-    #[must_use]
     pub fn covers(&self, quantity: Quantity, value: f64) -> bool {
         self.safe_from.is_some_and(|from| {
             if quantity.is_safer_above() {
@@ -73,6 +72,12 @@ impl Advice {
                     number(present)
                 )
             }
+            (Some(from), false) if self.covers(quantity, present) => format!(
+                "{} values of the {title} from {} {until} {end} pass, but the present one, {}, does not",
+                self.tried,
+                shown(from),
+                number(present)
+            ),
             (Some(from), false) => format!(
                 "{} {title} of {} {more} passes (now {}; {tried})",
                 if article == "an" { "An" } else { "A" },
@@ -93,7 +98,10 @@ impl Advice {
             }
             (None, _) => {
                 let why = self.reason.as_deref().unwrap_or("none was found");
-                format!("No {title} {until} {} passes: {why}", shown(self.until))
+                format!(
+                    "No {title} is advised: {}, the safe end, does not pass: {why}",
+                    shown(self.until)
+                )
             }
         }
     }

@@ -210,7 +210,6 @@ fn half_sine(duration_s: f64) -> Result<Signal, Error> {
 
 /// Places a recording on the chart: its largest acceleration in the opening direction, and the
 /// largest rise of the velocity in that direction from one sample to a later one.
-#[must_use]
 pub fn recording_point(signal: &Signal, opens_when: OpensWhen) -> RecordingPoint {
     let sign = opens_when.sign();
     let mut peak = 0.0_f64;

@@ -126,31 +126,26 @@ impl Quantity {
     }
 
     /// Returns its name in `boundaries` and tables.
-    #[must_use]
     pub fn name(self) -> &'static str {
         self.words().name
     }
 
     /// Returns what people call it.
-    #[must_use]
     pub fn title(self) -> &'static str {
         self.words().title
     }
 
     /// Returns its unit; empty for a ratio.
-    #[must_use]
     pub fn unit(self) -> &'static str {
         self.words().unit
     }
 
     /// Says what stays and what moves along.
-    #[must_use]
     pub fn convention(self) -> &'static str {
         self.words().convention
     }
 
     /// Returns a value of it with its unit, four digits at most.
-    #[must_use]
     pub fn shown(self, value: f64) -> String {
         match self.unit() {
             "" => shortest(value),
@@ -159,7 +154,6 @@ impl Quantity {
     }
 
     /// Tells whether more of it holds the lever, rather than less.
-    #[must_use]
     pub fn is_safer_above(self) -> bool {
         matches!(
             self,
@@ -168,7 +162,6 @@ impl Quantity {
     }
 
     /// Tells whether distances between values are ratios, rather than differences.
-    #[must_use]
     pub fn is_ratio(self) -> bool {
         matches!(
             self,
@@ -177,7 +170,6 @@ impl Quantity {
     }
 
     /// Returns its value in a design.
-    #[must_use]
     pub fn present(self, design: &Design) -> f64 {
         let lever = &design.lever;
         match self {
@@ -196,10 +188,9 @@ impl Quantity {
     /// has no part in them.
     ///
     /// A preload is tried up to twice that which the strongest opening sample lifts, a stiffness up to
-    /// four times that which holds this sample at the limit angle, a limit angle up to 1.5 rad. Unbalance
+    /// four times that which holds this sample at the limit angle, a limit angle up to 1.54 rad. Unbalance
     /// and arm end where the moment of inertia is that of a point mass, m L², a counterweight where it
     /// balances the lever.
-    #[must_use]
     pub fn grid(self, design: &Design, bounds: &GridBounds) -> Vec<f64> {
         let lever = &design.lever;
         let lift_off_nm = lever.unbalance_kg_m() * bounds.strongest_m_s2;
@@ -220,7 +211,6 @@ impl Quantity {
     }
 
     /// Returns the design and the scale of the recording with the quantity at `value`.
-    #[must_use]
     pub fn applied(
         self,
         design: &Design,
@@ -254,7 +244,6 @@ impl Quantity {
 
 /// Returns the preferred numbers E48 from the last at or below `low` to the first at or above `high`.
 fn preferred(low: f64, high: f64) -> Vec<f64> {
-    let decade = |value: f64| libm::floor(libm::log10(value)) as i32;
     let mut values: Vec<f64> = (decade(low)..=decade(high))
         .flat_map(|decade| E48.map(|number| decimal(i64::from(number), decade - 2)))
         .collect();
@@ -274,19 +263,27 @@ fn even(first: u32, end: f64) -> Vec<f64> {
     values
 }
 
+/// Returns the power of ten of a value's first digit, the value rounded to three.
+fn decade(value: f64) -> i32 {
+    let text = format!("{value:.2e}");
+    let exponent = text
+        .split_once('e')
+        .and_then(|(_, exponent)| exponent.parse().ok());
+    exponent.unwrap_or(0)
+}
+
 /// Returns `number`·10^`exponent`, as a decimal number is read.
 fn decimal(number: i64, exponent: i32) -> f64 {
     format!("{number}e{exponent}").parse().unwrap_or(f64::NAN)
 }
 
 /// Returns the nearest number of three digits not above `value`, or not below it.
-#[must_use]
 pub fn three_digits(value: f64, up: bool) -> f64 {
     if value <= 0.0 || !value.is_finite() {
         return value;
     }
     let nearest: f64 = format!("{value:.2e}").parse().unwrap_or(value);
-    let exponent = libm::floor(libm::log10(nearest)) as i32 - 2;
+    let exponent = decade(nearest) - 2;
     let number = libm::round(nearest / decimal(1, exponent)) as i64;
     match (up, nearest < value, nearest > value) {
         (true, true, _) => decimal(number + 1, exponent),
@@ -298,17 +295,21 @@ pub fn three_digits(value: f64, up: bool) -> f64 {
 }
 
 /// Returns the numbers of three digits between two values, from `from` towards `to`, neither end among
-/// them.
-#[must_use]
+/// them; below half of the larger as close together as there.
 pub fn between(from: f64, to: f64) -> Vec<f64> {
     let (low, high) = (from.min(to), from.max(to));
-    let exponent = libm::floor(libm::log10(high)) as i32 - 2;
-    let first = libm::floor(low / decimal(1, exponent)) as i64;
-    let mut values: Vec<f64> = (first..=first.saturating_add(1000))
-        .map(|number| decimal(number, exponent))
-        .skip_while(|value| *value <= low)
-        .take_while(|value| *value < high)
-        .collect();
+    let mut values = Vec::new();
+    let mut value = low;
+    while values.len() < 1000 {
+        let exponent = decade(value.max(0.5 * high)) - 2;
+        // A little more, lest a quotient just below a whole number gives the same value again.
+        let number = libm::floor(value / decimal(1, exponent) + 1e-6) as i64 + 1;
+        value = decimal(number, exponent);
+        if value >= high {
+            break;
+        }
+        values.push(value);
+    }
     if to < from {
         values.reverse();
     }

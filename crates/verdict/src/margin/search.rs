@@ -34,9 +34,6 @@ const WORK_TIMES: u64 = 20;
 /// Relative width of the bracket of a change of the nominal runs.
 const NOMINAL_WIDTH: f64 = 1e-12;
 
-/// Relative width of the bracket of a change of the verdict.
-const VERDICT_WIDTH: f64 = 1e-3;
-
 /// Halvings after which a bracket is as narrow as numbers are.
 const HALVINGS: usize = 64;
 
@@ -147,6 +144,15 @@ impl<'a> MarginSearch<'a> {
         quantity.applied(self.design, radius_m, value)
     }
 
+    /// Tells whether the limit on work is reached, and notes that something was not asked for it.
+    fn is_at_the_limit(&self) -> bool {
+        let reached = self.spent.load(Ordering::Relaxed) / WORK_TIMES >= self.options.policy.work;
+        if reached {
+            self.cut.store(true, Ordering::Relaxed);
+        }
+        reached
+    }
+
     fn limit_rad(&self, quantity: Quantity, value: f64) -> f64 {
         self.applied(quantity, value).0.criterion.threshold_rad
     }
@@ -158,6 +164,12 @@ impl<'a> MarginSearch<'a> {
         value: f64,
         control: &Control<'_>,
     ) -> Result<Excess, Error> {
+        if self.is_at_the_limit() {
+            return Ok(Excess {
+                pass: f64::INFINITY,
+                fail: f64::NEG_INFINITY,
+            });
+        }
         let (design, scale) = self.applied(quantity, value);
         let fresh = ReadingCache::default();
         let (conditioned, readings) = scaled(self.conditioned, scale, &self.readings, &fresh);
@@ -188,8 +200,7 @@ impl<'a> MarginSearch<'a> {
         control: &Control<'_>,
     ) -> Result<Option<Assessment>, Error> {
         let policy = &self.options.policy;
-        if self.spent.load(Ordering::Relaxed) / WORK_TIMES >= policy.work {
-            self.cut.store(true, Ordering::Relaxed);
+        if self.is_at_the_limit() {
             return Ok(None);
         }
         let (design, scale) = self.applied(quantity, value);
@@ -266,7 +277,7 @@ impl<'a> MarginSearch<'a> {
         let advice = walk.advice()?;
         let stays = |value: f64| Ok(walk.nominal_at(value, control)?.pass <= 0.0);
         let stays_now = self.state == NominalAnswer::Pass;
-        let nominal_change = walk.nearest(&points, stays_now, NOMINAL_WIDTH, &stays)?;
+        let nominal_change = walk.nearest(&points, stays_now, true, &stays)?;
         let passes = |value: f64| walk.passes_at(value);
         let passes_now = match self.basis {
             Basis::Verdict => self.passes_at_present,
@@ -275,8 +286,12 @@ impl<'a> MarginSearch<'a> {
         let verdict_change = if self.spoiled {
             None
         } else {
-            walk.nearest(&points, passes_now, VERDICT_WIDTH, &passes)?
+            walk.nearest(&points, passes_now, false, &passes)?
         };
+        // What was not asked for the limit on work is no change.
+        let asked = !self.cut.load(Ordering::Relaxed);
+        let verdict_change = verdict_change.filter(|_| asked);
+        let nominal_change = nominal_change.filter(|_| asked);
         let change = match self.basis {
             Basis::NominalRun => nominal_change,
             Basis::Verdict => verdict_change,
@@ -383,7 +398,9 @@ impl<'a> MarginSearch<'a> {
                 plain(holds_g, 3)
             ));
         }
-        Ok(match assessed.why.first() {
+        // A bound that spares an ensemble stands in no pass's way.
+        let mut why = assessed.why.iter();
+        Ok(match why.find(|why| why.code != "no-member-can-cross") {
             Some(why) if assessed.answer != Answer::Pass => {
                 format!("at {at}: {}", why.text.trim_end_matches('.'))
             }
@@ -452,47 +469,31 @@ impl<'w, 'a> Walk<'w, 'a> {
         Ok(self.passes(&[value])?.contains(&true))
     }
 
-    /// Asks the whole rule from the safe end on, down to the first value that does not pass; then between
-    /// this one and the last that does, at numbers of three digits, by halves.
+    /// Asks the whole rule from the safe end on, down to the first value that does not pass; then from the
+    /// last that does towards it, at each number of three digits, as long as they pass.
     fn advice(&self) -> Result<Advice, Error> {
         let mut order = self.grid.clone();
         if self.quantity.is_safer_above() {
             order.reverse();
         }
         let until = order.first().copied().unwrap_or_default();
-        let (mut safe_from, mut does_not) = (None, None);
-        for values in order.chunks(SIDE_BY_SIDE) {
-            let found = self.passes(values)?;
-            let first = found.iter().position(|passes| !passes);
-            let passing = &values[..first.unwrap_or(values.len())];
-            safe_from = passing.last().copied().or(safe_from);
-            does_not = first.map(|first| values[first]);
-            if does_not.is_some() {
-                break;
-            }
-        }
+        let (mut safe_from, mut does_not) = self.as_far_as_they_pass(&order)?;
         if let (Some(from), Some(end)) = (safe_from, does_not) {
-            let candidates = between(from, end);
-            let (mut passing, mut failing) = (0, candidates.len() + 1);
-            while failing - passing > 1 {
-                let middle = usize::midpoint(passing, failing);
-                if self.passes_at(candidates[middle - 1])? {
-                    passing = middle;
-                    safe_from = Some(candidates[middle - 1]);
-                } else {
-                    failing = middle;
-                    does_not = Some(candidates[middle - 1]);
-                }
-            }
+            // Not by halves: what lies between need not pass where its end does.
+            let values = between(from, end);
+            let (last, first) = self.as_far_as_they_pass(&values)?;
+            safe_from = last.or(safe_from);
+            does_not = first.or(does_not);
         }
         let reason = match safe_from {
             Some(_) => None,
             None => Some(self.search.hindrance(self.quantity, until, self.control)?),
         };
+        let cut = self.search.cut.load(Ordering::Relaxed);
         let mut advice = Advice {
             safe_from,
             until,
-            does_not,
+            does_not: does_not.filter(|_| !cut),
             tried: 0,
             reason,
             text: String::new(),
@@ -505,16 +506,36 @@ impl<'w, 'a> Walk<'w, 'a> {
         let present = self.quantity.present(self.search.design);
         let passes = self.search.passes_at_present && !self.search.spoiled;
         advice.text = advice.sentence(self.quantity, present, passes);
+        if cut && advice.safe_from.is_some() {
+            advice
+                .text
+                .push_str("; the search ended there at the limit `work`");
+        }
         Ok(advice)
     }
 
-    /// Returns the nearest change, among neighbours of `points`, from the answer at present, `now`, halved
-    /// until it is so wide relative to its values.
+    /// Returns the last of the values up to which each passes, and the first that does not.
+    fn as_far_as_they_pass(&self, values: &[f64]) -> Result<(Option<f64>, Option<f64>), Error> {
+        let mut last = None;
+        for values in values.chunks(SIDE_BY_SIDE) {
+            let found = self.passes(values)?;
+            let first = found.iter().position(|passes| !passes);
+            let passing = &values[..first.unwrap_or(values.len())];
+            last = passing.last().copied().or(last);
+            if let Some(first) = first {
+                return Ok((last, Some(values[first])));
+            }
+        }
+        Ok((last, None))
+    }
+
+    /// Returns the nearest change, among neighbours of `points`, from the answer at present, `now`: halved
+    /// at numbers of three digits, or as far as [`NOMINAL_WIDTH`] where it shall be `exact`.
     fn nearest(
         &self,
         points: &[(f64, Excess)],
         now: bool,
-        width: f64,
+        exact: bool,
         passes: &dyn Fn(f64) -> Result<bool, Error>,
     ) -> Result<Option<Change>, Error> {
         let present = self.quantity.present(self.search.design);
@@ -541,11 +562,19 @@ impl<'w, 'a> Walk<'w, 'a> {
                 index + 1
             };
             let mut inside = points[neighbour].0;
-            for _ in 0..HALVINGS {
-                if (inside - outside).abs() <= width * inside.abs().max(outside.abs()) {
-                    break;
+            let middle = |inside: f64, outside: f64| {
+                if exact {
+                    let wide =
+                        (inside - outside).abs() > NOMINAL_WIDTH * inside.abs().max(outside.abs());
+                    return wide.then(|| f64::midpoint(inside, outside));
                 }
-                let middle = f64::midpoint(inside, outside);
+                let values = between(inside, outside);
+                values.get(values.len() / 2).copied()
+            };
+            for _ in 0..HALVINGS {
+                let Some(middle) = middle(inside, outside) else {
+                    break;
+                };
                 if passes(middle)? == now {
                     inside = middle;
                 } else {

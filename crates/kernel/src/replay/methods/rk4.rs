@@ -17,7 +17,6 @@ const TRACE_POINTS: u64 = 20_000;
 
 /// Returns the step of the fixed-step methods [s]: natural period 2π/ω0 over the steps per
 /// period.
-#[must_use]
 pub fn step_seconds(design: &Design, steps_per_period: u32) -> f64 {
     std::f64::consts::TAU
         / design.lever.angular_frequency_rad_s()
