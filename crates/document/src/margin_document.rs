@@ -27,7 +27,7 @@ pub struct MarginDocument {
     pub basis: Basis,
     /// What the nominal runs say at present, no error counted.
     pub nominal_state: NominalAnswer,
-    /// The numbers of every quantity but the counterweight, under its [`key`]: the value next to the nearest
+    /// The numbers of every quantity but the counterweight, each under its key: the value next to the nearest
     /// change, `…_bracket`, and the advice, `…_safe_from`; where one is missing, `…_reason` says why.
     #[serde(flatten)]
     pub numbers: BTreeMap<String, MarginValue>,
