@@ -111,8 +111,7 @@ fn full(
     let source = Source::File(recording.path.clone());
     let extras = Extras {
         filter_table: true,
-        // A search of its own, which whoever designs asks `margin` for.
-        preload_answer: false,
+        preload_answer: true,
         evidence: true,
     };
     let outcome = match Prepared::open(&source, &recording.request, limits, control) {
