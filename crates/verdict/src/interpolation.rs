@@ -157,11 +157,14 @@ impl RunSetup<'_> {
         told: Option<usize>,
         too_much: impl Fn(&VariantRun) -> bool + Sync,
     ) -> Result<Vec<VariantRun>, Error> {
-        let interpolation = self.share(RUNS_OF_A_BOUND, &runs, |run| {
-            self.interpolation_error(run, |error_rad| {
+        // One after the other on one thread: threads begin once for both.
+        let errors = self.share(RUNS_OF_A_BOUND, &runs, |run| {
+            let interpolation = self.interpolation_error(run, |error_rad| {
                 too_much(&with_errors(run.clone(), error_rad, 0.0))
-            })
+            })?;
+            Ok((interpolation, noise::carried_rad(self, run)?))
         })?;
+        let (interpolation, carried): (Vec<f64>, Vec<f64>) = errors.into_iter().unzip();
         let threshold = self.threshold_rad();
         let hangs = |place: usize, noise_rad: f64| {
             let answer = |noise_rad| {
@@ -170,7 +173,7 @@ impl RunSetup<'_> {
             };
             answer(noise_rad) != answer(0.0)
         };
-        let noise = noise::deviations_rad(self, &runs, told, hangs)?;
+        let noise = noise::deviations_rad(self, &runs, carried, told, hangs)?;
         let all = runs.into_iter().zip(interpolation).zip(noise);
         Ok(all
             .map(|((outcome, error_rad), noise_rad)| with_errors(outcome, error_rad, noise_rad))

@@ -30,34 +30,40 @@ const DRAWS_TOLD: u32 = 4;
 /// A first-order deviation from which on it is no angle of a lever [rad].
 const NO_ANGLE_RAD: f64 = 1.0;
 
-/// Returns the standard deviation of each run's peak, or of its coast's if that is larger [rad]. Where it is
-/// large, first order is no measure: the draws that tell are made of a run, by its place, whose answer `hangs` on
-/// so large a deviation, and of the one that is `told`.
+/// Returns the standard deviation of a run's peak, or of its coast's if that is larger, to first order
+/// [rad].
+pub(super) fn carried_rad(setup: &RunSetup<'_>, run: &RunOutcome) -> Result<f64, Error> {
+    let conditioned = setup.readings.conditioned();
+    let noise = conditioned.noise.deviation_m_s2;
+    if noise <= 0.0 || run.broke_down {
+        return Ok(0.0);
+    }
+    let variant = variant_of(run);
+    if setup.policy.method_on(variant.model).0 != Method::EventDriven {
+        // What the draws tell stands instead.
+        return Ok(f64::MAX);
+    }
+    let variance = noise * noise * conditioned.raw.rate.interval().seconds();
+    let own = setup.readings.own()?;
+    let carried = setup.run(&own, variant, setup.window, RunDetail::Noise(variance))?;
+    Ok(carried.deviation_rad.unwrap_or(f64::MAX))
+}
+
+/// Returns the standard deviations of runs, of which `deviations` are those to first order. Where these are
+/// large, first order is no measure: the draws that tell are made of a run, by its place, whose answer `hangs`
+/// on so large a deviation, and of the one that is `told`.
 pub(super) fn deviations_rad(
     setup: &RunSetup<'_>,
     runs: &[RunOutcome],
+    mut deviations: Vec<f64>,
     told: Option<usize>,
     hangs: impl Fn(usize, f64) -> bool,
 ) -> Result<Vec<f64>, Error> {
     let conditioned = setup.readings.conditioned();
     let noise = conditioned.noise.deviation_m_s2;
     if noise <= 0.0 {
-        return Ok(vec![0.0; runs.len()]);
+        return Ok(deviations);
     }
-    let variance = noise * noise * conditioned.raw.rate.interval().seconds();
-    let own = setup.readings.own()?;
-    let mut deviations = setup.share(1, runs, |run| {
-        if run.broke_down {
-            return Ok(0.0);
-        }
-        let variant = variant_of(run);
-        if setup.policy.method_on(variant.model).0 != Method::EventDriven {
-            // What the draws tell stands instead.
-            return Ok(f64::MAX);
-        }
-        let carried = setup.run(&own, variant, setup.window, RunDetail::Noise(variance))?;
-        Ok(carried.deviation_rad.unwrap_or(f64::MAX))
-    })?;
     let spent: u64 = runs.iter().map(|run| run.spent).sum();
     if !setup.work.allows(u64::from(DRAWS).saturating_mul(spent)) {
         return Ok(deviations);
@@ -68,9 +74,9 @@ pub(super) fn deviations_rad(
     let draws = if open.is_empty() { DRAWS_TOLD } else { DRAWS };
     open.extend(told.filter(|place| much(place) && !open.contains(place)));
     if told.is_some() {
-        // No angle, whoever's it is.
-        let nonsense = |place: &usize| deviations[*place] >= NO_ANGLE_RAD && !open.contains(place);
-        let further: Vec<usize> = (0..runs.len()).filter(nonsense).collect();
+        // A document shows every run's: where impacts amplify it, first order says millions of radians.
+        let absurd = |place: &usize| deviations[*place] >= NO_ANGLE_RAD && !open.contains(place);
+        let further: Vec<usize> = (0..runs.len()).filter(absurd).collect();
         open.extend(further);
     }
     if open.is_empty() {

@@ -12,6 +12,9 @@ use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
+/// Levers that processors with narrow vectors take side by side, at least.
+const IN_A_VECTOR: usize = 4;
+
 /// The way an input is moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Change {
@@ -86,7 +89,8 @@ pub(super) fn reruns(
         let moved = ("input.bias_g", change, Change::BiasKept);
         found.extend(compared(setup, results, moved, &peaks));
     }
-    let of_variants = setup.share(moves.len(), &variants, |variant| {
+    // Two levers side by side take as long as a whole vector of them.
+    let of_variants = setup.share(moves.len().max(IN_A_VECTOR), &variants, |variant| {
         let member = |index: usize| {
             let (name, _, how) = moves[index];
             scatter.moved(name, if how == Change::More { 1.0 } else { -1.0 })
