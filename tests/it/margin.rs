@@ -841,3 +841,52 @@ fn verif_the_limit_on_work_ends_a_search_on_the_safe_side() {
     assert_eq!(last.advice.safe_from, None);
     assert!(last.advice.text.contains("`work`"), "{}", last.advice.text);
 }
+
+/// Where the limit on work ends a search, no number of threads moves it.
+#[test]
+fn verif_threads_do_not_move_the_limit_on_work() {
+    let (design, signal) = case(3);
+    let input = conditioned(signal);
+    for basis in [Basis::Verdict, Basis::NominalRun] {
+        for work in [400, 1000, 3000, 10_000] {
+            let mut asked = options(only(StopModel::Rigid));
+            asked.basis = basis;
+            asked.policy.work = work;
+            let one = margins(&input, &[], &design, &asked).unwrap();
+            let cut = of(&one, Quantity::LimitAngle);
+            assert_eq!(cut.change, None, "{work}");
+            for threads in [2, 3, 7] {
+                let control = Control::unwatched(threads);
+                let other = margin::margins(&input, &[], &design, &asked, &control).unwrap();
+                assert_eq!(one, other, "{basis:?}, work {work}, {threads} threads");
+            }
+        }
+    }
+}
+
+/// The advice speaks of the verdict at present, whichever answer the margins rest on: a nominal lever that
+/// stays below the limit by less than its uncertainty is no pass.
+#[test]
+fn verif_the_advice_speaks_of_the_verdict() {
+    let (mut design, signal) = case(3);
+    let input = conditioned(signal);
+    let asked = options(only(StopModel::Rigid));
+    let found = margins(&input, &[], &design, &asked).unwrap();
+    let change = of(&found, Quantity::Preload).nominal_change.unwrap();
+    design.lever.preload_torque_nm = change.passes;
+    let of_basis = |basis| {
+        let asked = MarginOptions {
+            basis,
+            ..asked.clone()
+        };
+        margins(&input, &[], &design, &asked).unwrap()
+    };
+    let (nominal, verdict) = (of_basis(Basis::NominalRun), of_basis(Basis::Verdict));
+    let (nominal, verdict) = (
+        of(&nominal, Quantity::Preload),
+        of(&verdict, Quantity::Preload),
+    );
+    assert!(nominal.passes_at_present && !verdict.passes_at_present);
+    assert_eq!(nominal.advice, verdict.advice);
+    assert_eq!(nominal.verdict_change, verdict.verdict_change);
+}

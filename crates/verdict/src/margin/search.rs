@@ -25,8 +25,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// looks at the same members first.
 const MEMBERS_ASKED: u32 = 128;
 
-/// Values of a grid that are asked side by side, whatever the threads.
+/// Values of a grid that the rule is asked at side by side, whatever the threads.
 const SIDE_BY_SIDE: usize = 8;
+
+/// Values that nominal runs are made at side by side: between such batches, never in one, the search
+/// looks at its limit on work, so that threads do not move where it ends.
+const NOMINAL_SIDE_BY_SIDE: usize = 64;
 
 /// Times as many steps that a search may take as a verdict.
 const WORK_TIMES: u64 = 20;
@@ -47,6 +51,12 @@ struct Excess {
 }
 
 impl Excess {
+    /// That of what was not asked for the limit on work: neither pass nor fail.
+    const UNASKED: Self = Self {
+        pass: f64::INFINITY,
+        fail: f64::NEG_INFINITY,
+    };
+
     fn state(self) -> NominalAnswer {
         if self.pass <= 0.0 {
             NominalAnswer::Pass
@@ -81,8 +91,8 @@ pub(super) struct MarginSearch<'a> {
     pub(super) basis: Basis,
     /// The answer of the nominal runs at present.
     pub(super) state: NominalAnswer,
-    /// The answer that the margins rest on is a pass at present.
-    passes_at_present: bool,
+    /// The verdict is a pass at present.
+    verdict_passes: bool,
     /// Steps taken so far.
     spent: AtomicU64,
     /// Something was not asked for the limit on work.
@@ -126,17 +136,24 @@ impl<'a> MarginSearch<'a> {
                 options.basis
             },
             state: NominalAnswer::Pass,
-            passes_at_present: false,
+            verdict_passes: false,
             spent: AtomicU64::new(0),
             cut: AtomicBool::new(false),
         };
         search.state = search.nominal(Quantity::Scale, 1.0, control)?.state();
-        search.passes_at_present = match (search.basis, options.passes_at_present) {
-            (Basis::NominalRun, _) => search.state == NominalAnswer::Pass,
-            (Basis::Verdict, Some(passes)) => passes,
-            (Basis::Verdict, None) => search.rule_passes(Quantity::Scale, 1.0, control)?,
+        search.verdict_passes = match options.passes_at_present {
+            Some(passes) => passes && !spoiled,
+            None => search.rule_passes(Quantity::Scale, 1.0, control)?,
         };
         Ok(search)
+    }
+
+    /// Returns whether the answer that the margins rest on is a pass at present.
+    fn passes_at_present(&self) -> bool {
+        match self.basis {
+            Basis::NominalRun => self.state == NominalAnswer::Pass,
+            Basis::Verdict => self.verdict_passes,
+        }
     }
 
     fn applied(&self, quantity: Quantity, value: f64) -> (Design, f64) {
@@ -164,12 +181,6 @@ impl<'a> MarginSearch<'a> {
         value: f64,
         control: &Control<'_>,
     ) -> Result<Excess, Error> {
-        if self.is_at_the_limit() {
-            return Ok(Excess {
-                pass: f64::INFINITY,
-                fail: f64::NEG_INFINITY,
-            });
-        }
         let (design, scale) = self.applied(quantity, value);
         let fresh = ReadingCache::default();
         let (conditioned, readings) = scaled(self.conditioned, scale, &self.readings, &fresh);
@@ -191,18 +202,15 @@ impl<'a> MarginSearch<'a> {
         Ok(joined(policy, &runs, design.criterion.threshold_rad))
     }
 
-    /// Assesses the recording with a quantity at a value; nothing once the limit on work is reached.
+    /// Assesses the recording with a quantity at a value.
     fn assessed(
         &self,
         quantity: Quantity,
         value: f64,
         (conditioned, readings): (&Conditioned, &ReadingCache),
         control: &Control<'_>,
-    ) -> Result<Option<Assessment>, Error> {
+    ) -> Result<Assessment, Error> {
         let policy = &self.options.policy;
-        if self.is_at_the_limit() {
-            return Ok(None);
-        }
         let (design, scale) = self.applied(quantity, value);
         let fresh = ReadingCache::default();
         let (conditioned, readings) = scaled(conditioned, scale, readings, &fresh);
@@ -219,7 +227,7 @@ impl<'a> MarginSearch<'a> {
             assess_again(&conditioned, self.findings, &design, &policy, own, control)
         })?;
         self.spent.fetch_add(assessment.work, Ordering::Relaxed);
-        Ok(Some(assessment))
+        Ok(assessment)
     }
 
     /// Returns whether the whole rule passes at a value, on the samples and, where their bias is doubtful,
@@ -237,7 +245,7 @@ impl<'a> MarginSearch<'a> {
         for samples in std::iter::once((self.conditioned, &self.readings)).chain(biased) {
             match self.assessed(quantity, value, samples, control) {
                 Err(error) if error.is_stopped() => return Err(error),
-                Ok(Some(assessment)) if assessment.answer == Answer::Pass => {}
+                Ok(assessment) if assessment.answer == Answer::Pass => {}
                 _ => return Ok(false),
             }
         }
@@ -265,10 +273,17 @@ impl<'a> MarginSearch<'a> {
         values.push(present);
         values.sort_unstable_by(f64::total_cmp);
         values.dedup_by(|a, b| a.to_bits() == b.to_bits());
-        let found = control.unmeasured(|control| {
-            control.try_map(&values, |value| self.nominal(quantity, *value, control))
-        })?;
-        let points: Vec<(f64, Excess)> = values.into_iter().zip(found).collect();
+        let mut points: Vec<(f64, Excess)> = Vec::with_capacity(values.len());
+        for values in values.chunks(NOMINAL_SIDE_BY_SIDE) {
+            let found = if self.is_at_the_limit() {
+                vec![Excess::UNASKED; values.len()]
+            } else {
+                control.unmeasured(|control| {
+                    control.try_map(values, |value| self.nominal(quantity, *value, control))
+                })?
+            };
+            points.extend(values.iter().copied().zip(found));
+        }
         let known = points
             .iter()
             .map(|(value, excess)| (value.to_bits(), *excess));
@@ -279,14 +294,10 @@ impl<'a> MarginSearch<'a> {
         let stays_now = self.state == NominalAnswer::Pass;
         let nominal_change = walk.nearest(&points, stays_now, true, &stays)?;
         let passes = |value: f64| walk.passes_at(value);
-        let passes_now = match self.basis {
-            Basis::Verdict => self.passes_at_present,
-            Basis::NominalRun => passes(present)?,
-        };
         let verdict_change = if self.spoiled {
             None
         } else {
-            walk.nearest(&points, passes_now, false, &passes)?
+            walk.nearest(&points, self.verdict_passes, false, &passes)?
         };
         // What was not asked for the limit on work is no change.
         let asked = !self.cut.load(Ordering::Relaxed);
@@ -336,7 +347,7 @@ impl<'a> MarginSearch<'a> {
             title: quantity.title().into(),
             unit: quantity.unit().into(),
             present: quantity.present(self.design),
-            passes_at_present: self.passes_at_present,
+            passes_at_present: self.passes_at_present(),
             basis: self.basis,
             change: None,
             nominal_change: None,
@@ -360,7 +371,7 @@ impl<'a> MarginSearch<'a> {
         if self.cut.load(Ordering::Relaxed) {
             return format!("the search {range} ended at the limit `work`");
         }
-        if self.passes_at_present {
+        if self.passes_at_present() {
             return format!("{whose} is a pass at every value {range}");
         }
         let why = advice.reason.as_ref();
@@ -380,11 +391,13 @@ impl<'a> MarginSearch<'a> {
         }
         let at = quantity.shown(value);
         let own = (self.conditioned, &self.readings);
+        if self.is_at_the_limit() {
+            return Ok("the search ended at the limit `work`".into());
+        }
         let assessed = match self.assessed(quantity, value, own, control) {
             Err(error) if error.is_stopped() => return Err(error),
             Err(error) => return Ok(format!("at {at} nothing can be judged: {error}")),
-            Ok(None) => return Ok("the search ended at the limit `work`".into()),
-            Ok(Some(assessed)) => assessed,
+            Ok(assessed) => assessed,
         };
         let (input, lever) = (&self.design.input, &self.design.lever);
         let error_g = self.conditioned.bias_standard_error_m_s2 / STANDARD_GRAVITY;
@@ -436,6 +449,7 @@ impl<'w, 'a> Walk<'w, 'a> {
     fn nominal_at(&self, value: f64, control: &Control<'_>) -> Result<Excess, Error> {
         match self.nominal.get(&value.to_bits()) {
             Some(known) => Ok(*known),
+            None if self.search.is_at_the_limit() => Ok(Excess::UNASKED),
             None => self.search.nominal(self.quantity, value, control),
         }
     }
@@ -451,6 +465,9 @@ impl<'w, 'a> Walk<'w, 'a> {
             .collect();
         let threads = self.control.threads.div_ceil(open.len().max(1));
         let (search, quantity, nominal) = (self.search, self.quantity, &self.nominal);
+        if !open.is_empty() && search.is_at_the_limit() {
+            return Ok(vec![false; values.len()]);
+        }
         let found = self.control.try_map(&open, |value| {
             let control = self.control.with_threads(threads);
             let excess = match nominal.get(&value.to_bits()) {
@@ -504,8 +521,7 @@ impl<'w, 'a> Walk<'w, 'a> {
             .filter(|value| advice.covers(self.quantity, *value))
             .count();
         let present = self.quantity.present(self.search.design);
-        let passes = self.search.passes_at_present && !self.search.spoiled;
-        advice.text = advice.sentence(self.quantity, present, passes);
+        advice.text = advice.sentence(self.quantity, present, self.search.verdict_passes);
         if cut && advice.safe_from.is_some() {
             advice
                 .text
@@ -599,12 +615,20 @@ impl<'w, 'a> Walk<'w, 'a> {
             .filter(|cell| cell[0].1.state() != cell[1].1.state())
             .collect();
         let (search, quantity) = (self.search, self.quantity);
-        let control = self.control;
-        control.unmeasured(|control| {
-            control.try_map(&cells, |cell| {
-                search.boundary(quantity, (cell[0], cell[1]), control)
-            })
-        })
+        let mut found = Vec::with_capacity(cells.len());
+        for cells in cells.chunks(SIDE_BY_SIDE) {
+            let halvings = match search.basis {
+                Basis::NominalRun if !search.is_at_the_limit() => HALVINGS,
+                Basis::NominalRun | Basis::Verdict => 0,
+            };
+            found.extend(self.control.unmeasured(|control| {
+                control.try_map(cells, |cell| {
+                    let ends = (cell[0], cell[1]);
+                    search.boundary(quantity, ends, halvings, control)
+                })
+            })?);
+        }
+        Ok(found)
     }
 }
 
@@ -614,6 +638,7 @@ impl MarginSearch<'_> {
         &self,
         quantity: Quantity,
         (mut low, mut high): ((f64, Excess), (f64, Excess)),
+        halvings: usize,
         control: &Control<'_>,
     ) -> Result<Boundary, Error> {
         let of_pass = [low.1.state(), high.1.state()].contains(&NominalAnswer::Pass);
@@ -622,10 +647,6 @@ impl MarginSearch<'_> {
             edge <= 0.0
         };
         let better_below = is_better(low.1);
-        let halvings = match self.basis {
-            Basis::NominalRun => HALVINGS,
-            Basis::Verdict => 0,
-        };
         for _ in 0..halvings {
             if high.0 - low.0 <= NOMINAL_WIDTH * high.0 {
                 break;
