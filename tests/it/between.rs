@@ -94,6 +94,24 @@ fn verif_it_agrees_with_resampling() {
     }
 }
 
+/// What is told of the way from cubics is the difference of the two halfway.
+#[test]
+fn verif_the_way_beyond_cubics_is_that_halfway() {
+    let signal = sampled(300, |t| {
+        20.0 * (TAU * 0.21 * t).sin() + if t > 150.0 { 7.0 } else { 0.0 }
+    });
+    let reading = read(&signal);
+    let (cubic, mut most) = (reading.cubic(), 0.0_f64);
+    assert_eq!(reading.beyond_cubic().count(), 299);
+    for (index, away) in reading.beyond_cubic().enumerate() {
+        let halfway = reading.at(index, 0.5).unwrap() - cubic.at(index, 0.5).unwrap();
+        assert!((away - halfway).abs() < 1e-12, "{index}: {away} {halfway}");
+        most = most.max(away.abs());
+    }
+    assert!(most > 0.1);
+    assert_eq!(Reading::from(&signal).beyond_cubic().count(), 0);
+}
+
 /// A reading whose intervals are divided is the same everywhere; by cubics as well.
 #[test]
 fn verif_divided_intervals_change_nothing() {

@@ -48,6 +48,46 @@ fn check_codes(channel: &Channel, options: &ConditioningOptions, expected: &[&st
     assert_eq!(codes, expected, "{found:#?}");
 }
 
+/// Rounding to the recorder's step is noise, however coarse the step is; the jumps of a rectangle are not.
+#[test]
+fn verif_the_step_of_a_coarse_recorder_is_noise() {
+    let noise = |values: Vec<f64>| {
+        let options = ConditioningOptions::default();
+        let done = condition(&channel(10_000.0, -0.03, values), &options).unwrap();
+        (
+            done.noise.step_m_s2 / STANDARD_GRAVITY,
+            done.noise.deviation_m_s2 / STANDARD_GRAVITY,
+        )
+    };
+    let of = |step_g: f64, height_g: f64| {
+        let rounded = (0..1500).map(|n| {
+            let part = f64::from(n - 500) / 100.0;
+            let within = (0.0..=1.0).contains(&part);
+            let a = if within {
+                height_g * (PI * part).sin()
+            } else {
+                0.0
+            };
+            (a / step_g).round() * step_g
+        });
+        noise(rounded.collect())
+    };
+    for step_g in [0.0625, 2.0, 7.0] {
+        let (step, deviation) = of(step_g, 30.0);
+        assert!((step - step_g).abs() < 1e-9, "{step_g}: {step}");
+        assert!(
+            (deviation - step_g / 12.0_f64.sqrt()).abs() < 1e-9,
+            "{deviation}"
+        );
+    }
+    let jumps = (0..1500).map(|n| match n {
+        500..600 => 30.0,
+        700..750 => -12.0,
+        _ => 0.0,
+    });
+    assert_eq!(noise(jumps.collect()), (0.0, 0.0));
+}
+
 #[test]
 fn verif_the_defaults_remove_the_bias_and_filter_with_cfc_1000() {
     let done = condition(&pulse(10_000.0, -0.03), &ConditioningOptions::default()).unwrap();

@@ -8,7 +8,7 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::{self, RunOptions};
-use latchgate_kernel::units::{OpensWhen, SampleRate};
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use latchgate_verdict::conditioning::{
     self, Between, BiasWindow, Cfc, Conditioned, ConditioningOptions, FilterChoice, Signal,
 };
@@ -44,6 +44,8 @@ enum Formula {
     NWave,
     /// Jumps up and decays.
     Exponential,
+    /// One of several tones that last long, all under one haversine: hundreds of impacts.
+    Tone,
 }
 
 const FORMULAS: [Formula; 5] = [
@@ -76,7 +78,9 @@ impl Pulse {
             * match self.formula {
                 Formula::HalfSine if within => hump,
                 Formula::Haversine if within => hump * hump,
-                Formula::Burst if within => hump * hump * (turn + self.phase_rad).sin(),
+                Formula::Burst | Formula::Tone if within => {
+                    hump * hump * (turn + self.phase_rad).sin()
+                }
                 Formula::Gaussian => (-0.5 * (6.0 * (x - 0.5 * d) / d).powi(2)).exp(),
                 Formula::Vibration if x > 0.0 => (-x / (0.3 * d)).exp() * turn.sin(),
                 Formula::SineOnset if within => (-12.0 * x / d).exp() * turn.sin(),
@@ -169,6 +173,25 @@ impl Scene {
         }
     }
 
+    /// Draws three to eight tones of 20 Hz to a part of the rate, each of 1 to 30 g, that rattle a lever for
+    /// 0.1 to 0.3 s.
+    fn of_tones(random: &mut Random, rate_hz: f64, highest_part: f64) -> Self {
+        let mut scene = Self::drawn(random, Formula::Tone, rate_hz, 0.015);
+        let length_s = random.between(0.1, 0.3);
+        scene.pulses = (0..3 + random.next() % 6)
+            .map(|_| Pulse {
+                formula: Formula::Tone,
+                start_s: 0.015,
+                length_s,
+                amplitude: STANDARD_GRAVITY * random.scale(1.0, 30.0),
+                frequency_hz: random.between(20.0, highest_part * rate_hz),
+                phase_rad: random.between(0.0, TAU),
+            })
+            .collect();
+        scene.samples = ((0.03 + length_s) * rate_hz) as usize;
+        scene
+    }
+
     /// Returns the formula sampled `finer` times finer.
     fn sampled(&self, finer: usize) -> Signal {
         let rate = self.rate_hz * finer as f64;
@@ -256,6 +279,29 @@ fn prop_the_uncertainty_covers_the_truth_of_analytic_scenes() {
     assert!(shown.error < 1e-3, "{}", shown.error);
     assert!(shown.passes >= count / 2);
     assert_eq!(shown.wrong, 0, "wrong passes");
+}
+
+/// Tones that rattle a lever hundreds of times, which amplifies what lies between the samples a million
+/// times and more: U covers the truth here too.
+///
+/// `LATCHGATE_SCENES=1000 cargo test --release --test it rattling -- --nocapture`
+#[test]
+fn prop_the_uncertainty_covers_the_truth_of_rattling_tones() {
+    let count = scenes_wanted(40);
+    for (filter, highest_part) in [(None, 0.2), (None, 0.26), (Some(Cfc::Cfc1000), 0.26)] {
+        let what = format!("{filter:?} tones to {highest_part} of the rate: ");
+        let shown = Shown::of(&what, count, |case| {
+            let mut random = Random::new(case as u64 + 1);
+            let scene = Scene {
+                filter,
+                ..Scene::of_tones(&mut random, 1e4, highest_part)
+            };
+            look_at(case, &scene, &mut random)
+        });
+        assert!(shown.moved >= count * 4 / 5);
+        assert!(shown.missed * 200 <= shown.moved);
+        assert!(shown.wrong * 200 <= shown.passes);
+    }
 }
 
 /// Smooth scenes are met to a millionth, where straight lines are wrong by percents.
@@ -417,9 +463,13 @@ fn regress_a_gaussian_at_one_kilohertz_is_no_pass_below_its_true_peak() {
             let stated = assessment.budget.interpolation.unwrap();
             let error = (assessment.nominal.peak_angle_rad - truth).abs();
             assert!(stated >= error, "{between:?}: {stated} against {error}");
+            println!(
+                "{stop:?} {between:?}: error {error:e}, stated {stated:e}, lines {:e}",
+                truth - lines
+            );
             if between == Between::BandLimited {
                 assert!(error < 1e-7, "{error}");
-                assert!(stated < 0.1 * (truth - lines), "{stated} says nothing");
+                assert!(stated < 1e-3 * truth, "{stated} says nothing");
             }
         }
     }

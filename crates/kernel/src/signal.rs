@@ -109,6 +109,13 @@ impl<'a> Reading<'a> {
         }
     }
 
+    /// Returns how far each interval's polynomial of fifth degree is from that of third degree halfway
+    /// [m/s²]; nothing of straight lines or third degree.
+    pub fn beyond_cubic(&self) -> impl Iterator<Item = f64> {
+        let pairs = self.slopes.windows(2).zip(self.bends.windows(2));
+        pairs.map(|(slopes, bends)| (slopes[0] - slopes[1]) / 32.0 + (bends[0] + bends[1]) / 64.0)
+    }
+
     /// Adds so many times another signal of as many samples, read alike.
     pub fn plus(&self, times: f64, other: &Reading<'_>) -> Reading<'static> {
         let sum = |of: &[f64], other: &[f64]| {

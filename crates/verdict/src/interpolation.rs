@@ -4,11 +4,11 @@
 //! corners and jumps between two samples, which no reading finds, as far as their trace in the samples as
 //! recorded lets them be: once and twice, to either side. The error is the change by the cubics plus the
 //! largest by corners; where the course of impacts differs on any of the six, at least three times the
-//! range of their peaks.
+//! range of their peaks. To it comes twice what a noise as strong as the cubics' change would do ([`noise`]).
 
 use super::Answer;
-use super::decision::VariantRun;
-use super::noise;
+use super::decision::{NOISE_TIMES, VariantRun};
+use super::noise::{self, CarriedNoise};
 use super::policy::Variant;
 use super::readings::{CORNERS, SampleReading};
 use super::runs::{RunDetail, RunSetup, index_of_largest, variant_of};
@@ -162,9 +162,9 @@ impl RunSetup<'_> {
             let interpolation = self.interpolation_error(run, |error_rad| {
                 too_much(&with_errors(run.clone(), error_rad, 0.0))
             })?;
-            Ok((interpolation, noise::carried_rad(self, run)?))
+            Ok((interpolation, CarriedNoise::of(self, run)?))
         })?;
-        let (interpolation, carried): (Vec<f64>, Vec<f64>) = errors.into_iter().unzip();
+        let (interpolation, mut noises): (Vec<f64>, Vec<CarriedNoise>) = errors.into_iter().unzip();
         let threshold = self.threshold_rad();
         let hangs = |place: usize, noise_rad: f64| {
             let answer = |noise_rad| {
@@ -173,10 +173,14 @@ impl RunSetup<'_> {
             };
             answer(noise_rad) != answer(0.0)
         };
-        let noise = noise::deviations_rad(self, &runs, carried, told, hangs)?;
-        let all = runs.into_iter().zip(interpolation).zip(noise);
+        noise::draw(self, &runs, &mut noises, told, hangs)?;
+        let all = runs.into_iter().zip(interpolation).zip(noises);
         Ok(all
-            .map(|((outcome, error_rad), noise_rad)| with_errors(outcome, error_rad, noise_rad))
+            .map(|((outcome, error_rad), noise)| {
+                let [noise_rad, between_rad] = noise.parts_rad();
+                let error_rad = (error_rad + NOISE_TIMES * between_rad).min(f64::MAX);
+                with_errors(outcome, error_rad, noise_rad)
+            })
             .collect())
     }
 

@@ -1,7 +1,8 @@
-//! What the noise of a recording does to a peak.
+//! What the noise of a recording does to a peak, and what nobody knows between its samples.
 //!
 //! The raw samples carry a white noise: that of the quiet stretch before contact, and at least that of
-//! rounding to the recorder's step. The kernel carries its variance along with the lever, through
+//! rounding to the recorder's step. To it comes a noise as strong as what cubics leave out: impacts amplify
+//! what is small, and the one rerun by cubics moves a peak by chance a little or much, a noise every way. The kernel carries its variance along with the lever, through
 //! impacts, to first order; a filter or a reading leaves what counts of it, that at frequencies a lever
 //! follows, as it is. Where that says much, impacts may have made more of it than there is room for:
 //! then the noise is drawn, conditioned and replayed.
@@ -30,62 +31,91 @@ const DRAWS_TOLD: u32 = 4;
 /// A first-order deviation from which on it is no angle of a lever [rad].
 const NO_ANGLE_RAD: f64 = 1.0;
 
-/// Returns the standard deviation of a run's peak, or of its coast's if that is larger, to first order
-/// [rad].
-pub(super) fn carried_rad(setup: &RunSetup<'_>, run: &RunOutcome) -> Result<f64, Error> {
-    let conditioned = setup.readings.conditioned();
-    let noise = conditioned.noise.deviation_m_s2;
-    if noise <= 0.0 || run.broke_down {
-        return Ok(0.0);
-    }
-    let variant = variant_of(run);
-    if setup.policy.method_on(variant.model).0 != Method::EventDriven {
-        // What the draws tell stands instead.
-        return Ok(f64::MAX);
-    }
-    let variance = noise * noise * conditioned.raw.rate.interval().seconds();
-    let own = setup.readings.own()?;
-    let carried = setup.run(&own, variant, setup.window, RunDetail::Noise(variance))?;
-    Ok(carried.deviation_rad.unwrap_or(f64::MAX))
+/// White noises of the raw samples, and what both do to a run's peak, or to its coast's if that is larger.
+pub(super) struct CarriedNoise {
+    /// Standard deviation of the recorder's and the channel's own [m/s²].
+    recorded: f64,
+    /// That of one as strong as what cubics leave out between the samples [m/s²].
+    between: f64,
+    /// Standard deviation of the peak [rad].
+    deviation_rad: f64,
 }
 
-/// Returns the standard deviations of runs, of which `deviations` are those to first order. Where these are
-/// large, first order is no measure: the draws that tell are made of a run, by its place, whose answer `hangs`
-/// on so large a deviation, and of the one that is `told`.
-pub(super) fn deviations_rad(
+impl CarriedNoise {
+    /// Carries the noises along with a run, to first order.
+    pub(super) fn of(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<Self, Error> {
+        let mut noise = Self {
+            recorded: setup.readings.conditioned().noise.deviation_m_s2,
+            between: setup.readings.left_out_m_s2()?,
+            deviation_rad: 0.0,
+        };
+        if noise.both() <= 0.0 || outcome.broke_down {
+            return Ok(noise);
+        }
+        let variant = variant_of(outcome);
+        if setup.policy.method_on(variant.model).0 != Method::EventDriven {
+            // What the draws tell stands instead; without a recorded noise nothing is drawn for such a method.
+            noise.deviation_rad = if noise.recorded > 0.0 { f64::MAX } else { 0.0 };
+            return Ok(noise);
+        }
+        let rate = setup.readings.conditioned().raw.rate;
+        let variance = noise.both() * noise.both() * rate.interval().seconds();
+        let own = setup.readings.own()?;
+        let carried = setup.run(&own, variant, setup.window, RunDetail::Noise(variance))?;
+        noise.deviation_rad = carried.deviation_rad.unwrap_or(f64::MAX);
+        Ok(noise)
+    }
+
+    /// Returns the standard deviation of both together [m/s²].
+    fn both(&self) -> f64 {
+        libm::hypot(self.recorded, self.between)
+    }
+
+    /// Returns the parts of the peak's deviation: of the recorded noise, and of what lies between the samples
+    /// [rad].
+    pub(super) fn parts_rad(&self) -> [f64; 2] {
+        let both = self.both();
+        if both <= 0.0 || self.deviation_rad >= f64::MAX {
+            return [self.deviation_rad, 0.0];
+        }
+        [self.recorded, self.between].map(|part| self.deviation_rad * (part / both))
+    }
+}
+
+/// Draws noises that are large to first order, which is no measure there: that of a run, by its place, whose
+/// answer `hangs` on so large a deviation, and of the one that is `told`.
+pub(super) fn draw(
     setup: &RunSetup<'_>,
     runs: &[RunOutcome],
-    mut deviations: Vec<f64>,
+    noises: &mut [CarriedNoise],
     told: Option<usize>,
     hangs: impl Fn(usize, f64) -> bool,
-) -> Result<Vec<f64>, Error> {
-    let conditioned = setup.readings.conditioned();
-    let noise = conditioned.noise.deviation_m_s2;
-    if noise <= 0.0 {
-        return Ok(deviations);
-    }
+) -> Result<(), Error> {
     let spent: u64 = runs.iter().map(|run| run.spent).sum();
     if !setup.work.allows(u64::from(DRAWS).saturating_mul(spent)) {
-        return Ok(deviations);
+        return Ok(());
     }
-    let much = |place: &usize| deviations[*place] >= DRAWN_FROM_RAD;
-    let hanging = |place: &usize| much(place) && hangs(*place, ROOM * deviations[*place]);
+    let deviation = |place: usize| noises[place].deviation_rad;
+    let much = |place: &usize| deviation(*place) >= DRAWN_FROM_RAD;
+    let hanging = |place: &usize| much(place) && hangs(*place, ROOM * deviation(*place));
     let mut open: Vec<usize> = (0..runs.len()).filter(hanging).collect();
     let draws = if open.is_empty() { DRAWS_TOLD } else { DRAWS };
     open.extend(told.filter(|place| much(place) && !open.contains(place)));
     if told.is_some() {
         // A document shows every run's: where impacts amplify it, first order says millions of radians.
-        let absurd = |place: &usize| deviations[*place] >= NO_ANGLE_RAD && !open.contains(place);
+        let absurd = |place: &usize| deviation(*place) >= NO_ANGLE_RAD && !open.contains(place);
         let further: Vec<usize> = (0..runs.len()).filter(absurd).collect();
         open.extend(further);
     }
     if open.is_empty() {
-        return Ok(deviations);
+        return Ok(());
     }
+    let strength = noises[open[0]].both();
+    let conditioned = setup.readings.conditioned();
     let seeds: Vec<u32> = (0..draws).collect();
     let squares = setup.share(open.len(), &seeds, |&seed| {
         let count = conditioned.raw.samples.len();
-        let raw = drawn(noise, count, setup.policy.seed, seed);
+        let raw = drawn(strength, count, setup.policy.seed, seed);
         let mut noisy = conditioning::through(conditioned, raw)?;
         for (a, own) in noisy.samples.iter_mut().zip(&conditioned.used.samples) {
             *a += own;
@@ -103,9 +133,9 @@ pub(super) fn deviations_rad(
     })?;
     for (of_open, place) in open.iter().enumerate() {
         let sum: f64 = squares.iter().map(|draw| draw[of_open]).sum();
-        deviations[*place] = (sum / f64::from(draws)).sqrt();
+        noises[*place].deviation_rad = (sum / f64::from(draws)).sqrt();
     }
-    Ok(deviations)
+    Ok(())
 }
 
 /// Returns the peak of a run, and the larger of peak and coast [rad].

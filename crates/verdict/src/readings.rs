@@ -34,6 +34,7 @@ pub(super) enum SampleReading {
 #[derive(Debug, Default)]
 pub struct ReadingCache {
     quintic: OnceLock<Reading<'static>>,
+    left_out: OnceLock<f64>,
     trace: OnceLock<Reading<'static>>,
 }
 
@@ -94,6 +95,30 @@ impl<'a> Readings<'a> {
             SampleReading::Cubic => quintic.cubic(),
             SampleReading::Corners(times) => quintic.plus(times, self.trace()?),
         })
+    }
+
+    /// Returns the standard deviation, as of a white noise of the recorded samples, of what cubics leave out
+    /// where there is any: its mean square weighted by itself, which no quiet stretch lessens [m/s²].
+    ///
+    /// # Errors
+    ///
+    /// As [`between::read`].
+    pub(super) fn left_out_m_s2(&self) -> Result<f64, Error> {
+        let quintic = self.quintic()?;
+        Ok(*self.cache.left_out.get_or_init(|| {
+            let (mut squares, mut fourths) = (0.0, 0.0);
+            for away in quintic.beyond_cubic() {
+                squares += away * away;
+                fourths += away * away * (away * away);
+            }
+            let Conditioned { raw, used, .. } = self.conditioned;
+            let samples = raw.rate.hertz() / used.rate.hertz();
+            if squares > 0.0 {
+                (fourths / squares * samples).sqrt()
+            } else {
+                0.0
+            }
+        }))
     }
 
     fn quintic(&self) -> Result<&'a Reading<'static>, Error> {

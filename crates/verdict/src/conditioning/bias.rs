@@ -104,18 +104,27 @@ pub(super) fn noise(raw: &Signal) -> Noise {
     }
 }
 
-/// Returns the recorder's step [m/s²], the least difference between neighbours that are not equal; 0 where
-/// it is so large a part of the signal that it is rather the signal's own, as of a rectangle.
+/// Returns the recorder's step [m/s²], the least difference between neighbours that are not equal; 0 of
+/// samples that take so few values that a step is rather the signal's own, as of a rectangle.
 fn step_m_s2(samples: &[f64]) -> f64 {
-    /// Part of the largest magnitude beyond which a step is the signal's.
-    const STEEP: f64 = 1.0 / 16.0;
+    /// Values that a signal of jumps takes: none, one to either side.
+    const OF_JUMPS: usize = 3;
     /// Part of the largest magnitude below which a difference is that of two roundings of one number.
     const ROUNDING: f64 = 1e-12;
     let largest = samples.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
     let steps = samples.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let step = steps.filter(|step| *step > ROUNDING * largest);
     let step = step.reduce(f64::min).unwrap_or(0.0);
-    if step > STEEP * largest { 0.0 } else { step }
+    let mut values: Vec<f64> = Vec::new();
+    for sample in samples {
+        if values.iter().all(|value| (value - sample).abs() > 0.5 * step) {
+            values.push(*sample);
+        }
+        if values.len() > OF_JUMPS {
+            return step;
+        }
+    }
+    0.0
 }
 
 /// Part of the recording's peak beyond which a window that moves so far from its mean is loud.
