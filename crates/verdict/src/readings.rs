@@ -19,6 +19,9 @@ use std::sync::OnceLock;
 /// interval it falls on. Twice it shows what lies a little beyond, where impacts are about to come in another order.
 pub(super) const CORNERS: [f64; 4] = [-2.0, 2.0, -1.0, 1.0];
 
+/// Time that a lever takes to swing from its stop beyond its limit, at least [s].
+const SWING_S: f64 = 0.01;
+
 /// A way to read the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum SampleReading {
@@ -97,8 +100,8 @@ impl<'a> Readings<'a> {
         })
     }
 
-    /// Returns the standard deviation, as of a white noise of the recorded samples, of what cubics leave out
-    /// where there is any: its mean square weighted by itself, which no quiet stretch lessens [m/s²].
+    /// Returns the standard deviation, as of a white noise of the recorded samples, of what cubics leave out:
+    /// the largest root mean square over the time that a lever takes to swing [m/s²].
     ///
     /// # Errors
     ///
@@ -106,18 +109,16 @@ impl<'a> Readings<'a> {
     pub(super) fn left_out_m_s2(&self) -> Result<f64, Error> {
         let quintic = self.quintic()?;
         Ok(*self.cache.left_out.get_or_init(|| {
-            let (mut squares, mut fourths) = (0.0, 0.0);
-            for away in quintic.beyond_cubic() {
-                squares += away * away;
-                fourths += away * away * (away * away);
-            }
             let Conditioned { raw, used, .. } = self.conditioned;
-            let samples = raw.rate.hertz() / used.rate.hertz();
-            if squares > 0.0 {
-                (fourths / squares * samples).sqrt()
-            } else {
-                0.0
+            let span = (SWING_S * used.rate.hertz()).ceil().max(1.0) as usize;
+            let squares: Vec<f64> = quintic.beyond_cubic().map(|away| away * away).collect();
+            let (mut sum, mut largest) = (0.0, 0.0_f64);
+            for (index, square) in squares.iter().enumerate() {
+                let gone = index.checked_sub(span).map_or(0.0, |gone| squares[gone]);
+                sum += square - gone;
+                largest = largest.max(sum);
             }
+            (largest / span as f64 * raw.rate.hertz() / used.rate.hertz()).sqrt()
         }))
     }
 

@@ -352,7 +352,7 @@ fn cli_the_first_sentences_tell_a_crash_engineer_what_he_needs() {
         [
             "The lever crosses the limit of 0.1 rad at 14.423 ms and reaches more than 90° (soft stop, negative acceleration opens).",
             "Scattered as design and input are uncertain, the limit is crossed by 128 of 128 levers, at least 96.63 % of all such (soft stop, negative opens); a fail needs 95 %.",
-            "The error of the peak, ±0.0012 rad (integration ",
+            "The error of the peak, ±0.0013 rad (integration ",
         ],
     );
     check(

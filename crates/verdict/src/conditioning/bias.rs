@@ -117,7 +117,10 @@ fn step_m_s2(samples: &[f64]) -> f64 {
     let step = step.reduce(f64::min).unwrap_or(0.0);
     let mut values: Vec<f64> = Vec::new();
     for sample in samples {
-        if values.iter().all(|value| (value - sample).abs() > 0.5 * step) {
+        if values
+            .iter()
+            .all(|value| (value - sample).abs() > 0.5 * step)
+        {
             values.push(*sample);
         }
         if values.len() > OF_JUMPS {
