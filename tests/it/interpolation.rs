@@ -8,7 +8,8 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::{self, RunOptions};
-use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_kernel::units::{AccelerationUnit, OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_recording::Channel;
 use latchgate_verdict::conditioning::{
     self, Between, BiasWindow, Cfc, Conditioned, ConditioningOptions, FilterChoice, Signal,
 };
@@ -302,6 +303,66 @@ fn prop_the_uncertainty_covers_the_truth_of_rattling_tones() {
         assert!(shown.missed * 200 <= shown.moved);
         assert!(shown.wrong * 200 <= shown.passes);
     }
+}
+
+/// Flat pulses of a coarse recorder, on which rounding is no noise: along the top each sample is off to the
+/// same side, by up to half a step. U covers the truth, which was not rounded, and no pass is wrong.
+#[test]
+fn prop_the_uncertainty_covers_flat_tops_of_coarse_recorders() {
+    let (mut moved, mut passes) = (0, 0);
+    for case in 0..scenes_wanted(30) {
+        let mut random = Random::new(case as u64 + 1);
+        let height = STANDARD_GRAVITY * random.between(1.15, 4.0);
+        let (length_s, rate_hz) = (random.between(0.05, 0.25), 1e4);
+        let step = height / [2.4, 8.0, 16.0, 50.0][case % 4] * random.between(0.8, 1.2);
+        // A trapezoid with haversines for ramps.
+        let at = |t: f64| {
+            let edge = (t - 0.02).min(0.02 + length_s - t) / (0.3 * length_s);
+            -height * (0.5 - 0.5 * (PI * edge.clamp(0.0, 1.0)).cos())
+        };
+        let sampled = |rate_hz: f64| -> Vec<f64> {
+            let count = ((0.2 + length_s) * rate_hz) as usize;
+            (0..count).map(|index| at(index as f64 / rate_hz)).collect()
+        };
+        let channel = Channel {
+            name: "door y".into(),
+            unit: Some(AccelerationUnit::MetrePerSecondSquared),
+            unit_source: "option",
+            stated: latchgate_recording::Stated::default(),
+            start_s: -0.02,
+            rate: SampleRate::from_hertz(rate_hz).unwrap(),
+            values: sampled(rate_hz)
+                .into_iter()
+                .map(|a| (a / step).round() * step)
+                .collect(),
+            findings: Vec::new(),
+        };
+        let options = ConditioningOptions {
+            bias: BiasWindow::None,
+            filter: FilterChoice::None,
+            ..ConditioningOptions::default()
+        };
+        let recording = conditioning::condition(&channel, &options).unwrap();
+        assert!(recording.noise.is_rounding());
+        let fine = Signal {
+            start_s: -0.02,
+            rate: SampleRate::from_hertz(16.0 * rate_hz).unwrap(),
+            samples: sampled(16.0 * rate_hz),
+        };
+        let design = Design::reference();
+        let run_options = RunOptions::new(StopModel::Rigid, OpensWhen::Negative);
+        let truth = replay::run(&fine, &design, &run_options).unwrap().run;
+        let truth = truth.peak_angle_rad;
+        let judged = judge(&recording, &design, StopModel::Rigid, 0.9 * truth);
+        let stated = judged.answers[0].uncertainty_rad.unwrap();
+        let error = (judged.nominal.peak_angle_rad - truth).abs();
+        assert!(error <= stated, "{case}: {error} by {stated}");
+        assert_ne!(judged.answer, Answer::Pass, "{case}");
+        moved += usize::from(truth > 1e-3);
+        let wide = judge(&recording, &design, StopModel::Rigid, 3.0 * truth);
+        passes += usize::from(wide.answer == Answer::Pass);
+    }
+    assert!(moved > 20 && passes > 5, "{moved} {passes}");
 }
 
 /// Smooth scenes are met to a millionth, where straight lines are wrong by percents.

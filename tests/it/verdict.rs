@@ -188,7 +188,7 @@ fn deviation_rad(signal: &Signal, noise_m_s2: f64, stop: StopModel) -> f64 {
         noise_m2_s3: Some(noise_m_s2 * noise_m_s2 / signal.rate.hertz()),
         ..RunOptions::new(stop, OpensWhen::Negative)
     };
-    let outcome = replay::run(&read(signal), &Design::reference(), &options).unwrap();
+    let outcome = replay::run(read(signal), &Design::reference(), &options).unwrap();
     outcome.deviation_rad.unwrap()
 }
 
@@ -244,6 +244,7 @@ fn verif_noise_that_decides_is_named() {
             noise: Noise {
                 deviation_m_s2: 3.0,
                 step_m_s2,
+                on_grid: step_m_s2 > 0.0,
             },
             ..quiet.clone()
         };
@@ -268,7 +269,7 @@ fn val_the_noise_carried_along_is_that_of_noisy_recordings() {
     ] {
         let noise = Noise {
             deviation_m_s2: 1.0,
-            step_m_s2: 0.0,
+            ..Noise::default()
         };
         let noisy = Conditioned {
             noise,

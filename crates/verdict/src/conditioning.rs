@@ -374,18 +374,24 @@ fn from_raw(
         ));
         findings.extend(filter_not_causal(class, options.filter_standard));
     }
+    // What a formula gave carries none.
+    let noise = match options.synthetic {
+        true => Noise::default(),
+        false => bias::noise(&raw),
+    };
+    let rounding_m_s2 = if noise.is_rounding() {
+        noise.deviation_m_s2
+    } else {
+        0.0
+    };
     Ok(Conditioned {
         bias_m_s2: bias.mean_m_s2,
-        bias_standard_error_m_s2: bias.standard_error_m_s2,
+        bias_standard_error_m_s2: bias.standard_error_m_s2.max(rounding_m_s2),
         bias_samples: bias.window.map_or(0, |(_, count)| count),
         bias_window_s: bias
             .window
             .map(|(first, count)| (raw.time_s(first), raw.time_s(first + count - 1))),
-        // What a formula gave carries none.
-        noise: match options.synthetic {
-            true => Noise::default(),
-            false => bias::noise(&raw),
-        },
+        noise,
         raw,
         used,
         filter,

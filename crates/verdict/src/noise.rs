@@ -37,6 +37,8 @@ pub(super) struct CarriedNoise {
     recorded: f64,
     /// That of one as strong as what cubics leave out between the samples [m/s²].
     between: f64,
+    /// Half of what half a step of the recorder does to the peak, where rounding is all the noise [rad].
+    half_steps_rad: f64,
     /// Standard deviation of the peak [rad].
     deviation_rad: f64,
 }
@@ -47,6 +49,7 @@ impl CarriedNoise {
         let mut noise = Self {
             recorded: setup.readings.conditioned().noise.deviation_m_s2,
             between: setup.readings.left_out_m_s2()?,
+            half_steps_rad: of_half_steps_rad(setup, outcome)?,
             deviation_rad: 0.0,
         };
         if noise.both() <= 0.0 || outcome.broke_down {
@@ -63,6 +66,7 @@ impl CarriedNoise {
         let own = setup.readings.own()?;
         let carried = setup.run(&own, variant, setup.window, RunDetail::Noise(variance))?;
         noise.deviation_rad = carried.deviation_rad.unwrap_or(f64::MAX);
+        noise.deviation_rad = noise.deviation_rad.max(noise.half_steps_rad);
         Ok(noise)
     }
 
@@ -80,6 +84,32 @@ impl CarriedNoise {
         }
         [self.recorded, self.between].map(|part| self.deviation_rad * (part / both))
     }
+}
+
+/// Returns what half a step of the recorder does to a peak, taken as two standard deviations [rad]: along a
+/// flat top rounding is no noise but an offset. None where other noise spreads the samples.
+fn of_half_steps_rad(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<f64, Error> {
+    let conditioned = setup.readings.conditioned();
+    if !conditioned.noise.is_rounding() {
+        return Ok(0.0);
+    }
+    let mut change = 0.0_f64;
+    for half in [-0.5, 0.5] {
+        let mut moved = conditioned.used.clone();
+        let offset = half * conditioned.noise.step_m_s2;
+        moved.samples.iter_mut().for_each(|a| *a += offset);
+        let moved = between::read(Cow::Owned(moved), setup.readings.between())?;
+        let run = setup.run(
+            &moved,
+            variant_of(outcome),
+            setup.window,
+            RunDetail::PeakOnly,
+        )?;
+        for (moved, own) in peaks(&run).into_iter().zip(peaks(outcome)) {
+            change = change.max((moved - own).abs());
+        }
+    }
+    Ok(0.5 * change)
 }
 
 /// Draws noises that are large to first order, which is no measure there: that of a run, by its place, whose
@@ -133,7 +163,8 @@ pub(super) fn draw(
     })?;
     for (of_open, place) in open.iter().enumerate() {
         let sum: f64 = squares.iter().map(|draw| draw[of_open]).sum();
-        noises[*place].deviation_rad = (sum / f64::from(draws)).sqrt();
+        let drawn = (sum / f64::from(draws)).sqrt();
+        noises[*place].deviation_rad = drawn.max(noises[*place].half_steps_rad);
     }
     Ok(())
 }

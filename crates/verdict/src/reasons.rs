@@ -235,9 +235,10 @@ fn noise(case: &Explained<'_>) -> Option<Reason> {
     let Noise {
         deviation_m_s2,
         step_m_s2,
+        ..
     } = case.noise;
     let in_g = |a: f64| plain(a / STANDARD_GRAVITY, 2);
-    let (what, cure) = if 12.0_f64.sqrt() * deviation_m_s2 <= step_m_s2 * (1.0 + 1e-9) {
+    let (what, cure) = if case.noise.is_rounding() {
         (
             format!("The recorder's step of {} g", in_g(step_m_s2)),
             "a finer recorder",

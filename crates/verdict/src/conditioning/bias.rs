@@ -85,13 +85,24 @@ pub struct Noise {
     /// Standard deviation: that of the samples before the event, where there are enough, and at least that of
     /// rounding to the recorder's step [m/s²].
     pub deviation_m_s2: f64,
-    /// The recorder's step [m/s²]; 0 where it is not known.
+    /// The recorder's step, or the least difference between neighbours where the samples lie on no grid [m/s²].
     pub step_m_s2: f64,
+    /// The samples lie on a grid of that step.
+    pub on_grid: bool,
+}
+
+impl Noise {
+    /// Tells whether rounding to the recorder's step is all there is: no other noise spreads the samples over
+    /// several steps, and along a flat top each may be off to the same side.
+    pub fn is_rounding(&self) -> bool {
+        let spread = 12.0_f64.sqrt() * self.deviation_m_s2;
+        self.on_grid && spread <= self.step_m_s2 * (1.0 + 1e-9)
+    }
 }
 
 /// Returns the white noise of recorded samples.
 pub(super) fn noise(raw: &Signal) -> Noise {
-    let step_m_s2 = step_m_s2(&raw.samples);
+    let (step_m_s2, on_grid) = step_m_s2(&raw.samples);
     let rounding = step_m_s2 / 12.0_f64.sqrt();
     let deviation_m_s2 = pre_event_samples(raw).map_or(rounding, |count| {
         let quiet = &raw.samples[..count];
@@ -101,33 +112,40 @@ pub(super) fn noise(raw: &Signal) -> Noise {
     Noise {
         deviation_m_s2,
         step_m_s2,
+        on_grid,
     }
 }
 
-/// Returns the recorder's step [m/s²], the least difference between neighbours that are not equal; 0 of
-/// samples that take so few values that a step is rather the signal's own, as of a rectangle.
-fn step_m_s2(samples: &[f64]) -> f64 {
-    /// Values that a signal of jumps takes: none, one to either side.
-    const OF_JUMPS: usize = 3;
+/// Returns the recorder's step [m/s²], and whether the samples lie on a grid of it; the least difference
+/// between neighbours that are not equal where they do not.
+fn step_m_s2(samples: &[f64]) -> (f64, bool) {
     /// Part of the largest magnitude below which a difference is that of two roundings of one number.
     const ROUNDING: f64 = 1e-12;
+    /// Of so many differences one may be none of the grid, and of fewer one as well.
+    const ODD: usize = 20;
+    /// Multiples of the step that are held against the grid: larger ones tell a step that is known to few
+    /// digits.
+    const MULTIPLES: f64 = 8.0;
+    /// Part of a step by which a multiple may miss.
+    const MISS: f64 = 0.02;
     let largest = samples.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
     let steps = samples.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    let step = steps.filter(|step| *step > ROUNDING * largest);
-    let step = step.reduce(f64::min).unwrap_or(0.0);
-    let mut values: Vec<f64> = Vec::new();
-    for sample in samples {
-        if values
-            .iter()
-            .all(|value| (value - sample).abs() > 0.5 * step)
-        {
-            values.push(*sample);
-        }
-        if values.len() > OF_JUMPS {
-            return step;
-        }
+    let mut steps: Vec<f64> = steps.filter(|step| *step > ROUNDING * largest).collect();
+    if steps.len() < 2 {
+        return (steps.first().copied().unwrap_or(0.0), false);
     }
-    0.0
+    let few = (steps.len() / ODD).clamp(1, steps.len() - 1);
+    let (_, step, _) = steps.select_nth_unstable_by(few, f64::total_cmp);
+    let step = *step;
+    let multiples = steps
+        .iter()
+        .map(|of| of / step)
+        .filter(|of| *of < MULTIPLES);
+    let off = multiples.filter(|of| (of - of.round()).abs() > MISS);
+    if off.count() <= few {
+        return (step, true);
+    }
+    (steps.into_iter().fold(f64::INFINITY, f64::min), false)
 }
 
 /// Part of the recording's peak beyond which a window that moves so far from its mean is loud.
