@@ -8,6 +8,7 @@ use latchgate_recording::{Channel, Severity};
 use latchgate_verdict::conditioning::bias::{bias, standard_error_of_mean};
 use latchgate_verdict::conditioning::{
     BiasWindow, Cfc, ConditioningOptions, FilterChoice, FilterStandard, condition, peak,
+    reconditioned,
 };
 use std::f64::consts::PI;
 
@@ -97,6 +98,31 @@ fn verif_the_step_of_a_coarse_recorder_is_noise() {
     };
     let (step, _) = noise((0..1500).map(odd).collect());
     assert!((step - 2.0).abs() < 1e-9, "{step}");
+}
+
+/// What a card calls synthetic has neither noise nor doubt by rounding, conditioned again as well; the same
+/// samples as a recording have both.
+#[test]
+fn verif_a_formula_is_not_rounded() {
+    let triangle = (0..1500).map(|n| 2.0 * f64::from(15 - (n - 600_i32).abs()).max(0.0));
+    let triangle = channel(10_000.0, -0.03, triangle.collect());
+    let done = |synthetic| {
+        let options = ConditioningOptions {
+            synthetic,
+            ..ConditioningOptions::default()
+        };
+        condition(&triangle, &options).unwrap()
+    };
+    let formula = done(true);
+    let again = reconditioned(&formula, &ConditioningOptions::default()).unwrap();
+    for formula in [formula, again] {
+        assert_eq!(formula.noise.deviation_m_s2, 0.0);
+        assert_eq!(formula.bias_standard_error_m_s2, 0.0);
+    }
+    let recorded = done(false);
+    let rounding = 2.0 * STANDARD_GRAVITY / 12.0_f64.sqrt();
+    assert!((recorded.noise.deviation_m_s2 - rounding).abs() < 1e-9);
+    assert!((recorded.bias_standard_error_m_s2 - rounding).abs() < 1e-9);
 }
 
 #[test]

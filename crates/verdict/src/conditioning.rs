@@ -268,7 +268,12 @@ fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Condi
             ..*options
         },
     );
-    let mut conditioned = from_raw(raw, options, quality)?;
+    // What a formula gave carries none.
+    let noise = match options.synthetic {
+        true => Noise::default(),
+        false => bias::noise(&raw),
+    };
+    let mut conditioned = from_raw(raw, options, quality, noise)?;
     let unbiased = without_bias(&conditioned.raw, conditioned.bias_m_s2);
     let unlike = crash::findings(&unbiased, options, &channel.stated);
     conditioned.findings.extend(unlike);
@@ -297,11 +302,7 @@ pub fn reconditioned(
         findings: Vec::new(),
         slow_clock: conditioned.slow_clock,
     };
-    let again = from_raw(conditioned.raw.clone(), options, quality)?;
-    Ok(Conditioned {
-        noise: conditioned.noise,
-        ..again
-    })
+    from_raw(conditioned.raw.clone(), options, quality, conditioned.noise)
 }
 
 /// Returns the recording with its bias left in, conditioned alike otherwise, where the bias that was
@@ -329,6 +330,7 @@ fn from_raw(
     raw: Signal,
     options: &ConditioningOptions,
     quality: RawQuality,
+    noise: Noise,
 ) -> Result<Conditioned, Error> {
     let RawQuality {
         mut findings,
@@ -374,11 +376,6 @@ fn from_raw(
         ));
         findings.extend(filter_not_causal(class, options.filter_standard));
     }
-    // What a formula gave carries none.
-    let noise = match options.synthetic {
-        true => Noise::default(),
-        false => bias::noise(&raw),
-    };
     let rounding_m_s2 = if noise.is_rounding() {
         noise.deviation_m_s2
     } else {
