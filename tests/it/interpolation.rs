@@ -524,12 +524,9 @@ fn regress_a_gaussian_at_one_kilohertz_is_no_pass_below_its_true_peak() {
             let stated = assessment.budget.interpolation.unwrap();
             let error = (assessment.nominal.peak_angle_rad - truth).abs();
             assert!(stated >= error, "{between:?}: {stated} against {error}");
-            println!(
-                "{stop:?} {between:?}: error {error:e}, stated {stated:e}, lines {:e}",
-                truth - lines
-            );
             if between == Between::BandLimited {
                 assert!(error < 1e-7, "{error}");
+                // Most of it is the noise as strong as what cubics leave out.
                 assert!(stated < 1e-3 * truth, "{stated} says nothing");
             }
         }

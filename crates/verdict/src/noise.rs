@@ -2,10 +2,11 @@
 //!
 //! The raw samples carry a white noise: that of the quiet stretch before contact, and at least that of
 //! rounding to the recorder's step. To it comes a noise as strong as what cubics leave out: impacts amplify
-//! what is small, and the one rerun by cubics moves a peak by chance a little or much, a noise every way. The kernel carries its variance along with the lever, through
-//! impacts, to first order; a filter or a reading leaves what counts of it, that at frequencies a lever
-//! follows, as it is. Where that says much, impacts may have made more of it than there is room for:
-//! then the noise is drawn, conditioned and replayed.
+//! what is small, and the one rerun by cubics moves a peak by chance a little or much, a noise every way.
+//! The kernel carries the variance of both along with the lever, through impacts, to first order; a filter or
+//! a reading leaves what counts of it, that at frequencies a lever follows, as it is. Where that says much,
+//! impacts may have made more of it than there is room for: then the noise is drawn, conditioned and
+//! replayed.
 
 use super::ensemble::draw::philox;
 use super::runs::{RunDetail, RunSetup, variant_of};
@@ -65,8 +66,8 @@ impl CarriedNoise {
         let variance = noise.both() * noise.both() * rate.interval().seconds();
         let own = setup.readings.own()?;
         let carried = setup.run(&own, variant, setup.window, RunDetail::Noise(variance))?;
-        noise.deviation_rad = carried.deviation_rad.unwrap_or(f64::MAX);
-        noise.deviation_rad = noise.deviation_rad.max(noise.half_steps_rad);
+        let first_order_rad = carried.deviation_rad.unwrap_or(f64::MAX);
+        noise.deviation_rad = first_order_rad.max(noise.half_steps_rad);
         Ok(noise)
     }
 
@@ -140,6 +141,7 @@ pub(super) fn draw(
     if open.is_empty() {
         return Ok(());
     }
+    // The runs are of one recording, and so are their noises.
     let strength = noises[open[0]].both();
     let conditioned = setup.readings.conditioned();
     let seeds: Vec<u32> = (0..draws).collect();
