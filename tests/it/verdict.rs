@@ -231,7 +231,7 @@ fn verif_noise_that_decides_is_named() {
         (
             0.0,
             [
-                "The noise of the samples, 0.31 g, decides",
+                "The noise before contact, 0.31 g, decides",
                 "a quieter channel",
             ],
         ),

@@ -695,7 +695,7 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 7] {
         },
         BudgetRow {
             name: "noise",
-            meaning: "noise of the samples as recorded, one standard deviation",
+            meaning: "noise and vibration before contact, or the recorder's step; one standard deviation",
             value: noise,
             absent: unmeasured,
         },

@@ -162,7 +162,7 @@ impl Assessing<'_> {
         let detail = if self.extras.evidence {
             RunDetail::Trace
         } else {
-            RunDetail::ErrorBound
+            RunDetail::Errors
         };
         let mut runs = setup.full_runs(&variants, detail)?;
         for run in &mut runs {
@@ -172,7 +172,7 @@ impl Assessing<'_> {
         let mut before_fault = match self.span {
             UsableSpan::Until(_) => self
                 .usable()
-                .full_runs(&variants, RunDetail::ErrorBound)?
+                .full_runs(&variants, RunDetail::Errors)?
                 .into_iter(),
             UsableSpan::Whole | UsableSpan::Nothing => Vec::new().into_iter(),
         };

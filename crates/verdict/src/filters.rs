@@ -121,7 +121,7 @@ fn after(
             window: Some(good),
             ..setup
         }
-        .full_runs(&variants, RunDetail::ErrorBound)?,
+        .full_runs(&variants, RunDetail::Errors)?,
         UsableSpan::Whole | UsableSpan::Nothing => Vec::new(),
     };
     Ok(judged(

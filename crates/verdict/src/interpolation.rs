@@ -6,12 +6,11 @@
 //! largest by corners; where the course of impacts differs on any of the six, at least three times the
 //! range of their peaks. To it comes twice what a noise as strong as the cubics' change would do ([`noise`]).
 
-use super::Answer;
 use super::decision::{NOISE_TIMES, VariantRun};
 use super::noise::{self, CarriedNoise};
 use super::policy::Variant;
 use super::readings::{CORNERS, SampleReading};
-use super::runs::{RunDetail, RunSetup, index_of_largest, variant_of};
+use super::runs::{RunDetail, RunSetup, variant_of};
 use crate::conditioning::Between;
 use latchgate_kernel::replay::{Run, RunOutcome};
 use latchgate_kernel::signal::Signal;
@@ -20,9 +19,6 @@ use latchgate_recording::error::Error;
 /// Times the range of the peaks on all readings by which a peak is in doubt where the course of impacts
 /// differs between two of them.
 pub(crate) const DIFFERING_TIMES: f64 = 3.0;
-
-/// Times that the samples are run, counted as such, for the errors of one run.
-const RUNS_OF_A_BOUND: usize = 6;
 
 /// What one reading of the samples leads to.
 #[derive(Debug, Clone, Copy)]
@@ -86,26 +82,26 @@ impl ReadPeak {
     }
 }
 
-/// The peaks of one variant on some of the six readings.
-struct ReadPeaks {
+/// The peaks of one variant on the six readings.
+struct ReadPeaks<'a> {
     quintic: ReadPeak,
-    cubic: Option<ReadPeak>,
-    corners: Vec<ReadPeak>,
+    cubic: ReadPeak,
+    corners: &'a [ReadPeak],
     /// See [`apart_s`].
     apart_s: f64,
 }
 
-impl ReadPeaks {
-    /// Returns the error as far as these readings tell [rad]; a further one can but add to it.
+impl ReadPeaks<'_> {
+    /// Returns the error that these readings tell of [rad].
     fn error_rad(&self) -> f64 {
-        let others = || self.corners.iter().chain(&self.cubic);
+        let others = || self.corners.iter().chain([&self.cubic]);
         if !self.quintic.followed || others().any(|read| !read.followed) {
             // A rerun that could not be followed bounds nothing.
             return f64::MAX;
         }
         let change = |read: &ReadPeak| self.quintic.change(read);
         let by_corners = self.corners.iter().map(change).fold(0.0, f64::max);
-        let error = self.cubic.as_ref().map_or(0.0, change) + by_corners;
+        let error = change(&self.cubic) + by_corners;
         let unmoved = |read: &ReadPeak| {
             let moved_s = self.quintic.course.moved_s(&read.course);
             moved_s.is_some_and(|moved_s| moved_s <= self.apart_s)
@@ -123,12 +119,6 @@ impl ReadPeaks {
 }
 
 impl RunSetup<'_> {
-    fn read(&self, reading: SampleReading, variant: Variant) -> Result<ReadPeak, Error> {
-        let reading = self.readings.reading(reading)?;
-        let outcome = self.run(&reading, variant, self.window, RunDetail::PeakOnly)?;
-        Ok(ReadPeak::of(&outcome))
-    }
-
     /// Runs every variant on the samples, with its errors.
     pub(super) fn full_runs(
         &self,
@@ -136,35 +126,28 @@ impl RunSetup<'_> {
         detail: RunDetail,
     ) -> Result<Vec<VariantRun>, Error> {
         let runs = self.nominal_runs(variants, detail)?;
-        // The budget tells of the largest peak.
-        let largest = index_of_largest(runs.iter().map(|outcome| &outcome.run));
-        self.with_their_errors(runs, Some(largest), |_| false)
+        self.with_their_errors(runs, true)
     }
 
-    /// Runs every variant on the samples, with no more of its errors than its answer takes.
+    /// Runs every variant on the samples, with its errors as far as an answer could hang on them.
     pub(super) fn answering_runs(&self, variants: &[Variant]) -> Result<Vec<VariantRun>, Error> {
-        let runs = self.nominal_runs(variants, RunDetail::ErrorBound)?;
-        let threshold = self.threshold_rad();
-        let undecided = |run: &VariantRun| run.nominal_answer(threshold) == Answer::Undecided;
-        self.with_their_errors(runs, None, undecided)
+        let runs = self.nominal_runs(variants, RunDetail::Errors)?;
+        self.with_their_errors(runs, false)
     }
 
-    /// Gives each run its errors, or that part of the interpolation error which is `too_much`; the noise of
-    /// the one that is `told`, by its place, is looked at more closely.
-    pub(super) fn with_their_errors(
+    /// Gives each run its errors; noise that is not `told` is looked at more closely only where an answer
+    /// hangs on it.
+    fn with_their_errors(
         &self,
         runs: Vec<RunOutcome>,
-        told: Option<usize>,
-        too_much: impl Fn(&VariantRun) -> bool + Sync,
+        told: bool,
     ) -> Result<Vec<VariantRun>, Error> {
-        // One after the other on one thread: threads begin once for both.
-        let errors = self.share(RUNS_OF_A_BOUND, &runs, |run| {
-            let interpolation = self.interpolation_error(run, |error_rad| {
-                too_much(&with_errors(run.clone(), error_rad, 0.0))
-            })?;
-            Ok((interpolation, CarriedNoise::of(self, run)?))
-        })?;
-        let (interpolation, mut noises): (Vec<f64>, Vec<CarriedNoise>) = errors.into_iter().unzip();
+        let interpolation = self.interpolation_errors_rad(&runs)?;
+        let reruns = match self.readings.conditioned().noise.is_rounding() {
+            true => noise::HALF_STEPS.len(),
+            false => 0,
+        };
+        let mut noises = self.share(reruns, &runs, |run| CarriedNoise::of(self, run))?;
         let threshold = self.threshold_rad();
         let hangs = |place: usize, noise_rad: f64| {
             let answer = |noise_rad| {
@@ -184,36 +167,38 @@ impl RunSetup<'_> {
             .collect())
     }
 
-    /// Returns the interpolation error of a run [rad], or as much of it as is `enough`.
-    fn interpolation_error(
-        &self,
-        run: &RunOutcome,
-        enough: impl Fn(f64) -> bool,
-    ) -> Result<f64, Error> {
-        let (own, variant) = (ReadPeak::of(run), variant_of(run));
-        let (quintic, of_reading) = match self.readings.between() {
-            Between::BandLimited => (own, 0.0),
-            Between::Linear => {
-                let quintic = self.read(SampleReading::Quintic, variant)?;
-                (quintic, own.change(&quintic))
-            }
-        };
-        let mut peaks = ReadPeaks {
-            quintic,
-            cubic: None,
-            corners: Vec::new(),
-            apart_s: apart_s(self.signal),
-        };
-        for times in CORNERS {
-            let read = self.read(SampleReading::Corners(times), variant)?;
-            peaks.corners.push(read);
-            let error_rad = of_reading + peaks.error_rad();
-            if enough(error_rad) {
-                return Ok(error_rad);
-            }
+    /// Returns the interpolation error of each run [rad].
+    fn interpolation_errors_rad(&self, runs: &[RunOutcome]) -> Result<Vec<f64>, Error> {
+        let mut readings = vec![SampleReading::Cubic];
+        readings.extend(CORNERS.map(SampleReading::Corners));
+        if self.readings.between() == Between::Linear {
+            readings.push(SampleReading::Quintic);
         }
-        peaks.cubic = Some(self.read(SampleReading::Cubic, variant)?);
-        Ok(of_reading + peaks.error_rad())
+        let of_readings = |run| {
+            readings
+                .iter()
+                .map(move |reading| (variant_of(run), *reading))
+        };
+        let tasks: Vec<(Variant, SampleReading)> = runs.iter().flat_map(of_readings).collect();
+        let peaks = self.share(1, &tasks, |(variant, reading)| {
+            let reading = self.readings.reading(*reading)?;
+            let outcome = self.run(&reading, *variant, self.window, RunDetail::PeakOnly)?;
+            Ok(ReadPeak::of(&outcome))
+        })?;
+        let error_rad = |(run, peaks): (&RunOutcome, &[ReadPeak])| {
+            let own = ReadPeak::of(run);
+            let (others, quintic) = peaks.split_at(1 + CORNERS.len());
+            let quintic = *quintic.first().unwrap_or(&own);
+            let peaks = ReadPeaks {
+                quintic,
+                cubic: others[0],
+                corners: &others[1..],
+                apart_s: apart_s(self.signal),
+            };
+            own.change(&quintic) + peaks.error_rad()
+        };
+        let of_runs = peaks.chunks(readings.len());
+        Ok(runs.iter().zip(of_runs).map(error_rad).collect())
     }
 }
 

@@ -12,7 +12,7 @@ use super::ensemble::draw::philox;
 use super::runs::{RunDetail, RunSetup, variant_of};
 use crate::conditioning;
 use crate::conditioning::between;
-use latchgate_kernel::replay::{Method, RunOutcome};
+use latchgate_kernel::replay::{MethodKind, RunOutcome};
 use latchgate_recording::error::Error;
 use std::borrow::Cow;
 
@@ -29,8 +29,8 @@ const DRAWS: u32 = 16;
 /// Draws where they are told and no more.
 const DRAWS_TOLD: u32 = 4;
 
-/// A first-order deviation from which on it is no angle of a lever [rad].
-const NO_ANGLE_RAD: f64 = 1.0;
+/// Steps of the recorder that are added to every sample in turn.
+pub(super) const HALF_STEPS: [f64; 2] = [-0.5, 0.5];
 
 /// White noises of the raw samples, and what both do to a run's peak, or to its coast's if that is larger.
 pub(super) struct CarriedNoise {
@@ -45,30 +45,24 @@ pub(super) struct CarriedNoise {
 }
 
 impl CarriedNoise {
-    /// Carries the noises along with a run, to first order.
+    /// Takes over what a run carried along, to first order.
     pub(super) fn of(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<Self, Error> {
-        let mut noise = Self {
-            recorded: setup.readings.conditioned().noise.deviation_m_s2,
-            between: setup.readings.left_out_m_s2()?,
-            half_steps_rad: of_half_steps_rad(setup, outcome)?,
-            deviation_rad: 0.0,
-        };
-        if noise.both() <= 0.0 || outcome.broke_down {
-            return Ok(noise);
-        }
-        let variant = variant_of(outcome);
-        if setup.policy.method_on(variant.model).0 != Method::EventDriven {
+        let [recorded, between] = setup.readings.noises_m_s2()?;
+        let half_steps_rad = of_half_steps_rad(setup, outcome)?;
+        let event_driven = outcome.run.method == MethodKind::EventDriven;
+        let deviation_rad = match outcome.deviation_rad {
+            _ if outcome.broke_down => 0.0,
+            Some(first_order_rad) => first_order_rad.max(half_steps_rad),
             // What the draws tell stands instead; without a recorded noise nothing is drawn for such a method.
-            noise.deviation_rad = if noise.recorded > 0.0 { f64::MAX } else { 0.0 };
-            return Ok(noise);
-        }
-        let rate = setup.readings.conditioned().raw.rate;
-        let variance = noise.both() * noise.both() * rate.interval().seconds();
-        let own = setup.readings.own()?;
-        let carried = setup.run(&own, variant, setup.window, RunDetail::Noise(variance))?;
-        let first_order_rad = carried.deviation_rad.unwrap_or(f64::MAX);
-        noise.deviation_rad = first_order_rad.max(noise.half_steps_rad);
-        Ok(noise)
+            None if !event_driven && recorded > 0.0 => f64::MAX,
+            None => 0.0,
+        };
+        Ok(Self {
+            recorded,
+            between,
+            half_steps_rad,
+            deviation_rad,
+        })
     }
 
     /// Returns the standard deviation of both together [m/s²].
@@ -95,7 +89,7 @@ fn of_half_steps_rad(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<f64, 
         return Ok(0.0);
     }
     let mut change = 0.0_f64;
-    for half in [-0.5, 0.5] {
+    for half in HALF_STEPS {
         let mut moved = conditioned.used.clone();
         let offset = half * conditioned.noise.step_m_s2;
         moved.samples.iter_mut().for_each(|a| *a += offset);
@@ -113,32 +107,27 @@ fn of_half_steps_rad(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<f64, 
     Ok(0.5 * change)
 }
 
-/// Draws noises that are large to first order, which is no measure there: that of a run, by its place, whose
-/// answer `hangs` on so large a deviation, and of the one that is `told`.
+/// Draws noises that are large to first order, which is no measure there: those of all runs where they are
+/// `told`, else that of a run, by its place, whose answer `hangs` on so large a deviation.
 pub(super) fn draw(
     setup: &RunSetup<'_>,
     runs: &[RunOutcome],
     noises: &mut [CarriedNoise],
-    told: Option<usize>,
+    told: bool,
     hangs: impl Fn(usize, f64) -> bool,
 ) -> Result<(), Error> {
-    let spent: u64 = runs.iter().map(|run| run.spent).sum();
-    if !setup.work.allows(u64::from(DRAWS).saturating_mul(spent)) {
-        return Ok(());
-    }
     let deviation = |place: usize| noises[place].deviation_rad;
     let much = |place: &usize| deviation(*place) >= DRAWN_FROM_RAD;
     let hanging = |place: &usize| much(place) && hangs(*place, ROOM * deviation(*place));
-    let mut open: Vec<usize> = (0..runs.len()).filter(hanging).collect();
-    let draws = if open.is_empty() { DRAWS_TOLD } else { DRAWS };
-    open.extend(told.filter(|place| much(place) && !open.contains(place)));
-    if told.is_some() {
-        // A document shows every run's: where impacts amplify it, first order says millions of radians.
-        let absurd = |place: &usize| deviation(*place) >= NO_ANGLE_RAD && !open.contains(place);
-        let further: Vec<usize> = (0..runs.len()).filter(absurd).collect();
-        open.extend(further);
-    }
-    if open.is_empty() {
+    let draws = match (0..runs.len()).any(|place| hanging(&place)) {
+        true => DRAWS,
+        false => DRAWS_TOLD,
+    };
+    let open: Vec<usize> = (0..runs.len())
+        .filter(|place| if told { much(place) } else { hanging(place) })
+        .collect();
+    let spent: u64 = open.iter().map(|place| runs[*place].spent).sum();
+    if open.is_empty() || !setup.work.allows(u64::from(draws).saturating_mul(spent)) {
         return Ok(());
     }
     // The runs are of one recording, and so are their noises.

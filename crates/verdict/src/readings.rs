@@ -106,7 +106,7 @@ impl<'a> Readings<'a> {
     /// # Errors
     ///
     /// As [`between::read`].
-    pub(super) fn left_out_m_s2(&self) -> Result<f64, Error> {
+    fn left_out_m_s2(&self) -> Result<f64, Error> {
         let quintic = self.quintic()?;
         Ok(*self.cache.left_out.get_or_init(|| {
             let Conditioned { raw, used, .. } = self.conditioned;
@@ -120,6 +120,28 @@ impl<'a> Readings<'a> {
             }
             (largest / span as f64 * raw.rate.hertz() / used.rate.hertz()).sqrt()
         }))
+    }
+
+    /// Returns the standard deviations, as of white noises of the recorded samples, of the recorder's and the
+    /// channel's own, and of what cubics leave out [m/s²].
+    ///
+    /// # Errors
+    ///
+    /// As [`between::read`].
+    pub(super) fn noises_m_s2(&self) -> Result<[f64; 2], Error> {
+        Ok([self.conditioned.noise.deviation_m_s2, self.left_out_m_s2()?])
+    }
+
+    /// Returns both together, as a white noise in time; `None` without any [m²/s³].
+    ///
+    /// # Errors
+    ///
+    /// As [`between::read`].
+    pub(super) fn noise_m2_s3(&self) -> Result<Option<f64>, Error> {
+        let [recorded, between] = self.noises_m_s2()?;
+        let strength = libm::hypot(recorded, between);
+        let interval = self.conditioned.raw.rate.interval().seconds();
+        Ok((strength > 0.0).then(|| strength * strength * interval))
     }
 
     fn quintic(&self) -> Result<&'a Reading<'static>, Error> {

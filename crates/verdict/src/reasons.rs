@@ -245,7 +245,7 @@ fn noise(case: &Explained<'_>) -> Option<Reason> {
         )
     } else {
         (
-            format!("The noise of the samples, {} g,", in_g(deviation_m_s2)),
+            format!("The noise before contact, {} g,", in_g(deviation_m_s2)),
             "a quieter channel",
         )
     };

@@ -11,7 +11,7 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, MemberOf, MemberPeak};
-use latchgate_kernel::replay::{self, Breakdown, Run, RunOptions, RunOutcome};
+use latchgate_kernel::replay::{self, Breakdown, Method, Run, RunOptions, RunOutcome};
 use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
@@ -19,14 +19,12 @@ use latchgate_recording::error::Error;
 /// The detail that a run carries along.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum RunDetail {
-    /// Its own error, and the trajectory for a drawing.
+    /// Its own error, what noise does to it, and the trajectory for a drawing.
     Trace,
-    /// Its own error.
-    ErrorBound,
+    /// Its own error and what noise does to it.
+    Errors,
     /// Neither: it is compared with a run that has them.
     PeakOnly,
-    /// Its own error and a white noise of the base acceleration [m²/s³].
-    Noise(f64),
 }
 
 /// Everything that the runs of one assessment share.
@@ -102,6 +100,11 @@ impl RunSetup<'_> {
         detail: RunDetail,
     ) -> Result<RunOutcome, Error> {
         let (method, tolerance_rad) = self.policy.method_on(variant.model);
+        let with_errors = detail != RunDetail::PeakOnly;
+        let noise_m2_s3 = match with_errors && method == Method::EventDriven {
+            true => self.readings.noise_m2_s3()?,
+            false => None,
+        };
         let options = RunOptions {
             stop: variant.model,
             opens_when: variant.opens_when,
@@ -111,12 +114,9 @@ impl RunSetup<'_> {
             initial: self.initial(variant.model),
             window,
             trace: detail == RunDetail::Trace,
-            error_bound: detail != RunDetail::PeakOnly,
-            noise_m2_s3: match detail {
-                RunDetail::Noise(variance) => Some(variance),
-                _ => None,
-            },
-            peak_only: detail == RunDetail::PeakOnly,
+            error_bound: with_errors,
+            noise_m2_s3,
+            peak_only: !with_errors,
         };
         let within = self.work.within(self.control);
         let outcome = replay::run_within(reading, self.design, &options, &within)?;

@@ -346,8 +346,11 @@ impl Kernel {
         /// sample of a noisy recording would be.
         const GRAZED_MAX: f64 = 1e-4;
         self.settle_error();
-        let grazed = GRAZE_DEVIATIONS * self.sensitivity.deviation();
         let error = self.sensitivity.angle_error_soon(time);
+        if self.stop != StopModel::Rigid {
+            return error;
+        }
+        let grazed = GRAZE_DEVIATIONS * self.sensitivity.deviation();
         error.max(grazed.min(GRAZED_MAX))
     }
 

@@ -23,6 +23,10 @@ const EMPTY_UNSTATED_DB: f64 = -75.0;
 /// Part of the record at either end over which it is faded, so that its ends are no steps.
 const FADED_PART: f64 = 0.1;
 
+/// Samples of which a record is padded to a multiple, so that its length has no large prime factor but of long
+/// ones.
+const TRANSFORMED_BY: usize = 512;
+
 /// Warns of a raw channel that holds nothing above 500 Hz although nothing says that it was filtered.
 pub(super) fn finding(
     raw: &Signal,
@@ -69,6 +73,9 @@ fn level_db(raw: &Signal) -> Option<f64> {
         faded.samples[index] *= weight;
         faded.samples[count - 1 - index] *= weight;
     }
+    // Zeros after the fade change no power, and a length with small factors transforms at once.
+    let length = count.next_multiple_of(TRANSFORMED_BY);
+    faded.samples.resize(length, 0.0);
     let spectrum = spectrum::amplitude_spectrum(&faded);
     let mean_power = |band: std::ops::RangeInclusive<f64>| {
         let lines = spectrum.frequency_hz.iter().zip(&spectrum.amplitude_m_s2);

@@ -9,7 +9,7 @@ use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
 
 /// How the standard error counts correlated samples.
-pub const STANDARD_ERROR_METHOD: &str = "the largest of: integrated autocorrelation time by Geyer's initial positive sequence; a first-order autoregression of the samples and of means of 4 and 16, its coefficient taken one standard deviation high; σ/√n of independent samples";
+pub const STANDARD_ERROR_METHOD: &str = "the largest of: integrated autocorrelation time by Geyer's initial positive sequence; a first-order autoregression of the samples and of means of 4 and 16, its coefficient taken one standard deviation high; σ/√n of independent samples; the recorder's step/√12, where it is at least twice the noise";
 
 /// The pre-event window ends this long before time zero [s].
 pub const PRE_EVENT_END_S: f64 = -1e-3;
@@ -92,11 +92,10 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Tells whether rounding to the recorder's step is all there is: no other noise spreads the samples over
-    /// several steps, and along a flat top each may be off to the same side.
+    /// Tells whether rounding to the recorder's step is nearly all there is: the noise spreads the samples over
+    /// no more than half a step, and along a flat top each may be off to the same side.
     pub fn is_rounding(&self) -> bool {
-        let spread = 12.0_f64.sqrt() * self.deviation_m_s2;
-        self.on_grid && spread <= self.step_m_s2 * (1.0 + 1e-9)
+        self.on_grid && self.deviation_m_s2 <= 0.5 * self.step_m_s2
     }
 }
 
