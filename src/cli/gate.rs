@@ -19,7 +19,7 @@ use super::progress::Progress;
 use super::values::{OutputFormat, parse_date};
 use crate::gate::files::Reports;
 use crate::gate::{self, Asked, Baseline, GateFile, GateSummary, Plan, Store};
-use crate::pipeline::Request;
+use crate::pipeline::{Design, Request};
 use clap::{Args, ValueEnum};
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::{Limits, read_within};
@@ -60,6 +60,15 @@ pub struct GateArguments {
     /// The day against which exceptions are held [default: today, UTC]
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = parse_date)]
     pub date: Option<String>,
+    /// Print the pairs with what is required of them, and judge none
+    #[arg(long)]
+    pub list: bool,
+    /// Judge the recordings of such a name alone; may be given again
+    #[arg(long, value_name = "PATTERN", conflicts_with = "baseline")]
+    pub only_recording: Vec<String>,
+    /// Judge with the designs of such a name alone; may be given again
+    #[arg(long, value_name = "PATTERN", conflicts_with = "baseline")]
+    pub only_design: Vec<String>,
     /// Print what is not as required as annotations of a CI system, ten at most
     #[arg(long, value_enum)]
     pub annotate: Option<Annotations>,
@@ -104,13 +113,32 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     }
     // clap asks for the file where none of the two is given.
     let path = own.gate.as_deref().unwrap_or(Path::new(""));
-    let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
+    let chosen = !own.only_recording.is_empty() || !own.only_design.is_empty();
+    let folder = own
+        .out
+        .clone()
+        .unwrap_or_else(|| default_folder(path, chosen));
     let at = store_folder(own, path);
     let mut ours = vec![folder.clone(), at.clone()];
     ours.extend(own.sweep.columns.clone());
-    let Some(plan) = plan(path, &ours, &limits)? else {
+    let Some(mut plan) = plan(path, &ours, &limits)? else {
         return Ok(COULD_NOT);
     };
+    if chosen && own.sweep.is_asked() {
+        let error = Error::malformed(
+            "shares of all pairs",
+            "a choice of some",
+            "leave out `--only-recording` and `--only-design`, or the shares",
+        );
+        return Err(Failure::Usage(error));
+    }
+    let all = plan.recordings.len() * plan.designs.len();
+    plan.only(&own.only_recording, &own.only_design)
+        .map_err(Failure::Data)?;
+    if own.list {
+        return list(&plan, common).map(|()| 0).map_err(Failure::Data);
+    }
+    let plan = plan;
     let sweep = own.sweep.is_asked().then(|| SweepCommand {
         gate: path,
         plan: &plan,
@@ -165,10 +193,15 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     })?;
     let cached: usize = judged.iter().map(|judged| judged.cached).sum();
     let summary = gate::hold(&plan, judged, &store, asked).map_err(Failure::Data)?;
-    let pairs = summary.counts.pairs;
+    let judged = summary.counts.pairs;
     let code = answer(own, common, &plan, summary, &folder);
+    if plan.part {
+        output::talk(&format!(
+            "latchgate: judged {judged} of {all} pairs, as chosen; the gate's answer takes all"
+        ));
+    }
     if cached > 0 {
-        let pairs = gate::text::counted(pairs, "pair");
+        let pairs = gate::text::counted(judged, "pair");
         output::talk(&format!("latchgate: {cached} of {pairs} cached"));
     }
     code
@@ -196,7 +229,7 @@ fn answer(
     if let Err(error) = &written {
         summary.add_problem("report-not-written", &error.to_string());
     }
-    let printed = print(own, common, &summary, folder, written.is_ok());
+    let printed = print(own, common, plan, &summary, folder, written.is_ok());
     let left_out = written.map_err(Failure::of_data)?;
     printed.map_err(Failure::Data)?;
     if left_out > 0 {
@@ -217,6 +250,7 @@ fn worded(text: &str) -> String {
 fn print(
     own: &GateArguments,
     common: &Common,
+    plan: &Plan,
     summary: &GateSummary,
     folder: &Path,
     written: bool,
@@ -233,13 +267,21 @@ fn print(
             output::document(&worded(&gate::text::render(summary, folder)?))?;
         }
     }
+    let annotations = || {
+        let path = own.gate.as_deref().unwrap_or(Path::new(""));
+        let line_of = |name: &str| {
+            let mut recordings = plan.recordings.iter();
+            recordings.find(|own| own.name == name)?.line
+        };
+        gate::markdown::annotations(summary, &path.display().to_string(), line_of)
+    };
     match own.annotate {
         // Workflow commands are read from either stream; a JSON document is to stay one.
         Some(Annotations::Github) if common.format == OutputFormat::Json => {
-            output::talk(gate::markdown::annotations(summary)?.trim_end());
+            output::talk(annotations()?.trim_end());
             Ok(())
         }
-        Some(Annotations::Github) => output::document(&gate::markdown::annotations(summary)?),
+        Some(Annotations::Github) => output::document(&annotations()?),
         None => Ok(()),
     }
 }
@@ -357,12 +399,36 @@ fn file_name(path: &Path) -> String {
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
-/// `reports/out/gate-<name of the gate file>`.
-fn default_folder(gate: &Path) -> PathBuf {
+/// Prints the pairs of a gate.
+fn list(plan: &Plan, common: &Common) -> Result<(), Error> {
+    let pairs = plan.recordings.iter().flat_map(|recording| {
+        let with = move |design: &'_ Design| (recording.name.clone(), design.name.clone());
+        plan.designs.iter().map(with)
+    });
+    let required = |recording: &str, design: &str| plan.required(recording, design).name();
+    if common.format == OutputFormat::Json {
+        let of = |(recording, design): (String, String)| {
+            let required = required(&recording, &design);
+            serde_json::json!({ "recording": recording, "design": design, "required": required })
+        };
+        let listed: Vec<serde_json::Value> = pairs.map(of).collect();
+        return output::document(&format!("{:#}\n", serde_json::Value::from(listed)));
+    }
+    let line = |(recording, design): (String, String)| {
+        let required = required(&recording, &design);
+        let text = format!("{recording} with {design}: {required} required");
+        format!("{}\n", latchgate_report::escape::terminal(&text))
+    };
+    output::document(&pairs.map(line).collect::<String>())
+}
+
+/// `reports/out/gate-<name of the gate file>`; the files of some of its pairs do not replace those of all.
+fn default_folder(gate: &Path, chosen: bool) -> PathBuf {
     let stem = gate
         .file_stem()
         .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    Path::new("reports/out").join(format!("gate-{stem}"))
+    let part = if chosen { "-part" } else { "" };
+    Path::new("reports/out").join(format!("gate-{stem}{part}"))
 }
 
 /// Returns the day of now, UTC, `YYYY-MM-DD`.

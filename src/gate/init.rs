@@ -41,7 +41,8 @@ name = \"paper\"
 ";
 
 /// Returns the text of a gate file over the recordings in a folder: those that can be judged as they
-/// are, and the others as comments with the reason why not.
+/// are, and the others as comments with the reason why not. A channel that is not plainly lateral is
+/// one of the others.
 ///
 /// # Errors
 ///
@@ -59,7 +60,11 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
         let control = control.with_threads(1);
         control.unmeasured(|control| {
             match Prepared::open(&source, &Request::default(), limits, control) {
-                Ok(_) => Ok(None),
+                Ok(prepared) => {
+                    let mut findings = prepared.findings().iter();
+                    let doubt = findings.find(|finding| finding.code == "channel-not-lateral");
+                    Ok(doubt.map(|doubt| doubt.text.clone()))
+                }
                 Err(refused) if refused.error.is_stopped() => Err(refused.error),
                 Err(refused) => Ok(Some(refused.error.to_string())),
             }

@@ -13,6 +13,9 @@ const CHARACTERS_MAX: usize = 60_000;
 /// Pairs that are listed.
 const LISTED: usize = 10;
 
+/// Recordings and designs up to which the matrix is shown.
+const MATRIX_MAX: (usize, usize) = (40, 20);
+
 /// Characters of a name, and of what is said of a pair.
 const NAME_MAX: usize = 120;
 const TEXT_MAX: usize = 400;
@@ -20,7 +23,7 @@ const TEXT_MAX: usize = 400;
 /// Annotations that are printed: one CI system shows ten a step.
 const ANNOTATIONS_MAX: usize = 10;
 
-/// Returns the summary: the answer, the worst ten pairs, exceptions, changes, counts.
+/// Returns the summary: the answer, the matrix, the worst ten pairs, exceptions, changes, counts.
 ///
 /// # Errors
 ///
@@ -40,6 +43,7 @@ pub fn render(summary: &GateSummary) -> Result<String, Error> {
             text::counted(summary.problems.len() - LISTED, "further problem")
         );
     }
+    matrix(&mut out, summary)?;
     table(
         &mut out,
         summary,
@@ -93,6 +97,34 @@ pub fn render(summary: &GateSummary) -> Result<String, Error> {
         summary.version
     );
     Ok(cut(out))
+}
+
+/// Writes the answers of all pairs, a row per recording, where there are few.
+fn matrix(out: &mut String, summary: &GateSummary) -> Result<(), Error> {
+    let (recordings, designs) = (summary.recordings.len(), summary.designs.len());
+    let few = recordings <= MATRIX_MAX.0 && designs <= MATRIX_MAX.1;
+    if !few || !summary.pairs.is_whole() || designs == 0 {
+        return Ok(());
+    }
+    let heads: Vec<String> = summary.designs.iter().map(|own| code(&own.name)).collect();
+    let _ = writeln!(out, "\n| | {} |", heads.join(" | "));
+    let _ = writeln!(out, "| --- |{}", " :-: |".repeat(designs));
+    for (number, recording) in summary.recordings.iter().enumerate() {
+        let _ = write!(out, "| {} |", code(&recording.name));
+        for pair in summary
+            .pairs
+            .some(designs * number..designs * (number + 1))?
+        {
+            let glyph = text::glyph(pair.row.verdict);
+            let _ = match pair.standing {
+                PairStanding::NotAsRequired => write!(out, " **{glyph}** |"),
+                _ => write!(out, " {glyph} |"),
+            };
+        }
+        out.push('\n');
+    }
+    out.push_str("\n✓ pass, ✗ fail, ? undecided, ∅ unusable; bold: not as required\n");
+    Ok(())
 }
 
 fn table(
@@ -221,15 +253,20 @@ fn cut(text: String) -> String {
     )
 }
 
-/// Returns annotations as GitHub Actions reads them from a step's output, ten at most.
+/// Returns annotations as GitHub Actions reads them from a step's output, ten at most, in the gate file at
+/// `path`; `line_of` tells where a recording stands in it.
 ///
 /// # Errors
 ///
 /// [`latchgate_recording::error::ErrorKind::Io`] if a decision can no longer be read.
-pub fn annotations(summary: &GateSummary) -> Result<String, Error> {
+pub fn annotations(
+    summary: &GateSummary,
+    path: &str,
+    line_of: impl Fn(&str) -> Option<u64>,
+) -> Result<String, Error> {
     let problems = summary.problems.iter();
     let mut lines: Vec<String> = problems
-        .map(|problem| annotation(&problem.code, &problem.text))
+        .map(|problem| annotation((path, None), &problem.code, &problem.text))
         .take(ANNOTATIONS_MAX)
         .collect();
     let (worst, all) = summary.standing(PairStanding::NotAsRequired);
@@ -241,7 +278,8 @@ pub fn annotations(summary: &GateSummary) -> Result<String, Error> {
             pair.recording,
             pair.design
         );
-        lines.push(annotation(&title, &text::what(&pair)));
+        let place = (path, line_of(&pair.recording));
+        lines.push(annotation(place, &title, &text::what(&pair)));
     }
     let all = summary.problems.len() + all;
     if all > ANNOTATIONS_MAX {
@@ -250,12 +288,12 @@ pub fn annotations(summary: &GateSummary) -> Result<String, Error> {
             "{} of what is not as required; see summary.json",
             text::counted(all - lines.len(), "further line")
         );
-        lines.push(annotation("latchgate", &more));
+        lines.push(annotation((path, None), "latchgate", &more));
     }
     Ok(lines.concat())
 }
 
-fn annotation(title: &str, message: &str) -> String {
+fn annotation((path, line): (&str, Option<u64>), title: &str, message: &str) -> String {
     let escape = |text: &str, more: &[(&str, &str)]| {
         let mut text: String = text
             .chars()
@@ -270,6 +308,12 @@ fn annotation(title: &str, message: &str) -> String {
             .map(|c| if c.is_control() { ' ' } else { c })
             .collect::<String>()
     };
-    let title = escape(title, &[(":", "%3A"), (",", "%2C")]);
-    format!("::error title={title}::{}\n", escape(message, &[]))
+    let property = |text: &str| escape(text, &[(":", "%3A"), (",", "%2C")]);
+    let line = line.map_or_else(String::new, |line| format!(",line={line}"));
+    format!(
+        "::error file={}{line},title={}::{}\n",
+        property(path),
+        property(title),
+        escape(message, &[])
+    )
 }

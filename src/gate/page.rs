@@ -20,7 +20,10 @@ const UPRIGHT_DESIGNS_MAX: usize = 8;
 /// Designs up to which it fits on a sheet at all.
 const PRINTED_DESIGNS_MAX: usize = 20;
 
-/// Pairs that are listed above the matrix.
+/// Recordings up to which the matrix stands above the lists.
+const FIRST_RECORDINGS_MAX: usize = 100;
+
+/// Pairs that are listed.
 const LISTED: usize = 50;
 
 /// The page's own rules, beside those of a report.
@@ -79,6 +82,24 @@ pub fn write(
         let _ = write!(out, "<p class=\"note\">Not seen: {UNSEEN}.</p>");
     }
     out.push_str("</section>\n");
+    let mut put = |text: &str| file.write_all(text.as_bytes()).map_err(unwritten);
+    put(&out)?;
+    // A matrix that is seen at once is the answer; a long one is looked up.
+    let first = has_matrix(summary) && summary.recordings.len() <= FIRST_RECORDINGS_MAX;
+    if first {
+        all_pairs(summary, reports, &mut put)?;
+    }
+    put(&lists(summary, reports)?)?;
+    if !first {
+        all_pairs(summary, reports, &mut put)?;
+    }
+    put("</main>\n")?;
+    put(&frame.tail())
+}
+
+/// Returns the pairs that stand out, a list for each way, and what changed since the baseline.
+fn lists(summary: &GateSummary, reports: &ReportFolders) -> Result<String, Error> {
+    let mut out = String::new();
     for (id, title, standing) in [
         (
             "worst",
@@ -111,16 +132,22 @@ pub fn write(
         }
     }
     changes(&mut out, summary);
-    matrix_head(&mut out, summary);
-    let mut put = |text: &str| file.write_all(text.as_bytes()).map_err(unwritten);
-    put(&out)?;
+    Ok(out)
+}
+
+/// Writes the matrix, or of very many pairs the worst.
+fn all_pairs(
+    summary: &GateSummary,
+    reports: &ReportFolders,
+    put: &mut impl FnMut(&str) -> Result<(), Error>,
+) -> Result<(), Error> {
+    put(&matrix_head(summary))?;
     if has_matrix(summary) {
-        matrix(summary, reports, &mut put)?;
+        matrix(summary, reports, put)?;
     } else {
-        worst_of_each(summary, &mut put)?;
+        worst_of_each(summary, put)?;
     }
-    put("</section>\n</main>\n")?;
-    put(&frame.tail())
+    put("</section>\n")
 }
 
 fn counts(out: &mut String, summary: &GateSummary) {
@@ -196,17 +223,8 @@ fn answer(verdict: Answer) -> String {
     format!(
         "<span class=\"badge {0}\">{1} {0}</span>",
         verdict.name(),
-        glyph(verdict)
+        text::glyph(verdict)
     )
-}
-
-fn glyph(verdict: Answer) -> char {
-    match verdict {
-        Answer::Pass => '✓',
-        Answer::Fail => '✗',
-        Answer::Undecided => '?',
-        Answer::Unusable => '∅',
-    }
 }
 
 fn changes(out: &mut String, summary: &GateSummary) {
@@ -262,15 +280,14 @@ fn has_matrix(summary: &GateSummary) -> bool {
     summary.pairs.is_whole() && summary.pairs.len() <= CELLS_MAX
 }
 
-fn matrix_head(out: &mut String, summary: &GateSummary) {
+fn matrix_head(summary: &GateSummary) -> String {
     let whole = has_matrix(summary);
     let wide = if whole && summary.designs.len() > UPRIGHT_DESIGNS_MAX {
         " class=\"wide\""
     } else {
         ""
     };
-    let _ = write!(
-        out,
+    format!(
         "<section id=\"matrix\"{wide}>\n<h2>Recordings and designs</h2>\n<p class=\"note\">Each cell holds the answer and the margin: how far \
          the nominal peak stays below the limit angle, its error taken off, in percent of the limit. A ring marks what is not as required.{}</p>\n\
          <div class=\"tools\" hidden><label>Recordings <input type=\"search\" id=\"filter\" placeholder=\"part of a name\"></label> \
@@ -282,7 +299,7 @@ fn matrix_head(out: &mut String, summary: &GateSummary) {
         } else {
             " Of this many pairs only the worst of each recording and of each design are shown."
         }
-    );
+    )
 }
 
 /// Writes a list of the worst pair of each recording and of each design.
@@ -388,7 +405,7 @@ fn matrix_row<'a>(
         );
         let inner = format!(
             "<span aria-hidden=\"true\">{}</span> {}",
-            glyph(pair.row.verdict),
+            text::glyph(pair.row.verdict),
             percent(pair)
         );
         let inner = match folder {

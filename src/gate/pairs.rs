@@ -349,6 +349,12 @@ impl Pairs {
         (0..self.len()).filter(of).collect()
     }
 
+    /// Returns how many of those that stand so have an answer.
+    pub(super) fn counted(&self, standing: PairStanding, verdict: Answer) -> usize {
+        let of = |mark: &&PairMark| mark.standing == standing && mark.verdict == verdict;
+        self.marks.iter().filter(of).count()
+    }
+
     /// Orders pairs, the worst first. Their numbers follow the order of their names.
     pub fn rank(&self, index: usize) -> (Reverse<u8>, i64, usize) {
         self.marks[index].rank(index)

@@ -24,6 +24,8 @@ pub struct Plan {
     rules: Vec<Rule>,
     /// Exceptions, in the order of the file.
     pub exceptions: Vec<PlannedException>,
+    /// Only some of its pairs are asked for.
+    pub part: bool,
 }
 
 /// A recording with its settings.
@@ -32,6 +34,8 @@ pub struct PlannedRecording {
     /// Path relative to the gate file's folder, `/` between folders, and the channel where the
     /// gate names one.
     pub name: String,
+    /// Line of its entry in the gate file.
+    pub line: Option<u64>,
     /// Where it lies.
     pub path: PathBuf,
     /// How it is read, conditioned and judged: that of all recordings of an entry.
@@ -154,6 +158,7 @@ impl Plan {
             designs,
             rules: Vec::new(),
             exceptions: Vec::new(),
+            part: false,
         };
         for entry in &file.require {
             match plan.pairs(&entry.recordings, &entry.designs, "requirement") {
@@ -176,6 +181,47 @@ impl Plan {
         } else {
             Err(errors)
         }
+    }
+
+    /// Leaves those recordings and designs alone that one of the patterns names, all where there is none.
+    ///
+    /// # Errors
+    ///
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] for a pattern that is none, or that names nothing.
+    pub fn only(&mut self, recordings: &[String], designs: &[String]) -> Result<(), Error> {
+        let kept = |patterns: &[String],
+                    key: &str,
+                    count: usize,
+                    names: &dyn Fn(usize, &Pattern) -> bool| {
+            let mut kept = vec![patterns.is_empty(); count];
+            for text in patterns {
+                let pattern = pattern(text)?;
+                let mut any = false;
+                for (number, kept) in kept.iter_mut().enumerate() {
+                    let named = names(number, &pattern);
+                    *kept |= named;
+                    any |= named;
+                }
+                if !any {
+                    return Err(matches_nothing("choice", key, text));
+                }
+            }
+            Ok(kept)
+        };
+        let name = |number: usize, pattern: &Pattern| {
+            names_recording(pattern, &self.recordings[number].name)
+        };
+        let of_recordings = kept(recordings, "recordings", self.recordings.len(), &name)?;
+        let name = |number: usize, pattern: &Pattern| {
+            pattern.matches_with(&self.designs[number].name, DESIGNS)
+        };
+        let of_designs = kept(designs, "designs", self.designs.len(), &name)?;
+        self.part = of_recordings.contains(&false) || of_designs.contains(&false);
+        let mut of = of_recordings.into_iter();
+        self.recordings.retain(|_| of.next().unwrap_or(false));
+        let mut of = of_designs.into_iter();
+        self.designs.retain(|_| of.next().unwrap_or(false));
+        Ok(())
     }
 
     /// Holds the designs against the settings; an error that many designs share is told once.
@@ -281,6 +327,7 @@ fn recordings(
                 let name = name_of(&path, folder, entry.request.channel.as_deref());
                 let planned = PlannedRecording {
                     name: name.clone(),
+                    line: entry.place.line,
                     path,
                     request: Arc::clone(&request),
                 };

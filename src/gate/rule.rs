@@ -180,7 +180,7 @@ fn stand(plan: &Plan, pair: &mut Pair, asked: Asked<'_>, needed: &mut [bool]) ->
     through
 }
 
-/// Finds exceptions that expired, or that no pair needs.
+/// Finds exceptions that expired, or that no pair needs where all were judged.
 fn exceptions(plan: &Plan, needed: &[bool], date: &str) -> Vec<GateProblem> {
     let mut problems = Vec::new();
     for (exception, needed) in plan.exceptions.iter().zip(needed) {
@@ -195,7 +195,7 @@ fn exceptions(plan: &Plan, needed: &[bool], date: &str) -> Vec<GateProblem> {
                     exception.until
                 ),
             });
-        } else if !needed {
+        } else if !needed && !plan.part {
             problems.push(GateProblem {
                 code: "exception-not-needed".into(),
                 text: format!(

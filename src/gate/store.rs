@@ -402,13 +402,15 @@ fn whole_at(
     Ok(body.map(|body| (head, body)))
 }
 
-/// Makes the folder of a store, with its mark.
+/// Makes the folder of a store, with its marks: for programs that keep copies, and for git.
 pub(super) fn make(folder: &Path) -> Result<(), Error> {
     fs::create_dir_all(folder).map_err(|error| Error::io_at("make the store", folder, &error))?;
-    let tag = folder.join("CACHEDIR.TAG");
-    if !tag.exists() {
-        fs::write(&tag, CACHE_TAG)
-            .map_err(|error| Error::io_at("write the store", &tag, &error))?;
+    for (name, text) in [("CACHEDIR.TAG", CACHE_TAG), (".gitignore", "*\n")] {
+        let mark = folder.join(name);
+        if !mark.exists() {
+            fs::write(&mark, text)
+                .map_err(|error| Error::io_at("write the store", &mark, &error))?;
+        }
     }
     Ok(())
 }

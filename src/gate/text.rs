@@ -174,7 +174,24 @@ pub(super) fn headline(summary: &GateSummary) -> String {
         some => {
             let are = if some == 1 { "is" } else { "are" };
             let pairs = counted(counts.pairs, "pair");
-            format!("{some} of {pairs} {are} not as required")
+            let answers = [
+                Answer::Fail,
+                Answer::Pass,
+                Answer::Undecided,
+                Answer::Unusable,
+            ];
+            let of =
+                |answer: Answer| match summary.pairs.counted(PairStanding::NotAsRequired, answer) {
+                    0 => None,
+                    count => Some(format!("{count} {}", answer.name())),
+                };
+            let told: Vec<String> = answers.into_iter().filter_map(of).collect();
+            // Of very many pairs only some are at hand.
+            let told = match summary.pairs.is_whole() {
+                true => format!(": {}", told.join(", ")),
+                false => String::new(),
+            };
+            format!("{some} of {pairs} {are} not as required{told}")
         }
     };
     if counts.allowed > 0 {
@@ -188,6 +205,16 @@ pub(super) fn headline(summary: &GateSummary) -> String {
     }
     let _ = write!(text, " (exit {})", summary.exit_code);
     text
+}
+
+/// Returns the sign of an answer.
+pub(super) fn glyph(verdict: Answer) -> char {
+    match verdict {
+        Answer::Pass => '✓',
+        Answer::Fail => '✗',
+        Answer::Undecided => '?',
+        Answer::Unusable => '∅',
+    }
 }
 
 /// Returns what is to be said of a pair beside its names and its answer.

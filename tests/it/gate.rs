@@ -126,7 +126,49 @@ fn cli_the_exit_code_is_the_worst_of_what_is_not_as_required() {
         let done = yard.gate(&gate(files), &[]);
         assert_eq!(done.code, code, "{files}: {}{}", done.out, done.err);
         assert_eq!(yard.summary()["exit_code"], code);
+        if code == 4 {
+            let first = "GATE NOT PASSED  3 of 4 pairs are not as required: 1 fail, 1 undecided, 1 unusable (exit 4)\n";
+            assert!(done.out.starts_with(first), "{}", done.out);
+        }
     }
+}
+
+/// Some pairs can be asked for; what they say replaces nothing that is said of all.
+#[test]
+fn cli_some_pairs_of_a_gate_are_listed_or_judged() {
+    let yard = Yard::new("only");
+    let gate = format!(
+        "{STANDS}[[designs]]\nfile = \"designs/stiff.toml\"\n\
+         [[allow]]\nrecordings = \"pass.csv\"\nreason = \"is not needed\"\nuntil = 2026-12-31\n"
+    );
+    let listed = yard.gate(&gate, &["--list"]);
+    assert_eq!((listed.code, listed.err.as_str()), (0, ""));
+    let all = "fail.csv with paper: fail required\nfail.csv with stiff: fail required\n\
+               pass.csv with paper: pass required\npass.csv with stiff: pass required\n";
+    assert_eq!(listed.out, all);
+    assert!(!yard.out("summary.json").exists(), "nothing was judged");
+    let some = ["--only-recording", "p*.csv", "--only-design", "paper"];
+    let listed = yard.gate(
+        &gate,
+        &[&some[..], &["--list", "--format", "json"]].concat(),
+    );
+    let listed: Value = serde_json::from_str(&listed.out).unwrap();
+    assert_eq!(
+        listed,
+        serde_json::json!([{ "recording": "pass.csv", "design": "paper", "required": "pass" }])
+    );
+    // The exception is not needed, but of some pairs that cannot be known.
+    let done = yard.gate(&gate, &some);
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    assert!(done.err.contains("judged 1 of 4 pairs"), "{}", done.err);
+    let nothing = yard.gate(&gate, &["--only-design", "nobody"]);
+    assert_eq!(nothing.code, 4);
+    assert!(nothing.err.contains("`nobody`"), "{}", nothing.err);
+    // Neither a baseline nor a share is of some pairs.
+    let part = yard.gate(&gate, &["--only-design", "paper", "--part", "1/2"]);
+    assert_eq!(part.code, 2, "{}", part.err);
+    let baseline = yard.gate(&gate, &["--only-design", "paper", "--baseline", "x.json"]);
+    assert_eq!(baseline.code, 2, "{}", baseline.err);
 }
 
 #[test]
@@ -235,6 +277,10 @@ fn cli_a_baseline_tells_what_changed() {
 fn cli_a_first_gate_file_is_one_that_runs() {
     let yard = Yard::new("init");
     yard.folder.write("notes.txt", "nothing measured\n");
+    yard.folder
+        .write("along.csv.toml", "channel = \"acc_x_g\"\n");
+    yard.folder
+        .write("along.csv", table(weak).replacen("acc_y", "acc_x", 1));
     let done = finish(
         program()
             .current_dir(yard.folder.path())
@@ -244,6 +290,11 @@ fn cli_a_first_gate_file_is_one_that_runs() {
     let text = fs::read_to_string(yard.folder.path().join("gate.toml")).unwrap();
     assert!(text.contains("\"pass.csv\",\n"), "{text}");
     assert!(text.contains("# files = [\"notes.txt\"]"), "{text}");
+    assert!(
+        text.contains("is not plainly a lateral acceleration")
+            && text.contains("# files = [\"along.csv\"]"),
+        "{text}"
+    );
     let done = finish(yard.command(&[]));
     assert!(
         yard.summary()["counts"]["pairs"].as_u64() == Some(4),

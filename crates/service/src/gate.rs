@@ -188,10 +188,14 @@ fn recordings(
                 }
                 let planned = PlannedRecording {
                     name: name.clone(),
+                    line: entry.place.line,
                     path: PathBuf::from(&recording.id),
                     request: Arc::clone(&request),
                 };
-                let other = found.get(&name).filter(|known| **known != planned);
+                let differs = |known: &&PlannedRecording| {
+                    known.path != planned.path || known.request != planned.request
+                };
+                let other = found.get(&name).filter(differs);
                 if other.is_some() {
                     let expected = format!("`{name}` with one setting");
                     let hint = "let one entry match it, or give it a channel in both";
@@ -418,6 +422,7 @@ fn summed_up(
     for recording in &gate.recordings {
         recordings.push(PlannedRecording {
             name: recording.name.clone(),
+            line: None,
             path: PathBuf::from(&recording.id),
             request: Arc::new(request(&recording.request).map_err(|e| odd(e.to_string()))?),
         });

@@ -31,7 +31,9 @@ fn cli_names_do_not_break_out_of_any_output() {
         done.out
     );
     assert_eq!(
-        done.out.matches("::error title=").count(),
+        done.out
+            .matches("::error file=gate.toml,line=1,title=")
+            .count(),
         6,
         "{}",
         done.out
@@ -186,7 +188,7 @@ fn cli_outputs_of_very_many_pairs_stay_within_their_limits() {
     );
     assert!(gate::markdown::render(&failing).unwrap().len() <= 60_000);
     assert_eq!(
-        gate::markdown::annotations(&failing)
+        gate::markdown::annotations(&failing, "gate.toml", |_| Some(2))
             .unwrap()
             .matches("::error")
             .count(),
@@ -318,7 +320,8 @@ fn cli_one_is_told_of_as_one() {
     let gate = "[[recordings]]\nfiles = \"one.csv\"\nopens_when = \"negative\"\nmembers = 0\n[[designs]]\nname = \"paper\"\n";
     let done = yard.gate(gate, &["--reports", "none"]);
     assert!(
-        done.out.contains("1 of 1 pair is not as required"),
+        done.out
+            .contains("1 of 1 pair is not as required: 1 fail (exit 1)"),
         "{}",
         done.out
     );
@@ -326,4 +329,23 @@ fn cli_one_is_told_of_as_one() {
     assert!(page.contains("<dt>recording</dt><dd class=\"value\">1</dd>"));
     let markdown = yard.text("summary.md");
     assert!(markdown.contains("; 1 recording, 1 design; "), "{markdown}");
+}
+
+/// The answers of all pairs come first where they are seen at once.
+#[test]
+fn cli_the_matrix_stands_above_what_is_not_as_required() {
+    let yard = Yard::new("matrix");
+    let gate = "[[recordings]]\nfiles = [\"pass.csv\", \"fail.csv\", \"clipped.csv\"]\nopens_when = \"negative\"\nmembers = 0\n\
+                [[designs]]\nname = \"paper\"\n[[designs]]\nname = \"stiff\"\nset = { \"lever.preload_torque_nm\" = 9 }\n\
+                [[require]]\nrecordings = \"fail.csv\"\ndesigns = \"paper\"\nverdict = \"fail\"\n";
+    let done = yard.gate(gate, &[]);
+    assert_eq!(done.code, 4, "{}{}", done.out, done.err);
+    let markdown = yard.text("summary.md");
+    let matrix = "| | `paper` | `stiff` |\n| --- | :-: | :-: |\n\
+                  | `clipped.csv` | **∅** | **∅** |\n| `fail.csv` | ✗ | ✓ |\n| `pass.csv` | ✓ | ✓ |\n";
+    let (before, after) = markdown.split_once(matrix).expect(&markdown);
+    assert!(!before.contains("Not as required,") && after.contains("Not as required,"));
+    let page = yard.text("index.html");
+    let place = |what: &str| page.find(what).expect(what);
+    assert!(place("<section id=\"matrix\"") < place("<section id=\"worst\""));
 }

@@ -34,6 +34,11 @@ fn cli_a_second_run_takes_every_decision_from_the_store() {
     assert_eq!(files(&yard).len(), 1);
     let tag = fs::read_to_string(yard.folder.path().join(".latchgate/CACHEDIR.TAG")).unwrap();
     assert!(tag.starts_with("Signature: 8a477f597d28d172789f06886806bc55"));
+    // Nobody commits it by accident.
+    assert_eq!(
+        fs::read_to_string(yard.folder.path().join(".latchgate/.gitignore")).unwrap(),
+        "*\n"
+    );
 }
 
 /// What the laboratory says of a file belongs to the question: a card changes the pair's name.

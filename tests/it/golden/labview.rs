@@ -164,7 +164,6 @@ fn clocks() -> Vec<Case> {
                         "warning rate-below-default-filter",
                         "warning implausible-velocity",
                         "warning no-pre-event-data",
-                        "warning work-limit",
                     ],
                     &["250 Hz"],
                 ),
