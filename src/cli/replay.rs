@@ -119,7 +119,7 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
     let evidence = judged.outcome.evidence.as_ref();
     let path = (recording != Path::new("-")).then_some(recording);
     let earlier = latchgate_report::id_in(&folder);
-    match latchgate_report::write(&folder, document, evidence, path) {
+    match latchgate_report::write(&folder, latchgate_report::files(document, evidence), path) {
         Ok(_) => {
             if earlier.is_some_and(|earlier| earlier != document.report_id) {
                 let folder = folder.display();

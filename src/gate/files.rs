@@ -131,12 +131,9 @@ fn full(
     }
     let id: String = pair.row.report_id.chars().take(12).collect();
     let own = format!("{REPORTS}/{id}");
-    latchgate_report::write(
-        &folder.join(&own),
-        &outcome.document,
-        outcome.evidence.as_ref(),
-        Some(&recording.path),
-    )?;
+    let files =
+        latchgate_report::files_without_series(&outcome.document, outcome.evidence.as_ref());
+    latchgate_report::write(&folder.join(&own), files, Some(&recording.path))?;
     Ok(Some(own))
 }
 

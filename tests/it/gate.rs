@@ -138,8 +138,8 @@ fn cli_the_exit_code_is_the_worst_of_what_is_not_as_required() {
 fn cli_some_pairs_of_a_gate_are_listed_or_judged() {
     let yard = Yard::new("only");
     let gate = format!(
-        "{STANDS}[[designs]]\nfile = \"designs/stiff.toml\"\n\
-         [[allow]]\nrecordings = \"pass.csv\"\nreason = \"is not needed\"\nuntil = 2026-12-31\n"
+        "{STANDS}[[designs]]\nname = \"stiff\"\nfile = \"designs/stiff.toml\"\n\
+         [[allow]]\nrecordings = \"pass.csv\"\ndesigns = \"*\"\nreason = \"is not needed\"\nuntil = 2026-12-31\n"
     );
     let listed = yard.gate(&gate, &["--list"]);
     assert_eq!((listed.code, listed.err.as_str()), (0, ""));

@@ -427,12 +427,21 @@ fn verif_text_from_files_stays_text() {
 fn verif_write_leaves_no_older_file_behind() {
     let folder = temporary_folder("older");
     let failing = fixture::failing();
-    let first =
-        latchgate_report::write(&folder, &failing.document, Some(&failing.evidence), None).unwrap();
+    let first = latchgate_report::write(
+        &folder,
+        latchgate_report::files(&failing.document, Some(&failing.evidence)),
+        None,
+    )
+    .unwrap();
     assert_eq!(first.len(), 3 + plot::NAMES.len());
     assert!(first.iter().all(|path| path.exists()));
     let unread = fixture::unread();
-    let second = latchgate_report::write(&folder, &unread.document, None, None).unwrap();
+    let second = latchgate_report::write(
+        &folder,
+        latchgate_report::files(&unread.document, None),
+        None,
+    )
+    .unwrap();
     let mut left: Vec<_> = std::fs::read_dir(&folder)
         .unwrap()
         .map(|entry| entry.unwrap().path())
@@ -449,7 +458,9 @@ fn verif_write_says_which_path_failed() {
     std::fs::create_dir_all(folder.parent().unwrap()).unwrap();
     std::fs::write(&folder, "a file where the folder should be").unwrap();
     let case = fixture::unread();
-    let error = latchgate_report::write(&folder, &case.document, None, None).unwrap_err();
+    let error =
+        latchgate_report::write(&folder, latchgate_report::files(&case.document, None), None)
+            .unwrap_err();
     std::fs::remove_file(&folder).unwrap();
     assert!(error.to_string().contains("blocked"), "{error}");
     assert!(error.to_string().contains("report folder"), "{error}");

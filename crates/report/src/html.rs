@@ -73,7 +73,7 @@ pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[
 }
 
 /// Bytes of series that a page takes in.
-const SERIES_BYTES: usize = 6 << 20;
+pub(super) const SERIES_BYTES: usize = 6 << 20;
 
 /// What lets the first plot be read off and zoomed.
 const SCRIPT: &str = include_str!("html/event.js");

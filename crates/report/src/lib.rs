@@ -90,8 +90,18 @@ pub fn files(document: &Document, evidence: Option<&Evidence>) -> Vec<(String, V
     files
 }
 
-/// Writes [`files`] into `dir`, which is created if absent, in place of those of an earlier report,
-/// and returns the paths, the page's first. Whoever looks finds the earlier report, this one or
+/// As [`files`], without series that the page holds as well.
+pub fn files_without_series(
+    document: &Document,
+    evidence: Option<&Evidence>,
+) -> Vec<(String, Vec<u8>)> {
+    let mut files = files(document, evidence);
+    files.retain(|(name, bytes)| name != SERIES_FILE || bytes.len() > html::SERIES_BYTES);
+    files
+}
+
+/// Writes the files of a report into `dir`, which is created if absent, in place of those of an earlier
+/// report, and returns the paths, the page's first. Whoever looks finds the earlier report, this one or
 /// none. `recording` is the path that was replayed, kept for whoever verifies.
 ///
 /// # Errors
@@ -100,8 +110,7 @@ pub fn files(document: &Document, evidence: Option<&Evidence>) -> Vec<(String, V
 /// or written.
 pub fn write(
     dir: &Path,
-    document: &Document,
-    evidence: Option<&Evidence>,
+    mut files: Vec<(String, Vec<u8>)>,
     recording: Option<&Path>,
 ) -> Result<Vec<PathBuf>, Error> {
     let ours: Vec<String> = [REPORT_FILE, VERDICT_FILE, SERIES_FILE, SOURCE_FILE]
@@ -109,7 +118,6 @@ pub fn write(
         .map(String::from)
         .chain(plot::NAMES.iter().map(|name| format!("{name}.svg")))
         .collect();
-    let mut files = files(document, evidence);
     if let Some(path) = recording {
         let note = format!("{}\n", path.display());
         files.insert(1, (SOURCE_FILE.to_string(), note.into_bytes()));

@@ -300,6 +300,10 @@ fn cli_full_reports_are_written_for_what_is_not_as_required() {
         yard.text("index.html")
             .contains(&format!("href=\"reports/{one}/report.html\""))
     );
+    // Its series stand in the page.
+    assert!(!yard.out(&format!("reports/{one}/series.csv")).exists());
+    let page = fs::read_to_string(yard.out(&format!("reports/{one}/report.html"))).unwrap();
+    assert!(page.contains("time_s,acceleration_recorded_m_s2"));
     let verdict = fs::read_to_string(yard.out(&format!("reports/{one}/verdict.json"))).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
     assert!(
