@@ -1,13 +1,11 @@
 //! `latchgate gate`: many recordings and designs, one exit code.
 //!
 //! - `engine`: the programs of a batch system, called with a limit on time;
-//! - `kubernetes`: shares as an Indexed Job of Kubernetes;
 //! - `slurm`: shares as job arrays of Slurm;
 //! - `supervise`: the process of a share, and what ended it;
 //! - `sweep`: the shares of a gate for a cluster: judged, handed out, watched and collected.
 
 mod engine;
-mod kubernetes;
 mod slurm;
 mod supervise;
 pub mod sweep;

@@ -1,4 +1,4 @@
-"""Shares of a gate on a real Slurm, on Dask, and as a manifest of Kubernetes.
+"""Shares of a gate on a real Slurm, on Dask, and by a manifest of Kubernetes.
 
 Whatever is killed meanwhile, the collected arrays are those of one undisturbed process, byte for byte. The
 faults of the storm: LATCHGATE_STORM of them (40 unless it is set; of 200 each requeue costs two minutes, which Slurm waits), from
@@ -21,6 +21,8 @@ import unittest
 import urllib.request
 from pathlib import Path
 
+import yaml
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 LATCHGATE = os.environ.get("LATCHGATE", str(ROOT / "target/debug/latchgate"))
@@ -29,6 +31,13 @@ SEED = int(os.environ.get("LATCHGATE_SEED", "7"))
 ARRAYS = "verdict peak_angle_rad uncertainty_rad coast_peak_angle_rad threshold_rad share_lower share_upper"
 # An ordinary device that can be full; made by tests/slurm/run.
 SMALL_DISK = os.environ.get("LATCHGATE_SMALL_DISK")
+
+
+def shown(language):
+    """The one block of that language in docs/scale.md."""
+    blocks = (ROOT / "docs/scale.md").read_text().split(f"```{language}\n")[1:]
+    assert len(blocks) == 1, f"{len(blocks)} blocks of {language}"
+    return blocks[0].split("```")[0]
 
 
 BEGUN = []
@@ -103,6 +112,15 @@ class Sweep(unittest.TestCase):
 
     def gate(self, *words, **options):
         return call(LATCHGATE, "gate", "gate.toml", "--reports", "none", *words, cwd=self.folder, **options)
+
+    def with_latchgate(self):
+        """An environment in which a command named latchgate is the one under test."""
+        tools = self.folder / "tools"
+        tools.mkdir(exist_ok=True)
+        link = tools / "latchgate"
+        if not link.exists():
+            link.symlink_to(Path(LATCHGATE).resolve())
+        return {**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"}
 
     def undisturbed(self):
         """What one process makes of the gate."""
@@ -395,7 +413,7 @@ class Faults:
 
 
 class OnDask(Sweep):
-    """examples/sweep_dask.py on a real scheduler and two workers."""
+    """The script of docs/scale.md on a real scheduler and two workers."""
 
     def setUp(self):
         super().setUp()
@@ -410,7 +428,7 @@ class OnDask(Sweep):
             words = ["worker", f"tcp://127.0.0.1:{self.port}", "--host", "127.0.0.1", "--nthreads", 1, "--nworkers", 1,
                      "--no-nanny", "--no-dashboard", "--death-timeout", 5]
         with open(self.folder / f"{name}.log", "a") as log:
-            self.processes[name] = begin(tool + words, log, cwd=self.folder)
+            self.processes[name] = begin(tool + words, log, cwd=self.folder, env=self.with_latchgate())
 
     def kill(self, name):
         process = self.processes.pop(name)
@@ -424,13 +442,12 @@ class OnDask(Sweep):
     def test_a_worker_and_a_scheduler_are_killed(self):
         fill(self.folder, 24, 20, 512)
         code, alone = self.undisturbed()
+        (self.folder / "shares.py").write_text(shown("python"))
         for name in ["scheduler", "one", "two"]:
             self.begin(name)
         with open(self.folder / "example.log", "w") as log:
-            example = begin(
-                [sys.executable, ROOT / "examples/sweep_dask.py", f"tcp://127.0.0.1:{self.port}", "gate.toml", "store", "8",
-                 "--reports", "none", "--out", "out", "--columns", "columns"],
-                log, cwd=self.folder, env={**os.environ, "LATCHGATE": LATCHGATE})
+            example = begin([sys.executable, "shares.py", f"tcp://127.0.0.1:{self.port}"], log, cwd=self.folder,
+                            env=self.with_latchgate())
         self.addCleanup(example.kill)
         rows = lambda: len(list((self.folder / "store").glob("*.rows")))
         self.until(lambda: rows() >= 1)
@@ -444,7 +461,7 @@ class OnDask(Sweep):
         ended = example.wait(timeout=240)
         told = (self.folder / "example.log").read_text()
         self.assertEqual(ended, code, told)
-        self.assertEqual(arrays(self.folder / "columns"), alone)
+        self.assertEqual(self.collected(), (code, alone))
 
     def until(self, holds):
         for _ in range(1200):
@@ -545,16 +562,25 @@ if not os.environ.get("LATCHGATE_LONG"):
 
 
 class OnKubernetes(Sweep):
-    """The manifest is held against the API's schema; no cluster is at hand."""
+    """The manifest of docs/scale.md: held against the API's schema, and its command run for every index; no cluster
+    is at hand."""
 
     def test_the_manifest_is_valid_and_a_misspelt_one_is_not(self):
-        fill(self.folder, 2, 2, 0)
-        done = self.gate("--store", "store", "--submit", "kubernetes", "--parts", "50", "--print")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(self.validated(done.stdout), 0)
+        manifest = shown("yaml")
+        self.assertEqual(self.validated(manifest), 0)
         for key in ["completionMode", "backoffLimitPerIndex", "podFailurePolicy", "onPodConditions", "claimName"]:
-            self.assertIn(key, done.stdout)
-            self.assertNotEqual(self.validated(done.stdout.replace(key, key[:-1])), 0, key)
+            self.assertIn(key, manifest)
+            self.assertNotEqual(self.validated(manifest.replace(key, key[:-1])), 0, key)
+
+    def test_every_index_judges_its_share(self):
+        fill(self.folder, 24, 4, 0)
+        undisturbed = self.undisturbed()
+        job = yaml.safe_load(shown("yaml"))["spec"]
+        command = job["template"]["spec"]["containers"][0]["command"]
+        for index in range(job["completions"]):
+            done = call(*command, cwd=self.folder, environment={**self.with_latchgate(), "JOB_COMPLETION_INDEX": str(index)})
+            self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.collected(), undisturbed)
 
     def validated(self, text):
         path = self.folder / "job.yaml"

@@ -4,7 +4,7 @@
 //! what is missing; the engine that is there runs, restarts and accounts.
 
 use super::slurm::{Slurm, SlurmJobs, ranges};
-use super::{GateArguments, kubernetes, supervise};
+use super::{GateArguments, supervise};
 use crate::cli::failure::{COULD_NOT, Failure};
 use crate::cli::options::Common;
 use crate::cli::output;
@@ -130,8 +130,6 @@ pub struct SweepArguments {
 pub enum Engine {
     /// Job arrays of Slurm.
     Slurm,
-    /// An Indexed Job of Kubernetes, printed only.
-    Kubernetes,
 }
 
 impl SweepArguments {
@@ -174,7 +172,6 @@ impl SweepCommand<'_> {
         match (own.part, own.submit) {
             (Some(share), _) => self.part(share),
             (None, Some(Engine::Slurm)) => self.submit(own.parts.unwrap_or(1)),
-            (None, Some(Engine::Kubernetes)) => self.print_manifest(own.parts.unwrap_or(1)),
             (None, None) if own.resubmit => self.resubmit(),
             (None, None) if own.estimate => self.try_some(),
             (None, None) => self.status(),
@@ -363,20 +360,6 @@ impl SweepCommand<'_> {
         output::document(&format!("{seconds}\n"))
             .map(|()| 0)
             .map_err(Failure::Data)
-    }
-
-    fn print_manifest(&self, shares: u32) -> Result<u8, Failure> {
-        if !self.own.sweep.print {
-            return Err(Failure::Usage(Error::malformed(
-                "--print",
-                "a job to submit",
-                "print the manifest, fill in image and volume, and apply it with kubectl",
-            )));
-        }
-        let command = self.command_line("latchgate", None);
-        let manifest = kubernetes::manifest(&self.plan.gate, shares, &command);
-        let text = format!("{manifest:#}\n");
-        output::document(&text).map(|()| 0).map_err(Failure::Data)
     }
 
     /// Returns the command line of a share up to its number.

@@ -2,7 +2,6 @@
 
 use super::SweepYard;
 use crate::support::finish;
-use serde_json::Value;
 use std::os::unix::fs::PermissionsExt;
 
 #[test]
@@ -28,34 +27,10 @@ fn cli_the_script_of_a_share_is_printed() {
 }
 
 #[test]
-fn cli_the_manifest_of_shares_is_printed() {
-    let yard = SweepYard::new("manifest", 2, 2, 0);
-    let print = [
-        "--submit",
-        "kubernetes",
-        "--parts",
-        "7",
-        "--store",
-        "store",
-        "--print",
-    ];
-    let done = yard.gate(&print);
-    assert_eq!(done.code, 0, "{}", done.err);
-    let job: Value = serde_json::from_str(&done.out).unwrap();
-    assert_eq!(job["spec"]["completionMode"], "Indexed");
-    assert_eq!(job["spec"]["completions"], 7);
-    let command = job["spec"]["template"]["spec"]["containers"][0]["command"][2]
-        .as_str()
-        .unwrap();
-    assert!(
-        command.ends_with("--part \"$((JOB_COMPLETION_INDEX + 1))/7\""),
-        "{command}"
-    );
-    // What only shares have is no option of a gate by itself.
+fn cli_what_only_shares_have_is_no_option_of_a_gate() {
+    let yard = SweepYard::new("alone", 2, 2, 0);
     assert_eq!(yard.gate(&["--columns", "columns"]).code, 2);
     assert_eq!(yard.gate(&["--", "--time=1"]).code, 2);
-    // It is printed, or nothing.
-    assert_eq!(yard.gate(&print[..6]).code, 2);
 }
 
 #[test]

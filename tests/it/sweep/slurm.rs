@@ -138,10 +138,8 @@ fn cli_a_recording_that_changed_since_is_not_collected() {
 #[test]
 fn cli_printing_does_not_wait() {
     let slurm = FakeSlurm::new("print-wait", 1, 1);
-    for engine in ["slurm", "kubernetes"] {
-        let words = ["--submit", engine, "--parts", "1", "--print", "--wait"];
-        assert_eq!(slurm.gate(&words).code, 2, "{engine}");
-    }
+    let words = ["--submit", "slurm", "--parts", "1", "--print", "--wait"];
+    assert_eq!(slurm.gate(&words).code, 2);
 }
 
 /// A task that Slurm holds since it could not be launched will never run: it is cancelled, and its
