@@ -210,6 +210,7 @@ impl<'a> Collection<'a> {
                 sha256: held.sha256,
                 channel: held.channel,
                 cached: held.rows.len(),
+                times: Vec::new(),
                 rows: held.rows.into_iter().map(|(address, _)| address).collect(),
             })
         });

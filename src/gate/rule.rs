@@ -9,6 +9,7 @@ use super::summary::{Counts, GateProblem, GateSummary, SummaryRecording};
 use crate::pipeline::{Answer, NUMBERS_REVISION};
 use latchgate_recording::error::Error;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// What is asked of a summary beside its gate.
 #[derive(Debug, Clone, Copy, Default)]
@@ -34,8 +35,15 @@ pub fn hold(
     store: &Arc<Store>,
     asked: Asked<'_>,
 ) -> Result<GateSummary, Error> {
+    let times = judged.iter().flat_map(|judged| {
+        let known = judged.times.iter().copied().map(Some);
+        known
+            .chain(std::iter::repeat(None))
+            .take(plan.designs.len())
+    });
+    let times: Vec<Option<Duration>> = times.collect();
     let mut judged = judged.into_iter();
-    hold_each(plan, store, asked, usize::MAX, |_| {
+    let mut summary = hold_each(plan, store, asked, usize::MAX, |_| {
         let judged = judged.next().unwrap_or_default();
         let rows = store.rows(&judged.rows)?;
         Ok(HeldRecording {
@@ -43,7 +51,9 @@ pub fn hold(
             channel: judged.channel,
             rows: judged.rows.into_iter().zip(rows).collect(),
         })
-    })
+    })?;
+    summary.times = times;
+    Ok(summary)
 }
 
 /// A recording whose decisions are at hand.
@@ -133,6 +143,7 @@ pub(super) fn hold_each(
         baseline: comparison,
         version: env!("CARGO_PKG_VERSION").into(),
         numbers_revision: NUMBERS_REVISION,
+        times: Vec::new(),
     })
 }
 

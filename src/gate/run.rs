@@ -4,6 +4,7 @@ use super::plan::{Plan, PlannedRecording};
 use super::store::{RowAddress, Store};
 use crate::pipeline::{Control, DecisionRow, Design, Limits, Prepared, Source};
 use latchgate_recording::error::Error;
+use std::time::{Duration, Instant};
 
 /// Rows of a recording that are kept together: what a kill costs, and what is read again for one.
 const KEPT_TOGETHER: usize = 64;
@@ -19,6 +20,8 @@ pub struct JudgedRecording {
     pub rows: Vec<RowAddress>,
     /// How many of them come from the store.
     pub cached: usize,
+    /// The time that each decision took, its part of the reading included; none where they were made elsewhere.
+    pub times: Vec<Duration>,
 }
 
 /// Judges every recording of a plan with every design, each recording opened once.
@@ -52,6 +55,7 @@ fn judged(
     store: &Store,
     control: &Control<'_>,
 ) -> Result<JudgedRecording, Error> {
+    let began = Instant::now();
     let source = Source::File(recording.path.clone());
     let prepared = match Prepared::open(&source, &recording.request, limits, control) {
         Ok(prepared) => prepared,
@@ -69,6 +73,7 @@ fn judged(
                 channel: None,
                 rows,
                 cached: 0,
+                times: Vec::new(),
             });
         }
     };
@@ -77,16 +82,21 @@ fn judged(
         channel: prepared.recording().channel.clone(),
         rows: Vec::with_capacity(designs.len()),
         cached: 0,
+        times: Vec::with_capacity(designs.len()),
     };
+    let reading = began.elapsed() / u32::try_from(designs.len()).unwrap_or(u32::MAX);
     for some in designs.chunks(KEPT_TOGETHER) {
         let known: Vec<Option<RowAddress>> = some
             .iter()
             .map(|design| store.find(&prepared.report_id(design)))
             .collect();
         let mut fresh = Vec::new();
-        let mut unknown = some.iter().zip(&known).filter(|(_, known)| known.is_none());
-        let judging: Result<(), Error> = unknown.try_for_each(|(design, _)| {
-            fresh.push(prepared.row(design, control)?);
+        let judging: Result<(), Error> = some.iter().zip(&known).try_for_each(|(design, known)| {
+            let began = Instant::now();
+            if known.is_none() {
+                fresh.push(prepared.row(design, control)?);
+            }
+            judged.times.push(reading + began.elapsed());
             Ok(())
         });
         // What is done is kept, also where the rest is stopped.

@@ -5,6 +5,7 @@ use crate::pipeline::Design;
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
 use std::io;
+use std::time::Duration;
 
 /// summary.json, key by key.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -33,6 +34,9 @@ pub struct GateSummary {
     pub version: String,
     /// Revision of the numbers.
     pub numbers_revision: u32,
+    /// The time that each pair took in this run, by its number, where it is known; of `junit.xml` alone.
+    #[serde(skip)]
+    pub times: Vec<Option<Duration>>,
 }
 
 /// How many pairs are what.

@@ -467,6 +467,7 @@ fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Result<Decided, Problem> {
             channel: read("channel"),
             rows: rows.map_err(|error| Problem::of_recording(&error))?,
             cached: 0,
+            times: Vec::new(),
         });
     }
     Ok((store, judged))

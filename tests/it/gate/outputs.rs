@@ -353,3 +353,24 @@ fn cli_the_matrix_stands_above_what_is_not_as_required() {
     let place = |what: &str| page.find(what).expect(what);
     assert!(place("<section id=\"matrix\"") < place("<section id=\"worst\""));
 }
+
+/// Of each test it is told how long it took, of each suite the sum.
+#[test]
+fn cli_tests_of_a_run_have_times() {
+    let yard = Yard::new("times");
+    yard.gate(STANDS, &[]);
+    assert_eq!(check_xml(&yard), 2);
+    let text = yard.text("junit.xml");
+    let times: Vec<f64> = text
+        .split(" time=\"")
+        .skip(1)
+        .map(|rest| rest.split_once('"').unwrap().0.parse().unwrap())
+        .collect();
+    let [suite, tests @ ..] = &times[..] else {
+        panic!("{text}")
+    };
+    assert_eq!(tests.len(), 2, "{text}");
+    // Rounded to milliseconds.
+    assert!((suite - tests.iter().sum::<f64>()).abs() < 0.002, "{text}");
+    assert!(tests.iter().any(|time| *time > 0.0), "{text}");
+}

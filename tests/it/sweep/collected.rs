@@ -30,8 +30,10 @@ fn cli_shares_together_are_the_gate() {
     let collected = yard.collect(&[]);
     assert_eq!(collected.code, whole.code, "{}", collected.err);
     for name in ["summary.json", "junit.xml", "summary.md", "index.html"] {
+        // Only a run that judges knows how long it took.
+        let whole = without_times(&yard.text(&format!("whole/{name}")));
         assert!(
-            yard.text(&format!("collected/{name}")) == yard.text(&format!("whole/{name}")),
+            yard.text(&format!("collected/{name}")) == whole,
             "{name} differs"
         );
     }
@@ -349,4 +351,12 @@ fn cli_many_pairs_are_summed_up_in_little_memory() {
     // It is no baseline: not every pair is in it.
     let done = yard.gate(&["--baseline", "collected/summary.json", "--out", "x"]);
     assert_eq!(done.code, 4);
+}
+
+/// Returns a text without its attributes `time`.
+fn without_times(text: &str) -> String {
+    let mut parts = text.split(" time=\"");
+    let first = parts.next().unwrap().to_string();
+    let rest = parts.map(|part| part.split_once('"').unwrap().1);
+    first + &rest.collect::<String>()
 }
