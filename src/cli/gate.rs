@@ -24,7 +24,7 @@ use latchgate_recording::{Limits, read_within};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use sweep::{Collected, SweepArguments, SweepCommand};
 
 /// Options of `gate`.
@@ -176,9 +176,10 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         return collected;
     }
     let store = Arc::new(store(own, path).map_err(Failure::Data)?);
+    let began = Instant::now();
     let progress = Progress::new("gate").that_keeps();
     let judged = progress.watch("gate", common.thread_count(), |control| {
-        gate::run(&plan, &limits, &store, control)
+        gate::run(&plan, &limits, &store, &|| began.elapsed(), control)
     });
     drop(progress);
     let judged = judged.map_err(Failure::of_data).inspect_err(|failure| {

@@ -4,10 +4,13 @@ use super::plan::{Plan, PlannedRecording};
 use super::store::{RowAddress, Store};
 use crate::pipeline::{Control, DecisionRow, Design, Limits, Prepared, Source};
 use latchgate_recording::error::Error;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Rows of a recording that are kept together: what a kill costs, and what is read again for one.
 const KEPT_TOGETHER: usize = 64;
+
+/// Tells the time since some instant.
+pub type Clock<'a> = &'a (dyn Fn() -> Duration + Sync);
 
 /// What became of one recording.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -27,7 +30,7 @@ pub struct JudgedRecording {
 /// Judges every recording of a plan with every design, each recording opened once.
 ///
 /// What was judged before lies in `store`; what is judged now is put there as soon as it is known, so
-/// that a run that is stopped loses little.
+/// that a run that is stopped loses little. `clock` tells the time since some instant.
 ///
 /// # Errors
 ///
@@ -37,13 +40,14 @@ pub fn run(
     plan: &Plan,
     limits: &Limits,
     store: &Store,
+    clock: Clock<'_>,
     control: &Control<'_>,
 ) -> Result<Vec<JudgedRecording>, Error> {
     control.try_map(&plan.recordings, |recording| {
         // How far one recording is says nothing of the whole.
         control.unmeasured(|control| {
             let control = control.with_threads(1);
-            judged(recording, &plan.designs, limits, store, &control)
+            judged(recording, &plan.designs, (limits, store, clock), &control)
         })
     })
 }
@@ -51,11 +55,10 @@ pub fn run(
 fn judged(
     recording: &PlannedRecording,
     designs: &[Design],
-    limits: &Limits,
-    store: &Store,
+    (limits, store, clock): (&Limits, &Store, Clock<'_>),
     control: &Control<'_>,
 ) -> Result<JudgedRecording, Error> {
-    let began = Instant::now();
+    let began = clock();
     let source = Source::File(recording.path.clone());
     let prepared = match Prepared::open(&source, &recording.request, limits, control) {
         Ok(prepared) => prepared,
@@ -84,7 +87,7 @@ fn judged(
         cached: 0,
         times: Vec::with_capacity(designs.len()),
     };
-    let reading = began.elapsed() / u32::try_from(designs.len()).unwrap_or(u32::MAX);
+    let reading = clock().saturating_sub(began) / u32::try_from(designs.len()).unwrap_or(u32::MAX);
     for some in designs.chunks(KEPT_TOGETHER) {
         let known: Vec<Option<RowAddress>> = some
             .iter()
@@ -92,11 +95,11 @@ fn judged(
             .collect();
         let mut fresh = Vec::new();
         let judging: Result<(), Error> = some.iter().zip(&known).try_for_each(|(design, known)| {
-            let began = Instant::now();
+            let began = clock();
             if known.is_none() {
                 fresh.push(prepared.row(design, control)?);
             }
-            judged.times.push(reading + began.elapsed());
+            judged.times.push(reading + clock().saturating_sub(began));
             Ok(())
         });
         // What is done is kept, also where the rest is stopped.

@@ -28,6 +28,14 @@ recordings = \"fail.csv\"
 verdict = \"fail\"
 ";
 
+/// Returns a text without its attributes `time`.
+pub(crate) fn without_times(text: &str) -> String {
+    let mut parts = text.split(" time=\"");
+    let first = parts.next().unwrap().to_string();
+    let rest = parts.map(|part| part.split_once('"').unwrap().1);
+    first + &rest.collect::<String>()
+}
+
 impl Yard {
     pub(crate) fn new(name: &str) -> Self {
         let folder = Folder::new(&format!("gate-{name}"));

@@ -141,7 +141,7 @@ impl<'a> Readings<'a> {
         let [recorded, between] = self.noises_m_s2()?;
         let strength = libm::hypot(recorded, between);
         let interval = self.conditioned.raw.rate.interval().seconds();
-        Ok((strength > 0.0).then(|| strength * strength * interval))
+        Ok((strength > 0.0).then_some(strength * strength * interval))
     }
 
     fn quintic(&self) -> Result<&'a Reading<'static>, Error> {

@@ -1,6 +1,7 @@
 //! What is collected is what one process says; what is missing is said.
 
 use super::{SweepYard, told};
+use crate::gate::without_times;
 use crate::support::Random;
 use latchgate::gate::Share;
 use serde_json::Value;
@@ -351,12 +352,4 @@ fn cli_many_pairs_are_summed_up_in_little_memory() {
     // It is no baseline: not every pair is in it.
     let done = yard.gate(&["--baseline", "collected/summary.json", "--out", "x"]);
     assert_eq!(done.code, 4);
-}
-
-/// Returns a text without its attributes `time`.
-fn without_times(text: &str) -> String {
-    let mut parts = text.split(" time=\"");
-    let first = parts.next().unwrap().to_string();
-    let rest = parts.map(|part| part.split_once('"').unwrap().1);
-    first + &rest.collect::<String>()
 }
