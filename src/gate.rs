@@ -56,6 +56,7 @@ pub use plan::Plan;
 pub use rule::{Asked, hold};
 pub use run::{JudgedRecording, run};
 pub use share::{ShareOutcome, ShareTask, judge_pair, judge_share, note_end};
+pub use store::FOLDER as STORE_FOLDER;
 pub use store::Store;
 pub use submission::Submission;
 pub use summary::GateSummary;

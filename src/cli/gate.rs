@@ -59,13 +59,13 @@ pub struct GateArguments {
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = parse_date)]
     pub date: Option<String>,
     /// Print the pairs with what is required of them, and judge none
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["sweep", "baseline"])]
     pub list: bool,
-    /// Judge the recordings of such a name alone; may be given again
-    #[arg(long, value_name = "PATTERN", conflicts_with = "baseline")]
+    /// Judge the recordings of such a name alone, and write no files; may be given again
+    #[arg(long, value_name = "PATTERN", conflicts_with_all = ["sweep", "baseline", "out"])]
     pub only_recording: Vec<String>,
-    /// Judge with the designs of such a name alone; may be given again
-    #[arg(long, value_name = "PATTERN", conflicts_with = "baseline")]
+    /// Judge with the designs of such a name alone, and write no files; may be given again
+    #[arg(long, value_name = "PATTERN", conflicts_with_all = ["sweep", "baseline", "out"])]
     pub only_design: Vec<String>,
     /// Print what is not as required as annotations of a CI system, ten at most
     #[arg(long, value_enum)]
@@ -111,25 +111,13 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     }
     // clap asks for the file where none of the two is given.
     let path = own.gate.as_deref().unwrap_or(Path::new(""));
-    let chosen = !own.only_recording.is_empty() || !own.only_design.is_empty();
-    let folder = own
-        .out
-        .clone()
-        .unwrap_or_else(|| default_folder(path, chosen));
+    let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
     let at = store_folder(own, path);
     let mut ours = vec![folder.clone(), at.clone()];
     ours.extend(own.sweep.columns.clone());
     let Some(mut plan) = plan(path, &ours, &limits)? else {
         return Ok(COULD_NOT);
     };
-    if chosen && own.sweep.is_asked() {
-        let error = Error::malformed(
-            "shares of all pairs",
-            "a choice of some",
-            "leave out `--only-recording` and `--only-design`, or the shares",
-        );
-        return Err(Failure::Usage(error));
-    }
     let all = plan.recordings.len() * plan.designs.len();
     plan.only(&own.only_recording, &own.only_design)
         .map_err(Failure::Data)?;
@@ -214,6 +202,11 @@ fn answer(
     mut summary: GateSummary,
     folder: &Path,
 ) -> Result<u8, Failure> {
+    if plan.part {
+        // Files of some pairs could be taken for those of all.
+        print(own, common, plan, &summary, None).map_err(Failure::Data)?;
+        return Ok(summary.exit_code);
+    }
     let limits = common.limits().map_err(Failure::Usage)?;
     let reports = match own.reports {
         ReportsArgument::None => Reports::None,
@@ -228,7 +221,8 @@ fn answer(
     if let Err(error) = &written {
         summary.add_problem("report-not-written", &error.to_string());
     }
-    let printed = print(own, common, plan, &summary, folder, written.is_ok());
+    let shown = written.is_ok().then_some(folder);
+    let printed = print(own, common, plan, &summary, shown);
     let left_out = written.map_err(Failure::of_data)?;
     printed.map_err(Failure::Data)?;
     if left_out > 0 {
@@ -245,14 +239,13 @@ fn worded(text: &str) -> String {
     output::with_options_but(text, &Request::keys().collect::<Vec<_>>())
 }
 
-/// Prints the answer, even where its report could not be written.
+/// Prints the answer, even where its report could not be written, or is none.
 fn print(
     own: &GateArguments,
     common: &Common,
     plan: &Plan,
     summary: &GateSummary,
-    folder: &Path,
-    written: bool,
+    folder: Option<&Path>,
 ) -> Result<(), Error> {
     match common.format {
         OutputFormat::Json => {
@@ -261,9 +254,8 @@ fn print(
             output::document(&String::from_utf8_lossy(&text))?;
         }
         OutputFormat::Text => {
-            let folder = folder.join("index.html").display().to_string();
-            let folder = written.then_some(folder.as_str());
-            output::document(&worded(&gate::text::render(summary, folder)?))?;
+            let page = folder.map(|folder| folder.join("index.html").display().to_string());
+            output::document(&worded(&gate::text::render(summary, page.as_deref())?))?;
         }
     }
     let annotations = || {
@@ -364,7 +356,11 @@ fn check_baseline(own: &GateArguments, folder: &Path) -> Result<(), Failure> {
 }
 
 fn store_folder(own: &GateArguments, gate: &Path) -> PathBuf {
-    let beside = || gate.parent().unwrap_or(Path::new("")).join(".latchgate");
+    let beside = || {
+        gate.parent()
+            .unwrap_or(Path::new(""))
+            .join(gate::STORE_FOLDER)
+    };
     own.store.clone().unwrap_or_else(beside)
 }
 
@@ -421,13 +417,12 @@ fn list(plan: &Plan, common: &Common) -> Result<(), Error> {
     output::document(&pairs.map(line).collect::<String>())
 }
 
-/// `reports/out/gate-<name of the gate file>`; the files of some of its pairs do not replace those of all.
-fn default_folder(gate: &Path, chosen: bool) -> PathBuf {
+/// `reports/out/gate-<name of the gate file>`.
+fn default_folder(gate: &Path) -> PathBuf {
     let stem = gate
         .file_stem()
         .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let part = if chosen { "-part" } else { "" };
-    Path::new("reports/out").join(format!("gate-{stem}{part}"))
+    Path::new("reports/out").join(format!("gate-{stem}"))
 }
 
 /// Returns the day of now, UTC, `YYYY-MM-DD`.

@@ -266,7 +266,7 @@ pub fn annotations(
 ) -> Result<String, Error> {
     let problems = summary.problems.iter();
     let mut lines: Vec<String> = problems
-        .map(|problem| annotation((path, None), &problem.code, &problem.text))
+        .map(|problem| annotation((path, problem.line), &problem.code, &problem.text))
         .take(ANNOTATIONS_MAX)
         .collect();
     let (worst, all) = summary.standing(PairStanding::NotAsRequired);

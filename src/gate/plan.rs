@@ -203,7 +203,12 @@ impl Plan {
                     any |= named;
                 }
                 if !any {
-                    return Err(matches_nothing("choice", key, text));
+                    return Err(matches_nothing(
+                        "choice",
+                        key,
+                        text,
+                        "mend the pattern; the list of pairs shows the names",
+                    ));
                 }
             }
             Ok(kept)
@@ -267,21 +272,24 @@ impl Plan {
         let pairs = PairPattern::new(recordings, designs)?;
         let mut own = self.recordings.iter();
         if !own.any(|recording| names_recording(&pairs.recordings, &recording.name)) {
-            return Err(matches_nothing(what, "recordings", recordings));
+            return Err(matches_nothing(what, "recordings", recordings, OF_ENTRY));
         }
         let mut own = self.designs.iter();
         if !own.any(|design| pairs.designs.matches_with(&design.name, DESIGNS)) {
-            return Err(matches_nothing(what, "designs", designs));
+            return Err(matches_nothing(what, "designs", designs, OF_ENTRY));
         }
         Ok(pairs)
     }
 }
 
-fn matches_nothing(what: &str, key: &str, pattern: &str) -> Error {
+/// What to do about a pattern of an entry that names nothing.
+const OF_ENTRY: &str = "mend the pattern, or take the entry out";
+
+fn matches_nothing(what: &str, key: &str, pattern: &str, hint: &str) -> Error {
     Error::malformed(
         format!("one of the {key} to be named `{pattern}` by this {what}"),
         "none",
-        "mend the pattern, or take the entry out",
+        hint,
     )
 }
 

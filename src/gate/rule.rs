@@ -5,7 +5,7 @@ use super::pairs::{COULD_NOT, Pair, PairNames, PairStanding, Pairs, PlacedRows, 
 use super::plan::Plan;
 use super::run::JudgedRecording;
 use super::store::Store;
-use super::summary::{Counts, GateProblem, GateSummary, SummaryRecording};
+use super::summary::{Counts, GateProblem, GateSummary, PART_SCHEMA, SummaryRecording};
 use crate::pipeline::{Answer, NUMBERS_REVISION};
 use latchgate_recording::error::Error;
 use std::sync::Arc;
@@ -107,6 +107,7 @@ pub(super) fn hold_each(
     if let Some(comparison) = comparison.as_ref().filter(|_| !asked.allow_removed) {
         problems.extend(comparison.removed.iter().map(|(recording, design)| GateProblem {
             code: "pair-vanished".into(),
+            line: None,
             text: format!(
                 "{recording} with {design} stands in the baseline and was not judged; put it \
                  back, or say that pairs may be gone with the setting `allow_removed`"
@@ -116,6 +117,7 @@ pub(super) fn hold_each(
     if counts.unusable == counts.pairs {
         problems.push(GateProblem {
             code: "nothing-judged".into(),
+            line: None,
             text: "no pair was judged: this is never a pass".into(),
         });
     }
@@ -128,7 +130,9 @@ pub(super) fn hold_each(
         .into_iter()
         .find(|code| severity(*code) == worst);
     Ok(GateSummary {
-        schema: if pairs.is_whole() {
+        schema: if plan.part {
+            PART_SCHEMA.into()
+        } else if pairs.is_whole() {
             "latchgate.gate/1".into()
         } else {
             "latchgate.sweep/1".into()
@@ -200,6 +204,7 @@ fn exceptions(plan: &Plan, needed: &[bool], date: &str) -> Vec<GateProblem> {
         if date > exception.until.as_str() {
             problems.push(GateProblem {
                 code: "exception-expired".into(),
+                line: place.line,
                 text: format!(
                     "{place}: the exception \"{reason}\" held until {}, this is {date}; decide the \
                      pair, or extend it",
@@ -209,6 +214,7 @@ fn exceptions(plan: &Plan, needed: &[bool], date: &str) -> Vec<GateProblem> {
         } else if !needed && !plan.part {
             problems.push(GateProblem {
                 code: "exception-not-needed".into(),
+                line: place.line,
                 text: format!(
                     "{place}: no pair that the exception \"{reason}\" names is undecided and without \
                      an earlier exception; take it out"

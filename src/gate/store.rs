@@ -18,6 +18,9 @@ use std::io::{self, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
+/// Name of the store's folder, where nobody names another.
+pub const FOLDER: &str = ".latchgate";
+
 /// How the name of a store's file ends.
 pub(super) const ENDING: &str = "rows";
 
@@ -404,10 +407,15 @@ fn whole_at(
 
 /// Makes the folder of a store, with its marks: for programs that keep copies, and for git.
 pub(super) fn make(folder: &Path) -> Result<(), Error> {
+    // What else lies in a folder that was there must not vanish from git.
+    let own = !folder.exists() || folder.ends_with(FOLDER);
     fs::create_dir_all(folder).map_err(|error| Error::io_at("make the store", folder, &error))?;
-    for (name, text) in [("CACHEDIR.TAG", CACHE_TAG), (".gitignore", "*\n")] {
+    for (name, text, wanted) in [
+        ("CACHEDIR.TAG", CACHE_TAG, true),
+        (".gitignore", "*\n", own),
+    ] {
         let mark = folder.join(name);
-        if !mark.exists() {
+        if wanted && !mark.exists() {
             fs::write(&mark, text)
                 .map_err(|error| Error::io_at("write the store", &mark, &error))?;
         }

@@ -7,10 +7,14 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::time::Duration;
 
+/// The schema of a summary of chosen pairs: no answer of the gate, and no baseline.
+pub(super) const PART_SCHEMA: &str = "latchgate.gate-part/1";
+
 /// summary.json, key by key.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct GateSummary {
-    /// `latchgate.gate/1`, or `latchgate.sweep/1` where not every pair is listed.
+    /// `latchgate.gate/1`; `latchgate.sweep/1` where not every pair is listed, `latchgate.gate-part/1` where not
+    /// every pair was judged.
     pub schema: String,
     /// Name of the gate file.
     pub gate: String,
@@ -69,6 +73,9 @@ pub struct GateProblem {
     pub code: String,
     /// What is wrong, where, and what to do.
     pub text: String,
+    /// Line of the gate file that it is of.
+    #[serde(skip)]
+    pub line: Option<u64>,
 }
 
 /// A recording of a summary.
@@ -118,6 +125,7 @@ impl GateSummary {
         self.problems.push(GateProblem {
             code: code.into(),
             text: text.into(),
+            line: None,
         });
         if severity(COULD_NOT) > severity(self.exit_code) {
             self.exit_code = COULD_NOT;
@@ -135,6 +143,11 @@ impl GateSummary {
         };
         let all = counted.max(numbers.len());
         (numbers, all)
+    }
+
+    /// Tells whether only chosen pairs were judged.
+    pub(super) fn is_part(&self) -> bool {
+        self.schema == PART_SCHEMA
     }
 
     /// Says where pairs stand that an output leaves out.

@@ -23,12 +23,13 @@ const TEXT_MAX: usize = 240;
 pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Error> {
     let mut out = String::new();
     let counts = &summary.counts;
-    let answer = if summary.exit_code == 0 {
-        "GATE PASSED"
+    let whose = if summary.is_part() {
+        "CHOSEN PAIRS"
     } else {
-        "GATE NOT PASSED"
+        "GATE"
     };
-    let _ = writeln!(out, "{answer}  {}", headline(summary));
+    let not = if summary.exit_code == 0 { "" } else { "NOT " };
+    let _ = writeln!(out, "{whose} {not}PASSED  {}", headline(summary));
     for problem in summary.problems.iter().take(LISTED) {
         let _ = writeln!(
             out,
@@ -201,7 +202,10 @@ pub(super) fn headline(summary: &GateSummary) -> String {
         let _ = write!(text, ", {} no worse than the baseline", counts.no_worse);
     }
     if !summary.problems.is_empty() {
-        let _ = write!(text, ", {}", counted(summary.problems.len(), "problem"));
+        let _ = write!(text, "; {}", counted(summary.problems.len(), "problem"));
+    }
+    if summary.is_part() {
+        text.push_str("; not the gate's answer, which takes every pair");
     }
     let _ = write!(text, " (exit {})", summary.exit_code);
     text

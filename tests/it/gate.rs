@@ -156,27 +156,54 @@ fn cli_some_pairs_of_a_gate_are_listed_or_judged() {
     assert_eq!(listed.out, all);
     assert!(!yard.out("summary.json").exists(), "nothing was judged");
     let some = ["--only-recording", "p*.csv", "--only-design", "paper"];
-    let listed = yard.gate(
-        &gate,
-        &[&some[..], &["--list", "--format", "json"]].concat(),
-    );
+    let listed = yard.gate(&gate, &["--list", "--format", "json"]);
     let listed: Value = serde_json::from_str(&listed.out).unwrap();
     assert_eq!(
-        listed,
-        serde_json::json!([{ "recording": "pass.csv", "design": "paper", "required": "pass" }])
+        listed[2],
+        serde_json::json!({ "recording": "pass.csv", "design": "paper", "required": "pass" })
     );
     // The exception is not needed, but of some pairs that cannot be known.
-    let done = yard.gate(&gate, &some);
+    let chosen = |more: &[&str]| {
+        let mut command = program();
+        command
+            .current_dir(yard.folder.path())
+            .args(["gate", "gate.toml", "--date", "2026-11-22"])
+            .args(more);
+        finish(&mut command)
+    };
+    let done = chosen(&some);
     assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    assert!(
+        done.out.starts_with(
+            "CHOSEN PAIRS PASSED  the one pair stands; not the gate's answer, which takes every pair (exit 0)\n"
+        ),
+        "{}",
+        done.out
+    );
     assert!(done.err.contains("judged 1 of 4 pairs"), "{}", done.err);
-    let nothing = yard.gate(&gate, &["--only-design", "nobody"]);
+    assert!(!yard.folder.path().join("reports").exists(), "no files");
+    // What is printed is taken for no answer of the gate.
+    let part = chosen(&["--only-design", "paper", "--format", "json"]);
+    yard.folder.write("part.json", &part.out);
+    let baseline = yard.gate(&gate, &["--baseline", "part.json"]);
+    assert_eq!(baseline.code, 4);
+    assert!(
+        baseline.err.contains("latchgate.gate-part/1"),
+        "{}",
+        baseline.err
+    );
+    let nothing = chosen(&["--only-design", "nobody"]);
     assert_eq!(nothing.code, 4);
     assert!(nothing.err.contains("`nobody`"), "{}", nothing.err);
-    // Neither a baseline nor a share is of some pairs.
-    let part = yard.gate(&gate, &["--only-design", "paper", "--part", "1/2"]);
-    assert_eq!(part.code, 2, "{}", part.err);
-    let baseline = yard.gate(&gate, &["--only-design", "paper", "--baseline", "x.json"]);
-    assert_eq!(baseline.code, 2, "{}", baseline.err);
+    // Neither a file, a baseline nor a share is of some pairs, and a list is of no share.
+    for more in [
+        ["--only-design", "paper", "--part", "1/2"],
+        ["--only-design", "paper", "--baseline", "x.json"],
+        ["--only-design", "paper", "--out", "out"],
+        ["--list", "--collect", "--out", "out"],
+    ] {
+        assert_eq!(chosen(&more).code, 2, "{more:?}");
+    }
 }
 
 #[test]

@@ -376,7 +376,7 @@ fn from_raw(
         ));
         findings.extend(filter_not_causal(class, options.filter_standard));
     }
-    let rounding_m_s2 = if noise.is_rounding() {
+    let rounding_m_s2 = if noise.may_be_offset() {
         noise.deviation_m_s2
     } else {
         0.0

@@ -143,7 +143,7 @@ impl RunSetup<'_> {
         told: bool,
     ) -> Result<Vec<VariantRun>, Error> {
         let interpolation = self.interpolation_errors_rad(&runs)?;
-        let reruns = match self.readings.conditioned().noise.is_rounding() {
+        let reruns = match self.readings.conditioned().noise.may_be_offset() {
             true => noise::HALF_STEPS.len(),
             false => 0,
         };

@@ -85,7 +85,7 @@ impl CarriedNoise {
 /// flat top rounding is no noise but an offset. None where other noise spreads the samples.
 fn of_half_steps_rad(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<f64, Error> {
     let conditioned = setup.readings.conditioned();
-    if !conditioned.noise.is_rounding() {
+    if !conditioned.noise.may_be_offset() {
         return Ok(0.0);
     }
     let mut change = 0.0_f64;
@@ -100,11 +100,9 @@ fn of_half_steps_rad(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<f64, 
             setup.window,
             RunDetail::PeakOnly,
         )?;
-        for (moved, own) in peaks(&run).into_iter().zip(peaks(outcome)) {
-            change = change.max((moved - own).abs());
-        }
+        change = change.max(change_rad(&run, outcome));
     }
-    Ok(0.5 * change)
+    Ok((0.5 * change).min(f64::MAX))
 }
 
 /// Draws noises that are large to first order, which is no measure there: those of all runs where they are
@@ -119,15 +117,31 @@ pub(super) fn draw(
     let deviation = |place: usize| noises[place].deviation_rad;
     let much = |place: &usize| deviation(*place) >= DRAWN_FROM_RAD;
     let hanging = |place: &usize| much(place) && hangs(*place, ROOM * deviation(*place));
-    let draws = match (0..runs.len()).any(|place| hanging(&place)) {
-        true => DRAWS,
-        false => DRAWS_TOLD,
+    let needed: Vec<usize> = (0..runs.len()).filter(hanging).collect();
+    let draws = match needed.is_empty() {
+        true => DRAWS_TOLD,
+        false => DRAWS,
     };
-    let open: Vec<usize> = (0..runs.len())
-        .filter(|place| if told { much(place) } else { hanging(place) })
-        .collect();
-    let spent: u64 = open.iter().map(|place| runs[*place].spent).sum();
-    if open.is_empty() || !setup.work.allows(u64::from(draws).saturating_mul(spent)) {
+    let wanted: Vec<usize> = match told {
+        true => (0..runs.len()).filter(much).collect(),
+        false => needed.clone(),
+    };
+    let allowed = |places: &[usize]| {
+        let spent: u64 = places.iter().map(|place| runs[*place].spent).sum();
+        setup.work.allows(u64::from(draws).saturating_mul(spent))
+    };
+    let open = match (allowed(&wanted), allowed(&needed)) {
+        (true, _) => wanted,
+        (false, true) => needed,
+        // First order does not tell what an answer hangs on.
+        (false, false) => {
+            for place in needed {
+                noises[place].deviation_rad = f64::MAX;
+            }
+            return Ok(());
+        }
+    };
+    if open.is_empty() {
         return Ok(());
     }
     // The runs are of one recording, and so are their noises.
@@ -145,19 +159,29 @@ pub(super) fn draw(
         let square = |place: &usize| {
             let (run, window) = (&runs[*place], setup.window);
             let drawn = setup.run(&noisy, variant_of(run), window, RunDetail::PeakOnly)?;
-            let change = peaks(&drawn).into_iter().zip(peaks(run));
-            let change = change.map(|(drawn, own)| (drawn - own).abs());
-            let change = change.fold(0.0, f64::max);
+            let change = change_rad(&drawn, run);
             Ok(change * change)
         };
         open.iter().map(square).collect::<Result<Vec<f64>, Error>>()
     })?;
     for (of_open, place) in open.iter().enumerate() {
         let sum: f64 = squares.iter().map(|draw| draw[of_open]).sum();
-        let drawn = (sum / f64::from(draws)).sqrt();
+        let drawn = (sum / f64::from(draws)).sqrt().min(f64::MAX);
         noises[*place].deviation_rad = drawn.max(noises[*place].half_steps_rad);
     }
     Ok(())
+}
+
+/// Returns by how much a rerun's peak differs, or the larger of peak and coast [rad]; infinite if it could not be
+/// followed.
+fn change_rad(rerun: &RunOutcome, run: &RunOutcome) -> f64 {
+    if rerun.broke_down {
+        return f64::INFINITY;
+    }
+    let pairs = peaks(rerun).into_iter().zip(peaks(run));
+    pairs
+        .map(|(peak, own)| (peak - own).abs())
+        .fold(0.0, f64::max)
 }
 
 /// Returns the peak of a run, and the larger of peak and coast [rad].

@@ -300,7 +300,7 @@ fn cli_a_full_disk_is_no_pass() {
     let said = format!("{}{}", done.out, done.err);
     assert!(
         done.out
-            .starts_with("GATE NOT PASSED  all 2 pairs stand, 1 problem (exit 4)\n"),
+            .starts_with("GATE NOT PASSED  all 2 pairs stand; 1 problem (exit 4)\n"),
         "{said}"
     );
     assert!(done.err.contains("No space left"), "{said}");

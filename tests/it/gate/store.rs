@@ -39,6 +39,11 @@ fn cli_a_second_run_takes_every_decision_from_the_store() {
         fs::read_to_string(yard.folder.path().join(".latchgate/.gitignore")).unwrap(),
         "*\n"
     );
+    // In a folder that was there other files must not vanish from git.
+    fs::create_dir(yard.folder.path().join("kept")).unwrap();
+    yard.gate(GATE, &["--store", "kept"]);
+    assert!(yard.folder.path().join("kept/CACHEDIR.TAG").exists());
+    assert!(!yard.folder.path().join("kept/.gitignore").exists());
 }
 
 /// What the laboratory says of a file belongs to the question: a card changes the pair's name.

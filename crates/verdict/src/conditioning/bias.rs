@@ -9,7 +9,7 @@ use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
 
 /// How the standard error counts correlated samples.
-pub const STANDARD_ERROR_METHOD: &str = "the largest of: integrated autocorrelation time by Geyer's initial positive sequence; a first-order autoregression of the samples and of means of 4 and 16, its coefficient taken one standard deviation high; σ/√n of independent samples; the recorder's step/√12, where it is at least twice the noise";
+pub const STANDARD_ERROR_METHOD: &str = "the largest of: integrated autocorrelation time by Geyer's initial positive sequence; a first-order autoregression of the samples and of means of 4 and 16, its coefficient taken one standard deviation high; σ/√n of independent samples; the noise itself, where it is at most half the recorder's step";
 
 /// The pre-event window ends this long before time zero [s].
 pub const PRE_EVENT_END_S: f64 = -1e-3;
@@ -92,9 +92,15 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Tells whether rounding to the recorder's step is nearly all there is: the noise spreads the samples over
-    /// no more than half a step, and along a flat top each may be off to the same side.
+    /// Tells whether rounding to the recorder's step is all there is.
     pub fn is_rounding(&self) -> bool {
+        let spread = 12.0_f64.sqrt() * self.deviation_m_s2;
+        self.on_grid && spread <= self.step_m_s2 * (1.0 + 1e-9)
+    }
+
+    /// Tells whether the samples of a flat top may all be off to the same side: the noise spreads them over no more
+    /// than half a step of the recorder.
+    pub fn may_be_offset(&self) -> bool {
         self.on_grid && self.deviation_m_s2 <= 0.5 * self.step_m_s2
     }
 }
