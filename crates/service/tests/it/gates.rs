@@ -170,10 +170,12 @@ fn cli_reports_of_a_gate_are_those_of_the_command_line() {
             let served = client.get(&address).body;
             let [served, written] = [&served, &written].map(|own| crate::support::without_run(own));
             assert!(served == written, "{id}");
-            let series = path.with_file_name("series.csv");
+            // The command line's gates have the series in the page alone.
+            let page = fs::read_to_string(path.with_file_name("report.html")).unwrap();
             let address = format!("/v1/verdicts/{id}/series.csv");
+            let series = String::from_utf8(client.get(&address).body).unwrap();
             assert!(
-                client.get(&address).body == fs::read(series).unwrap(),
+                series.len() > 1000 && page.contains(series.trim_end()),
                 "{id}"
             );
             compared += 1;
