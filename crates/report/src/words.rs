@@ -695,7 +695,7 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 7] {
         },
         BudgetRow {
             name: "noise",
-            meaning: "noise and vibration before contact, or the recorder's step; one standard deviation",
+            meaning: "noise before contact, one standard deviation",
             value: noise,
             absent: unmeasured,
         },
