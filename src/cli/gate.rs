@@ -17,7 +17,7 @@ use super::progress::Progress;
 use super::values::{OutputFormat, parse_date};
 use crate::gate::files::Reports;
 use crate::gate::{self, Asked, Baseline, GateFile, GateSummary, Plan, Store};
-use crate::pipeline::{Design, Request};
+use crate::pipeline::Request;
 use clap::{Args, ValueEnum};
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::{Limits, read_within};
@@ -124,7 +124,6 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     if own.list {
         return list(&plan, common).map(|()| 0).map_err(Failure::Data);
     }
-    let plan = plan;
     let sweep = own.sweep.is_asked().then(|| SweepCommand {
         gate: path,
         plan: &plan,
@@ -396,25 +395,24 @@ fn file_name(path: &Path) -> String {
 
 /// Prints the pairs of a gate.
 fn list(plan: &Plan, common: &Common) -> Result<(), Error> {
-    let pairs = plan.recordings.iter().flat_map(|recording| {
-        let with = move |design: &'_ Design| (recording.name.clone(), design.name.clone());
-        plan.designs.iter().map(with)
-    });
-    let required = |recording: &str, design: &str| plan.required(recording, design).name();
-    if common.format == OutputFormat::Json {
-        let of = |(recording, design): (String, String)| {
-            let required = required(&recording, &design);
-            serde_json::json!({ "recording": recording, "design": design, "required": required })
-        };
-        let listed: Vec<serde_json::Value> = pairs.map(of).collect();
-        return output::document(&format!("{:#}\n", serde_json::Value::from(listed)));
+    let mut text = String::new();
+    let mut listed = Vec::new();
+    for recording in &plan.recordings {
+        for design in &plan.designs {
+            let (recording, design) = (&recording.name, &design.name);
+            let required = plan.required(recording, design).name();
+            let line = format!("{recording} with {design}: {required} required");
+            text.push_str(&latchgate_report::escape::terminal(&line));
+            text.push('\n');
+            listed.push(serde_json::json!({
+                "recording": recording, "design": design, "required": required,
+            }));
+        }
     }
-    let line = |(recording, design): (String, String)| {
-        let required = required(&recording, &design);
-        let text = format!("{recording} with {design}: {required} required");
-        format!("{}\n", latchgate_report::escape::terminal(&text))
-    };
-    output::document(&pairs.map(line).collect::<String>())
+    match common.format {
+        OutputFormat::Text => output::document(&text),
+        OutputFormat::Json => output::document(&format!("{:#}\n", serde_json::Value::from(listed))),
+    }
 }
 
 /// `reports/out/gate-<name of the gate file>`.

@@ -90,7 +90,7 @@ impl PairPattern {
     }
 
     fn matches(&self, recording: &str, design: &str) -> bool {
-        names_recording(&self.recordings, recording) && self.designs.matches_with(design, DESIGNS)
+        names_recording(&self.recordings, recording) && names_design(&self.designs, design)
     }
 }
 
@@ -99,6 +99,35 @@ impl PairPattern {
 fn names_recording(pattern: &Pattern, name: &str) -> bool {
     let mut files = name.match_indices('#').map(|(at, _)| &name[..at]);
     pattern.matches_with(name, NAMES) || files.any(|file| pattern.matches_with(file, NAMES))
+}
+
+/// Tells whether a pattern names a design.
+fn names_design(pattern: &Pattern, name: &str) -> bool {
+    pattern.matches_with(name, DESIGNS)
+}
+
+/// Tells of each name whether one of the patterns means it, of all where there is no pattern; `key` says what the
+/// names are of.
+fn chosen<'a>(
+    names: impl Iterator<Item = &'a str>,
+    key: &str,
+    patterns: &[String],
+    means: fn(&Pattern, &str) -> bool,
+) -> Result<Vec<bool>, Error> {
+    const HINT: &str = "mend the pattern; the list of pairs shows the names";
+    let names: Vec<&str> = names.collect();
+    let mut chosen = vec![patterns.is_empty(); names.len()];
+    for text in patterns {
+        let pattern = pattern(text)?;
+        let meant: Vec<bool> = names.iter().map(|name| means(&pattern, name)).collect();
+        if !meant.contains(&true) {
+            return Err(matches_nothing("choice", key, text, HINT));
+        }
+        for (chosen, meant) in chosen.iter_mut().zip(meant) {
+            *chosen |= meant;
+        }
+    }
+    Ok(chosen)
 }
 
 impl PlannedException {
@@ -189,43 +218,16 @@ impl Plan {
     ///
     /// [`latchgate_recording::error::ErrorKind::Malformed`] for a pattern that is none, or that names nothing.
     pub fn only(&mut self, recordings: &[String], designs: &[String]) -> Result<(), Error> {
-        let kept = |patterns: &[String],
-                    key: &str,
-                    count: usize,
-                    names: &dyn Fn(usize, &Pattern) -> bool| {
-            let mut kept = vec![patterns.is_empty(); count];
-            for text in patterns {
-                let pattern = pattern(text)?;
-                let mut any = false;
-                for (number, kept) in kept.iter_mut().enumerate() {
-                    let named = names(number, &pattern);
-                    *kept |= named;
-                    any |= named;
-                }
-                if !any {
-                    return Err(matches_nothing(
-                        "choice",
-                        key,
-                        text,
-                        "mend the pattern; the list of pairs shows the names",
-                    ));
-                }
-            }
-            Ok(kept)
-        };
-        let name = |number: usize, pattern: &Pattern| {
-            names_recording(pattern, &self.recordings[number].name)
-        };
-        let of_recordings = kept(recordings, "recordings", self.recordings.len(), &name)?;
-        let name = |number: usize, pattern: &Pattern| {
-            pattern.matches_with(&self.designs[number].name, DESIGNS)
-        };
-        let of_designs = kept(designs, "designs", self.designs.len(), &name)?;
+        let names = self.recordings.iter().map(|recording| &*recording.name);
+        let of_recordings = chosen(names, "recordings", recordings, names_recording)?;
+        let names = self.designs.iter().map(|design| &*design.name);
+        let of_designs = chosen(names, "designs", designs, names_design)?;
         self.part = of_recordings.contains(&false) || of_designs.contains(&false);
-        let mut of = of_recordings.into_iter();
-        self.recordings.retain(|_| of.next().unwrap_or(false));
-        let mut of = of_designs.into_iter();
-        self.designs.retain(|_| of.next().unwrap_or(false));
+        let mut is_chosen = of_recordings.into_iter();
+        self.recordings
+            .retain(|_| is_chosen.next().unwrap_or(false));
+        let mut is_chosen = of_designs.into_iter();
+        self.designs.retain(|_| is_chosen.next().unwrap_or(false));
         Ok(())
     }
 
@@ -275,7 +277,7 @@ impl Plan {
             return Err(matches_nothing(what, "recordings", recordings, OF_ENTRY));
         }
         let mut own = self.designs.iter();
-        if !own.any(|design| pairs.designs.matches_with(&design.name, DESIGNS)) {
+        if !own.any(|design| names_design(&pairs.designs, &design.name)) {
             return Err(matches_nothing(what, "designs", designs, OF_ENTRY));
         }
         Ok(pairs)

@@ -47,7 +47,7 @@ pub fn run(
         // How far one recording is says nothing of the whole.
         control.unmeasured(|control| {
             let control = control.with_threads(1);
-            judged(recording, &plan.designs, (limits, store, clock), &control)
+            judged(recording, &plan.designs, limits, store, clock, &control)
         })
     })
 }
@@ -55,7 +55,9 @@ pub fn run(
 fn judged(
     recording: &PlannedRecording,
     designs: &[Design],
-    (limits, store, clock): (&Limits, &Store, Clock<'_>),
+    limits: &Limits,
+    store: &Store,
+    clock: Clock<'_>,
     control: &Control<'_>,
 ) -> Result<JudgedRecording, Error> {
     let began = clock();

@@ -94,6 +94,36 @@ fn verif_an_answer_alone_takes_no_look_that_cannot_change_it() {
     );
 }
 
+/// A limit on work leaves an answer undecided; it makes none of its own, not even where the draws of a noise are
+/// what is left out.
+#[test]
+fn verif_a_limit_on_work_decides_nothing() {
+    let (mut left_open, mut boundless) = (0, 0);
+    for step in 0..40 {
+        let mut signal = vibration(2000.0, 0.1);
+        for sample in &mut signal.samples {
+            *sample *= libm::pow(1.03, f64::from(step));
+        }
+        let design = Design::reference();
+        let whole = judged_with(AssessExtras::default(), &signal, &design, (0, 100_000_000));
+        for limit in 1..=40 {
+            let limited = judged_with(AssessExtras::default(), &signal, &design, (0, 500 * limit));
+            let open = limited.answer == Answer::Undecided;
+            assert!(
+                open || limited.answer == whole.answer,
+                "{step}, {limit}: {:?} of {:?}",
+                limited.answer,
+                whole.answer
+            );
+            left_open += usize::from(open && whole.answer != Answer::Undecided);
+            let noise_rad = limited.budget.noise.unwrap_or(0.0);
+            boundless += usize::from(noise_rad > 1e300);
+        }
+    }
+    println!("{left_open} left open, {boundless} noises boundless");
+    assert!(left_open > 0 && boundless > 0, "{left_open}, {boundless}");
+}
+
 /// A record of 30 s at 500 Hz takes no more steps of its nominal levers than a few tens a sample
 /// and reading, and its ensemble ends at the limit.
 #[test]
