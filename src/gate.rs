@@ -2,36 +2,31 @@
 //!
 //! What cannot be read, matches nothing or was not judged is never taken for a pass.
 //!
-//! - `block`: a block of the store's files, and its head, which tells what it is of;
-//! - `collect`: what a store holds of all shares, and all of it as one summary;
-//! - `columns`: decisions as arrays for NumPy;
 //! - `file`: the words of a gate file;
-//! - `files`: the files of a gate, written whole or not at all;
-//! - `index`: what a store holds of shares, from the heads of its blocks;
 //! - `init`: a first gate file, from what a folder holds;
 //! - `plan`: the words made plain: recordings in order, designs by name, what is required of each
 //!   pair;
-//! - `question`: the keys under which a share's decisions are kept;
-//! - `share`: the share of one process of a gate that many processes judge;
-//! - `submission`: what a gate was when its shares were submitted;
-//! - `store`: decisions that were made before, and those made now, kept for the next run;
-//! - `pairs`: the pairs of a gate, read from the store when they are wanted;
+//! - `key`, `question`: the keys under which decisions are kept;
+//! - `store`: decisions kept for the next run, and for whoever collects them;
 //! - `run`: the decisions of all pairs;
+//! - `share`, `share_task`: one of several equal parts of a gate, and the process that judges it;
+//! - `submission`: what a gate was when its shares were submitted;
+//! - `collect`: what a store holds of all shares;
+//! - `pairs`: the pairs of a gate, and their order;
 //! - `baseline`: what changed since another summary;
 //! - `rule`: the decisions held against what is required;
 //! - `summary`: what became of each pair and of the whole; the document of a gate;
+//! - `files`: the files of a gate, written whole or not at all;
 //! - `text`, `junit`, `markdown`, `page`: the summary for terminals, CI and browsers;
 //! - `schema`: the words of a gate file for editors.
 
 pub mod baseline;
-mod block;
 pub mod collect;
-pub mod columns;
 pub mod file;
 pub mod files;
-mod index;
 pub mod init;
 pub mod junit;
+mod key;
 pub mod markdown;
 pub mod page;
 pub mod pairs;
@@ -41,6 +36,7 @@ pub mod rule;
 pub mod run;
 pub mod schema;
 pub mod share;
+pub mod share_task;
 pub mod store;
 mod submission;
 pub mod summary;
@@ -48,15 +44,14 @@ pub mod text;
 
 pub use baseline::Baseline;
 pub use collect::{Collection, Standing};
-pub use columns::Columns;
 pub use file::GateFile;
-pub use index::Share;
-pub use pairs::{PairStanding, Pairs};
+pub use pairs::{Pair, PairStanding};
 pub use plan::Plan;
 pub use rule::{Asked, hold};
-pub use run::{JudgedRecording, run};
-pub use share::{ShareOutcome, ShareTask, judge_pair, judge_share, note_end};
+pub use run::{GateRun, JudgedRecording, run};
+pub use share::Share;
+pub use share_task::{ShareOutcome, ShareTask, judge_pair, judge_share};
 pub use store::FOLDER as STORE_FOLDER;
-pub use store::Store;
+pub use store::{Store, share_bytes};
 pub use submission::Submission;
 pub use summary::GateSummary;

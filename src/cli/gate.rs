@@ -23,7 +23,6 @@ use latchgate_recording::error::{Error, Place};
 use latchgate_recording::{Limits, read_within};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 use sweep::{Collected, SweepArguments, SweepCommand};
 
@@ -113,8 +112,7 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     let path = own.gate.as_deref().unwrap_or(Path::new(""));
     let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
     let at = store_folder(own, path);
-    let mut ours = vec![folder.clone(), at.clone()];
-    ours.extend(own.sweep.columns.clone());
+    let ours = [folder.clone(), at.clone()];
     let Some(mut plan) = plan(path, &ours, &limits)? else {
         return Ok(COULD_NOT);
     };
@@ -162,14 +160,17 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         sweep.keep_answer(*collected.as_ref().unwrap_or(&COULD_NOT))?;
         return collected;
     }
-    let store = Arc::new(store(own, path).map_err(Failure::Data)?);
+    let store = match own.no_store {
+        true => Store::unkept(),
+        false => Store::open(&at, "").map_err(Failure::Data)?,
+    };
     let began = Instant::now();
     let progress = Progress::new("gate").that_keeps();
     let judged = progress.watch("gate", common.thread_count(), |control| {
         gate::run(&plan, &limits, &store, &|| began.elapsed(), control)
     });
     drop(progress);
-    let judged = judged.map_err(Failure::of_data).inspect_err(|failure| {
+    let run = judged.map_err(Failure::of_data).inspect_err(|failure| {
         if matches!(failure, Failure::Interrupted) && !own.no_store {
             output::talk(&format!(
                 "latchgate: what was judged is kept in {}; the same command goes on from there",
@@ -177,8 +178,11 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
             ));
         }
     })?;
-    let cached: usize = judged.iter().map(|judged| judged.cached).sum();
-    let summary = gate::hold(&plan, judged, &store, asked).map_err(Failure::Data)?;
+    for damage in &run.damages {
+        output::talk(&format!("latchgate: store: {damage}"));
+    }
+    let cached: usize = run.recordings.iter().map(|judged| judged.cached).sum();
+    let summary = gate::hold(&plan, run.recordings, asked);
     let judged = summary.counts.pairs;
     let code = answer(own, common, &plan, summary, &folder);
     if plan.part {
@@ -254,7 +258,7 @@ fn print(
         }
         OutputFormat::Text => {
             let page = folder.map(|folder| folder.join("index.html").display().to_string());
-            output::document(&worded(&gate::text::render(summary, page.as_deref())?))?;
+            output::document(&worded(&gate::text::render(summary, page.as_deref())))?;
         }
     }
     let annotations = || {
@@ -268,10 +272,10 @@ fn print(
     match own.annotate {
         // Workflow commands are read from either stream; a JSON document is to stay one.
         Some(Annotations::Github) if common.format == OutputFormat::Json => {
-            output::talk(annotations()?.trim_end());
+            output::talk(annotations().trim_end());
             Ok(())
         }
-        Some(Annotations::Github) => output::document(&annotations()?),
+        Some(Annotations::Github) => output::document(&annotations()),
         None => Ok(()),
     }
 }
@@ -361,18 +365,6 @@ fn store_folder(own: &GateArguments, gate: &Path) -> PathBuf {
             .join(gate::STORE_FOLDER)
     };
     own.store.clone().unwrap_or_else(beside)
-}
-
-/// Opens the store, and says what is damaged in it.
-fn store(own: &GateArguments, gate: &Path) -> Result<Store, Error> {
-    if own.no_store {
-        return Ok(Store::unkept());
-    }
-    let store = Store::open(&store_folder(own, gate))?;
-    for damage in store.damages() {
-        output::talk(&format!("latchgate: store: {damage}"));
-    }
-    Ok(store)
 }
 
 fn init(folder: &Path, limits: &Limits, common: &Common) -> Result<u8, Failure> {

@@ -1,7 +1,7 @@
 //! What changed since another summary.
 
 use super::pairs::{Pair, PairStanding};
-use super::summary::{Changes, GateSummary, Moved};
+use super::summary::{Changes, GateSummary, Moved, SCHEMA};
 use crate::pipeline::{Answer, DecisionRow};
 use latchgate_recording::error::{Error, Place};
 use std::collections::{BTreeMap, BTreeSet};
@@ -29,7 +29,7 @@ impl Baseline {
             )
             .at(Place::file(name))
         })?;
-        if summary.schema != "latchgate.gate/1" {
+        if summary.schema != SCHEMA {
             return Err(Error::malformed(
                 "the schema latchgate.gate/1",
                 summary.schema,
@@ -37,14 +37,11 @@ impl Baseline {
             )
             .at(Place::file(name)));
         }
-        let mut pairs = BTreeMap::new();
-        summary.pairs.each(|pair| {
-            let name = (pair.recording.clone(), pair.design.clone());
-            pairs.insert(name, pair.clone());
-            Ok::<(), Error>(())
-        })?;
+        let pairs = summary.pairs.into_iter();
         Ok(Self {
-            pairs,
+            pairs: pairs
+                .map(|pair| ((pair.recording.clone(), pair.design.clone()), pair))
+                .collect(),
             numbers_revision: summary.numbers_revision,
         })
     }

@@ -1,77 +1,69 @@
-//! What a store holds of a sweep: what is done, given up and missing, and all of it as one summary.
+//! What a store holds of a gate's shares: what is done and missing, and all of it as decisions.
 
-use super::block::Key;
-use super::columns::Columns;
-use super::index::{KnownDesigns, PlaceOfRow, Share, StoreIndex, name_of};
-use super::pairs::WHOLE_MAX;
+use super::key::Key;
 use super::plan::Plan;
-use super::rule::{Asked, HeldRecording, hold_each};
-use super::run::JudgedRecording;
-use super::share::ShareDone;
-use super::store::{self, BlockRows, RowAddress, Store};
+use super::run::{JudgedRecording, known_recording};
+use super::share::Share;
+use super::share_task::ShareDone;
+use super::store::{self, Known};
 use super::submission::Submission;
-use super::summary::GateSummary;
 use crate::pipeline::{Control, Limits};
 use latchgate_recording::error::{Error, Place};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-/// Most recordings that are named as missing.
+/// Most recordings that are named.
 const NAMED_MAX: usize = 1000;
 
-/// What stands where of a sweep.
+/// What stands where of the shares of a gate.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Standing {
     /// All pairs.
     pub pairs: usize,
     /// Pairs that were judged.
     pub done: usize,
-    /// Pairs that were given up, since their recording ended its process too often.
-    pub given_up: usize,
     /// Pairs that are not in the store.
     pub missing: usize,
     /// Recordings with the number of their pairs that are missing, a thousand at most.
     pub missing_of: Vec<(String, usize)>,
-    /// Recordings that were given up, a thousand at most.
-    pub given_up_of: Vec<String>,
+    /// Those of them that shares pass over, since they were begun twice and never ended; a thousand at most.
+    pub never_ended: Vec<String>,
     /// Numbers of the shares of which something is missing; none where it is not known how many
     /// shares there are.
     pub shares: Vec<u32>,
 }
 
-/// A sweep and the store of its shares.
+/// A gate and the store of its shares.
 #[derive(Debug)]
 pub struct Collection<'a> {
     plan: &'a Plan,
     shares: Option<u32>,
     /// Files of shares that are said to be finished, with their bytes.
     finished: BTreeMap<String, u64>,
-    keys: Vec<Key>,
-    designs: KnownDesigns,
-    index: StoreIndex,
+    recordings: Vec<Key>,
+    designs: Vec<Key>,
+    known: Known,
 }
 
 impl<'a> Collection<'a> {
     /// Looks through a store for the pairs of a plan: as they were submitted, or else as they lie
-    /// there now. `whole` sees to it that every block fits its checksum.
+    /// there now.
     ///
     /// # Errors
     ///
-    /// [`latchgate_recording::error::ErrorKind::Malformed`] if the plan is no longer the one that was submitted,
-    /// [`latchgate_recording::error::ErrorKind::Io`] if the store cannot be read,
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] if the plan is no longer the one that was submitted, or two
+    /// decisions of a pair differ, [`latchgate_recording::error::ErrorKind::Io`] if the store cannot be read,
     /// [`Stopped`](latchgate_kernel::error::Error::Stopped).
     pub fn of(
         plan: &'a Plan,
         folder: &'a Path,
         submission: Option<&Submission>,
         limits: &Limits,
-        whole: bool,
         control: &Control<'_>,
     ) -> Result<Self, Error> {
         store::make(folder)?;
-        let keys = match submission {
+        let recordings = match submission {
             Some(submission) => {
                 submission.check(plan)?;
                 let names = plan.recordings.iter().map(|own| &own.name);
@@ -93,14 +85,17 @@ impl<'a> Collection<'a> {
         let mut paths: BTreeSet<PathBuf> = store::files(folder)?.into_iter().collect();
         // A shared file system may list a file late that it opens.
         let named = finished.keys().map(|name| folder.join(name));
-        paths.extend(named.filter(|path| finished.contains_key(&name_of(path)) && path.is_file()));
+        paths.extend(named.filter(|path| path.is_file()));
+        let paths: Vec<PathBuf> = paths.into_iter().collect();
+        let known = Known::read(&paths, recordings.iter().copied(), None)?;
+        plan.check_agreement(&recordings, &known)?;
         Ok(Self {
             plan,
             shares,
             finished,
-            keys,
-            designs: KnownDesigns::new(plan.design_keys()),
-            index: StoreIndex::open(folder, paths.into_iter().collect(), None, whole)?,
+            recordings,
+            designs: plan.design_keys(),
+            known,
         })
     }
 
@@ -118,9 +113,9 @@ impl<'a> Collection<'a> {
         let now = self.plan.recording_keys(limits, control)?;
         let changed = now
             .iter()
-            .zip(&self.keys)
+            .zip(&self.recordings)
             .position(|(now, then)| now != then);
-        if now.len() == self.keys.len() && changed.is_none() {
+        if now.len() == self.recordings.len() && changed.is_none() {
             return Ok(());
         }
         let name = changed.map_or("", |number| self.plan.recordings[number].name.as_str());
@@ -131,33 +126,31 @@ impl<'a> Collection<'a> {
 
     /// Returns what is damaged in the store, one sentence each.
     pub fn damages(&self) -> &[String] {
-        &self.index.damages
+        &self.known.damages
     }
 
     /// Returns what stands where.
-    pub fn standing(&mut self) -> Standing {
+    pub fn standing(&self) -> Standing {
         let mut standing = Standing::default();
-        let mut shares = std::collections::BTreeSet::new();
-        for (recording, key) in self.plan.recordings.iter().zip(&self.keys) {
-            let places = self.index.known(*key, &mut self.designs);
-            let missing = places.iter().filter(|place| place.is_none()).count();
-            let is_given_up = |place: &&PlaceOfRow| self.index.is_given_up(place.0);
-            let given_up = places.iter().flatten().filter(is_given_up).count();
-            standing.pairs += places.len();
+        let mut shares = BTreeSet::new();
+        for (recording, key) in self.plan.recordings.iter().zip(&self.recordings) {
+            let is_missing = |design: &&Key| self.known.row(*key, **design).is_none();
+            let missing = self.designs.iter().filter(is_missing).count();
+            standing.pairs += self.designs.len();
             standing.missing += missing;
-            standing.given_up += given_up;
-            standing.done += places.len() - missing - given_up;
-            if missing > 0 {
-                let of = self.shares.map(|of| Share::number_of(&recording.name, of));
-                shares.extend(of);
-                if standing.missing_of.len() < NAMED_MAX {
-                    standing.missing_of.push((recording.name.clone(), missing));
-                }
+            if missing == 0 {
+                continue;
             }
-            if given_up > 0 && standing.given_up_of.len() < NAMED_MAX {
-                standing.given_up_of.push(recording.name.clone());
+            let share = self.shares.map(|of| Share::number_of(&recording.name, of));
+            shares.extend(share);
+            if standing.missing_of.len() < NAMED_MAX {
+                standing.missing_of.push((recording.name.clone(), missing));
+            }
+            if self.known.is_left(*key) && standing.never_ended.len() < NAMED_MAX {
+                standing.never_ended.push(recording.name.clone());
             }
         }
+        standing.done = standing.pairs - standing.missing;
         standing.shares = shares.into_iter().collect();
         standing
     }
@@ -165,107 +158,36 @@ impl<'a> Collection<'a> {
     /// Returns the files of shares that are said to be finished and that are not there yet, or are
     /// too short: a shared file system may show them late.
     pub fn late(&self) -> Vec<String> {
-        let names = self.index.files.iter().map(|path| name_of(path));
-        let read: BTreeMap<String, u64> = names.zip(self.index.lengths.iter().copied()).collect();
         let late = self.finished.iter().filter(|(name, length)| {
-            let read = read.get(*name).copied().unwrap_or(0);
+            let read = self.known.files.get(*name).copied().unwrap_or(0);
             read < **length
         });
         late.map(|(name, _)| name.clone()).collect()
     }
 
-    /// Reads every decision once, recording by recording, and holds it against what is required.
+    /// Returns the decisions of each recording, in the plan's order, for [`super::hold`].
     ///
     /// # Errors
     ///
-    /// [`latchgate_recording::error::ErrorKind::Malformed`] if a pair is missing or its block damaged,
-    /// [`latchgate_recording::error::ErrorKind::Io`] if a column cannot be written.
-    pub fn summary(
-        mut self,
-        asked: Asked<'_>,
-        mut columns: Option<&mut Columns>,
-    ) -> Result<GateSummary, Error> {
-        let plan = self.plan;
-        let store = self.store();
-        hold_each(plan, &store.clone(), asked, WHOLE_MAX, |number| {
-            let held = self.held(number, &store)?;
-            if let Some(columns) = &mut columns {
-                held.rows.iter().try_for_each(|(_, row)| columns.add(row))?;
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] if a pair is missing.
+    pub fn judged(&self) -> Result<Vec<JudgedRecording>, Error> {
+        let recordings = self.plan.recordings.iter().zip(&self.recordings);
+        let judged = recordings.map(|(recording, key)| {
+            let rows = self
+                .designs
+                .iter()
+                .filter_map(|design| self.known.row(*key, *design));
+            let mut judged = known_recording(self.known.facts(*key), rows);
+            // When it was judged is not known.
+            judged.times.clear();
+            if judged.rows.len() == self.designs.len() {
+                return Ok(judged);
             }
-            Ok(held)
-        })
-    }
-
-    /// Returns where the decisions of each recording lie, in the plan's order, for [`super::hold`].
-    ///
-    /// # Errors
-    ///
-    /// [`latchgate_recording::error::ErrorKind::Malformed`] if a pair is missing or its block damaged.
-    pub fn judged(mut self) -> Result<(Arc<Store>, Vec<JudgedRecording>), Error> {
-        let store = self.store();
-        let numbers = 0..self.plan.recordings.len();
-        let judged = numbers.map(|number| {
-            let held = self.held(number, &store)?;
-            Ok(JudgedRecording {
-                sha256: held.sha256,
-                channel: held.channel,
-                cached: held.rows.len(),
-                times: Vec::new(),
-                rows: held.rows.into_iter().map(|(address, _)| address).collect(),
-            })
+            let (expected, hint) = ("a decision for every design", "judge its share");
+            let error = Error::malformed(expected, "some missing in the store", hint);
+            Err(error.at(Place::file(recording.name.clone())))
         });
-        let judged = judged.collect::<Result<Vec<_>, Error>>()?;
-        Ok((store, judged))
-    }
-
-    fn store(&self) -> Arc<Store> {
-        let blocks = self.index.blocks.iter();
-        let blocks = blocks.map(|block| (block.file, block.offset));
-        Arc::new(Store::of_blocks(self.index.files.clone(), blocks))
-    }
-
-    /// Reads the decisions of a recording. A block that is damaged is as good as none: where the
-    /// share was judged again since, another one holds what it held.
-    fn held(&mut self, number: usize, store: &Store) -> Result<HeldRecording, Error> {
-        let mut blocks = BTreeMap::new();
-        let places = loop {
-            let places = self.index.known(self.keys[number], &mut self.designs);
-            let read = places.iter().flatten().map(|place| place.0);
-            let unread = read.filter(|block| !blocks.contains_key(block)).min();
-            let Some(block) = unread else {
-                break places;
-            };
-            match store.block(block as u32) {
-                Ok(body) => drop(blocks.insert(block, body)),
-                Err(_) => self.index.forget(block),
-            }
-        };
-        let mut held = HeldRecording::default();
-        for place in places {
-            let found = place.and_then(|(block, index)| {
-                let body: &BlockRows = blocks.get(&block)?;
-                let address = RowAddress {
-                    block: block as u32,
-                    index,
-                };
-                Some((body, address, body.rows.get(index as usize)?.clone()))
-            });
-            let Some((body, address, row)) = found else {
-                let error = Error::malformed(
-                    "a decision for every design",
-                    "a damaged block in the store, and no other that holds what it held",
-                    "let its share be judged again",
-                );
-                let name = self.plan.recordings[number].name.clone();
-                return Err(error.at(Place::file(name)));
-            };
-            if held.sha256.is_none() {
-                held.sha256.clone_from(&body.sha256);
-                held.channel.clone_from(&body.channel);
-            }
-            held.rows.push((address, row));
-        }
-        Ok(held)
+        judged.collect()
     }
 }
 

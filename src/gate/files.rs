@@ -31,7 +31,7 @@ pub enum Reports {
     All,
 }
 
-/// Writes `summary.json`, `junit.xml`, `summary.md` and `index.html` into a folder, and the full
+/// Writes `summary.json`, `summary.csv`, `junit.xml`, `summary.md` and `index.html` into a folder, and the full
 /// reports below it; returns how many of these were left out.
 ///
 /// The folder is made beside and put in place at the end, so that it holds the files of one run.
@@ -49,13 +49,10 @@ pub fn write(
 ) -> Result<usize, Error> {
     let mut numbers: Vec<usize> = match reports {
         Reports::None => Vec::new(),
-        Reports::Failing => summary.pairs.worst(),
+        Reports::Failing => summary.worst(),
         Reports::All => (0..summary.pairs.len()).collect(),
     };
-    let all = match reports {
-        Reports::Failing => summary.counts.not_as_required,
-        _ => numbers.len(),
-    };
+    let all = numbers.len();
     if reports == Reports::Failing {
         numbers.truncate(REPORTS_MAX);
     }
@@ -63,16 +60,18 @@ pub fn write(
     let beside = Unplaced::beside(folder)?;
     let folders = control.try_map(&numbers, |&number| {
         control.unmeasured(|control| {
-            let pair = summary.pairs.get(number)?;
             let control = control.with_threads(1);
-            let place = summary.pairs.place(number);
-            full(beside.path(), plan, place, &pair, limits, &control)
+            full(
+                beside.path(),
+                plan,
+                number,
+                &summary.pairs[number],
+                limits,
+                &control,
+            )
         })
     })?;
-    let folders = numbers.into_iter().zip(folders);
-    let folders = folders
-        .filter_map(|(number, folder)| Some((number, folder?)))
-        .collect();
+    let folders = numbers.into_iter().zip(folders).collect();
     let file = |name: &str| {
         let path = beside.path().join(name);
         let made = File::create(&path).map(BufWriter::new);
@@ -83,18 +82,21 @@ pub fn write(
     summary.write_json(&mut out).and_then(|()| end(out))?;
     let mut out = file("junit.xml")?;
     junit::write(summary, &mut out).and_then(|()| end(out))?;
-    let mut out = file("index.html")?;
-    page::write(summary, &folders, &mut out).and_then(|()| end(out))?;
-    let mut out = file("summary.md")?;
-    let text = markdown::render(summary)?;
-    out.write_all(text.as_bytes()).map_err(unwritten)?;
-    end(out)?;
+    let mut out = file("summary.csv")?;
+    summary.write_csv(&mut out).and_then(|()| end(out))?;
+    for (name, text) in [
+        ("index.html", page::render(summary, &folders)),
+        ("summary.md", markdown::render(summary)),
+    ] {
+        let mut out = file(name)?;
+        out.write_all(text.as_bytes()).map_err(unwritten)?;
+        end(out)?;
+    }
     beside.settle(folder, |_| others(folder))?;
     Ok(left_out)
 }
 
-/// Writes the full report of a pair; returns its folder, relative to `folder`. A pair that was given
-/// up because it ended its process has none.
+/// Writes the full report of a pair; returns its folder, relative to `folder`.
 fn full(
     folder: &Path,
     plan: &Plan,
@@ -102,10 +104,7 @@ fn full(
     pair: &Pair,
     limits: &Limits,
     control: &Control<'_>,
-) -> Result<Option<String>, Error> {
-    if pair.row.report_id.is_empty() {
-        return Ok(None);
-    }
+) -> Result<String, Error> {
     let recording = &plan.recordings[number / plan.designs.len()];
     let design = &plan.designs[number % plan.designs.len()];
     let source = Source::File(recording.path.clone());
@@ -134,12 +133,13 @@ fn full(
     let files =
         latchgate_report::files_without_series(&outcome.document, outcome.evidence.as_ref());
     latchgate_report::write(&folder.join(&own), files, Some(&recording.path))?;
-    Ok(Some(own))
+    Ok(own)
 }
 
 /// Files and folders that a gate writes: all that may stand in a folder that is replaced.
-const OURS: [&str; 5] = [
+const OURS: [&str; 6] = [
     "summary.json",
+    "summary.csv",
     "junit.xml",
     "summary.md",
     "index.html",

@@ -6,7 +6,7 @@
 //! out: the same answers give the same bytes but for `time`. Writers for this format were not taken, since
 //! theirs does not fit that schema.
 
-use super::pairs::{Pair, PairStanding, Pairs};
+use super::pairs::{Pair, PairStanding};
 use super::summary::{GateSummary, unwritten};
 use super::text;
 use crate::pipeline::Answer;
@@ -17,19 +17,8 @@ use std::collections::BTreeMap;
 use std::io;
 use std::time::Duration;
 
-/// Most tests: one CI system refuses more in a file, another more than 250 000 nodes.
-const TESTS_MAX: usize = 5000;
-
 /// Longest message [characters].
 const MESSAGE_MAX: usize = 2000;
-
-/// A test of the file, and what it is of.
-enum Case {
-    /// A pair, by its number.
-    Pair(usize),
-    /// Anything else.
-    Other(Box<Written>),
-}
 
 /// A test as it is written.
 struct Written {
@@ -52,12 +41,11 @@ enum TestOutcome {
     Skipped,
 }
 
-/// Writes the file. All that is not as required comes first; where there are more pairs than a
-/// file may hold tests, the others stand as one test per recording.
+/// Writes the file; in a suite the worst comes first.
 ///
 /// # Errors
 ///
-/// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written, or a decision no longer be read.
+/// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written.
 pub fn write(summary: &GateSummary, out: &mut dyn io::Write) -> Result<(), Error> {
     let suites = suites(summary);
     let mut writer = Writer::new_with_indent(out, b' ', 1);
@@ -67,93 +55,28 @@ pub fn write(summary: &GateSummary, out: &mut dyn io::Write) -> Result<(), Error
 }
 
 /// Tests by their suite: its name, after whether it is a design's, for a design may have any name.
-type Suites<'a> = BTreeMap<(bool, &'a str), Vec<Case>>;
+type Suites<'a> = BTreeMap<(bool, &'a str), Vec<Written>>;
 
 fn suites(summary: &GateSummary) -> Suites<'_> {
-    let pairs = &summary.pairs;
-    let mut own: Vec<Case> = summary
-        .problems
-        .iter()
-        .map(|problem| {
-            Case::Other(Box::new(Written {
-                name: problem.code.clone(),
-                outcome: TestOutcome::Error,
-                message: problem.text.clone(),
-                text: String::new(),
-                time: None,
-            }))
-        })
-        .collect();
-    let (worst, not_as_required) = summary.standing(PairStanding::NotAsRequired);
-    let all = own.len() + summary.counts.pairs.max(pairs.len());
-    let mut listed: Vec<usize> = (0..pairs.len()).collect();
-    let mut recordings = Vec::new();
-    if all > TESTS_MAX {
-        let room = TESTS_MAX.saturating_sub(own.len() + 1);
-        own.truncate(TESTS_MAX - 1);
-        listed = worst[..worst.len().min(room)].to_vec();
-        // An exception is never left out while there is room.
-        let allowed = pairs.standing(PairStanding::Allowed);
-        listed.extend(allowed.into_iter().take(room - listed.len()));
-        if not_as_required > room {
-            own.push(Case::Other(Box::new(further(not_as_required - room))));
-        } else {
-            recordings = per_recording(summary, TESTS_MAX - own.len() - listed.len());
-        }
-    }
-    listed.sort_by_key(|&number| pairs.rank(number));
     let mut suites = Suites::new();
-    for (name, cases) in [("gate", own), ("recordings", recordings)] {
-        if !cases.is_empty() {
-            suites.insert((false, name), cases);
-        }
+    for problem in &summary.problems {
+        let suite = suites.entry((false, "gate")).or_default();
+        suite.push(Written {
+            name: problem.code.clone(),
+            outcome: TestOutcome::Error,
+            message: problem.text.clone(),
+            text: String::new(),
+            time: None,
+        });
     }
-    let designs = summary.designs.len().max(1);
-    for number in listed {
-        let design = &summary.designs[pairs.place(number) % designs];
-        suites
-            .entry((true, &design.name))
-            .or_default()
-            .push(Case::Pair(number));
+    let mut numbers: Vec<usize> = (0..summary.pairs.len()).collect();
+    numbers.sort_by_key(|&number| (summary.pairs[number].rank(), number));
+    for number in numbers {
+        let pair = &summary.pairs[number];
+        let suite = suites.entry((true, &pair.design)).or_default();
+        suite.push(of_pair(pair, summary.times.get(number).copied().flatten()));
     }
     suites
-}
-
-fn further(left: usize) -> Written {
-    Written {
-        name: "further pairs".into(),
-        outcome: TestOutcome::Failure,
-        message: format!(
-            "not as required: {}; the others are the worst",
-            text::counted(left, "further pair")
-        ),
-        text: String::new(),
-        time: None,
-    }
-}
-
-/// One test per recording of which every pair stands, at most `most`; those of others are listed.
-fn per_recording(summary: &GateSummary, most: usize) -> Vec<Case> {
-    let designs = summary.designs.len();
-    let pairs = &summary.pairs;
-    let mut stands = vec![true; summary.recordings.len()];
-    for index in pairs.worst() {
-        // Where not all pairs are at hand the worst of each recording is.
-        stands[pairs.place(index) / designs.max(1)] = false;
-    }
-    let named = summary.recordings.iter().zip(stands);
-    let named = named.filter(|(_, stands)| *stands).take(most);
-    named
-        .map(|(recording, _)| {
-            Case::Other(Box::new(Written {
-                name: recording.name.clone(),
-                outcome: TestOutcome::Passed,
-                message: String::new(),
-                text: format!("all stand: {}", text::counted(designs, "design")),
-                time: None,
-            }))
-        })
-        .collect()
 }
 
 fn outcome(standing: PairStanding, verdict: Answer) -> TestOutcome {
@@ -162,18 +85,6 @@ fn outcome(standing: PairStanding, verdict: Answer) -> TestOutcome {
         (PairStanding::Allowed | PairStanding::NoWorse, _) => TestOutcome::Skipped,
         (PairStanding::NotAsRequired, Answer::Unusable) => TestOutcome::Error,
         (PairStanding::NotAsRequired, _) => TestOutcome::Failure,
-    }
-}
-
-impl Case {
-    fn outcome(&self, pairs: &Pairs) -> TestOutcome {
-        match self {
-            Self::Pair(number) => {
-                let mark = &pairs.marks()[*number];
-                outcome(mark.standing, mark.verdict)
-            }
-            Self::Other(written) => written.outcome,
-        }
     }
 }
 
@@ -188,11 +99,6 @@ fn of_pair(pair: &Pair, time: Option<Duration>) -> Written {
     }
 }
 
-/// Returns the time that a pair took, where it was judged in this run.
-fn time_of(summary: &GateSummary, number: usize) -> Option<Duration> {
-    *summary.times.get(summary.pairs.place(number))?
-}
-
 fn seconds(time: Duration) -> String {
     format!("{:.3}", time.as_secs_f64())
 }
@@ -202,12 +108,9 @@ fn document(
     summary: &GateSummary,
     suites: &Suites<'_>,
 ) -> io::Result<()> {
-    let count = |cases: &[Case], outcome: TestOutcome| {
-        cases
-            .iter()
-            .filter(|case| case.outcome(&summary.pairs) == outcome)
-            .count()
-            .to_string()
+    let count = |cases: &[Written], outcome: TestOutcome| {
+        let of = cases.iter().filter(|case| case.outcome == outcome);
+        of.count().to_string()
     };
     writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let root = writer
@@ -215,10 +118,7 @@ fn document(
         .with_attribute(("name", clean(&summary.gate).as_str()));
     root.write_inner_content(|writer| {
         for ((_, name), cases) in suites {
-            let known = cases.iter().filter_map(|case| match case {
-                Case::Pair(number) => time_of(summary, *number),
-                Case::Other(_) => None,
-            });
+            let known = cases.iter().filter_map(|case| case.time);
             let time = known.reduce(|sum, time| sum + time).map(seconds);
             let suite = writer
                 .create_element("testsuite")
@@ -229,13 +129,7 @@ fn document(
                 .with_attribute(("skipped", count(cases, TestOutcome::Skipped).as_str()))
                 .with_attributes(time.as_deref().map(|time| ("time", time)));
             suite.write_inner_content(|writer| {
-                cases.iter().try_for_each(|case| match case {
-                    Case::Other(written) => test(writer, name, written),
-                    Case::Pair(number) => {
-                        let pair = summary.pairs.get(*number).map_err(io::Error::other)?;
-                        test(writer, name, &of_pair(&pair, time_of(summary, *number)))
-                    }
-                })
+                cases.iter().try_for_each(|case| test(writer, name, case))
             })?;
         }
         Ok(())

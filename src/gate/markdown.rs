@@ -3,7 +3,6 @@
 use super::pairs::PairStanding;
 use super::summary::GateSummary;
 use super::text;
-use latchgate_recording::error::Error;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -24,11 +23,7 @@ const TEXT_MAX: usize = 400;
 const ANNOTATIONS_MAX: usize = 10;
 
 /// Returns the summary: the answer, the matrix, the worst ten pairs, exceptions, changes, counts.
-///
-/// # Errors
-///
-/// [`latchgate_recording::error::ErrorKind::Io`] if a decision can no longer be read.
-pub fn render(summary: &GateSummary) -> Result<String, Error> {
+pub fn render(summary: &GateSummary) -> String {
     let mut out = String::new();
     let mark = if summary.exit_code == 0 { "✅" } else { "❌" };
     let _ = writeln!(out, "## {mark} latchgate {}\n", code(&summary.gate));
@@ -43,20 +38,22 @@ pub fn render(summary: &GateSummary) -> Result<String, Error> {
             text::counted(summary.problems.len() - LISTED, "further problem")
         );
     }
-    matrix(&mut out, summary)?;
+    matrix(&mut out, summary);
+    let worst = summary.worst();
     table(
         &mut out,
         summary,
         "Not as required, the worst first",
-        PairStanding::NotAsRequired,
-    )?;
-    exceptions(&mut out, summary)?;
+        &worst,
+    );
+    exceptions(&mut out, summary);
+    let title = "Not as required, but no worse than the baseline";
     table(
         &mut out,
         summary,
-        "Not as required, but no worse than the baseline",
-        PairStanding::NoWorse,
-    )?;
+        title,
+        &summary.standing(PairStanding::NoWorse),
+    );
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(out, "\n### Since the baseline\n");
         for (what, pairs) in [
@@ -96,25 +93,23 @@ pub fn render(summary: &GateSummary) -> Result<String, Error> {
         text::counted(summary.designs.len(), "design"),
         summary.version
     );
-    Ok(cut(out))
+    cut(out)
 }
 
 /// Writes the answers of all pairs, a row per recording, where there are few.
-fn matrix(out: &mut String, summary: &GateSummary) -> Result<(), Error> {
+fn matrix(out: &mut String, summary: &GateSummary) {
     let (recordings, designs) = (summary.recordings.len(), summary.designs.len());
     let few = recordings <= MATRIX_MAX.0 && designs <= MATRIX_MAX.1;
-    if !few || !summary.pairs.is_whole() || designs == 0 {
-        return Ok(());
+    if !few || designs == 0 {
+        return;
     }
     let heads: Vec<String> = summary.designs.iter().map(|own| code(&own.name)).collect();
     let _ = writeln!(out, "\n| | {} |", heads.join(" | "));
     let _ = writeln!(out, "| --- |{}", " :-: |".repeat(designs));
-    for (number, recording) in summary.recordings.iter().enumerate() {
+    let rows = summary.pairs.chunks(designs);
+    for (recording, pairs) in summary.recordings.iter().zip(rows) {
         let _ = write!(out, "| {} |", code(&recording.name));
-        for pair in summary
-            .pairs
-            .some(designs * number..designs * (number + 1))?
-        {
+        for pair in pairs {
             let glyph = text::glyph(pair.row.verdict);
             let _ = match pair.standing {
                 PairStanding::NotAsRequired => write!(out, " **{glyph}** |"),
@@ -124,26 +119,19 @@ fn matrix(out: &mut String, summary: &GateSummary) -> Result<(), Error> {
         out.push('\n');
     }
     out.push_str("\n✓ pass, ✗ fail, ? undecided, ∅ unusable; bold: not as required\n");
-    Ok(())
 }
 
-fn table(
-    out: &mut String,
-    summary: &GateSummary,
-    title: &str,
-    standing: PairStanding,
-) -> Result<(), Error> {
-    let (numbers, all) = summary.standing(standing);
+fn table(out: &mut String, summary: &GateSummary, title: &str, numbers: &[usize]) {
     if numbers.is_empty() {
-        return Ok(());
+        return;
     }
     let _ = writeln!(
         out,
         "\n### {title}\n\n| answer | recording | design | |\n| --- | --- | --- | --- |"
     );
     let mut shown = 0;
-    for alike in text::told_alike(&summary.pairs, &numbers, LISTED)? {
-        let pair = &alike.first;
+    for alike in text::told_alike(&summary.pairs, numbers, LISTED) {
+        let pair = alike.first;
         let designs = match alike.numbers.len() {
             1 => code(&pair.design),
             _ => prose(&alike.designs(summary)),
@@ -157,22 +145,17 @@ fn table(
         );
         shown += alike.numbers.len();
     }
-    if all > shown {
-        let _ = writeln!(
-            out,
-            "\n{} in {}.",
-            text::counted(all - shown, "further pair"),
-            summary.rest()
-        );
+    if numbers.len() > shown {
+        let further = text::counted(numbers.len() - shown, "further pair");
+        let _ = writeln!(out, "\n{further} in summary.csv.");
     }
-    Ok(())
 }
 
 /// Lists every exception that lets pairs through, with how many and the first.
-fn exceptions(out: &mut String, summary: &GateSummary) -> Result<(), Error> {
+fn exceptions(out: &mut String, summary: &GateSummary) {
     let mut found: BTreeMap<(String, String), (usize, String)> = BTreeMap::new();
-    for number in summary.pairs.standing(PairStanding::Allowed) {
-        let pair = summary.pairs.get(number)?;
+    for number in summary.standing(PairStanding::Allowed) {
+        let pair = &summary.pairs[number];
         let first = || format!("{} with {}", code(&pair.recording), code(&pair.design));
         let exception = pair.exception.clone().unwrap_or_default();
         found.entry(exception).or_insert_with(|| (0, first())).0 += 1;
@@ -183,18 +166,9 @@ fn exceptions(out: &mut String, summary: &GateSummary) -> Result<(), Error> {
             "\n### Let through by an exception\n\n| until | reason | pairs | the first |\n| --- | --- | --- | --- |"
         );
     }
-    let mut listed = 0;
     for ((reason, until), (count, first)) in &found {
         let _ = writeln!(out, "| {until} | {} | {count} | {first} |", prose(reason));
-        listed += count;
     }
-    // Of very many pairs not every one is at hand.
-    let further = summary.counts.allowed.saturating_sub(listed);
-    if further > 0 {
-        let further = text::counted(further, "further pair");
-        let _ = writeln!(out, "\nLet through besides: {further}.");
-    }
-    Ok(())
 }
 
 /// Returns a name as code, in which nothing pings, links or ends a table's cell.
@@ -255,23 +229,19 @@ fn cut(text: String) -> String {
 
 /// Returns annotations as GitHub Actions reads them from a step's output, ten at most, in the gate file at
 /// `path`; `line_of` tells where a recording stands in it.
-///
-/// # Errors
-///
-/// [`latchgate_recording::error::ErrorKind::Io`] if a decision can no longer be read.
 pub fn annotations(
     summary: &GateSummary,
     path: &str,
     line_of: impl Fn(&str) -> Option<u64>,
-) -> Result<String, Error> {
+) -> String {
     let problems = summary.problems.iter();
     let mut lines: Vec<String> = problems
         .map(|problem| annotation((path, problem.line), &problem.code, &problem.text))
         .take(ANNOTATIONS_MAX)
         .collect();
-    let (worst, all) = summary.standing(PairStanding::NotAsRequired);
+    let worst = summary.worst();
     for &number in worst.iter().take(ANNOTATIONS_MAX - lines.len()) {
-        let pair = summary.pairs.get(number)?;
+        let pair = &summary.pairs[number];
         let title = format!(
             "{}: {} with {}",
             pair.row.verdict.name(),
@@ -279,9 +249,9 @@ pub fn annotations(
             pair.design
         );
         let place = (path, line_of(&pair.recording));
-        lines.push(annotation(place, &title, &text::what(&pair)));
+        lines.push(annotation(place, &title, &text::what(pair)));
     }
-    let all = summary.problems.len() + all;
+    let all = summary.problems.len() + worst.len();
     if all > ANNOTATIONS_MAX {
         lines.truncate(ANNOTATIONS_MAX - 1);
         let more = format!(
@@ -290,7 +260,7 @@ pub fn annotations(
         );
         lines.push(annotation((path, None), "latchgate", &more));
     }
-    Ok(lines.concat())
+    lines.concat()
 }
 
 fn annotation((path, line): (&str, Option<u64>), title: &str, message: &str) -> String {

@@ -1,9 +1,9 @@
-//! What a share's decisions are kept under: the key of a recording's question, and that of a design.
+//! What decisions are kept under: the key of a recording's question, and that of a design.
 //!
 //! A key is worked out from the bytes as they lie there, unread: of 100 000 recordings in the time it
 //! takes to read them.
 
-use super::block::{Key, key_of_bytes};
+use super::key::Key;
 use super::plan::PlannedRecording;
 use crate::pipeline::{Design, Limits, NUMBERS_REVISION};
 use serde_json::json;
@@ -39,8 +39,8 @@ impl Questions {
     }
 
     /// Returns the key of everything that an answer about the recording rests on but the design:
-    /// its files, their names, the settings, and the revision of the numbers. A file that cannot be
-    /// read is part of it as such.
+    /// its files, their names, the settings, and the version. A file that cannot be read is part of it
+    /// as such.
     pub(super) fn key(&self, recording: &PlannedRecording) -> Key {
         let files: Vec<(String, String)> = self
             .files(&recording.path)
@@ -48,13 +48,15 @@ impl Questions {
             .map(|(name, path)| (name, hash(&path)))
             .collect();
         let question = json!({
-            "schema": "latchgate.share/1",
+            "schema": "latchgate.store/1",
             "numbers_revision": NUMBERS_REVISION,
+            // Another version may read what this one refuses.
+            "version": env!("CARGO_PKG_VERSION"),
             "files": files,
             "request": &*recording.request,
             "limits": self.limits,
         });
-        key_of_bytes(question.to_string().as_bytes())
+        Key::of(question.to_string().as_bytes())
     }
 
     /// Lists what a recording may be read from: of a folder all that it holds; of a file all of its
@@ -74,7 +76,7 @@ impl Questions {
         let of_folder = path.is_dir().then_some(path);
         let is_header = path
             .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("mme"));
+            .is_some_and(|end| end.eq_ignore_ascii_case("mme") || end.eq_ignore_ascii_case("chn"));
         if let Some(folder) = of_folder.or(is_header.then_some(folder)) {
             below(folder, "", DEPTH_MAX, &mut found);
         }
@@ -137,16 +139,10 @@ fn hash(path: &Path) -> String {
 
 /// Returns the key of a design.
 pub(super) fn design_key(design: &Design) -> Key {
-    key_of_bytes(json!(design).to_string().as_bytes())
+    Key::of(json!(design).to_string().as_bytes())
 }
 
 /// Writes bytes as lower-case hexadecimal digits.
 pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Reads a key from its digits.
-pub(super) fn key_of_hex(digits: &str) -> Option<Key> {
-    let number = u128::from_str_radix(digits, 16).ok()?;
-    (digits.len() == 32).then(|| number.to_be_bytes())
 }

@@ -1,15 +1,11 @@
 //! Decisions held against what is required: exceptions, baseline, exit code.
 
 use super::baseline::{Baseline, BaselineComparison};
-use super::pairs::{COULD_NOT, Pair, PairNames, PairStanding, Pairs, PlacedRows, severity};
+use super::pairs::{COULD_NOT, Pair, PairStanding, severity};
 use super::plan::Plan;
 use super::run::JudgedRecording;
-use super::store::Store;
-use super::summary::{Counts, GateProblem, GateSummary, PART_SCHEMA, SummaryRecording};
+use super::summary::{Counts, GateProblem, GateSummary, PART_SCHEMA, SCHEMA, SummaryRecording};
 use crate::pipeline::{Answer, NUMBERS_REVISION};
-use latchgate_recording::error::Error;
-use std::sync::Arc;
-use std::time::Duration;
 
 /// What is asked of a summary beside its gate.
 #[derive(Debug, Clone, Copy, Default)]
@@ -24,84 +20,41 @@ pub struct Asked<'a> {
     pub no_worse: bool,
 }
 
-/// Holds the decisions of a plan against what it requires.
-///
-/// # Errors
-///
-/// [`latchgate_recording::error::ErrorKind::Io`] if a decision can no longer be read.
-pub fn hold(
-    plan: &Plan,
-    judged: Vec<JudgedRecording>,
-    store: &Arc<Store>,
-    asked: Asked<'_>,
-) -> Result<GateSummary, Error> {
-    let times = judged.iter().flat_map(|judged| {
-        let known = judged.times.iter().copied().map(Some);
-        known
-            .chain(std::iter::repeat(None))
-            .take(plan.designs.len())
-    });
-    let times: Vec<Option<Duration>> = times.collect();
-    let mut judged = judged.into_iter();
-    let mut summary = hold_each(plan, store, asked, usize::MAX, |_| {
-        let judged = judged.next().unwrap_or_default();
-        let rows = store.rows(&judged.rows)?;
-        Ok(HeldRecording {
-            sha256: judged.sha256,
-            channel: judged.channel,
-            rows: judged.rows.into_iter().zip(rows).collect(),
-        })
-    })?;
-    summary.times = times;
-    Ok(summary)
-}
-
-/// A recording whose decisions are at hand.
-#[derive(Debug, Default)]
-pub(super) struct HeldRecording {
-    pub(super) sha256: Option<String>,
-    pub(super) channel: Option<String>,
-    /// One for each design.
-    pub(super) rows: PlacedRows,
-}
-
-/// As [`hold`], with the decisions of one recording after the other; of more than `most` pairs those
-/// are kept that an output names.
-pub(super) fn hold_each(
-    plan: &Plan,
-    store: &Arc<Store>,
-    asked: Asked<'_>,
-    most: usize,
-    mut of: impl FnMut(usize) -> Result<HeldRecording, Error>,
-) -> Result<GateSummary, Error> {
+/// Holds the decisions of a plan, recording by recording in its order, against what it requires.
+pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> GateSummary {
+    let all = plan.recordings.len() * plan.designs.len();
     let mut recordings = Vec::with_capacity(plan.recordings.len());
+    let (mut pairs, mut times) = (Vec::with_capacity(all), Vec::with_capacity(all));
     let mut counts = Counts::default();
     let mut needed = vec![false; plan.exceptions.len()];
     let mut comparison = asked.baseline.map(Baseline::comparison);
     let mut worst = 0;
-    let pairs = Pairs::stored(
-        Arc::clone(store),
-        names(plan),
-        most,
-        |number| {
-            let held = of(number)?;
-            recordings.push(SummaryRecording {
-                name: plan.recordings[number].name.clone(),
-                sha256: held.sha256,
-                channel: held.channel,
-            });
-            Ok(held.rows)
-        },
-        |pair| {
-            let exception = stand(plan, pair, asked, &mut needed);
+    for (recording, judged) in plan.recordings.iter().zip(judged) {
+        recordings.push(SummaryRecording {
+            name: recording.name.clone(),
+            sha256: judged.sha256,
+            channel: judged.channel,
+        });
+        let mut took = judged.times.into_iter();
+        for (design, row) in plan.designs.iter().zip(judged.rows) {
+            let mut pair = Pair {
+                recording: recording.name.clone(),
+                design: design.name.clone(),
+                required: plan.required(&recording.name, &design.name),
+                standing: PairStanding::NotAsRequired,
+                exception: None,
+                row,
+            };
+            stand(plan, &mut pair, asked, &mut needed);
             counts.add(pair.standing, pair.row.verdict);
             worst = worst.max(severity(pair.exit_code()));
             if let Some(comparison) = &mut comparison {
-                comparison.see(pair);
+                comparison.see(&pair);
             }
-            exception
-        },
-    )?;
+            pairs.push(pair);
+            times.push(took.next());
+        }
+    }
     let mut problems = exceptions(plan, &needed, asked.date);
     let comparison = comparison.map(BaselineComparison::changes);
     if let Some(comparison) = comparison.as_ref().filter(|_| !asked.allow_removed) {
@@ -129,13 +82,11 @@ pub(super) fn hold_each(
     let exit_code = [0, 3, 1, COULD_NOT]
         .into_iter()
         .find(|code| severity(*code) == worst);
-    Ok(GateSummary {
+    GateSummary {
         schema: if plan.part {
             PART_SCHEMA.into()
-        } else if pairs.is_whole() {
-            "latchgate.gate/1".into()
         } else {
-            "latchgate.sweep/1".into()
+            SCHEMA.into()
         },
         gate: plan.gate.clone(),
         exit_code: exit_code.unwrap_or(COULD_NOT),
@@ -147,41 +98,25 @@ pub(super) fn hold_each(
         baseline: comparison,
         version: env!("CARGO_PKG_VERSION").into(),
         numbers_revision: NUMBERS_REVISION,
-        times: Vec::new(),
-    })
-}
-
-fn names(plan: &Plan) -> PairNames {
-    let exceptions = plan.exceptions.iter();
-    PairNames {
-        recordings: plan.recordings.iter().map(|own| own.name.clone()).collect(),
-        designs: plan.designs.iter().map(|own| own.name.clone()).collect(),
-        exceptions: exceptions
-            .map(|own| (own.reason.clone(), own.until.clone()))
-            .collect(),
+        times,
     }
 }
 
-/// Says what is required of a pair and where it stands; returns the exception that lets it through.
-/// Exceptions that some pair needs are marked in `needed`.
-fn stand(plan: &Plan, pair: &mut Pair, asked: Asked<'_>, needed: &mut [bool]) -> Option<u16> {
-    pair.required = plan.required(&pair.recording, &pair.design);
+/// Says where a pair stands; exceptions that some pair needs are marked in `needed`.
+fn stand(plan: &Plan, pair: &mut Pair, asked: Asked<'_>, needed: &mut [bool]) {
     let undecided = pair.row.verdict == Answer::Undecided && pair.required != Answer::Undecided;
-    let mut through = None;
-    for (number, exception) in plan.exceptions.iter().enumerate().filter(|_| undecided) {
-        if through.is_none() && exception.matches(&pair.recording, &pair.design) {
-            needed[number] = true;
+    for (exception, needed) in plan.exceptions.iter().zip(needed).filter(|_| undecided) {
+        if pair.exception.is_none() && exception.matches(&pair.recording, &pair.design) {
+            *needed = true;
             if *asked.date <= *exception.until {
-                through = u16::try_from(number).ok();
+                pair.exception = Some((exception.reason.clone(), exception.until.clone()));
             }
         }
     }
     let (recording, design) = (&pair.recording, &pair.design);
     pair.standing = if pair.row.verdict == pair.required {
         PairStanding::AsRequired
-    } else if let Some(number) = through {
-        let exception = &plan.exceptions[usize::from(number)];
-        pair.exception = Some((exception.reason.clone(), exception.until.clone()));
+    } else if pair.exception.is_some() {
         PairStanding::Allowed
     } else if asked.no_worse
         && asked.baseline.is_some_and(|baseline| {
@@ -192,7 +127,6 @@ fn stand(plan: &Plan, pair: &mut Pair, asked: Asked<'_>, needed: &mut [bool]) ->
     } else {
         PairStanding::NotAsRequired
     };
-    through
 }
 
 /// Finds exceptions that expired, or that no pair needs where all were judged.

@@ -1,117 +1,240 @@
 //! The decisions of all pairs: recordings side by side, one thread each.
 
+use super::key::Key;
 use super::plan::{Plan, PlannedRecording};
-use super::store::{RowAddress, Store};
-use crate::pipeline::{Control, DecisionRow, Design, Limits, Prepared, Source};
-use latchgate_recording::error::Error;
+use super::question::Questions;
+use super::store::{Known, ReadFacts, Store};
+use crate::pipeline::{Control, DecisionRow, Limits, Prepared, Source};
+use latchgate_document::blocks::RecordingBlock;
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_recording::error::{Error, ErrorKind, Place};
 use std::time::Duration;
-
-/// Rows of a recording that are kept together: what a kill costs, and what is read again for one.
-const KEPT_TOGETHER: usize = 64;
 
 /// Tells the time since some instant.
 pub type Clock<'a> = &'a (dyn Fn() -> Duration + Sync);
 
 /// What became of one recording.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct JudgedRecording {
     /// SHA-256 of the file, where it was read.
     pub sha256: Option<String>,
     /// The channel that was judged.
     pub channel: Option<String>,
-    /// Where the row of each design lies, in the plan's order.
-    pub rows: Vec<RowAddress>,
+    /// The row of each design, in the plan's order.
+    pub rows: Vec<DecisionRow>,
     /// How many of them come from the store.
     pub cached: usize,
     /// The time that each decision took, its part of the reading included; none where they were made elsewhere.
     pub times: Vec<Duration>,
+    /// Why nothing could be read, where another try may do: nothing of it is kept.
+    pub unread: Option<Error>,
 }
 
 /// Judges every recording of a plan with every design, each recording opened once.
 ///
-/// What was judged before lies in `store`; what is judged now is put there as soon as it is known, so
-/// that a run that is stopped loses little. `clock` tells the time since some instant.
+/// What was judged before is read from the store; what is judged now is kept there as soon as it is
+/// known, so that a run that is stopped loses little.
 ///
 /// # Errors
 ///
-/// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work, [`ErrorKind::Io`] if the store cannot be
-/// written. A recording that cannot be read is no error: its rows say so.
+/// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work, [`ErrorKind::Io`] if the store cannot be read
+/// or written, [`ErrorKind::Malformed`] if it holds decisions that contradict each other, or if a recording changes while
+/// it is read. A recording that cannot be read is no error: its rows say so.
 pub fn run(
     plan: &Plan,
     limits: &Limits,
     store: &Store,
     clock: Clock<'_>,
     control: &Control<'_>,
-) -> Result<Vec<JudgedRecording>, Error> {
-    control.try_map(&plan.recordings, |recording| {
+) -> Result<GateRun, Error> {
+    let keys = plan.recording_keys(limits, control)?;
+    let known = store.known(keys.iter().copied(), None)?;
+    plan.check_agreement(&keys, &known)?;
+    let judging = Judging::new(plan, limits, store, clock);
+    let numbers: Vec<usize> = (0..keys.len()).collect();
+    let recordings = control.try_map(&numbers, |&number| {
         // How far one recording is says nothing of the whole.
         control.unmeasured(|control| {
-            let control = control.with_threads(1);
-            judged(recording, &plan.designs, limits, store, clock, &control)
+            judging.recording(number, keys[number], &known, &control.with_threads(1))
         })
+    });
+    store.sync()?;
+    Ok(GateRun {
+        recordings: recordings?,
+        damages: known.damages,
     })
 }
 
-fn judged(
-    recording: &PlannedRecording,
-    designs: &[Design],
-    limits: &Limits,
-    store: &Store,
-    clock: Clock<'_>,
-    control: &Control<'_>,
-) -> Result<JudgedRecording, Error> {
-    let began = clock();
-    let source = Source::File(recording.path.clone());
-    let prepared = match Prepared::open(&source, &recording.request, limits, control) {
-        Ok(prepared) => prepared,
-        Err(refused) if refused.error.is_stopped() => return Err(refused.error),
-        // It takes no time to find out again, and may be mended until then.
-        Err(refused) => {
-            let mut rows = Vec::with_capacity(designs.len());
-            for some in designs.chunks(KEPT_TOGETHER) {
-                let refusals: Vec<DecisionRow> =
-                    some.iter().map(|design| refused.row(design)).collect();
-                rows.extend(store.put_aside(&refusals)?);
-            }
-            return Ok(JudgedRecording {
-                sha256: refused.recording().sha256.clone(),
-                channel: None,
-                rows,
-                cached: 0,
-                times: Vec::new(),
-            });
+/// What became of a gate's recordings, in the plan's order.
+#[derive(Debug)]
+pub struct GateRun {
+    /// Each of them.
+    pub recordings: Vec<JudgedRecording>,
+    /// What is damaged in the store, one sentence each.
+    pub damages: Vec<String>,
+}
+
+/// What recordings are judged with.
+pub(super) struct Judging<'a> {
+    plan: &'a Plan,
+    limits: &'a Limits,
+    store: &'a Store,
+    clock: Clock<'a>,
+    designs: Vec<Key>,
+    questions: Questions,
+}
+
+impl<'a> Judging<'a> {
+    pub(super) fn new(
+        plan: &'a Plan,
+        limits: &'a Limits,
+        store: &'a Store,
+        clock: Clock<'a>,
+    ) -> Self {
+        Self {
+            plan,
+            limits,
+            store,
+            clock,
+            designs: plan.design_keys(),
+            questions: Questions::new(limits),
         }
-    };
-    let mut judged = JudgedRecording {
-        sha256: prepared.recording().sha256.clone(),
-        channel: prepared.recording().channel.clone(),
-        rows: Vec::with_capacity(designs.len()),
-        cached: 0,
-        times: Vec::with_capacity(designs.len()),
-    };
-    let reading = clock().saturating_sub(began) / u32::try_from(designs.len()).unwrap_or(u32::MAX);
-    for some in designs.chunks(KEPT_TOGETHER) {
-        let known: Vec<Option<RowAddress>> = some
-            .iter()
-            .map(|design| store.find(&prepared.report_id(design)))
-            .collect();
-        let mut fresh = Vec::new();
-        let judging: Result<(), Error> = some.iter().zip(&known).try_for_each(|(design, known)| {
-            let began = clock();
-            if known.is_none() {
-                fresh.push(prepared.row(design, control)?);
-            }
-            judged.times.push(reading + clock().saturating_sub(began));
-            Ok(())
-        });
-        // What is done is kept, also where the rest is stopped.
-        let mut put = store.put(&fresh)?.into_iter();
-        judging?;
-        judged.cached += some.len() - fresh.len();
-        let all = known
-            .into_iter()
-            .filter_map(|known| known.or_else(|| put.next()));
-        judged.rows.extend(all);
     }
-    Ok(judged)
+
+    /// Returns what is known of each pair of a recording.
+    pub(super) fn known_rows<'k>(
+        &self,
+        key: Key,
+        known: &'k Known,
+    ) -> Vec<Option<&'k DecisionRow>> {
+        let designs = self.designs.iter();
+        designs.map(|design| known.row(key, *design)).collect()
+    }
+
+    /// Judges the pairs of a recording that are not known, and keeps them.
+    ///
+    /// # Errors
+    ///
+    /// As [`run`].
+    pub(super) fn recording(
+        &self,
+        number: usize,
+        key: Key,
+        known: &Known,
+        control: &Control<'_>,
+    ) -> Result<JudgedRecording, Error> {
+        let recording = &self.plan.recordings[number];
+        let rows = self.known_rows(key, known);
+        if rows.iter().all(Option::is_some) {
+            return Ok(known_recording(
+                known.facts(key),
+                rows.into_iter().flatten(),
+            ));
+        }
+        let began = (self.clock)();
+        let source = Source::File(recording.path.clone());
+        let prepared = Prepared::open(&source, &recording.request, self.limits, control);
+        // Between the two keys it was read.
+        if self.questions.key(recording) != key {
+            return Err(changed(recording, "while it was read"));
+        }
+        let (read, unread) = match &prepared {
+            Ok(prepared) => (prepared.recording(), None),
+            Err(refused) if refused.error.is_stopped() => {
+                return Err(KernelError::Stopped.into());
+            }
+            Err(refused) => {
+                let may_pass = matches!(refused.error.kind(), ErrorKind::Io { .. });
+                let why = may_pass.then(|| refused.error.clone());
+                (refused.recording(), why)
+            }
+        };
+        let read = facts(read);
+        if unread.is_none() && known.facts(key) != Some(&read) {
+            self.store.put_read(key, &read)?;
+        }
+        let designs = self.designs.len();
+        let mut judged = JudgedRecording {
+            sha256: read.sha256,
+            channel: read.channel,
+            rows: Vec::with_capacity(designs),
+            cached: 0,
+            times: Vec::with_capacity(designs),
+            unread,
+        };
+        let mut before = (self.clock)();
+        let reading = before.saturating_sub(began) / u32::try_from(designs).unwrap_or(u32::MAX);
+        for ((design, design_key), known) in self.plan.designs.iter().zip(&self.designs).zip(rows) {
+            let row = match (known, &prepared) {
+                (Some(row), _) => row.clone(),
+                (None, Ok(prepared)) => prepared.row(design, control)?,
+                (None, Err(refused)) => refused.row(design),
+            };
+            let now = (self.clock)();
+            if known.is_some() {
+                judged.cached += 1;
+            } else if judged.unread.is_none() {
+                self.store.put((key, *design_key), &row, now)?;
+                tracing::debug!(recording = %recording.name, design = %design.name, "judged");
+            }
+            judged.rows.push(row);
+            judged.times.push(reading + now.saturating_sub(before));
+            before = now;
+        }
+        Ok(judged)
+    }
+}
+
+/// Returns a recording of which every pair is known.
+pub(super) fn known_recording<'k>(
+    facts: Option<&ReadFacts>,
+    rows: impl Iterator<Item = &'k DecisionRow>,
+) -> JudgedRecording {
+    let rows: Vec<DecisionRow> = rows.cloned().collect();
+    let read = facts.cloned().unwrap_or_default();
+    JudgedRecording {
+        sha256: read.sha256,
+        channel: read.channel,
+        cached: rows.len(),
+        times: vec![Duration::ZERO; rows.len()],
+        rows,
+        unread: None,
+    }
+}
+
+fn facts(read: &RecordingBlock) -> ReadFacts {
+    ReadFacts {
+        sha256: read.sha256.clone(),
+        channel: read.channel.clone(),
+    }
+}
+
+pub(super) fn changed(recording: &PlannedRecording, when: &str) -> Error {
+    let found = format!("another one, or another card: its hash changed {when}");
+    let hint = "run the gate, or submit it, again when nothing writes there";
+    Error::malformed("the recording as it was", &found, hint)
+        .at(Place::file(recording.name.clone()))
+}
+
+impl Plan {
+    /// Refuses a store that holds two decisions of a pair which contradict each other; `keys` are those of the
+    /// recordings.
+    pub(super) fn check_agreement(&self, keys: &[Key], known: &Known) -> Result<(), Error> {
+        let designs = self.design_keys();
+        for (recording, design, file) in &known.contradictions {
+            let recording = keys.iter().position(|key| key == recording);
+            let design = designs.iter().position(|key| key == design);
+            let (Some(recording), Some(design)) = (recording, design) else {
+                continue;
+            };
+            let (recording, design) = (&self.recordings[recording], &self.designs[design]);
+            let error = Error::malformed(
+                format!("one decision of {} with {}", recording.name, design.name),
+                "two that differ: latchgate, or one of the machines, does not work as it should",
+                "keep the store for whoever looks into it, and judge into another one",
+            );
+            return Err(error.at(Place::file(file.as_str())));
+        }
+        Ok(())
+    }
 }

@@ -1,170 +1,251 @@
-//! Decisions that were made before, and those made now, kept for the next run.
+//! Decisions kept for the next run, and for whoever collects them: lines of JSON.
 //!
-//! A store is a folder. Each process appends to one file of its own; nothing is rewritten, so that
-//! several processes may share a store, on a network file system, too. A file is a sequence of
-//! blocks. A block that does not fit its checksum is left out and told; its rows are judged again.
+//! A store is a folder. Each process appends to one file of its own, line by line; nothing is
+//! rewritten, so that several processes may share a store, on a network file system, too.
 //!
-//! In memory stands only where each row lies, so that a gate of very many pairs takes little more
-//! than one of few. Rows that are not to be kept (nothing could be read, or no store is wished) are
-//! put aside as blocks in memory.
+//! A line is a decision, or a note:
+//!
+//! ```text
+//! {"rec":"8f0c…","des":"52a1…","rev":16,"id":"…","is":"fail","why":"…","lim":0.1,"peak":0.31,"u":0.002,"sum":"…"}
+//! {"note":"reason","why":"…","code":"…","text":"…","sum":"…"}
+//! ```
+//!
+//! It ends with a checksum of what stands before it. A line that does not fit is nothing, wherever it
+//! stands: what it held is missing, and is judged again.
 
-use super::block::{self, BlockHead, BlockKind, BlockOf, Key};
-use crate::pipeline::DecisionRow;
+use super::key::Key;
+use super::share::Share;
+use crate::pipeline::{Answer, DecisionRow, NUMBERS_REVISION, Reason};
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Read, Seek, Write};
+use std::io::{self, BufRead, BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
+use std::time::Duration;
 
 /// Name of the store's folder, where nobody names another.
 pub const FOLDER: &str = ".latchgate";
 
 /// How the name of a store's file ends.
-pub(super) const ENDING: &str = "rows";
+const ENDING: &str = "jsonl";
 
 /// The mark of a folder that may be deleted and made again, after the Cache Directory Tagging
 /// Specification.
 const CACHE_TAG: &str = "Signature: 8a477f597d28d172789f06886806bc55\n\
 # Decisions of latchgate gate. This folder may be deleted; they are then made again.\n";
 
-/// What a block of decisions holds.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct BlockRows {
-    /// SHA-256 of the recording, where it was read.
+/// Longest line that is read [bytes]; a row takes 400, a reason what its text takes.
+const LINE_MAX: u64 = 1 << 20;
+
+/// Time after which what was appended is seen onto the disk.
+const SYNC: Duration = Duration::from_secs(5);
+
+/// Times that a recording is begun and never ended after which a share passes over it.
+pub(super) const BEGUN_MAX: u32 = 2;
+
+/// A decision as a line; keys are short, since there is one line for each pair.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RowLine {
+    /// Key of the recording.
+    rec: Key,
+    /// Key of the design.
+    des: Key,
+    /// Revision of the numbers.
+    rev: u32,
+    /// The `report_id`.
+    id: String,
+    /// The answer.
+    is: Answer,
+    /// Of which reason, as a line before says it.
+    why: String,
+    /// The angle that loses the door [rad].
+    lim: f64,
+    /// The largest angle [rad].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak: Option<f64>,
+    /// Its U [rad].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    u: Option<f64>,
+    /// The largest angle after the judged window [rad].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coast: Option<f64>,
+    /// Bounds of the share of levers that cross.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    share: Option<(f64, f64)>,
+}
+
+/// A line that is no decision.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(tag = "note", rename_all = "kebab-case")]
+enum Note {
+    /// A share begins a recording.
+    Begun { rec: Key, name: String },
+    /// A share leaves a recording in good order, done or not.
+    Ended { rec: Key },
+    /// What was read.
+    Read { rec: Key, read: ReadFacts },
+    /// A reason that rows behind it in the file speak of.
+    Reason { why: String, reason: Reason },
+}
+
+/// What is known of a recording that was read.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct ReadFacts {
+    /// SHA-256 of the file, where it was read.
     pub(super) sha256: Option<String>,
     /// The channel that was judged.
     pub(super) channel: Option<String>,
-    pub(super) rows: Vec<DecisionRow>,
 }
 
-impl BlockRows {
-    /// Returns rows of which it is not known here what they are of.
-    fn plain(rows: &[DecisionRow]) -> Self {
-        Self {
-            rows: rows.to_vec(),
-            ..Self::default()
-        }
-    }
-}
-
-/// Decisions by `report_id`.
+/// The store as this process writes it.
 #[derive(Debug)]
 pub struct Store {
     /// `None` where nothing is to be kept.
     folder: Option<PathBuf>,
     /// What the name of this process's file says beside the process.
     label: String,
-    /// The first half of each `report_id` that was kept before, and where its row lies, in order.
-    index: Vec<(IdKey, RowAddress)>,
-    /// Damages found on opening, one sentence each.
-    damages: Vec<String>,
-    blocks: Mutex<Blocks>,
-}
-
-/// Where a row lies: the number of its block, and its place in it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct RowAddress {
-    pub(super) block: u32,
-    pub(super) index: u32,
-}
-
-/// Where the blocks lie.
-#[derive(Debug, Default)]
-struct Blocks {
-    files: Vec<PathBuf>,
-    places: Vec<BlockPlace>,
-    /// The file of this process, made with the first block.
-    own: Option<OwnFile>,
-    /// Blocks that are not kept.
-    aside: Vec<u8>,
+    /// The file of this process, made with the first line.
+    own: Mutex<Option<OwnFile>>,
 }
 
 /// The file that this process appends to.
 #[derive(Debug)]
 struct OwnFile {
     file: File,
-    number: u32,
+    path: PathBuf,
     length: u64,
-    /// Where the notes begin that no rows follow.
+    /// Where the notes begin that no row follows.
     notes_from: u64,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct BlockPlace {
-    /// Number of the file; `None`: aside.
-    file: Option<u32>,
-    offset: u64,
+    /// Reasons that stand in it.
+    reasons: BTreeSet<String>,
+    synced: Duration,
 }
 
 impl Store {
-    /// Returns a store that keeps nothing beyond the process.
+    /// Returns a store that keeps nothing.
     pub fn unkept() -> Self {
         Self {
             folder: None,
             label: String::new(),
-            index: Vec::new(),
-            damages: Vec::new(),
-            blocks: Mutex::default(),
+            own: Mutex::default(),
         }
     }
 
-    /// Opens the store in a folder, which is made if absent.
+    /// Returns the store in a folder, which is made if absent; the name of this process's file ends
+    /// with `label`.
     ///
     /// # Errors
     ///
-    /// [`latchgate_recording::error::ErrorKind::Io`] if the folder cannot be made, listed or read.
-    pub fn open(folder: &Path) -> Result<Self, Error> {
+    /// [`latchgate_recording::error::ErrorKind::Io`] if the folder cannot be made.
+    pub fn open(folder: &Path, label: &str) -> Result<Self, Error> {
         make(folder)?;
-        let paths = files(folder)?;
-        let mut store = Self {
-            folder: Some(folder.into()),
-            ..Self::unkept()
-        };
-        for path in paths {
-            store
-                .list(&path)
-                .map_err(|error| Error::io_at("read the store", &path, &error))?;
-        }
-        // Of two rows of one question either is as good as the other.
-        store.index.sort_unstable();
-        store.index.dedup_by_key(|(key, _)| *key);
-        Ok(store)
-    }
-
-    /// Returns a store of which nothing is read beforehand; the name of this process's file ends with
-    /// `label`.
-    pub(super) fn beside(folder: &Path, label: &str) -> Self {
-        Self {
+        Ok(Self {
             folder: Some(folder.into()),
             label: label.into(),
-            ..Self::unkept()
-        }
+            own: Mutex::default(),
+        })
     }
 
-    /// Returns a store of blocks that are known to be there, each by the number of its file and where
-    /// it begins.
-    pub(super) fn of_blocks(files: Vec<PathBuf>, blocks: impl Iterator<Item = (u32, u64)>) -> Self {
-        let places = blocks.map(|(file, offset)| BlockPlace {
-            file: Some(file),
-            offset,
-        });
-        Self {
-            blocks: Mutex::new(Blocks {
-                files,
-                places: places.collect(),
-                ..Blocks::default()
-            }),
-            ..Self::unkept()
+    /// Reads what is known of recordings; nothing, where nothing is kept.
+    ///
+    /// # Errors
+    ///
+    /// As [`Known::read`].
+    pub(super) fn known(
+        &self,
+        keys: impl IntoIterator<Item = Key>,
+        share: Option<Share>,
+    ) -> Result<Known, Error> {
+        match &self.folder {
+            Some(folder) => Known::read(&files(folder)?, keys, share),
+            None => Ok(Known::default()),
         }
     }
 
     /// Returns the file of this process, once it has one, and the bytes in it.
     pub(super) fn own_file(&self) -> Option<(PathBuf, u64)> {
-        let blocks = self.blocks();
-        let own = blocks.own.as_ref()?;
-        Some((blocks.files[own.number as usize].clone(), own.length))
+        let own = self.own();
+        own.as_ref().map(|own| (own.path.clone(), own.length))
+    }
+
+    /// Keeps what was read of a recording.
+    ///
+    /// # Errors
+    ///
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written; what was written of it is taken
+    /// back where possible.
+    pub(super) fn put_read(&self, rec: Key, read: &ReadFacts) -> Result<(), Error> {
+        let read = read.clone();
+        self.append(&mut self.own(), &Note::Read { rec, read }, false)
+    }
+
+    /// Keeps a decision; `now` is the time since some instant.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::put_read`].
+    pub(super) fn put(
+        &self,
+        (rec, des): (Key, Key),
+        row: &DecisionRow,
+        now: Duration,
+    ) -> Result<(), Error> {
+        let why = reason_key(&row.reason);
+        let mut own = self.own();
+        if !own.as_ref().is_some_and(|own| own.reasons.contains(&why)) {
+            let reason = Note::Reason {
+                why: why.clone(),
+                reason: row.reason.clone(),
+            };
+            self.append(&mut own, &reason, false)?;
+        }
+        let line = RowLine {
+            rec,
+            des,
+            rev: NUMBERS_REVISION,
+            id: row.report_id.clone(),
+            is: row.verdict,
+            why: why.clone(),
+            lim: row.threshold_rad,
+            peak: row.peak_angle_rad,
+            u: row.uncertainty_rad,
+            coast: row.coast_peak_angle_rad,
+            share: row.share,
+        };
+        self.append(&mut own, &line, true)?;
+        let Some(own) = own.as_mut() else {
+            return Ok(());
+        };
+        own.reasons.insert(why);
+        if now.saturating_sub(own.synced) >= SYNC {
+            own.synced = now;
+            own.file
+                .sync_data()
+                .map_err(|error| unwritable(&own.path, &error))?;
+        }
+        Ok(())
+    }
+
+    /// Notes that a recording is begun.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::put_read`].
+    pub(super) fn begin(&self, rec: Key, name: &str) -> Result<(), Error> {
+        let name = name.into();
+        self.append(&mut self.own(), &Note::Begun { rec, name }, false)
+    }
+
+    /// Notes that a recording is left in good order.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::put_read`].
+    pub(super) fn end(&self, rec: Key) -> Result<(), Error> {
+        self.append(&mut self.own(), &Note::Ended { rec }, false)
     }
 
     /// Sees what this process appended onto the disk.
@@ -173,236 +254,252 @@ impl Store {
     ///
     /// [`latchgate_recording::error::ErrorKind::Io`] if that fails.
     pub(super) fn sync(&self) -> Result<(), Error> {
-        match (&self.blocks().own, &self.folder) {
-            (Some(own), Some(folder)) => own
+        match self.own().as_ref() {
+            Some(own) => own
                 .file
                 .sync_data()
-                .map_err(|error| Error::io_at("write the store", folder, &error)),
-            _ => Ok(()),
+                .map_err(|error| unwritable(&own.path, &error)),
+            None => Ok(()),
         }
     }
 
-    /// Returns what was found damaged, one sentence each.
-    pub fn damages(&self) -> &[String] {
-        &self.damages
-    }
-
-    /// Returns where the row of that `report_id` lies, if it was kept before the store was opened.
-    pub fn find(&self, report_id: &str) -> Option<RowAddress> {
-        let key = key_of(report_id)?;
-        let found = self.index.binary_search_by_key(&key, |(key, _)| *key);
-        found.ok().map(|at| self.index[at].1)
-    }
-
-    /// Appends a block of rows and sees it onto the disk; returns where they lie.
-    ///
-    /// # Errors
-    ///
-    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written.
-    pub fn put(&self, rows: &[DecisionRow]) -> Result<Vec<RowAddress>, Error> {
-        if self.folder.is_none() {
-            return self.put_aside(rows);
-        }
-        if rows.is_empty() {
-            return Ok(Vec::new());
-        }
-        let of = BlockOf {
-            count: rows.len() as u32,
-            ..BlockOf::note(BlockKind::Rows, Key::default())
-        };
-        let addresses = self.append(of, &BlockRows::plain(rows))?;
-        self.sync()?;
-        Ok(addresses)
-    }
-
-    /// Appends a block to the file of this process, which a kill of the process does not take away;
-    /// returns where its rows lie.
-    ///
-    /// # Errors
-    ///
-    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written; what was written of it is taken
-    /// back where possible.
-    pub(super) fn append(
+    /// Appends a line, which a kill of the process does not take away.
+    fn append(
         &self,
-        of: BlockOf,
-        body: &impl Serialize,
-    ) -> Result<Vec<RowAddress>, Error> {
-        let folder = self.folder.as_deref().unwrap_or(Path::new(""));
-        let unwritable = |error: io::Error| Error::io_at("write the store", folder, &error);
-        let block = block::encode(of, body).map_err(unwritable)?;
-        let mut blocks = self.blocks();
-        if blocks.own.is_none() {
-            let (file, path) = own_file(folder, &self.label).map_err(unwritable)?;
-            blocks.files.push(path);
-            blocks.own = Some(OwnFile {
-                file,
-                number: blocks.files.len() as u32 - 1,
-                length: 0,
-                notes_from: 0,
-            });
-        }
-        let Some(own) = blocks.own.as_mut() else {
-            return Err(unwritable(gone()));
+        own: &mut Option<OwnFile>,
+        line: &impl Serialize,
+        is_row: bool,
+    ) -> Result<(), Error> {
+        let Some(folder) = &self.folder else {
+            return Ok(());
         };
-        if let Err(error) = own.file.write_all(&block) {
-            // A full disk leaves half a block, and a note that something is begun which nothing ends.
+        let text = sealed(line).map_err(|error| unwritable(folder, &error))?;
+        let own = match own {
+            Some(own) => own,
+            None => own
+                .insert(own_file(folder, &self.label).map_err(|error| unwritable(folder, &error))?),
+        };
+        if let Err(error) = own.file.write_all(text.as_bytes()) {
+            // A full disk leaves half a line, and a note that something is begun which nothing ends.
             let _ = own.file.set_len(own.notes_from);
             own.length = own.notes_from;
-            return Err(unwritable(error));
+            return Err(unwritable(&own.path, &error));
         }
-        let place = BlockPlace {
-            file: Some(own.number),
-            offset: own.length,
-        };
-        own.length += block.len() as u64;
-        if of.count > 0 {
+        own.length += text.len() as u64;
+        if is_row {
             own.notes_from = own.length;
-        }
-        Ok(blocks.added(place, of.count as usize))
-    }
-
-    /// Puts rows aside that are not to be kept; returns where they lie.
-    ///
-    /// # Errors
-    ///
-    /// [`latchgate_recording::error::ErrorKind::Io`] if they are too many for a block.
-    pub fn put_aside(&self, rows: &[DecisionRow]) -> Result<Vec<RowAddress>, Error> {
-        if rows.is_empty() {
-            return Ok(Vec::new());
-        }
-        let of = BlockOf {
-            count: rows.len() as u32,
-            ..BlockOf::note(BlockKind::Rows, Key::default())
-        };
-        let block = block::encode(of, &BlockRows::plain(rows)).map_err(unkept)?;
-        let mut blocks = self.blocks();
-        let place = BlockPlace {
-            file: None,
-            offset: blocks.aside.len() as u64,
-        };
-        blocks.aside.extend(block);
-        Ok(blocks.added(place, rows.len()))
-    }
-
-    /// Reads rows; each block of which several are asked in a sequence is read once for them.
-    ///
-    /// # Errors
-    ///
-    /// [`latchgate_recording::error::ErrorKind::Io`] if a block is no longer there, or no longer fits its
-    /// checksum.
-    pub fn rows(&self, addresses: &[RowAddress]) -> Result<Vec<DecisionRow>, Error> {
-        let mut found = Vec::with_capacity(addresses.len());
-        for of_block in addresses.chunk_by(|a, b| a.block == b.block) {
-            let rows = self.block(of_block[0].block)?.rows;
-            for address in of_block {
-                let row = rows.get(address.index as usize).cloned();
-                found.push(row.ok_or_else(|| unkept(gone()))?);
-            }
-        }
-        Ok(found)
-    }
-
-    /// Reads the block of that number.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::rows`].
-    pub(super) fn block(&self, number: u32) -> Result<BlockRows, Error> {
-        let blocks = self.blocks();
-        let Some(place) = blocks.places.get(number as usize).copied() else {
-            return Err(unkept(gone()));
-        };
-        let Some(file) = place.file else {
-            let mut aside = io::Cursor::new(&blocks.aside);
-            return rows_at(&mut aside, place.offset).map_err(unkept);
-        };
-        let path = blocks.files[file as usize].clone();
-        drop(blocks);
-        File::open(&path)
-            .and_then(|mut file| rows_at(&mut file, place.offset))
-            .map_err(|error| Error::io_at("read the store again", &path, &error))
-    }
-
-    fn blocks(&self) -> MutexGuard<'_, Blocks> {
-        // A thread that panicked has not left half a block: it is entered after it is written.
-        self.blocks.lock().unwrap_or_else(|held| held.into_inner())
-    }
-
-    /// Enters the rows of a file.
-    fn list(&mut self, path: &Path) -> io::Result<()> {
-        let mut file = File::open(path)?;
-        let end = file.metadata()?.len();
-        let name = path
-            .file_name()
-            .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let blocks = self
-            .blocks
-            .get_mut()
-            .unwrap_or_else(|held| held.into_inner());
-        let number = blocks.files.len() as u32;
-        blocks.files.push(path.into());
-        let (mut at, mut lost) = (0, None);
-        while at < end {
-            match whole_at(&mut file, at)? {
-                Some((head, BlockRows { rows, .. })) => {
-                    if let Some(start) = lost.take() {
-                        self.damages.push(damage(&name, start, at));
-                    }
-                    let place = BlockPlace {
-                        file: Some(number),
-                        offset: at,
-                    };
-                    let addresses = blocks.added(place, rows.len());
-                    let keys = rows.iter().map(|row| key_of(&row.report_id));
-                    self.index
-                        .extend(keys.zip(addresses).filter_map(|(key, at)| Some((key?, at))));
-                    at += head.whole();
-                }
-                None => {
-                    lost = lost.or(Some(at));
-                    at = block::next_block(&mut file, at + 1)?.unwrap_or(end);
-                }
-            }
-        }
-        if let Some(start) = lost {
-            self.damages.push(damage(&name, start, end));
         }
         Ok(())
     }
-}
 
-impl Blocks {
-    fn added(&mut self, place: BlockPlace, rows: usize) -> Vec<RowAddress> {
-        let block = self.places.len() as u32;
-        self.places.push(place);
-        let address = |index| RowAddress { block, index };
-        (0..rows as u32).map(address).collect()
+    fn own(&self) -> MutexGuard<'_, Option<OwnFile>> {
+        // A thread that panicked has not left half a line: it is counted after it is written.
+        self.own.lock().unwrap_or_else(|held| held.into_inner())
     }
 }
 
-/// Reads the rows of the block at an offset.
-fn rows_at(file: &mut (impl Read + Seek), offset: u64) -> io::Result<BlockRows> {
-    whole_at(file, offset)?
-        .map(|(_, body)| body)
-        .ok_or_else(gone)
+/// What a store holds of some recordings.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    recordings: BTreeMap<Key, KnownRecording>,
+    /// Damages, one sentence each.
+    pub(super) damages: Vec<String>,
+    /// Pairs of which two decisions differ, with the file of the second.
+    pub(super) contradictions: Vec<(Key, Key, String)>,
+    /// The files that were read, with their bytes.
+    pub(super) files: BTreeMap<String, u64>,
 }
 
-/// Reads the block at an offset with its rows; one that speaks of a recording has none. `None` if
-/// there is no block that fits its checksums.
-fn whole_at(
-    file: &mut (impl Read + Seek),
-    offset: u64,
-) -> io::Result<Option<(BlockHead, BlockRows)>> {
-    let Some(head) = block::head_at(file, offset)? else {
-        return Ok(None);
+/// What a store holds of a recording.
+#[derive(Debug, Default)]
+struct KnownRecording {
+    read: Option<ReadFacts>,
+    rows: BTreeMap<Key, DecisionRow>,
+    /// Times that it was begun, after which nothing follows of it.
+    begun: u32,
+    /// It was left in good order once.
+    ended: bool,
+}
+
+impl Known {
+    /// Reads the lines of these recordings in a store's files; with a `share`, not those of other
+    /// shares of as many.
+    ///
+    /// # Errors
+    ///
+    /// [`latchgate_recording::error::ErrorKind::Io`] if a file cannot be read.
+    pub(super) fn read(
+        paths: &[PathBuf],
+        keys: impl IntoIterator<Item = Key>,
+        share: Option<Share>,
+    ) -> Result<Self, Error> {
+        let mut known = Self::default();
+        let keys = keys.into_iter();
+        known.recordings = keys.map(|key| (key, KnownRecording::default())).collect();
+        for path in paths {
+            let of = Share::of_file(&name_of(path));
+            let is_other = |(own, of): (Share, Share)| own.of == of.of && own.number != of.number;
+            if !share.zip(of).is_some_and(is_other) {
+                known
+                    .read_file(path)
+                    .map_err(|error| Error::io_at("read the store", path, &error))?;
+            }
+        }
+        Ok(known)
+    }
+
+    fn read_file(&mut self, path: &Path) -> io::Result<()> {
+        let name = name_of(path);
+        let mut file = BufReader::new(File::open(path)?);
+        let mut reasons: BTreeMap<String, Reason> = BTreeMap::new();
+        let mut begun = BTreeSet::new();
+        let (mut line, mut length, mut damaged) = (Vec::new(), 0, 0_usize);
+        loop {
+            line.clear();
+            let read = file.by_ref().take(LINE_MAX).read_until(b'\n', &mut line)?;
+            if read == 0 {
+                break;
+            }
+            length += read as u64;
+            match Line::parse(&line) {
+                Some(Line::Row(row)) => {
+                    begun.remove(&row.rec);
+                    self.take(*row, &reasons, &name);
+                }
+                Some(Line::Note(Note::Reason { why, reason })) => {
+                    reasons.insert(why, reason);
+                }
+                Some(Line::Note(Note::Read { rec, read })) => {
+                    if let Some(known) = self.recordings.get_mut(&rec) {
+                        known.read = Some(read);
+                    }
+                }
+                Some(Line::Note(Note::Begun { rec, .. })) => {
+                    begun.insert(rec);
+                }
+                Some(Line::Note(Note::Ended { rec })) => {
+                    begun.remove(&rec);
+                    if let Some(known) = self.recordings.get_mut(&rec) {
+                        known.ended = true;
+                    }
+                }
+                None => damaged += 1,
+            }
+        }
+        for rec in begun {
+            if let Some(known) = self.recordings.get_mut(&rec) {
+                known.begun += 1;
+            }
+        }
+        if damaged > 0 {
+            let lines = super::text::counted(damaged, "line");
+            self.damages.push(format!(
+                "{name}: {lines} without a checksum that fits; what stood there is judged again"
+            ));
+        }
+        self.files.insert(name, length);
+        Ok(())
+    }
+
+    fn take(&mut self, line: RowLine, reasons: &BTreeMap<String, Reason>, file: &str) {
+        let known = self.recordings.get_mut(&line.rec);
+        let (Some(known), Some(reason)) = (known, reasons.get(&line.why)) else {
+            return;
+        };
+        if line.rev != NUMBERS_REVISION {
+            return;
+        }
+        let row = DecisionRow {
+            report_id: line.id,
+            verdict: line.is,
+            reason: reason.clone(),
+            threshold_rad: line.lim,
+            peak_angle_rad: line.peak,
+            uncertainty_rad: line.u,
+            coast_peak_angle_rad: line.coast,
+            share: line.share,
+        };
+        match known.rows.get(&line.des) {
+            Some(other) if !agree(other, &row) => {
+                let pair = (line.rec, line.des, file.into());
+                self.contradictions.push(pair);
+            }
+            _ => drop(known.rows.insert(line.des, row)),
+        }
+    }
+
+    /// Returns the decision of a pair.
+    pub(super) fn row(&self, recording: Key, design: Key) -> Option<&DecisionRow> {
+        let known = self.recordings.get(&recording)?;
+        // A row says nothing of what was read.
+        known.read.as_ref()?;
+        known.rows.get(&design)
+    }
+
+    /// Returns what was read of a recording.
+    pub(super) fn facts(&self, recording: Key) -> Option<&ReadFacts> {
+        self.recordings.get(&recording)?.read.as_ref()
+    }
+
+    /// Tells whether a recording was begun so often, and never ended, that shares pass over it.
+    pub(super) fn is_left(&self, recording: Key) -> bool {
+        let known = self.recordings.get(&recording);
+        known.is_some_and(|known| known.begun >= BEGUN_MAX && !known.ended)
+    }
+}
+
+/// Tells whether two decisions say the same; how a reason is worded may change with the version.
+fn agree(one: &DecisionRow, other: &DecisionRow) -> bool {
+    let plain = |row: &DecisionRow| {
+        let mut row = row.clone();
+        row.reason.text.clear();
+        row
     };
-    if head.of.count == 0 {
-        let whole = block::is_whole(file, offset, &head)?;
-        return Ok(whole.then(|| (head, BlockRows::default())));
+    plain(one) == plain(other)
+}
+
+/// A line as it is read.
+enum Line {
+    Row(Box<RowLine>),
+    Note(Note),
+}
+
+impl Line {
+    /// Reads a line with its end; `None` if it does not fit its checksum, or is of another version.
+    fn parse(line: &[u8]) -> Option<Self> {
+        let text = std::str::from_utf8(line).ok()?.strip_suffix('\n')?;
+        let (said, rest) = text.split_at_checked(text.len().checked_sub(SUM_LEN)?)?;
+        if rest != sum(said) {
+            return None;
+        }
+        let whole = format!("{said}}}");
+        if said.starts_with("{\"note\":") {
+            return serde_json::from_str(&whole).ok().map(Self::Note);
+        }
+        serde_json::from_str(&whole).ok().map(Self::Row)
     }
-    let body: Option<BlockRows> = block::body_at(file, offset, &head)?;
-    let body = body.filter(|body| body.rows.len() == head.of.count as usize);
-    Ok(body.map(|body| (head, body)))
+}
+
+/// Bytes that the checksum takes with its key and what ends the line.
+const SUM_LEN: usize = r#","sum":""}"#.len() + 16;
+
+/// Returns a line with its checksum.
+fn sealed(line: &impl Serialize) -> io::Result<String> {
+    let mut text = serde_json::to_string(line)?;
+    text.pop();
+    let sum = sum(&text);
+    Ok(text + &sum + "\n")
+}
+
+/// Returns what ends a line that begins so: the first eight bytes of its SHA-256.
+fn sum(said: &str) -> String {
+    format!(",\"sum\":\"{:.16}\"}}", Key::of(said.as_bytes()))
+}
+
+/// Returns what stands for a reason in rows.
+fn reason_key(reason: &Reason) -> String {
+    let text = format!("{} {}", reason.code, reason.text);
+    format!("{:.12}", Key::of(text.as_bytes()))
 }
 
 /// Makes the folder of a store, with its marks: for programs that keep copies, and for git.
@@ -416,8 +513,7 @@ pub(super) fn make(folder: &Path) -> Result<(), Error> {
     ] {
         let mark = folder.join(name);
         if wanted && !mark.exists() {
-            fs::write(&mark, text)
-                .map_err(|error| Error::io_at("write the store", &mark, &error))?;
+            fs::write(&mark, text).map_err(|error| unwritable(&mark, &error))?;
         }
     }
     Ok(())
@@ -439,38 +535,48 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(paths.into_iter().collect())
 }
 
-pub(super) fn damage(file: &str, start: u64, end: u64) -> String {
-    format!(
-        "{file}: bytes {start} to {end} are no block that fits its checksum; what they held is \
-         judged again"
-    )
+/// Returns the bytes that the files of a share hold.
+///
+/// # Errors
+///
+/// [`latchgate_recording::error::ErrorKind::Io`] if the store cannot be listed.
+pub fn share_bytes(folder: &Path, share: Share) -> Result<u64, Error> {
+    let files = files(folder)?;
+    let own = files
+        .iter()
+        .filter(|path| Share::of_file(&name_of(path)) == Some(share));
+    Ok(own
+        .filter_map(|path| Some(path.metadata().ok()?.len()))
+        .sum())
 }
 
-fn gone() -> io::Error {
-    io::Error::other("a block that was there is gone or damaged")
+/// Writes a file beside its place and moves it there whole.
+pub(super) fn put_in_place(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let beside = path.with_extension(format!("{}.part", std::process::id()));
+    fs::write(&beside, bytes)
+        .and_then(|()| File::open(&beside)?.sync_all())
+        .and_then(|()| fs::rename(&beside, path))
+        .inspect_err(|_| drop(fs::remove_file(&beside)))
 }
 
-fn unkept(error: io::Error) -> Error {
-    Error::io("read a decision again", &error)
+pub(super) fn name_of(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
-/// The first half of a `report_id`.
-type IdKey = [u8; 16];
-
-fn key_of(report_id: &str) -> Option<IdKey> {
-    let half = u128::from_str_radix(report_id.get(..32)?, 16).ok()?;
-    Some(half.to_be_bytes())
+fn unwritable(path: &Path, error: &io::Error) -> Error {
+    Error::io_at("write the store", path, error)
 }
 
 /// Returns the name of this machine, as names of files hold it.
-pub(super) fn host() -> String {
+fn host() -> String {
     let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     let letters = host.trim().chars().filter(char::is_ascii_alphanumeric);
     letters.take(40).collect()
 }
 
 /// Makes a file that no other process has.
-fn own_file(folder: &Path, label: &str) -> io::Result<(File, PathBuf)> {
+fn own_file(folder: &Path, label: &str) -> io::Result<OwnFile> {
     let process = std::process::id();
     let host = host();
     let mut number = 0_u32;
@@ -478,7 +584,63 @@ fn own_file(folder: &Path, label: &str) -> io::Result<(File, PathBuf)> {
         let path = folder.join(format!("{host}-{process}-{number}{label}.{ENDING}"));
         match OpenOptions::new().append(true).create_new(true).open(&path) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => number += 1,
-            other => return other.map(|file| (file, path)),
+            made => {
+                return made.map(|file| OwnFile {
+                    file,
+                    path,
+                    length: 0,
+                    notes_from: 0,
+                    reasons: BTreeSet::new(),
+                    synced: Duration::ZERO,
+                });
+            }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every number at its longest: sixteen digits behind the first, a sign and an exponent.
+    #[test]
+    fn verif_a_row_takes_400_bytes_at_most() -> Result<(), Box<dyn std::error::Error>> {
+        let number = 1.2345678901234567e-10;
+        let line = RowLine {
+            rec: Key::of(b"recording"),
+            des: Key::of(b"design"),
+            rev: 999,
+            id: "0".repeat(64),
+            is: Answer::Undecided,
+            why: "0".repeat(12),
+            lim: 0.1,
+            peak: Some(-number),
+            u: Some(number),
+            coast: Some(-number),
+            share: Some((number, number)),
+        };
+        let text = sealed(&line)?;
+        assert!(text.len() <= 400, "{} bytes: {text}", text.len());
+        assert!(
+            matches!(Line::parse(text.as_bytes()), Some(Line::Row(row)) if row.peak == Some(-number))
+        );
+        Ok(())
+    }
+
+    /// No byte of a line can be another one, or be missing, without being seen.
+    #[test]
+    fn verif_a_line_that_was_changed_is_none() -> Result<(), Box<dyn std::error::Error>> {
+        let rec = Key::of(b"recording");
+        let line = sealed(&Note::Ended { rec })?.into_bytes();
+        assert!(Line::parse(&line).is_some());
+        for place in 0..line.len() {
+            for bit in 0..8 {
+                let mut changed = line.clone();
+                changed[place] ^= 1 << bit;
+                assert!(Line::parse(&changed).is_none(), "byte {place}, bit {bit}");
+            }
+            assert!(Line::parse(&line[..place]).is_none(), "cut at {place}");
+        }
+        Ok(())
     }
 }

@@ -1,10 +1,9 @@
 //! What a sweep was when it was submitted, so that every share judges that and nothing else.
 
-use super::block::Key;
-use super::index::put_in_place;
+use super::key::Key;
 use super::plan::Plan;
-use super::question::{Questions, design_key, hex, key_of_hex};
-use super::store;
+use super::question::{Questions, design_key, hex};
+use super::store::{self, put_in_place};
 use crate::pipeline::{Control, Design, Limits, NUMBERS_REVISION};
 use latchgate_recording::error::{Error, Place};
 use serde::{Deserialize, Serialize};
@@ -19,8 +18,9 @@ pub struct Submission {
     /// How many shares there are.
     pub shares: u32,
     numbers_revision: u32,
-    designs: BTreeMap<String, String>,
-    recordings: BTreeMap<String, String>,
+    version: String,
+    designs: BTreeMap<String, Key>,
+    recordings: BTreeMap<String, Key>,
 }
 
 impl Plan {
@@ -61,9 +61,10 @@ impl Submission {
         Ok(Self {
             shares,
             numbers_revision: NUMBERS_REVISION,
+            version: env!("CARGO_PKG_VERSION").into(),
             designs: plan.designs.iter().map(named_design).collect(),
             recordings: recordings
-                .map(|(recording, key)| (recording.name.clone(), hex(&key)))
+                .map(|(recording, key)| (recording.name.clone(), key))
                 .collect(),
         })
     }
@@ -76,7 +77,7 @@ impl Submission {
 
     /// Returns the key of a recording as it was submitted.
     pub(super) fn recording(&self, name: &str) -> Option<Key> {
-        key_of_hex(self.recordings.get(name)?)
+        self.recordings.get(name).copied()
     }
 
     /// Refuses a plan of other designs or recordings, and another revision of the numbers.
@@ -93,7 +94,11 @@ impl Submission {
             let expected = format!("numbers of revision {}", self.numbers_revision);
             return differs(expected, &format!("those of revision {NUMBERS_REVISION}"));
         }
-        let designs: BTreeMap<String, String> = plan.designs.iter().map(named_design).collect();
+        if self.version != env!("CARGO_PKG_VERSION") {
+            let expected = format!("latchgate {}", self.version);
+            return differs(expected, env!("CARGO_PKG_VERSION"));
+        }
+        let designs: BTreeMap<String, Key> = plan.designs.iter().map(named_design).collect();
         let all = designs.iter().chain(&self.designs);
         for (name, _) in all {
             let found = match (designs.get(name), self.designs.get(name)) {
@@ -176,6 +181,6 @@ impl Submission {
     }
 }
 
-fn named_design(design: &Design) -> (String, String) {
-    (design.name.clone(), hex(&design_key(design)))
+fn named_design(design: &Design) -> (String, Key) {
+    (design.name.clone(), design_key(design))
 }

@@ -1,11 +1,14 @@
 //! What became of each pair and of the whole: the document of a gate.
 
-use super::pairs::{COULD_NOT, PairStanding, Pairs, severity};
-use crate::pipeline::Design;
+use super::pairs::{COULD_NOT, Pair, PairStanding, severity};
+use crate::pipeline::{Answer, Design};
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::time::Duration;
+
+/// The schema of a summary.
+pub(super) const SCHEMA: &str = "latchgate.gate/1";
 
 /// The schema of a summary of chosen pairs: no answer of the gate, and no baseline.
 pub(super) const PART_SCHEMA: &str = "latchgate.gate-part/1";
@@ -13,8 +16,7 @@ pub(super) const PART_SCHEMA: &str = "latchgate.gate-part/1";
 /// summary.json, key by key.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct GateSummary {
-    /// `latchgate.gate/1`; `latchgate.sweep/1` where not every pair is listed, `latchgate.gate-part/1` where not
-    /// every pair was judged.
+    /// `latchgate.gate/1`; `latchgate.gate-part/1` where not every pair was judged.
     pub schema: String,
     /// Name of the gate file.
     pub gate: String,
@@ -29,9 +31,8 @@ pub struct GateSummary {
     pub designs: Vec<Design>,
     /// The recordings.
     pub recordings: Vec<SummaryRecording>,
-    /// Each recording with each design, in the order of their names; where there are too many, under
-    /// the schema `latchgate.sweep/1`, those that an output names.
-    pub pairs: Pairs,
+    /// Each recording with each design, in the order of their names.
+    pub pairs: Vec<Pair>,
     /// What changed since the baseline; `None` without one.
     pub baseline: Option<Changes>,
     /// Version of latchgate.
@@ -132,17 +133,26 @@ impl GateSummary {
         }
     }
 
-    /// Returns the numbers of the pairs that stand so, those that are not as required the worst first,
-    /// and how many there are with those that are not at hand.
-    pub(super) fn standing(&self, standing: PairStanding) -> (Vec<usize>, usize) {
-        let (numbers, counted) = match standing {
-            PairStanding::NotAsRequired => (self.pairs.worst(), self.counts.not_as_required),
-            PairStanding::Allowed => (self.pairs.standing(standing), self.counts.allowed),
-            PairStanding::NoWorse => (self.pairs.standing(standing), self.counts.no_worse),
-            PairStanding::AsRequired => (self.pairs.standing(standing), self.counts.as_required),
+    /// Returns the numbers of the pairs that are not as required, the worst first: by exit code, by margin, by
+    /// name.
+    pub fn worst(&self) -> Vec<usize> {
+        let mut found = self.standing(PairStanding::NotAsRequired);
+        found.sort_by_key(|&number| (self.pairs[number].rank(), number));
+        found
+    }
+
+    /// Returns the numbers of the pairs that stand so.
+    pub(super) fn standing(&self, standing: PairStanding) -> Vec<usize> {
+        let of = |number: &usize| self.pairs[*number].standing == standing;
+        (0..self.pairs.len()).filter(of).collect()
+    }
+
+    /// Returns how many pairs that are not as required have an answer.
+    pub(super) fn not_as_required(&self, verdict: Answer) -> usize {
+        let of = |pair: &&Pair| {
+            pair.standing == PairStanding::NotAsRequired && pair.row.verdict == verdict
         };
-        let all = counted.max(numbers.len());
-        (numbers, all)
+        self.pairs.iter().filter(of).count()
     }
 
     /// Tells whether only chosen pairs were judged.
@@ -150,24 +160,73 @@ impl GateSummary {
         self.schema == PART_SCHEMA
     }
 
-    /// Says where pairs stand that an output leaves out.
-    pub(super) fn rest(&self) -> &'static str {
-        if self.pairs.is_whole() {
-            "summary.json"
-        } else {
-            "the columns of the sweep"
-        }
-    }
-
     /// Writes the document: keys in the order of the type.
     ///
     /// # Errors
     ///
-    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written, or a row no longer be read.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written.
     pub fn write_json(&self, mut out: &mut dyn io::Write) -> Result<(), Error> {
         serde_json::to_writer_pretty(&mut out, self)
             .map_err(io::Error::from)
             .and_then(|()| out.write_all(b"\n"))
+            .map_err(unwritten)
+    }
+
+    /// Writes a table of the pairs, one a line.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::write_json`].
+    pub fn write_csv(&self, out: &mut dyn io::Write) -> Result<(), Error> {
+        let mut table = csv::Writer::from_writer(out);
+        let written = table.write_record([
+            "recording",
+            "design",
+            "required",
+            "standing",
+            "verdict",
+            "reason",
+            "peak_angle_rad",
+            "uncertainty_rad",
+            "threshold_rad",
+            "coast_peak_angle_rad",
+            "share_lower",
+            "share_upper",
+            "report_id",
+        ]);
+        let number = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+        let lines = self.pairs.iter().map(|Pair { row, .. }| {
+            [
+                row.peak_angle_rad,
+                row.uncertainty_rad,
+                Some(row.threshold_rad),
+                row.coast_peak_angle_rad,
+                row.share.map(|share| share.0),
+                row.share.map(|share| share.1),
+            ]
+            .map(number)
+        });
+        written
+            .and_then(|()| {
+                self.pairs
+                    .iter()
+                    .zip(lines)
+                    .try_for_each(|(pair, numbers)| {
+                        let words = [
+                            &*pair.recording,
+                            &*pair.design,
+                            pair.required.name(),
+                            pair.standing.name(),
+                            pair.row.verdict.name(),
+                            &*pair.row.reason.code,
+                        ];
+                        let numbers = numbers.iter().map(String::as_str);
+                        let id = [pair.row.report_id.as_str()];
+                        table.write_record(words.into_iter().chain(numbers).chain(id))
+                    })
+            })
+            .map_err(io::Error::from)
+            .and_then(|()| table.flush())
             .map_err(unwritten)
     }
 }

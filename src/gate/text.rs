@@ -1,10 +1,9 @@
 //! The summary for a terminal.
 
-use super::pairs::{Pair, PairStanding, Pairs};
+use super::pairs::{Pair, PairStanding};
 use super::summary::GateSummary;
 use crate::pipeline::{Answer, DecisionRow};
 use latchgate_document::number;
-use latchgate_recording::error::Error;
 use latchgate_report::{UNSEEN, escape};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
@@ -16,11 +15,7 @@ const LISTED: usize = 20;
 const TEXT_MAX: usize = 240;
 
 /// Returns the summary: the answer first, then what is wrong, the worst first, then the counts.
-///
-/// # Errors
-///
-/// [`latchgate_recording::error::ErrorKind::Io`] if a decision can no longer be read.
-pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Error> {
+pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
     let mut out = String::new();
     let counts = &summary.counts;
     let whose = if summary.is_part() {
@@ -43,11 +38,10 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
         summary.problems.len().saturating_sub(LISTED),
         "problem",
     );
-    let worst = summary.standing(PairStanding::NotAsRequired);
-    lines(&mut out, summary, worst, LISTED)?;
+    lines(&mut out, summary, &summary.worst(), LISTED);
     // Exceptions are never left out.
     let allowed = summary.standing(PairStanding::Allowed);
-    lines(&mut out, summary, allowed, usize::MAX)?;
+    lines(&mut out, summary, &allowed, usize::MAX);
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(
             out,
@@ -78,7 +72,7 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> Result<String, Err
     if let Some(folder) = folder {
         let _ = writeln!(out, "  {:<10} {}", "report", escape::terminal(folder));
     }
-    Ok(out)
+    out
 }
 
 /// Returns how many there are of what is counted, `what` being the word for one.
@@ -94,15 +88,10 @@ fn further(out: &mut String, left: usize, what: &str) {
 }
 
 /// Writes the pairs of these numbers, at most `most` lines of them, and how many of all are left.
-fn lines(
-    out: &mut String,
-    summary: &GateSummary,
-    (numbers, all): (Vec<usize>, usize),
-    most: usize,
-) -> Result<(), Error> {
+fn lines(out: &mut String, summary: &GateSummary, numbers: &[usize], most: usize) {
     let mut shown = 0;
-    for alike in told_alike(&summary.pairs, &numbers, most)? {
-        let pair = &alike.first;
+    for alike in told_alike(&summary.pairs, numbers, most) {
+        let pair = alike.first;
         let mut said = what(pair);
         if let Some((cut, _)) = said.char_indices().nth(TEXT_MAX) {
             said.truncate(cut);
@@ -117,33 +106,28 @@ fn lines(
         );
         shown += alike.numbers.len();
     }
-    further(out, all - shown, "pair");
-    Ok(())
+    further(out, numbers.len() - shown, "pair");
 }
 
 /// Neighbours of one recording of which the same is to be said.
-pub(super) struct Alike {
-    pub(super) first: Pair,
+pub(super) struct Alike<'a> {
+    pub(super) first: &'a Pair,
     pub(super) numbers: Vec<usize>,
 }
 
 /// Groups the pairs of these numbers, into at most `most` groups.
-pub(super) fn told_alike(
-    pairs: &Pairs,
-    numbers: &[usize],
-    most: usize,
-) -> Result<Vec<Alike>, Error> {
-    let mut found: Vec<Alike> = Vec::new();
+pub(super) fn told_alike<'a>(pairs: &'a [Pair], numbers: &[usize], most: usize) -> Vec<Alike<'a>> {
+    let mut found: Vec<Alike<'_>> = Vec::new();
     for &number in numbers {
         let full = found.len() == most;
-        let pair = pairs.get(number)?;
+        let pair = &pairs[number];
         let alike = |other: &Pair| {
             other.recording == pair.recording
                 && other.row.verdict == pair.row.verdict
-                && what(other) == what(&pair)
+                && what(other) == what(pair)
         };
         match found.last_mut() {
-            Some(last) if alike(&last.first) => last.numbers.push(number),
+            Some(last) if alike(last.first) => last.numbers.push(number),
             _ if full => break,
             _ => found.push(Alike {
                 first: pair,
@@ -151,10 +135,10 @@ pub(super) fn told_alike(
             }),
         }
     }
-    Ok(found)
+    found
 }
 
-impl Alike {
+impl Alike<'_> {
     /// Returns the designs.
     pub(super) fn designs(&self, summary: &GateSummary) -> String {
         let first = &self.first.design;
@@ -181,18 +165,13 @@ pub(super) fn headline(summary: &GateSummary) -> String {
                 Answer::Undecided,
                 Answer::Unusable,
             ];
-            let of =
-                |answer: Answer| match summary.pairs.counted(PairStanding::NotAsRequired, answer) {
-                    0 => None,
-                    count => Some(format!("{count} {}", answer.name())),
-                };
-            let told: Vec<String> = answers.into_iter().filter_map(of).collect();
-            // Of very many pairs only some are at hand.
-            let told = match summary.pairs.is_whole() {
-                true => format!(": {}", told.join(", ")),
-                false => String::new(),
+            let of = |answer: Answer| match summary.not_as_required(answer) {
+                0 => None,
+                count => Some(format!("{count} {}", answer.name())),
             };
-            format!("{some} of {pairs} {are} not as required{told}")
+            let told: Vec<String> = answers.into_iter().filter_map(of).collect();
+            let told = told.join(", ");
+            format!("{some} of {pairs} {are} not as required: {told}")
         }
     };
     if counts.allowed > 0 {

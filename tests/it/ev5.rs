@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 /// One line of instrumentation; what a case changes stands in it.
 #[derive(Clone)]
-struct Line {
+pub(crate) struct Line {
     number: u32,
     sensor: &'static str,
     seat: &'static str,
@@ -31,7 +31,7 @@ struct Line {
 }
 
 /// 20 kHz from −2 ms on, a pulse of at most 20 g on a range of 200 g.
-const PLAIN: Line = Line {
+pub(crate) const PLAIN: Line = Line {
     number: 7,
     sensor: "AC",
     seat: "NA",
@@ -102,7 +102,7 @@ fn curve(first: i64, count: i64, interval_s: f64) -> String {
 }
 
 /// Writes a test of the given lines, each with its curve, and returns folder and header.
-fn test_of(name: &str, lines: &[Line]) -> (Folder, PathBuf) {
+pub(crate) fn test_of(name: &str, lines: &[Line]) -> (Folder, PathBuf) {
     let folder = Folder::new(name);
     for line in lines {
         folder.file(&format!("v00001.{:03}", line.number), curve(-40, 400, 5e-5));

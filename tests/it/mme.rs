@@ -11,18 +11,18 @@ use latchgate_recording::{Finding, ReadOptions, Selection, Severity};
 use std::fmt::Write as _;
 use std::time::Instant;
 
-const PILLAR: &str = "14BPILLO0000ACYA";
+pub(crate) const PILLAR: &str = "14BPILLO0000ACYA";
 
 /// A channel file: header lines and samples.
 #[derive(Clone)]
-struct File {
+pub(crate) struct File {
     lines: Vec<(String, String)>,
     samples: Vec<String>,
 }
 
 impl File {
     /// 10 kHz from −10 ms on, 400 samples, at most 250 m/s².
-    fn new(code: &str) -> Self {
+    pub(crate) fn new(code: &str) -> Self {
         let samples: Vec<f64> = (0..400).map(sample).collect();
         let lines = [
             ("Test object number", "1"),
@@ -86,7 +86,7 @@ fn sample(index: usize) -> f64 {
 const TEST: &str = "Data format edition number  :1.6\r\nTest number                 :7\r\nImpact side test object 1   :left\r\n";
 
 /// The files of a test with these channels.
-fn test_of(channels: &[File]) -> Vec<(String, Vec<u8>)> {
+pub(crate) fn test_of(channels: &[File]) -> Vec<(String, Vec<u8>)> {
     let mut files = vec![("T7.mme".to_string(), format!("\u{feff}{TEST}").into_bytes())];
     let mut list = format!("Number of channels          :{}\r\n", channels.len());
     for (index, channel) in channels.iter().enumerate() {
@@ -110,7 +110,7 @@ fn test_of(channels: &[File]) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-fn folder_of(name: &str, files: &[(String, Vec<u8>)]) -> Folder {
+pub(crate) fn folder_of(name: &str, files: &[(String, Vec<u8>)]) -> Folder {
     let folder = Folder::new(name);
     for (name, bytes) in files {
         folder.file(name, bytes);

@@ -83,7 +83,7 @@ impl SweepYard {
         let listed = fs::read_dir(self.path("store")).unwrap();
         let paths = listed.map(|entry| entry.unwrap().path());
         let mut found: Vec<PathBuf> = paths
-            .filter(|path| path.extension().is_some_and(|end| end == "rows"))
+            .filter(|path| path.extension().is_some_and(|end| end == "jsonl"))
             .collect();
         found.sort();
         found

@@ -47,7 +47,6 @@ const GATE: &str = "gate.toml";
 #[derive(Debug, Default, Deserialize)]
 struct Told {
     done: u64,
-    given_up: u64,
     missing: u64,
     engine: Option<EngineTasks>,
 }
@@ -168,7 +167,7 @@ impl Place<'_> {
             }
         };
         look.unanswered = 0;
-        look.decided = told.done + told.given_up;
+        look.decided = told.done;
         if told.missing == 0 {
             return self.decided(parts, gate).map(Some);
         }
@@ -354,30 +353,23 @@ impl Place<'_> {
         for recording in &gate.recordings {
             self.place(parts, recording)?;
         }
-        let collection =
-            Collection::of(&plan, &store, submission.as_ref(), &limits, true, &control).and_then(
-                |collection| {
-                    collection.check_unchanged(&limits, &control)?;
-                    Ok(collection)
-                },
-            );
-        let (rows, judged) = collection.and_then(Collection::judged).map_err(told)?;
+        let collection = Collection::of(&plan, &store, submission.as_ref(), &limits, &control);
+        let judged = collection.and_then(|collection| {
+            collection.check_unchanged(&limits, &control)?;
+            collection.judged()
+        });
         let names = plan.recordings.iter().map(|own| own.name.as_str());
-        let by_name: BTreeMap<&str, JudgedRecording> = names.zip(judged).collect();
+        let by_name: BTreeMap<&str, JudgedRecording> = names.zip(judged.map_err(told)?).collect();
         let mut own = Vec::with_capacity(gate.recordings.len());
         for recording in &gate.recordings {
             let mut name = self.place(parts, recording)?;
             if let Some(channel) = recording.request["channel"].as_str() {
                 name = format!("{name}#{channel}");
             }
-            let judged = by_name.get(name.as_str());
-            own.push(
-                judged
-                    .ok_or_else(|| format!("{name} is not in the store"))?
-                    .clone(),
-            );
+            let judged = by_name.get(name.as_str()).cloned();
+            own.push(judged.ok_or_else(|| format!("{name} is not in the store"))?);
         }
-        Ok((rows, own))
+        Ok(own)
     }
 }
 

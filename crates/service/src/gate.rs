@@ -12,8 +12,8 @@ use axum::http::StatusCode;
 use glob::{MatchOptions, Pattern};
 use latchgate::gate::plan::PlannedRecording;
 use latchgate::gate::{
-    self, Asked, Baseline, GateFile, GateSummary, JudgedRecording, Plan, Store, file, junit,
-    markdown, page,
+    self, Asked, Baseline, GateFile, GateSummary, JudgedRecording, Plan, file, junit, markdown,
+    page,
 };
 use latchgate::pipeline::{
     Answer, DecisionRow, Design, Error, Limits, NUMBERS_REVISION, Reason, Request, apply_override,
@@ -331,13 +331,13 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
     if !jobs.iter().all(|job| job.state.has_ended()) {
         return Ok(standing);
     }
-    let decided = decided_here(gate, &jobs)?;
+    let decided = decided_here(gate, &jobs);
     standing.outcome = Some(settle(parts, gate, decided)?);
     Ok(standing)
 }
 
-/// Where the rows of a gate lie, recording by recording.
-pub(crate) type Decided = (Arc<Store>, Vec<JudgedRecording>);
+/// The decisions of a gate, recording by recording.
+pub(crate) type Decided = Vec<JudgedRecording>;
 
 /// Makes the outcome of a gate out of its decisions, and keeps it.
 pub(crate) fn settle(
@@ -358,13 +358,14 @@ pub(crate) fn settle(
     summary.write_json(&mut text).map_err(odd)?;
     keep("summary.json", text)?;
     let mut text = Vec::new();
+    summary.write_csv(&mut text).map_err(odd)?;
+    keep("summary.csv", text)?;
+    let mut text = Vec::new();
     junit::write(&summary, &mut text).map_err(odd)?;
     keep("junit.xml", text)?;
-    let text = markdown::render(&summary).map_err(odd)?;
-    keep("summary.md", text.into_bytes())?;
-    let mut text = Vec::new();
-    page::write(&summary, &page::ReportFolders::new(), &mut text).map_err(odd)?;
-    keep("index.html", text)?;
+    keep("summary.md", markdown::render(&summary).into_bytes())?;
+    let text = page::render(&summary, &page::ReportFolders::new());
+    keep("index.html", text.into_bytes())?;
     let outcome = GateOutcome {
         exit_code: summary.exit_code,
         not_as_required: summary.counts.not_as_required as u64,
@@ -372,7 +373,7 @@ pub(crate) fn settle(
         problem: None,
     };
     parts.ledger.end_gate(&gate.id, &outcome)?;
-    for number in summary.pairs.worst().into_iter().take(IN_FULL) {
+    for number in summary.worst().into_iter().take(IN_FULL) {
         let question = question(gate, number, false);
         let owner = format!("gate {}", plan.gate);
         parts
@@ -412,7 +413,7 @@ pub async fn keep(app: App) {
 fn summed_up(
     parts: &Parts,
     gate: &StoredGate,
-    (store, judged): Decided,
+    judged: Decided,
 ) -> Result<(Plan, GateSummary), Problem> {
     let limits = Limits::default();
     let file = GateFile::from_toml(&gate.name, &gate.text, &limits).map_err(told)?;
@@ -442,16 +443,12 @@ fn summed_up(
         allow_removed: gate.allow_removed,
         no_worse: gate.no_worse,
     };
-    let summary = gate::hold(&plan, judged, &store, asked);
-    Ok((
-        plan,
-        summary.map_err(|error| Problem::of_recording(&error))?,
-    ))
+    let summary = gate::hold(&plan, judged, asked);
+    Ok((plan, summary))
 }
 
 /// Puts the decisions of the jobs of a gate's pairs together.
-fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Result<Decided, Problem> {
-    let store = Arc::new(Store::unkept());
+fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Decided {
     let mut judged = Vec::with_capacity(gate.recordings.len());
     for jobs in jobs.chunks(gate.designs.len()) {
         let rows: Vec<DecisionRow> = jobs.iter().zip(&gate.designs).map(row_of).collect();
@@ -461,16 +458,14 @@ fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Result<Decided, Problem> {
             _ => None,
         });
         let read = |key: &str| Some(read?[key].as_str()?.to_string());
-        let rows = store.put_aside(&rows);
         judged.push(JudgedRecording {
             sha256: read("sha256"),
             channel: read("channel"),
-            rows: rows.map_err(|error| Problem::of_recording(&error))?,
-            cached: 0,
-            times: Vec::new(),
+            rows,
+            ..JudgedRecording::default()
         });
     }
-    Ok((store, judged))
+    judged
 }
 
 /// Returns the row of a pair; one whose job has no answer is unusable, whatever the reason.

@@ -357,7 +357,7 @@ pub struct GateOutcome {
     pub exit_code: u8,
     /// Pairs that are not as required.
     pub not_as_required: u64,
-    /// Its files by name: `summary.json`, `junit.xml`, `summary.md`, `index.html`.
+    /// Its files by name: `summary.json`, `summary.csv`, `junit.xml`, `summary.md`, `index.html`.
     pub files: BTreeMap<String, StoredFile>,
     /// Why there is no summary: a problem document.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,8 +1,9 @@
 //! The process of a share, and what ended it.
 //!
 //! A recording may end the process that judges it: an abort, too little memory, a limit on time. So
-//! a share is judged by a process that another one watches, which notes in the store what ended it
-//! and begins it again. The two are bound by a pipe: where the watch ends, the other one does, too.
+//! a share is judged by a process that another one watches, and begins again. The store tells which
+//! recordings were begun and never ended. The two are bound by a pipe: where the watch ends, the other
+//! one does, too.
 
 use crate::cli::failure::{COULD_NOT, Failure};
 use crate::cli::{output, progress};
@@ -16,8 +17,7 @@ use std::time::{Duration, Instant};
 /// Time between two looks at the process.
 const EVERY: Duration = Duration::from_millis(20);
 
-/// Time that the process has to end by itself once it is asked to: less than this one has, which
-/// notes then what ended it.
+/// Time that the process has to end by itself once it is asked to: less than this one has.
 const GRACE: Duration = Duration::from_secs(9);
 
 /// Ends before anything was begun after which nothing is begun again.
@@ -38,8 +38,9 @@ pub(super) fn end_with_the_watch() {
 pub(super) fn watch(store: &Path, share: Share, threads: usize) -> Result<u8, Failure> {
     let (mut threads, mut idle_ends) = (threads, 0);
     loop {
+        let kept = || gate::share_bytes(store, share).unwrap_or(0);
+        let before = kept();
         let mut worker = begin(threads).map_err(Failure::Data)?;
-        let process = worker.id();
         let (status, asked) =
             wait(&mut worker).map_err(|error| Failure::Data(unwatched(&error)))?;
         let how = match status.code() {
@@ -48,11 +49,10 @@ pub(super) fn watch(store: &Path, share: Share, threads: usize) -> Result<u8, Fa
             None if asked => "a limit on time: it did not end when it was asked to".to_string(),
             None => signal(status),
         };
-        let begun = gate::note_end(store, share, process, &how).map_err(Failure::Data)?;
         output::talk(&format!(
             "latchgate: share {share}: its process was ended by {how}"
         ));
-        idle_ends += u32::from(!begun);
+        idle_ends += u32::from(kept() == before);
         if asked || idle_ends >= IDLE_ENDS_MAX {
             return Ok(COULD_NOT);
         }

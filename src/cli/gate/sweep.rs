@@ -12,7 +12,7 @@ use crate::cli::progress::{self, Progress};
 use crate::cli::values::OutputFormat;
 use crate::gate::text::counted;
 use crate::gate::{
-    self, Asked, Collection, Columns, GateSummary, Plan, Share, ShareOutcome, ShareTask, Standing,
+    self, Asked, Collection, GateSummary, Plan, Share, ShareOutcome, ShareTask, Standing,
     Submission,
 };
 use clap::{Args, ValueEnum};
@@ -23,7 +23,7 @@ use latchgate_recording::error::{Error, ErrorKind, Place};
 use latchgate_recording::source::sha256;
 use latchgate_report::escape;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -50,7 +50,7 @@ const COLLECTING_MAX: u32 = 3;
 const TRIED: usize = 5;
 
 /// Bytes that a pair takes in the store, about.
-const BYTES_A_PAIR: f64 = 90.0;
+const BYTES_A_PAIR: f64 = 400.0;
 
 /// Minutes of a task below which starting it costs too much: about a second of the scheduler's.
 const MINUTES_MIN: f64 = 2.0;
@@ -84,7 +84,7 @@ pub struct SweepArguments {
     /// Wait for the collecting job, and end with its exit code
     #[arg(long, requires = "submit", conflicts_with = "print")]
     pub wait: bool,
-    /// Say what is done, given up and missing, and what the engine has of it
+    /// Say what is done and missing, and what the engine has of it
     #[arg(long, group = "sweep", conflicts_with = "no_store")]
     pub status: bool,
     /// Submit the missing shares again
@@ -93,9 +93,6 @@ pub struct SweepArguments {
     /// Read the store of all shares into one summary; a missing pair is an error
     #[arg(long, group = "sweep", conflicts_with = "no_store")]
     pub collect: bool,
-    /// Write each quantity as a NumPy array of recordings × designs; the folder is replaced
-    #[arg(long, value_name = "DIR", requires = "sweep")]
-    pub columns: Option<PathBuf>,
     /// The submission that the share is of.
     #[arg(long, hide = true)]
     pub submission: Option<String>,
@@ -203,7 +200,7 @@ impl SweepCommand<'_> {
             folder: self.store,
             limits: self.limits,
             submission: submission.as_ref(),
-            clock: &|| began.elapsed().as_secs_f64(),
+            clock: &|| began.elapsed(),
         };
         let progress = Progress::new("share").that_keeps();
         let judged = progress.watch("share", threads, |control| {
@@ -398,11 +395,7 @@ impl SweepCommand<'_> {
                 .clone()
                 .unwrap_or_else(|| self.gate_sha256()),
         ]);
-        let paths = [
-            ("--out", &own.out),
-            ("--baseline", &own.baseline),
-            ("--columns", &own.sweep.columns),
-        ];
+        let paths = [("--out", &own.out), ("--baseline", &own.baseline)];
         for (option, path) in paths {
             if let Some(path) = path {
                 collect_command.extend([option.into(), path.display().to_string()]);
@@ -447,15 +440,11 @@ impl SweepCommand<'_> {
         read.map_err(Failure::Data)
     }
 
-    fn collection(
-        &self,
-        submission: Option<&Submission>,
-        whole: bool,
-    ) -> Result<Collection<'_>, Failure> {
+    fn collection(&self, submission: Option<&Submission>) -> Result<Collection<'_>, Failure> {
         let progress = Progress::new("reading");
         let (plan, store) = (self.plan, self.store);
         let found = progress.watch("reading", self.common.thread_count(), |control| {
-            Collection::of(plan, store, submission, self.limits, whole, control)
+            Collection::of(plan, store, submission, self.limits, control)
         });
         drop(progress);
         let found = found.map_err(Failure::of_data)?;
@@ -467,7 +456,7 @@ impl SweepCommand<'_> {
 
     fn status(&self) -> Result<u8, Failure> {
         let submission = self.submission()?;
-        let standing = self.collection(submission.as_ref(), false)?.standing();
+        let standing = self.collection(submission.as_ref())?.standing();
         self.print(&standing, submission.as_ref())
             .map_err(Failure::Data)?;
         Ok(0)
@@ -517,7 +506,7 @@ impl SweepCommand<'_> {
                 "submit the shares first, with --submit",
             )));
         };
-        let standing = self.collection(Some(&submission), true)?.standing();
+        let standing = self.collection(Some(&submission))?.standing();
         if standing.missing == 0 {
             output::talk("latchgate: nothing is missing");
             return Ok(0);
@@ -552,7 +541,7 @@ impl SweepCommand<'_> {
             return Err(Failure::Data(error.at(place)));
         }
         let submission = self.submission()?;
-        let mut collection = self.collection(submission.as_ref(), false)?;
+        let mut collection = self.collection(submission.as_ref())?;
         let mut standing = collection.standing();
         let (began, lag) = (Instant::now(), self.own.sweep.patience(LAG_S));
         let mut late = collection.late();
@@ -561,13 +550,15 @@ impl SweepCommand<'_> {
                 return Err(Failure::Interrupted);
             }
             std::thread::sleep(EVERY);
-            collection = self.collection(submission.as_ref(), false)?;
+            collection = self.collection(submission.as_ref())?;
             standing = collection.standing();
             late = collection.late();
         }
         if standing.missing == 0 {
             self.check_unchanged(&collection)?;
-            let summary = self.summary(collection, asked)?;
+            let judged = collection.judged().map_err(Failure::Data)?;
+            drop(collection);
+            let summary = gate::hold(self.plan, judged, asked);
             return Ok(Collected::Summary(Box::new(summary)));
         }
         for file in late {
@@ -578,8 +569,6 @@ impl SweepCommand<'_> {
         self.print(&standing, submission.as_ref())
             .map_err(Failure::Data)?;
         if let (Some(left @ 1..), Some(submission)) = (self.own.sweep.resubmits, &submission) {
-            // Blocks that are damaged count as missing, too.
-            let standing = self.collection(Some(submission), true)?.standing();
             let slurm = self.slurm(submission, left - 1);
             let submit = || slurm.resubmit(&standing.shares, left - 1, None);
             let again = patiently(submit).map_err(Failure::Data)?;
@@ -601,25 +590,6 @@ impl SweepCommand<'_> {
                 collection.check_unchanged(self.limits, control)
             })
             .map_err(Failure::of_data)
-    }
-
-    fn summary(
-        &self,
-        collection: Collection<'_>,
-        asked: Asked<'_>,
-    ) -> Result<GateSummary, Failure> {
-        let Some(folder) = &self.own.sweep.columns else {
-            return collection.summary(asked, None).map_err(Failure::Data);
-        };
-        let recordings = self.plan.recordings.iter().map(|own| own.name.clone());
-        let designs = self.plan.designs.iter().map(|own| own.name.clone());
-        let (recordings, designs): (Vec<_>, Vec<_>) = (recordings.collect(), designs.collect());
-        let mut columns = Columns::beside(folder, &recordings, &designs).map_err(Failure::Data)?;
-        let summary = collection
-            .summary(asked, Some(&mut columns))
-            .map_err(Failure::Data)?;
-        columns.settle(folder).map_err(Failure::Data)?;
-        Ok(summary)
     }
 
     /// Keeps the exit code of a collecting job for whoever waits for it.
@@ -647,10 +617,9 @@ fn patiently<T>(mut ask: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
 
 fn text(standing: &Standing, submission: Option<&Submission>) -> String {
     let mut text = format!(
-        "SWEEP  {} of {} judged, {} given up, {} missing\n",
+        "SWEEP  {} of {} judged, {} missing\n",
         standing.done,
         counted(standing.pairs, "pair"),
-        standing.given_up,
         standing.missing
     );
     for (recording, pairs) in standing.missing_of.iter().take(NAMED) {
@@ -665,9 +634,13 @@ fn text(standing: &Standing, submission: Option<&Submission>) -> String {
     if standing.missing_of.len() > NAMED {
         let _ = writeln!(text, "  {:<10} further recordings", "");
     }
-    for recording in standing.given_up_of.iter().take(NAMED) {
+    for recording in standing.never_ended.iter().take(NAMED) {
         let recording = escape::terminal(recording);
-        let _ = writeln!(text, "  {:<10} {recording}", "given up");
+        let _ = writeln!(
+            text,
+            "  {:<10} {recording}: begun twice and never ended, so that shares pass over it",
+            "left"
+        );
     }
     if let Some(submission) = submission
         && !standing.shares.is_empty()
@@ -693,11 +666,10 @@ fn told(share: Share, judged: &ShareOutcome) -> u8 {
         output::talk(&format!("latchgate: {error}"));
     }
     output::talk(&format!(
-        "latchgate: share {share}: {}, {} judged, {} in the store before, {} given up",
+        "latchgate: share {share}: {}, {} judged, {} in the store before",
         counted(judged.recordings, "recording"),
         counted(judged.judged, "pair"),
-        judged.known,
-        judged.given_up
+        judged.known
     ));
     if judged.refused.is_empty() {
         0

@@ -1,7 +1,7 @@
 //! Guards the store of decisions: what is damaged is found and judged again, nothing else is.
 
 use super::Yard;
-use crate::support::{Random, finish};
+use crate::support::{Random, finish, program};
 use std::fs;
 use std::path::PathBuf;
 use std::process::Stdio;
@@ -14,7 +14,7 @@ fn files(yard: &Yard) -> Vec<PathBuf> {
     let mut found: Vec<PathBuf> = fs::read_dir(yard.folder.path().join(".latchgate"))
         .unwrap()
         .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|end| end == "rows"))
+        .filter(|path| path.extension().is_some_and(|end| end == "jsonl"))
         .collect();
     found.sort();
     found
@@ -57,57 +57,155 @@ fn cli_a_card_is_part_of_what_is_cached() {
     assert!(done.err.contains("4 of 6 pairs cached"), "{}", done.err);
 }
 
+/// A decision is kept under every file that it may rest on: of a test of several files one that changes is
+/// enough for another question.
+#[test]
+fn cli_every_file_of_a_test_is_part_of_what_is_cached() {
+    use crate::{ev5, mme};
+
+    let files = mme::test_of(&[mme::File::new(mme::PILLAR)]);
+    let (ev5, _) = ev5::test_of("gate-ev5", &[ev5::PLAIN]);
+    let mme = mme::folder_of("gate-mme", &files);
+    for (folder, recordings, files) in [
+        (
+            &mme,
+            "T7.mme",
+            &["T7.mme", "Channel/T7.001", "Channel/T7.chn"][..],
+        ),
+        (
+            &mme,
+            "Channel/T7.chn",
+            &["Channel/T7.001", "Channel/T7.chn"],
+        ),
+        (
+            &mme,
+            "Channel/T7.001",
+            &["Channel/T7.001", "Channel/T7.chn"],
+        ),
+        (&ev5, "v00001.EV5", &["v00001.EV5", "v00001.007"]),
+        (&ev5, "v00001.007", &["v00001.EV5", "v00001.007"]),
+    ] {
+        folder.write(
+            "gate.toml",
+            format!("[[recordings]]\nfiles = \"{recordings}\"\nopens_when = \"negative\"\nmembers = 0\n[[designs]]\nname = \"paper\"\n"),
+        );
+        let cached = || {
+            let words = ["gate", "gate.toml", "--reports", "none", "--out", "out"];
+            let done = finish(program().current_dir(folder.path()).args(words));
+            done.err.contains("1 of 1 pair cached")
+        };
+        assert!(!cached() && cached(), "{recordings}");
+        for file in files {
+            let path = folder.path().join(file);
+            let text = fs::read_to_string(&path).unwrap();
+            // A blank at the end changes no sample.
+            fs::write(&path, format!("{text} ")).unwrap();
+            assert!(!cached(), "{recordings} with another {file}");
+            fs::write(&path, text).unwrap();
+            assert!(cached(), "{recordings}");
+        }
+    }
+}
+
 /// Every flipped byte is found, said, and changes no answer.
 #[test]
 fn prop_flipped_bytes_change_no_answer() {
-    use latchgate::gate::Store;
-    use latchgate::pipeline::DecisionRow;
+    use latchgate::gate::{self, GateFile, GateRun, Plan, Store};
+    use latchgate::pipeline::{Control, DecisionRow, Limits};
 
     let yard = Yard::new("flipped");
     yard.gate(GATE, &[]);
     let folder = yard.folder.path().join(".latchgate");
-    let whole = fs::read(&files(&yard)[0]).unwrap();
-    let known = Store::open(&folder).unwrap();
-    assert!(known.damages().is_empty());
-    let row = |store: &Store, id: &str| {
-        let address = store.find(id)?;
-        Some(store.rows(&[address]).unwrap().remove(0))
+    let file = files(&yard).remove(0);
+    let whole = fs::read(&file).unwrap();
+    let limits = Limits::default();
+    let gate = GateFile::from_toml("gate.toml", GATE, &limits).unwrap();
+    let plan = Plan::of("gate.toml", &gate, yard.folder.path(), &[], &limits).unwrap();
+    let run = || {
+        let store = Store::open(&folder, "").unwrap();
+        let run = gate::run(
+            &plan,
+            &limits,
+            &store,
+            &|| Duration::ZERO,
+            &Control::default(),
+        );
+        for other in files(&yard).iter().filter(|other| **other != file) {
+            fs::remove_file(other).unwrap();
+        }
+        run.unwrap()
     };
-    let ids: Vec<String> = yard.summary()["pairs"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|pair| pair["row"]["report_id"].as_str().unwrap().to_string())
-        .collect();
-    let undamaged: Vec<DecisionRow> = ids.iter().map(|id| row(&known, id).unwrap()).collect();
+    let rows = |run: &GateRun| -> Vec<DecisionRow> {
+        let recordings = run.recordings.iter();
+        recordings
+            .flat_map(|own| own.rows.iter().cloned())
+            .collect()
+    };
+    let cached = |run: &GateRun| run.recordings.iter().map(|own| own.cached).sum::<usize>();
+    let undamaged = run();
+    assert!(undamaged.damages.is_empty() && cached(&undamaged) == 6);
+    let undamaged = rows(&undamaged);
     let mut random = Random::new(7);
-    for turn in 0..1000 {
+    for turn in 0..200 {
         let (at, bit) = (random.below(whole.len()), random.below(8));
         let mut bytes = whole.clone();
         bytes[at] ^= 1 << bit;
-        fs::write(&files(&yard)[0], &bytes).unwrap();
-        let store = Store::open(&folder).unwrap();
-        assert!(
-            !store.damages().is_empty(),
-            "turn {turn}: byte {at}, bit {bit}"
-        );
-        let mut lost = 0;
-        for (id, undamaged) in ids.iter().zip(&undamaged) {
-            match row(&store, id) {
-                Some(row) => assert_eq!(row, *undamaged, "turn {turn}"),
-                None => lost += 1,
-            }
-        }
-        assert!(lost > 0, "turn {turn}: no row was lost with byte {at}");
+        fs::write(&file, &bytes).unwrap();
+        let run = run();
+        let place = format!("turn {turn}: byte {at}, bit {bit}");
+        assert!(!run.damages.is_empty(), "{place}");
+        assert!(cached(&run) < 6, "{place}: no row was lost");
+        assert_eq!(rows(&run), undamaged, "{place}");
     }
     // The gate says it, judges again, and answers as before.
     let before = yard.text("summary.json");
     let mut bytes = whole.clone();
     bytes[whole.len() / 2] ^= 1;
-    fs::write(&files(&yard)[0], &bytes).unwrap();
+    fs::write(&file, &bytes).unwrap();
     let done = yard.gate(GATE, &[]);
     assert!(done.err.contains("judged again"), "{}", done.err);
     assert_eq!(yard.text("summary.json"), before);
+}
+
+/// Two decisions of a pair that differ are a fault of a machine or of latchgate: no answer is made of them.
+#[test]
+fn cli_decisions_that_contradict_each_other_are_named() {
+    let yard = Yard::new("contradiction");
+    yard.gate(GATE, &[]);
+    let text = fs::read_to_string(&files(&yard)[0]).unwrap();
+    let line = text
+        .lines()
+        .find(|line| line.contains("\"peak\":"))
+        .unwrap();
+    let (before, rest) = line.split_once("\"peak\":").unwrap();
+    let (_, rest) = rest.split_once(',').unwrap();
+    let (said, _) = rest.split_once(",\"sum\":").unwrap();
+    let other = format!("{before}\"peak\":0.0625,{said}");
+    let reasons = text
+        .lines()
+        .filter(|line| line.contains("\"note\":\"reason\""));
+    let mut lines: Vec<String> = reasons.map(|line| format!("{line}\n")).collect();
+    lines.push(sealed(&other));
+    yard.folder.write(".latchgate/zz-1-0.jsonl", lines.concat());
+    let done = yard.gate(GATE, &[]);
+    assert_eq!(done.code, 4, "{}{}", done.out, done.err);
+    assert!(
+        done.err.contains("zz-1-0.jsonl") && done.err.contains("two that differ"),
+        "{}",
+        done.err
+    );
+    assert!(done.err.contains(".csv with "), "{}", done.err);
+}
+
+/// A line with its checksum: the first sixteen digits of the SHA-256 of what stands before it.
+fn sealed(said: &str) -> String {
+    use sha2::{Digest, Sha256};
+    let digest = Sha256::digest(said);
+    let sum: String = digest[..8]
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    format!("{said},\"sum\":\"{sum}\"}}\n")
 }
 
 /// A gate that is killed at any moment, and two gates at once, end as one undisturbed run.

@@ -29,7 +29,6 @@ fn cli_the_script_of_a_share_is_printed() {
 #[test]
 fn cli_what_only_shares_have_is_no_option_of_a_gate() {
     let yard = SweepYard::new("alone", 2, 2, 0);
-    assert_eq!(yard.gate(&["--columns", "columns"]).code, 2);
     assert_eq!(yard.gate(&["--", "--time=1"]).code, 2);
 }
 

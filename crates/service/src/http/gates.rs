@@ -266,7 +266,7 @@ pub(super) async fn events(
     Ok(Sse::new(ReceiverStream::new(told)).keep_alive(KeepAlive::default()))
 }
 
-/// Sends a file of a gate: `summary.json`, `junit.xml`, `summary.md` or `index.html`.
+/// Sends a file of a gate: `summary.json`, `summary.csv`, `junit.xml`, `summary.md` or `index.html`.
 #[utoipa::path(
     get, path = "/v1/gates/{id}/{file}",
     params(
@@ -275,7 +275,7 @@ pub(super) async fn events(
     ),
     responses(
         (status = 200, description = "The file", content(
-            (String = "text/html"), (String = "text/markdown"), (String = "application/xml"),
+            (String = "text/html"), (String = "text/markdown"), (String = "text/csv"), (String = "application/xml"),
             (Object = "application/json"))),
     )
 )]

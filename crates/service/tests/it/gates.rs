@@ -89,7 +89,13 @@ fn cli_a_gate_is_that_of_the_command_line() {
         Some(i64::from(ran.status.code().unwrap())),
         entry["exit_code"].as_i64()
     );
-    for name in ["summary.json", "junit.xml", "summary.md", "index.html"] {
+    for name in [
+        "summary.json",
+        "summary.csv",
+        "junit.xml",
+        "summary.md",
+        "index.html",
+    ] {
         let written = fs::read_to_string(folder.0.join("out").join(name)).unwrap();
         // Pairs that are jobs of the service have no times.
         let mut parts = written.split(" time=\"");
@@ -498,7 +504,13 @@ fn cli_a_large_gate_goes_to_the_cluster() {
     let read = summary["recordings"].as_array().unwrap().iter();
     let read = read.filter(|own| own["channel"].is_string()).count();
     assert_eq!(read, 5, "all but the broken one: {summary}");
-    for name in ["summary.json", "junit.xml", "summary.md", "index.html"] {
+    for name in [
+        "summary.json",
+        "summary.csv",
+        "junit.xml",
+        "summary.md",
+        "index.html",
+    ] {
         let (own, at_home) = (
             file(&client, &entry, name),
             file(&clients[1], &expected, name),

@@ -159,9 +159,9 @@ pub(super) async fn page(
         }
         @if let Some(summary) = &summary {
             @let marks = summary.baseline.as_ref().map(marks).unwrap_or_default();
-            (changes(&id, summary, &marks, entry.baseline.as_deref())?)
-            (worst(&id, summary, &marks)?)
-            @if summary.pairs.len() <= CELLS { (matrix(&id, summary, &marks)?) }
+            (changes(&id, summary, &marks, entry.baseline.as_deref()))
+            (worst(&id, summary, &marks))
+            @if summary.pairs.len() <= CELLS { (matrix(&id, summary, &marks)) }
             h2 { "Files" }
             ul { @for file in &entry.files { li { a href=(file) { (file.rsplit('/').next().unwrap_or("")) } } } }
         }
@@ -216,26 +216,21 @@ fn marks(changes: &Changes) -> Marks<'_> {
 }
 
 /// Lists what changed since the baseline.
-fn changes(
-    id: &str,
-    summary: &GateSummary,
-    marks: &Marks<'_>,
-    baseline: Option<&str>,
-) -> Result<Markup, Problem> {
+fn changes(id: &str, summary: &GateSummary, marks: &Marks<'_>, baseline: Option<&str>) -> Markup {
     let Some((changes, baseline)) = summary.baseline.as_ref().zip(baseline) else {
-        return Ok(html! {});
+        return html! {};
     };
     let changed: Vec<usize> = numbers(summary)
         .filter(|(name, _)| marks.contains_key(name))
         .map(|(_, number)| number)
         .collect();
-    Ok(html! {
+    html! {
         h2 { "Changed since " a href=(format!("/gates/{baseline}")) { code { (short(baseline)) } } }
-        @if changed.is_empty() { p { "Nothing." } } @else { (pairs("Changed", id, summary, &changed, marks)?) }
+        @if changed.is_empty() { p { "Nothing." } } @else { (pairs("Changed", id, summary, &changed, marks)) }
         @if !changes.removed.is_empty() {
             p { "Gone: " (changes.removed.iter().take(LISTED).map(|(recording, design)| format!("{recording} with {design}")).collect::<Vec<_>>().join(", ")) }
         }
-    })
+    }
 }
 
 /// Numbers the pairs by their names.
@@ -247,14 +242,14 @@ fn numbers(summary: &GateSummary) -> impl Iterator<Item = ((&str, &str), usize)>
     names.zip(0..)
 }
 
-fn worst(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Result<Markup, Problem> {
-    let worst = summary.pairs.worst();
-    Ok(html! {
+fn worst(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Markup {
+    let worst = summary.worst();
+    html! {
         @if !worst.is_empty() {
             h2 { "Not as required, the worst first" }
-            (pairs("Not as required", id, summary, &worst, marks)?)
+            (pairs("Not as required", id, summary, &worst, marks))
         }
-    })
+    }
 }
 
 fn pairs(
@@ -263,12 +258,12 @@ fn pairs(
     summary: &GateSummary,
     numbers: &[usize],
     marks: &Marks<'_>,
-) -> Result<Markup, Problem> {
-    let mut listed = Vec::new();
-    for &number in numbers.iter().take(LISTED) {
-        listed.push((number, pair(summary, number)?));
-    }
-    Ok(html! {
+) -> Markup {
+    let listed = numbers.iter().take(LISTED);
+    let listed: Vec<(usize, &Pair)> = listed
+        .map(|&number| (number, &summary.pairs[number]))
+        .collect();
+    html! {
         div.wide tabindex="0" role="region" aria-label=(label) {
             table {
                 thead { tr {
@@ -286,19 +281,12 @@ fn pairs(
                 } } }
             }
         }
-        @if numbers.len() > listed.len() { p.muted { (numbers.len() - listed.len()) " further ones in summary.json." } }
-    })
-}
-
-fn pair(summary: &GateSummary, number: usize) -> Result<Pair, Problem> {
-    summary
-        .pairs
-        .get(number)
-        .map_err(|error| Problem::of_recording(&error))
+        @if numbers.len() > listed.len() { p.muted { (numbers.len() - listed.len()) " further ones in summary.csv." } }
+    }
 }
 
 /// Draws the matrix; rows and columns in which something changed come first.
-fn matrix(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Result<Markup, Problem> {
+fn matrix(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Markup {
     let changed = |recording: Option<&str>, design: Option<&str>| {
         let fits = |own: Option<&str>, name: &str| own.is_none_or(|own| own == name);
         let mut keys = marks.keys();
@@ -308,11 +296,7 @@ fn matrix(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Result<Markup, 
     rows.sort_by_key(|row| !changed(Some(&summary.recordings[*row].name), None));
     let mut columns: Vec<usize> = (0..summary.designs.len()).collect();
     columns.sort_by_key(|column| !changed(None, Some(&summary.designs[*column].name)));
-    let mut cells = BTreeMap::new();
-    for number in 0..summary.pairs.len() {
-        cells.insert(number, pair(summary, number)?);
-    }
-    Ok(html! {
+    html! {
         h2 { "Recordings and designs" }
         p.muted { "Answer and margin: how far the nominal peak and its error stay below the limit angle, in percent of the limit. "
             "A ring marks what is not as required" @if !marks.is_empty() { ", ◆ what changed; rows and columns with changes come first" } "." }
@@ -323,7 +307,7 @@ fn matrix(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Result<Markup, 
                     th scope="row" { (summary.recordings[*row].name) }
                     @for column in &columns {
                         @let number = row * summary.designs.len() + column;
-                        @let pair = &cells[&number];
+                        @let pair = &summary.pairs[number];
                         @let mark = marks.get(&(&*pair.recording, &*pair.design));
                         td.bad[pair.standing == PairStanding::NotAsRequired] {
                             a href=(format!("/gates/{id}/runs/{number}")) title=(in_the_file(&pair.row.reason.text)) {
@@ -335,7 +319,7 @@ fn matrix(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Result<Markup, 
                 } } }
             }
         }
-    })
+    }
 }
 
 /// Words a margin; away from the limit by rounding is none.
@@ -356,7 +340,7 @@ pub(super) async fn run(
     let summary = summary(&app, &standing).await?;
     let summary = summary.filter(|summary| number < summary.pairs.len());
     let summary = summary.ok_or_else(|| Problem::not_found("such pair, or not yet"))?;
-    let pair = pair(&summary, number)?;
+    let pair = &summary.pairs[number];
     let wanted = pair.row.report_id.clone();
     let known = app
         .on_disk(move |parts| parts.ledger.result(&wanted))
