@@ -130,20 +130,19 @@ fn table(out: &mut String, summary: &GateSummary, title: &str, numbers: &[usize]
         "\n### {title}\n\n| answer | recording | design | |\n| --- | --- | --- | --- |"
     );
     let mut shown = 0;
-    for alike in text::told_alike(&summary.pairs, numbers, LISTED) {
-        let pair = alike.first;
-        let designs = match alike.numbers.len() {
-            1 => code(&pair.design),
-            _ => prose(&alike.designs(summary)),
+    for group in text::grouped(&summary.pairs, numbers).iter().take(LISTED) {
+        let designs = match group.numbers.len() {
+            1 => code(&group.worst.design),
+            _ => prose(&group.designs(summary)),
         };
         let _ = writeln!(
             out,
             "| {} | {} | {designs} | {} |",
-            pair.row.verdict.name(),
-            code(&pair.recording),
-            prose(&text::what(pair))
+            group.worst.row.verdict.name(),
+            code(&group.worst.recording),
+            prose(&group.what(summary))
         );
-        shown += alike.numbers.len();
+        shown += group.numbers.len();
     }
     if numbers.len() > shown {
         let further = text::counted(numbers.len() - shown, "further pair");

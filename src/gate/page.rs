@@ -122,8 +122,9 @@ fn list(
     }
     let told = numbers.iter().filter(|number| reports.contains_key(number));
     let told = told.count();
-    let alike = text::told_alike(&summary.pairs, numbers, LISTED);
-    let shown: usize = alike.iter().map(|alike| alike.numbers.len()).sum();
+    let mut groups = text::grouped(&summary.pairs, numbers);
+    groups.truncate(LISTED);
+    let shown: usize = groups.iter().map(|group| group.numbers.len()).sum();
     html! {
         section id=(id) {
             h2 { (title) }
@@ -133,14 +134,14 @@ fn list(
             table.pairs {
                 thead { tr { th { "answer" } th { "recording" } th { "design" } th { "what" } th { "report" } } }
                 tbody {
-                    @for alike in &alike {
+                    @for group in &groups {
                         tr {
-                            td { (badge(alike.first.row.verdict)) }
-                            td { (line(&alike.first.recording)) }
-                            td { (line(&alike.designs(summary))) }
-                            td { (line(&text::what(alike.first))) }
+                            td { (badge(group.worst.row.verdict)) }
+                            td { (line(&group.worst.recording)) }
+                            td { (line(&group.designs(summary))) }
+                            td { (line(&group.what(summary))) }
                             td {
-                                @if let Some(folder) = alike.numbers.iter().find_map(|number| reports.get(number)) {
+                                @if let Some(folder) = group.numbers.iter().find_map(|number| reports.get(number)) {
                                     a href={ (folder) "/report.html" } { "open" }
                                 }
                             }

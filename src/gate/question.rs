@@ -59,26 +59,27 @@ impl Questions {
         Key::of(question.to_string().as_bytes())
     }
 
-    /// Lists what a recording may be read from: of a folder all that it holds; of a file all of its
-    /// folder that bear its name with another ending, such as its card and its channels.
+    /// Lists what a recording may be read from: of a folder what it holds; of a file all that bear its
+    /// name with another ending, such as its card, and channels in the folder of that name.
     fn files(&self, path: &Path) -> Vec<(String, PathBuf)> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let mut found = vec![(name.to_string(), path.to_path_buf())];
         let folder = path.parent().unwrap_or(Path::new(""));
         let neighbours = self.neighbours(folder);
         let stem = Path::new(&*name).file_stem().unwrap_or_default();
-        for stem in [stem.to_string_lossy().to_lowercase(), name.to_lowercase()] {
-            let stem = format!("{stem}.");
-            let alike = neighbours.range(stem.clone()..);
-            let alike = alike.take_while(|(name, _)| name.starts_with(&stem));
+        let stem = format!("{}.", stem.to_string_lossy().to_lowercase());
+        for start in [stem.clone(), format!("{}.", name.to_lowercase())] {
+            let alike = neighbours.range(start.clone()..);
+            let alike = alike.take_while(|(name, _)| name.starts_with(&start));
             found.extend(alike.map(|(name, path)| (name.clone(), path.clone())));
         }
-        let of_folder = path.is_dir().then_some(path);
-        let is_header = path
-            .extension()
-            .is_some_and(|end| end.eq_ignore_ascii_case("mme") || end.eq_ignore_ascii_case("chn"));
-        if let Some(folder) = of_folder.or(is_header.then_some(folder)) {
-            below(folder, "", DEPTH_MAX, &mut found);
+        if path.is_dir() {
+            below(path, "", DEPTH_MAX, &mut found);
+        } else if let Some(channels) = neighbours.get("channel") {
+            let mut all = Vec::new();
+            below(channels, "channel", 1, &mut all);
+            all.retain(|(name, _)| name.to_lowercase().starts_with(&format!("channel/{stem}")));
+            found.extend(all);
         }
         found.sort();
         found.dedup();
@@ -106,12 +107,12 @@ impl Questions {
     }
 }
 
-/// Lists the files below a folder.
+/// Lists the files below a folder, but those of hidden folders, where stores are.
 fn below(folder: &Path, prefix: &str, depth: usize, found: &mut Vec<(String, PathBuf)>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = format!("{prefix}/{}", entry.file_name().to_string_lossy());
         if entry.path().is_dir() {
-            if depth > 1 {
+            if depth > 1 && !entry.file_name().to_string_lossy().starts_with('.') {
                 below(&entry.path(), &name, depth - 1, found);
             }
         } else {

@@ -5,6 +5,7 @@ use super::summary::GateSummary;
 use crate::pipeline::{Answer, DecisionRow};
 use latchgate_document::number;
 use latchgate_report::{UNSEEN, escape};
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
@@ -90,47 +91,44 @@ fn further(out: &mut String, left: usize, what: &str) {
 /// Writes the pairs of these numbers, at most `most` lines of them, and how many of all are left.
 fn lines(out: &mut String, summary: &GateSummary, numbers: &[usize], most: usize) {
     let mut shown = 0;
-    for alike in told_alike(&summary.pairs, numbers, most) {
-        let pair = alike.first;
-        let mut said = what(pair);
+    for group in grouped(&summary.pairs, numbers).iter().take(most) {
+        let pair = group.worst;
+        let mut said = group.what(summary);
         if let Some((cut, _)) = said.char_indices().nth(TEXT_MAX) {
             said.truncate(cut);
             said.push('…');
         }
-        let text = format!("{} with {}: {said}", pair.recording, alike.designs(summary));
+        let text = format!("{} with {}: {said}", pair.recording, group.designs(summary));
         let _ = writeln!(
             out,
             "  {:<10} {}",
             pair.row.verdict.name(),
             escape::terminal(&text)
         );
-        shown += alike.numbers.len();
+        shown += group.numbers.len();
     }
     further(out, numbers.len() - shown, "pair");
 }
 
-/// Neighbours of one recording of which the same is to be said.
-pub(super) struct Alike<'a> {
-    pub(super) first: &'a Pair,
+/// Pairs of one recording that answer alike, and stand alike.
+pub(super) struct PairGroup<'a> {
+    /// The worst of them.
+    pub(super) worst: &'a Pair,
     pub(super) numbers: Vec<usize>,
 }
 
-/// Groups the pairs of these numbers, into at most `most` groups.
-pub(super) fn told_alike<'a>(pairs: &'a [Pair], numbers: &[usize], most: usize) -> Vec<Alike<'a>> {
-    let mut found: Vec<Alike<'_>> = Vec::new();
+/// Groups the pairs of these numbers, which come the worst first.
+pub(super) fn grouped<'a>(pairs: &'a [Pair], numbers: &[usize]) -> Vec<PairGroup<'a>> {
+    let mut found: Vec<PairGroup<'_>> = Vec::new();
+    let mut places = BTreeMap::new();
     for &number in numbers {
-        let full = found.len() == most;
         let pair = &pairs[number];
-        let alike = |other: &Pair| {
-            other.recording == pair.recording
-                && other.row.verdict == pair.row.verdict
-                && what(other) == what(pair)
-        };
-        match found.last_mut() {
-            Some(last) if alike(last.first) => last.numbers.push(number),
-            _ if full => break,
-            _ => found.push(Alike {
-                first: pair,
+        let kind = (&pair.recording, pair.row.verdict.name(), &pair.exception);
+        let place = *places.entry(kind).or_insert(found.len());
+        match found.get_mut(place) {
+            Some(group) => group.numbers.push(number),
+            None => found.push(PairGroup {
+                worst: pair,
                 numbers: vec![number],
             }),
         }
@@ -138,14 +136,37 @@ pub(super) fn told_alike<'a>(pairs: &'a [Pair], numbers: &[usize], most: usize) 
     found
 }
 
-impl Alike<'_> {
+/// Designs of a group that are named.
+const DESIGNS_NAMED: usize = 3;
+
+impl PairGroup<'_> {
     /// Returns the designs.
     pub(super) fn designs(&self, summary: &GateSummary) -> String {
-        let first = &self.first.design;
-        match self.numbers.len() {
-            1 => first.clone(),
-            all if all == summary.designs.len() => format!("each of the {all} designs"),
-            some => format!("{first} and {}", counted(some - 1, "other design")),
+        let all = self.numbers.len();
+        if all == summary.designs.len() && all > 1 {
+            return format!("each of the {all} designs");
+        }
+        let named = self.numbers.iter().take(DESIGNS_NAMED);
+        let named: Vec<&str> = named
+            .map(|&number| &*summary.pairs[number].design)
+            .collect();
+        match all - named.len() {
+            0 => named.join(", "),
+            further => format!(
+                "{} and {}",
+                named.join(", "),
+                counted(further, "other design")
+            ),
+        }
+    }
+
+    /// Returns what is to be said beside the names and the answer: of the worst, where the others differ.
+    pub(super) fn what(&self, summary: &GateSummary) -> String {
+        let said = what(self.worst);
+        let differ = |number: &usize| what(&summary.pairs[*number]) != said;
+        match self.numbers.iter().any(differ) {
+            true => format!("at worst {said}"),
+            false => said,
         }
     }
 }
