@@ -543,18 +543,6 @@ class Figures(Sweep):
         for name in ["summary.json", "summary.csv", "summary.md"]:
             self.assertEqual((self.folder / "a" / name).read_bytes(), (self.folder / "b" / name).read_bytes())
 
-    def test_rows_by_formula(self):
-        # Few samples: a row costs little to make, and as much to keep and to collect as any other.
-        fill(self.folder, 1000, 1000, 0, rate_hz=1000)
-        self.cost("1000 x 1000 rows, as one share", "--store", "s", "--part", "1/1")
-        stored = sum(path.stat().st_size for path in (self.folder / "s").glob("*.jsonl"))
-        print(f"in the store: {stored / 1e6:.1f} bytes a row", file=sys.stderr)
-        self.cost("collected", "--store", "s", "--collect", "--out", "b")
-        counts = json.loads((self.folder / "b/summary.json").read_text())["counts"]
-        print(counts, file=sys.stderr)
-        # Answers, not rows of what cannot be read.
-        self.assertEqual(counts["pass"] + counts["fail"] + counts["undecided"], 1_000_000)
-
 
 if not os.environ.get("LATCHGATE_LONG"):
     del Figures

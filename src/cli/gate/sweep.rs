@@ -50,7 +50,7 @@ const COLLECTING_MAX: u32 = 3;
 const TRIED: usize = 5;
 
 /// Bytes that a pair takes in the store, about.
-const BYTES_A_PAIR: f64 = 400.0;
+const BYTES_A_PAIR: f64 = 300.0;
 
 /// Minutes of a task below which starting it costs too much: about a second of the scheduler's.
 const MINUTES_MIN: f64 = 2.0;
