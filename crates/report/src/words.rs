@@ -14,7 +14,8 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::{Finding, Severity};
-use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
+use latchgate_verdict::decision::{FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES};
+use latchgate_verdict::ensemble::Driver;
 use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget, RunAnswer};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -120,15 +121,69 @@ fn would_decide(document: &Document) -> String {
         }
         "members-cross" | "few-members-cross" | "most-members-cross" => {
             let share = document.ensemble.as_ref().map_or_else(String::new, varied);
-            format!("{share}: too many for a pass, too few for a fail. Smaller tolerances, or a design farther from the limit angle, would decide.")
+            format!("{share}: too many for a pass, too few for a fail. {}", remedy(document))
         }
         "coast-reaches-limit" | "members-coast-beyond" => {
             "The lever still moves where the record ends and may open later; a longer recording would decide.".into()
         }
-        "uncertainty-spans-threshold" => {
-            "The error of the peak reaches across the limit angle; a recording sampled more densely would decide.".into()
-        }
+        "uncertainty-spans-threshold" => remedy(document),
         _ => sentence(&first.text),
+    }
+}
+
+/// Says what would decide an undecided verdict: the remedy of what moves the peak most.
+fn remedy(document: &Document) -> String {
+    let farther = "a design farther from the limit angle would decide.";
+    let Some(run) = &document.nominal else {
+        return capital(farther);
+    };
+    let distance = (document.threshold_rad - run.peak_angle_rad).abs();
+    if uncertainty(document, run).is_some_and(|error| error >= distance) {
+        let ErrorBudget {
+            numerical,
+            interpolation,
+            noise,
+            ..
+        } = document.error_budget_rad;
+        let parts = [
+            (
+                interpolation.unwrap_or(0.0),
+                "What may lie between the samples decides: a recording sampled more densely would tell.",
+            ),
+            (
+                NOISE_TIMES * noise.unwrap_or(0.0),
+                "The noise of the recording decides: a quieter channel or a finer recorder would tell.",
+            ),
+            (
+                numerical.unwrap_or(0.0),
+                "After its impacts the lever can be followed no more exactly: a design farther from the limit angle would decide.",
+            ),
+        ];
+        let largest = parts
+            .into_iter()
+            .reduce(|one, other| if other.0 > one.0 { other } else { one });
+        return largest.map_or_else(String::new, |(_, text)| text.into());
+    }
+    let drivers = document.ensemble.iter().flat_map(|ensemble| {
+        let chance = ensemble.rank_correlation_by_chance.unwrap_or(1.0);
+        let strong = move |driver: &&Driver| {
+            driver
+                .rank_correlation
+                .is_some_and(|own| own.abs() > chance)
+        };
+        ensemble.drivers.iter().filter(strong)
+    });
+    let share = |driver: &&Driver| driver.share.unwrap_or(0.0);
+    match drivers.max_by(|one, other| share(one).total_cmp(&share(other))) {
+        Some(driver) if driver.parameter == "input.bias_g" => format!(
+            "The sensor's zero decides most, known to ±{}\u{00A0}g: a longer quiet stretch before contact, or the setting `bias`, would tell.",
+            trimmed(driver.standard_deviation, 2)
+        ),
+        Some(driver) => format!(
+            "The tolerance of the {} decides most: a smaller one, or {farther}",
+            parameter(&driver.parameter)
+        ),
+        None => capital(farther),
     }
 }
 
@@ -195,7 +250,10 @@ pub(super) fn stops(document: &Document) -> Option<String> {
         .values()
         .map(|run| match run.first_crossing_s {
             Some(at) => format!("{} opens at {}", stop(run.model), brief_time(at)),
-            None => format!("{} stays, {}", stop(run.model), short_peak(document, run)),
+            None => match known_peak(document, run) {
+                KnownPeak::Open(words) => format!("{}: {words}", stop(run.model)),
+                _ => format!("{} stays, {}", stop(run.model), short_peak(document, run)),
+            },
         })
         .collect();
     Some(each.join("; "))
@@ -229,18 +287,16 @@ pub(super) fn share(ensemble: &Ensemble) -> String {
 }
 
 /// Returns what the computation's error is against the distance to the limit angle, and the
-/// largest influence that it does not count.
+/// largest influence that it does not count; nothing under a fail, which holds whatever the size of the peak.
 pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
-    let error = match uncertainty(document, run)? {
-        error if error > FRAC_PI_2 => " more than 90°".into(),
-        error => format!("{}\u{00A0}rad", trimmed(error, 2)),
-    };
-    let beyond = run.peak_angle_rad > FRAC_PI_2;
-    let distance = (document.threshold_rad - run.peak_angle_rad.min(FRAC_PI_2)).abs();
-    let more = if beyond { "more than " } else { "" };
+    let error = uncertainty(document, run)?;
+    if document.verdict == Answer::Fail || error > FRAC_PI_2 || run.peak_angle_rad > FRAC_PI_2 {
+        return None;
+    }
+    let distance = (document.threshold_rad - run.peak_angle_rad).abs();
     let largest = budget(document)
         .into_iter()
-        .skip(2)
+        .skip(3)
         .filter_map(|row| Some((row.name, row.value?.abs())))
         .max_by(|one, other| one.1.total_cmp(&other.1));
     let largest = largest.map_or_else(String::new, |(name, value)| {
@@ -248,7 +304,8 @@ pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
         format!(" Largest other influence: {name}, {value}\u{00A0}rad (not included).")
     });
     Some(format!(
-        "Computation error ±{error}; distance to the limit angle {more}{}\u{00A0}rad.{largest}",
+        "Error of the largest angle ±{}\u{00A0}rad; distance to the limit angle {}\u{00A0}rad.{largest}",
+        trimmed(error, 2),
         trimmed(distance, 2)
     ))
 }
@@ -301,36 +358,71 @@ pub(super) fn test_facts(document: &Document) -> Vec<(&'static str, String)> {
 
 /// Returns a peak with its uncertainty and its degrees; beyond 90° that alone.
 pub(super) fn peak(document: &Document, run: &Run) -> String {
-    if run.peak_angle_rad > FRAC_PI_2 {
-        return "largest angle > 90°".into();
+    match known_peak(document, run) {
+        KnownPeak::Beyond => "largest angle > 90°".into(),
+        KnownPeak::Within(angle) => format!("largest angle {} ({}°)", angle.text, angle.degrees),
+        KnownPeak::Open(words) => words.into(),
     }
-    format!(
-        "largest angle {}",
-        peak_with_error(document, run, |degrees| format!(" ({degrees}°)"))
-    )
 }
 
 /// As [`peak`], in a cell of a table.
 pub(super) fn short_peak(document: &Document, run: &Run) -> String {
-    if run.peak_angle_rad > FRAC_PI_2 {
-        return "> 90°".into();
+    match known_peak(document, run) {
+        KnownPeak::Beyond => "> 90°".into(),
+        KnownPeak::Within(angle) => angle.text,
+        KnownPeak::Open(words) => words.into(),
     }
-    peak_with_error(document, run, |_| String::new())
 }
 
-/// Returns the peak with its error, and what is said of its degrees; an error beyond 90° has no figure
-/// either.
-fn peak_with_error(
-    document: &Document,
-    run: &Run,
-    in_degrees: impl Fn(String) -> String,
-) -> String {
-    let (peak, error) = (run.peak_angle_rad, uncertainty(document, run));
-    let degrees = in_degrees(trimmed(peak.to_degrees(), 3));
-    if error.is_some_and(|error| error > FRAC_PI_2) {
-        return format!("{}\u{00A0}rad{degrees} ± more than 90°", trimmed(peak, 4));
+/// Tells whether a peak has a figure: its error is smaller than itself, or keeps it below the limit.
+pub(super) fn has_figure(document: &Document, run: &Run) -> bool {
+    !matches!(known_peak(document, run), KnownPeak::Open(_))
+}
+
+/// What is known of a peak.
+enum KnownPeak {
+    /// It lies beyond 90°, where no figure means anything.
+    Beyond,
+    /// It is known.
+    Within(AngleText),
+    /// Its error is as large as itself.
+    Open(&'static str),
+}
+
+/// An angle with its unit, and its degrees.
+struct AngleText {
+    text: String,
+    degrees: String,
+}
+
+/// Returns what is known of a peak: no error is shown that is as large as the peak itself. Where peak and
+/// error stay below the limit, they are shown as a bound.
+fn known_peak(document: &Document, run: &Run) -> KnownPeak {
+    let peak = run.peak_angle_rad;
+    if peak > FRAC_PI_2 {
+        return KnownPeak::Beyond;
     }
-    format!("{}\u{00A0}rad{degrees}", with_error(peak, error))
+    let error = uncertainty(document, run);
+    let large = error.filter(|error| *error >= peak.abs() && *error > 0.0);
+    let Some(large) = large.filter(|_| peak > 0.0) else {
+        return KnownPeak::Within(AngleText {
+            text: format!("{}\u{00A0}rad", with_error(peak, error)),
+            degrees: trimmed(peak.to_degrees(), 3),
+        });
+    };
+    let most = peak + large;
+    if most <= document.threshold_rad {
+        // Rounded up, since it is a bound.
+        let bound = most * (1.0 + 5e-3);
+        return KnownPeak::Within(AngleText {
+            text: format!("at most {}\u{00A0}rad", trimmed(bound, 3)),
+            degrees: trimmed(bound.to_degrees(), 3),
+        });
+    }
+    KnownPeak::Open(match document.verdict {
+        Answer::Fail if run.first_crossing_s.is_some() => "how far it opens cannot be computed",
+        _ => "whether it opens cannot be computed",
+    })
 }
 
 /// Returns an angle without known error, with its degrees; beyond 90° that alone.

@@ -252,7 +252,7 @@ impl Assessing<'_> {
         };
         let filters: Vec<FilterRow> = filtered.into_iter().map(|filtered| filtered.row).collect();
         let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), &runs);
-        findings.extend(filters::filter_decides(&filters));
+        findings.extend(filters::filter_decides(&filters, setup.threshold_rad()));
         let outside = setup.crossing_outside(&runs)?;
         findings.extend(outside.map(|at| crossing_outside_window(at, design)));
         findings.extend(self.faults.findings());

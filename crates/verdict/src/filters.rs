@@ -178,30 +178,31 @@ pub(super) fn unfiltered_peak(table: &[FilteredRow], variant: Variant) -> Option
     Some(own.1)
 }
 
-/// Returns a finding if the nominal runs answer differently after different filters.
-pub(super) fn filter_decides(rows: &[FilterRow]) -> Option<Finding> {
-    let mut answers: Vec<(Answer, Vec<&str>)> = Vec::new();
-    for row in rows {
-        let Some(answer) = row.verdict else {
-            continue;
-        };
-        match answers.iter_mut().find(|(known, _)| *known == answer) {
-            Some((_, filters)) => filters.push(filter_name(row.filter)),
-            None => answers.push((answer, vec![filter_name(row.filter)])),
-        }
-    }
-    if answers.len() < 2 {
+/// Returns a finding if the filter decides what the nominal runs say: one passes where another fails, or the
+/// largest angles lie on both sides of the limit.
+pub(super) fn filter_decides(rows: &[FilterRow], threshold_rad: f64) -> Option<Finding> {
+    let names = |is_meant: &dyn Fn(&FilterRow) -> bool| {
+        let meant = rows.iter().filter(|row| is_meant(row));
+        let names: Vec<&str> = meant.map(|row| filter_name(row.filter)).collect();
+        names.join(", ")
+    };
+    let answering = |answer: Answer| names(&|row| row.verdict == Some(answer));
+    let (pass, fail) = (answering(Answer::Pass), answering(Answer::Fail));
+    let peak = |row: &FilterRow| row.peak_angle_rad.filter(|_| row.verdict.is_some());
+    let above = names(&|row| peak(row).is_some_and(|peak| peak > threshold_rad));
+    let below = names(&|row| peak(row).is_some_and(|peak| peak <= threshold_rad));
+    let text = if !pass.is_empty() && !fail.is_empty() {
+        format!("The filter decides: fail with {fail}; pass with {pass}.")
+    } else if !above.is_empty() && !below.is_empty() {
+        format!(
+            "The filter decides on which side of the limit the nominal lever stays: above with {above}; below with {below}."
+        )
+    } else {
         return None;
-    }
-    let list: Vec<String> = answers
-        .iter()
-        .map(|(answer, filters)| format!("{} with {}", answer.name(), filters.join(", ")))
-        .collect();
+    };
+    let advice = "Trust the lighter filter: a heavier one takes away what opens the lever.";
     Some(Finding::warning(
         "filter-decides",
-        format!(
-            "The filter decides what the nominal runs say: {}. A heavier filter takes away what opens the lever, so its pass is the weaker evidence.",
-            list.join("; ")
-        ),
+        format!("{text} {advice}"),
     ))
 }

@@ -580,9 +580,10 @@ fn signs_differ(case: &Explained<'_>) -> bool {
 
 /// Says which stops or polarities answer differently.
 fn disagreement(case: &Explained<'_>) -> Vec<Reason> {
+    // A stop that is undecided by itself does not differ by being another stop.
     let stops_differ = case.policy.polarity.signs().iter().any(|sign| {
         let own = of_sign(case, *sign);
-        own.iter().any(|answer| *answer != own[0])
+        own.contains(&Answer::Pass) && own.contains(&Answer::Fail)
     });
     let signs_differ = signs_differ(case);
     let mut reasons = Vec::new();
@@ -659,16 +660,29 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
     } else {
         format!("{} rad", plain(distance, 3))
     };
+    let text = if total < run.peak_angle_rad {
+        let less = if spans { "no less" } else { "less" };
+        format!(
+            "The error of the peak, {parts}, is {less} than the {between} between peak and limit.{largest}"
+        )
+    } else if run.peak_angle_rad + total <= case.threshold_rad() {
+        format!(
+            "Peak and error together, {parts}, stay below the limit, from which the peak is {between} away.{largest}"
+        )
+    } else if case.answer == Answer::Fail {
+        "How far the lever opens cannot be computed, since impacts let the smallest differences grow; that it opens can.".into()
+    } else {
+        format!(
+            "Whether the lever opens cannot be computed: impacts let the smallest differences between samples and of the noise grow beyond the peak itself.{largest}"
+        )
+    };
     Some(Reason {
         code: if spans {
             "uncertainty-spans-threshold".into()
         } else {
             "uncertainty".into()
         },
-        text: format!(
-            "The error of the peak, {parts}, is {} than the {between} between peak and limit.{largest}",
-            if spans { "no less" } else { "less" },
-        ),
+        text,
     })
 }
 

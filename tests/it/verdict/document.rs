@@ -305,17 +305,11 @@ fn cli_an_error_beyond_90_degrees_is_told_as_that() {
     let document = latchgate(&[&question[..], &["--format", "json"]].concat()).document();
     let why = document["why"].as_array().unwrap().iter();
     let told: Vec<&str> = why.filter_map(|reason| reason["text"].as_str()).collect();
-    let of_error = told
-        .iter()
-        .find(|text| text.starts_with("The error of the peak"));
-    let of_error = of_error.unwrap_or_else(|| panic!("{told:#?}"));
-    assert!(
-        of_error.starts_with("The error of the peak, ± more than 90° (integration ")
-            && of_error.contains("between samples more than 90°,"),
-        "{of_error}"
-    );
     let shown = latchgate(&question).out;
-    assert!(shown.contains("± more than 90°;"), "{shown}");
+    for text in told.into_iter().chain([shown.as_str()]) {
+        assert!(!text.contains("± more than"), "{text}");
+    }
+    assert!(shown.contains(" cannot be computed"), "{shown}");
 }
 
 /// The first three sentences are those of the verdict card: what happened, how sure, what was

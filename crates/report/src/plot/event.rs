@@ -303,7 +303,7 @@ fn marks(context: &PlotContext, view: (f64, f64)) -> Vec<EventMark> {
                 class: "peak",
             }));
         }
-        Some(run) => {
+        Some(run) if words::has_figure(context.document, run) => {
             let peak = words::short_peak(context.document, run);
             let at = words::brief_time(run.peak_time_s);
             marks.push(EventMark {
@@ -312,7 +312,7 @@ fn marks(context: &PlotContext, view: (f64, f64)) -> Vec<EventMark> {
                 class: "peak",
             });
         }
-        None => {}
+        _ => {}
     }
     marks.retain(|mark| (view.0..=view.1).contains(&mark.at_s));
     marks
