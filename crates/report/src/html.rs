@@ -5,8 +5,8 @@
 //! sure that is. The rest is folded; in print it stands where it was unfolded.
 //!
 //! `card` is the head of the page, `results` what the runs say, `ensemble` the scattered levers,
-//! `sources` what all rests on; `margin` is the page of margins, `overlay` that of two verdicts. `markup` escapes every text,
-//! `sheet` is the style.
+//! `sources` what all rests on; `margin` is the page of margins, `overlay` that of two verdicts.
+//! `markup` holds what they share, `sheet` is the style.
 
 mod card;
 mod ensemble;
@@ -17,14 +17,16 @@ mod results;
 mod sources;
 
 pub(super) use self::margin::page as margin_page;
-use self::markup::Page;
+use self::markup::{figure, fold};
 pub use self::overlay::DifferenceRow;
 pub(super) use self::overlay::page as overlay_page;
+use super::escape::terminal as line;
 use super::page::PageFrame;
 use super::plot::{self, Figure};
 use super::{series, sheet, words};
 use latchgate_document::Document;
 use latchgate_verdict::Evidence;
+use maud::{Markup, PreEscaped, html};
 
 /// Returns the report as one self-contained HTML document.
 pub fn render(document: &Document, evidence: Option<&Evidence>) -> String {
@@ -49,27 +51,20 @@ pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[
         style: &style,
         script: if data.is_some() { SCRIPT } else { "" },
     };
-    let bytes: usize = figures.iter().map(Figure::size).sum();
-    let bytes = bytes + data.as_ref().map_or(0, |(_, table)| table.len());
-    let mut page = Page::with_capacity(bytes + 96 * 1024);
-    page.raw(&frame.head());
-    page.raw("<main>\n");
-    first_page(&mut page, document, figures, &name);
-    second_page(&mut page, document);
-    appendix(&mut page, document, evidence, figures);
-    sources::end(&mut page, &name);
-    page.raw("</main>\n");
-    if let Some((data, table)) = data {
-        block(&mut page, "event-data", "application/json", &data);
-        // A page that holds very long series would open slowly; they stand beside it.
-        if table.len() > SERIES_BYTES {
-            block(&mut page, "series", "text/csv", "");
-        } else {
-            block(&mut page, "series", "text/csv", &table);
+    let body = html! {
+        main {
+            (first_page(document, figures, &name))
+            (second_page(document))
+            (appendix(document, evidence, figures))
+            p.end { "End of report " (line(&name)) }
         }
-    }
-    page.raw(&frame.tail());
-    page.into_string()
+        @if let Some((data, table)) = &data {
+            (block("event-data", "application/json", data))
+            // A page that holds very long series would open slowly; they stand beside it.
+            (block("series", "text/csv", if table.len() > SERIES_BYTES { "" } else { table }))
+        }
+    };
+    frame.head() + &body.into_string() + &frame.tail()
 }
 
 /// Bytes of series that a page takes in.
@@ -78,92 +73,64 @@ pub(super) const SERIES_BYTES: usize = 6 << 20;
 /// What lets the first plot be read off and zoomed.
 const SCRIPT: &str = include_str!("html/event.js");
 
-/// Writes a block of data that nothing runs.
-fn block(page: &mut Page, id: &str, kind: &str, text: &str) {
-    page.raw(&format!("<script type=\"{kind}\" id=\"{id}\">"));
+/// Returns a block of data that nothing runs.
+fn block(id: &str, kind: &str, text: &str) -> Markup {
     // Names of what was measured do not stand here, so that nothing ends the block but its end.
-    page.raw(&text.replace('<', "\\u003c").replace('&', "\\u0026"));
-    page.raw("</script>\n");
+    let text = text.replace('<', "\\u003c").replace('&', "\\u0026");
+    html! { script type=(kind) id=(id) { (PreEscaped(text)) } }
 }
 
-fn figure<'a>(figures: &'a [Figure], name: &str) -> Option<&'a Figure> {
-    figures.iter().find(|figure| figure.name == name)
-}
-
-/// Writes what decides.
-fn first_page(page: &mut Page, document: &Document, figures: &[Figure], name: &str) {
-    card::head(page, document, name);
-    card::verdict(page, document);
-    if let Some(event) = figure(figures, plot::EVENT) {
-        page.figure(event);
+/// Returns what decides.
+fn first_page(document: &Document, figures: &[Figure], name: &str) -> Markup {
+    html! {
+        (card::head(document, name))
+        (card::verdict(document))
+        @for drawing in figures.iter().filter(|drawing| drawing.name == plot::EVENT) { (figure(drawing)) }
+        (results::main_findings(document))
+        (sources::judged(document))
     }
-    results::main_findings(page, document);
-    sources::judged(page, document);
 }
 
-/// Writes how sure the answer is.
-fn second_page(page: &mut Page, document: &Document) {
-    page.raw("<div class=\"second\">\n");
-    results::budget(page, document);
-    ensemble::ensemble(page, document);
-    ensemble::filters(page, document);
-    sources::limits(page, document);
-    page.raw("</div>\n");
-}
-
-/// A part of the page: its name, its title, and what writes it.
-type PagePart<'a> = (&'a str, &'a str, &'a dyn Fn(&mut Page));
-
-/// Writes everything else, folded.
-fn appendix(page: &mut Page, document: &Document, evidence: Option<&Evidence>, figures: &[Figure]) {
-    page.section("appendix", "Appendix");
-    if figures.is_empty() {
-        page.paragraph(if evidence.is_none() {
-            "Nothing was conditioned or replayed, so there is nothing to draw."
-        } else {
-            "The recording holds nothing that could be drawn."
-        });
+/// Returns how sure the answer is.
+fn second_page(document: &Document) -> Markup {
+    html! {
+        div.second {
+            (results::budget(document))
+            (ensemble::ensemble(document))
+            (ensemble::filters(document))
+            (sources::limits(document))
+        }
     }
-    page.note("Unfold what is to be printed with the report.");
-    let parts: [PagePart<'_>; 10] = [
-        ("reasons", "Why", &|page| card::why(page, document)),
-        ("runs", "Runs compared", &|page| {
-            results::runs(page, document)
-        }),
-        ("impacts", "Impacts of the nominal run", &|page| {
-            results::impacts(page, document)
-        }),
-        ("inputs", "What the peak is sensitive to", &|page| {
-            ensemble::sensitivity(page, document, figure(figures, plot::DRIVERS));
-        }),
-        ("bounds", "Bounds that need no integration", &|page| {
-            results::screens(page, document)
-        }),
-        ("all-findings", "All findings", &|page| {
-            results::findings(page, document)
-        }),
-        ("plots", "Signal and response, all plots", &|page| {
-            plots(page, figures)
-        }),
-        ("recording", "Recording and conditioning", &|page| {
-            sources::recording(page, document);
-            sources::conditioning(page, document);
-        }),
-        ("design", "Design", &|page| sources::design(page, document)),
-        ("provenance", "How to repeat it", &|page| {
-            sources::provenance(page, document)
-        }),
-    ];
-    for (id, title, write) in parts {
-        page.fold(id, title, write);
-    }
-    page.end_section();
 }
 
-fn plots(page: &mut Page, figures: &[Figure]) {
-    for figure in figures {
-        if ![plot::DRIVERS, plot::EVENT].contains(&figure.name) {
-            page.figure(figure);
+/// Returns everything else, folded.
+fn appendix(document: &Document, evidence: Option<&Evidence>, figures: &[Figure]) -> Markup {
+    let drivers = figures.iter().find(|drawing| drawing.name == plot::DRIVERS);
+    let plots = html! {
+        @for drawing in figures {
+            @if ![plot::DRIVERS, plot::EVENT].contains(&drawing.name) { (figure(drawing)) }
+        }
+    };
+    let recording = html! { (sources::recording(document)) (sources::conditioning(document)) };
+    html! {
+        section #appendix {
+            h2 { "Appendix" }
+            @if evidence.is_none() && figures.is_empty() {
+                p { "Nothing was conditioned or replayed, so there is nothing to draw." }
+            } @else if figures.is_empty() {
+                p { "The recording holds nothing that could be drawn." }
+            }
+            p.note { "Unfold what is to be printed with the report." }
+            (fold("reasons", "Why", &card::why(document)))
+            (fold("runs", "Runs compared", &results::runs(document)))
+            (fold("impacts", "Impacts of the nominal run", &results::impacts(document)))
+            (fold("inputs", "What the peak is sensitive to", &ensemble::sensitivity(document, drivers)))
+            (fold("bounds", "Bounds that need no integration", &results::screens(document)))
+            (fold("all-findings", "All findings", &results::findings(document)))
+            (fold("plots", "Signal and response, all plots", &plots))
+            (fold("recording", "Recording and conditioning", &recording))
+            (fold("design", "Design", &sources::design(document)))
+            (fold("provenance", "How to repeat it", &sources::provenance(document)))
         }
     }
 }

@@ -75,11 +75,6 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Returns about how many bytes the drawing takes.
-    pub(super) fn size(&self) -> usize {
-        self.body.len() + self.description.len() + 1024
-    }
-
     /// Returns the drawing for a page that holds [`style::variables`] and [`style::RULES`].
     pub fn inline(&self) -> String {
         self.wrap("")

@@ -1,6 +1,7 @@
 //! The ensemble, what drives it, and what the nominal runs say with one thing changed.
 
-use super::markup::Page;
+use super::markup::{figure, heads, stop_and_sign};
+use crate::escape::terminal as line;
 use crate::plot::Figure;
 use crate::words::{self, DIGITS};
 use latchgate_document::Document;
@@ -12,80 +13,91 @@ use latchgate_verdict::decision::{
 use latchgate_verdict::ensemble::{End, Ensemble};
 use latchgate_verdict::what_if::Change;
 use latchgate_verdict::wording::filter_name;
-use std::fmt::Write as _;
+use maud::{Markup, html};
 
-/// Draws the bounds of the share of levers that cross against those of the rule, a bar for each
-/// stop and polarity.
-fn gauge(page: &mut Page, document: &Document) {
+/// Returns the ensemble of each stop and opening direction.
+pub(super) fn ensemble(document: &Document) -> Markup {
     let Some(shown) = &document.ensemble else {
-        return;
+        return html! {};
     };
-    let all = all(document, shown);
-    let from_x = if all.len() > 1 { 212.0 } else { 0.0 };
-    let x = |share: f64| from_x + share * (860.0 - from_x);
-    let bottom = 20.0 + 17.0 * all.len() as f64;
-    let mut svg = String::new();
-    // Writing into a String cannot fail.
-    let _ = write!(
-        svg,
-        "<svg class=\"gauge share\" viewBox=\"0 0 860 {bottom}\" aria-hidden=\"true\">"
-    );
-    let mut y = 20.0;
-    for ensemble in all {
-        let (from, to) = (x(ensemble.p_lower), x(ensemble.p_upper));
-        if all.len() > 1 {
-            let _ = write!(
-                svg,
-                "<text x=\"0\" y=\"{}\">{}, {}</text>",
-                y + 10.5,
-                words::stop(ensemble.model),
-                words::opens(ensemble.opens_when)
-            );
-        }
-        let _ = write!(
-            svg,
-            "<rect class=\"track\" x=\"{from_x}\" y=\"{y}\" width=\"{}\" height=\"12\" rx=\"2\"/>\
-             <rect class=\"bar\" x=\"{from:.2}\" y=\"{y}\" width=\"{:.2}\" height=\"12\" rx=\"2\"/>",
-            860.0 - from_x,
-            (to - from).max(2.0)
-        );
-        if ensemble.exceeded_in_coast > 0 {
-            let _ = write!(
-                svg,
-                "<rect class=\"bar\" opacity=\"0.35\" x=\"{to:.2}\" y=\"{y}\" width=\"{:.2}\" height=\"12\"/>",
-                x(ensemble.p_upper_with_coast) - to
-            );
-        }
-        y += 17.0;
-    }
-    for (share, anchor, dx, text) in [
-        (PASS_SHARE_MAX, "start", 7.0, "a pass allows "),
-        (FAIL_SHARE_WITH_NOMINAL, "start", 7.0, ""),
-        (FAIL_SHARE_MIN, "end", -7.0, ""),
-    ] {
-        let at = x(share);
-        let percent = words::percent(share);
-        let _ = write!(
-            svg,
-            "<line class=\"mark\" x1=\"{at:.2}\" y1=\"5\" x2=\"{at:.2}\" y2=\"{}\"/>\
-             <text x=\"{:.2}\" y=\"13\" text-anchor=\"{anchor}\">{text}{percent} %</text>",
-            bottom - 3.0,
-            at + dx,
-        );
-    }
-    svg.push_str("</svg>\n");
-    page.raw(&svg);
-    page.raw("<p class=\"sum\">");
-    page.text(&share_sentence(shown));
-    page.raw("</p>\n");
-}
-
-fn all<'a>(document: &'a Document, shown: &'a Ensemble) -> &'a [Ensemble] {
-    if document.ensembles.is_empty() {
+    let all = if document.ensembles.is_empty() {
         std::slice::from_ref(shown)
     } else {
         &document.ensembles
+    };
+    html! {
+        // A phone scrolls the table sideways: keys are to reach it.
+        section #ensemble tabindex="0" {
+            h2 { "Levers varied within tolerances" }
+            (gauge(all))
+            p.sum { (line(&share_sentence(shown))) }
+            table.ensembles {
+                (heads(&[
+                    "Stop and sign",
+                    "#Members",
+                    "#Cross the limit",
+                    "#Of all such levers",
+                    "#Peak: 5 % quantile [rad]",
+                    "#Median [rad]",
+                    "#95 % quantile [rad]",
+                    "#Largest [rad]",
+                    "Ended",
+                ]))
+                tbody { @for ensemble in all { (row(ensemble, document.threshold_rad)) } }
+            }
+            @if let Some(until) = shown.judged_until_s {
+                p.note {
+                    "The recording is faulty later on: members are judged up to " (words::instant(until)) " only."
+                }
+            }
+            @if all.iter().any(|ensemble| ensemble.failed_to_run > 0) {
+                p.note {
+                    "Members that could not be followed count as crossing in the upper bound and as not "
+                    "crossing in the lower one."
+                }
+            }
+        }
     }
+}
+
+/// Draws the bounds of the share of levers that cross against those of the rule, a bar for each
+/// stop and polarity.
+fn gauge(all: &[Ensemble]) -> Markup {
+    let left = if all.len() > 1 { 212.0 } else { 0.0 };
+    let width = 860.0 - left;
+    let x = |share: f64| left + share * width;
+    let bottom = 20.0 + 17.0 * all.len() as f64;
+    let marks = [
+        (PASS_SHARE_MAX, "start", 7.0, "a pass allows "),
+        (FAIL_SHARE_WITH_NOMINAL, "start", 7.0, ""),
+        (FAIL_SHARE_MIN, "end", -7.0, ""),
+    ];
+    html! {
+        svg.gauge.share viewBox={ "0 0 860 " (bottom) } aria-hidden="true" {
+            @for (row, ensemble) in all.iter().enumerate() {
+                @let y = 20.0 + 17.0 * row as f64;
+                @let (from, to) = (x(ensemble.p_lower), x(ensemble.p_upper));
+                @if all.len() > 1 {
+                    text x="0" y=(y + 10.5) { (stop_and_sign(ensemble.model, ensemble.opens_when)) }
+                }
+                rect.track x=(left) y=(y) width=(width) height="12" rx="2" {}
+                rect.bar x=(hundredths(from)) y=(y) width=(hundredths((to - from).max(2.0))) height="12" rx="2" {}
+                @if ensemble.exceeded_in_coast > 0 {
+                    @let width = x(ensemble.p_upper_with_coast) - to;
+                    rect.bar opacity="0.35" x=(hundredths(to)) y=(y) width=(hundredths(width)) height="12" {}
+                }
+            }
+            @for (share, anchor, dx, text) in marks {
+                @let x = x(share);
+                line.mark x1=(hundredths(x)) y1="5" x2=(hundredths(x)) y2=(bottom - 3.0) {}
+                text x=(hundredths(x + dx)) y="13" text-anchor=(anchor) { (text) (words::percent(share)) " %" }
+            }
+        }
+    }
+}
+
+fn hundredths(length: f64) -> String {
+    format!("{length:.2}")
 }
 
 fn share_sentence(ensemble: &Ensemble) -> String {
@@ -98,14 +110,13 @@ fn share_sentence(ensemble: &Ensemble) -> String {
         ),
     };
     format!(
-        "Levers that cross the limit{}: {} of {}{lost}; of all such levers {} ({}, {}), each bound \
+        "Levers that cross the limit{}: {} of {}{lost}; of all such levers {} ({}), each bound \
          at {}\u{00A0}% confidence.{}",
         words::until(ensemble),
         count(u64::from(ensemble.exceeded)),
         count(u64::from(ensemble.members)),
         interval(ensemble),
-        words::stop(ensemble.model),
-        words::opens(ensemble.opens_when),
+        stop_and_sign(ensemble.model, ensemble.opens_when),
         trimmed(100.0 * ensemble.confidence, 4),
         words::coasting(ensemble).map_or_else(String::new, |coasting| format!(" {coasting}.")),
     )
@@ -119,237 +130,145 @@ fn interval(ensemble: &Ensemble) -> String {
     )
 }
 
-/// Writes the ensemble of each stop and opening direction.
-pub(super) fn ensemble(page: &mut Page, document: &Document) {
-    let Some(shown) = &document.ensemble else {
-        return;
-    };
-    page.wide_section("ensemble", "Levers varied within tolerances");
-    gauge(page, document);
-    page.table(
-        "ensembles",
-        &[
-            "Stop and sign",
-            "#Members",
-            "#Cross the limit",
-            "#Of all such levers",
-            "#Peak: 5 % quantile [rad]",
-            "#Median [rad]",
-            "#95 % quantile [rad]",
-            "#Largest [rad]",
-            "Ended",
-        ],
-    );
-    let all = all(document, shown);
-    for ensemble in all {
-        row(page, ensemble, document.threshold_rad);
+fn row(ensemble: &Ensemble, threshold: f64) -> Markup {
+    let lost = ensemble.failed_to_run;
+    let quantiles = ensemble.peak_angle_rad;
+    html! {
+        tr {
+            th { (stop_and_sign(ensemble.model, ensemble.opens_when)) }
+            td.number { (count(u64::from(ensemble.members))) }
+            td.number {
+                (count(u64::from(ensemble.exceeded)))
+                @if lost > 0 { " (+" (count(u64::from(lost))) " lost)" }
+            }
+            td.number { (interval(ensemble)) }
+            (peak(quantiles.map(|q| q.p05), threshold, 4))
+            (peak(quantiles.map(|q| q.p50), threshold, 4))
+            (peak(quantiles.map(|q| q.p95), threshold, 4))
+            (peak(quantiles.map(|q| q.max), threshold, 4))
+            td {
+                @match ensemble.ended {
+                    End::Decided => "decided",
+                    End::LastLook => "last look, undecided",
+                    End::NoMatter => "could not change the answer",
+                    End::WorkLimit => "ended by the limit `work`",
+                }
+            }
+        }
     }
-    page.end_table();
-    if let Some(until) = shown.judged_until_s {
-        page.note(&format!(
-            "The recording is faulty later on: members are judged up to {} only.",
-            words::instant(until)
-        ));
-    }
-    if all.iter().any(|ensemble| ensemble.failed_to_run > 0) {
-        page.note(
-            "Members that could not be followed count as crossing in the upper bound and as not \
-             crossing in the lower one.",
-        );
-    }
-    page.end_section();
 }
 
-/// Writes what drives the peak, parameter by parameter.
-pub(super) fn sensitivity(page: &mut Page, document: &Document, drivers: Option<&Figure>) {
+/// Returns the cell of a peak [rad]; one beyond the limit is bold.
+fn peak(value: Option<f64>, threshold: f64, digits: usize) -> Markup {
+    let above = value.is_some_and(|value| value > threshold);
+    html! { td.number .above[above] { (value.map_or_else(|| ABSENT.into(), |value| significant(value, digits))) } }
+}
+
+/// Returns what drives the peak, parameter by parameter.
+pub(super) fn sensitivity(document: &Document, drivers: Option<&Figure>) -> Markup {
     let Some(shown) = &document.ensemble else {
-        return;
+        return html! {};
     };
-    if let Some(figure) = drivers {
-        page.figure(figure);
-    } else {
-        page.note(&words::drivers_sentence(shown));
-    }
-    inputs(page, document, shown);
     let looks = looks_in_words(|look| match (look / 1000, look % 1000) {
         (0..10, _) => look.to_string(),
         (thousands, rest) => format!("{thousands} {rest:03}"),
     });
-    page.note(&format!(
-        "Each member is the design and the recording with independent normal draws, truncated at \
-         three standard deviations; the first is the nominal lever. The rule looks at them after \
-         {looks} and stops where it can decide. Draws: {}; seed {}. Each bound holds at \
-         {}\u{00A0}% confidence (Clopper and Pearson), so that the four looks together err in at \
-         most 5\u{00A0}% of cases.",
-        shown.generator,
-        shown.seed,
-        trimmed(100.0 * shown.confidence, 4)
-    ));
-}
-
-fn row(page: &mut Page, ensemble: &Ensemble, threshold: f64) {
-    page.raw("<tr>");
-    page.element(
-        "th",
-        "",
-        &format!(
-            "{}, {}",
-            words::stop(ensemble.model),
-            words::opens(ensemble.opens_when)
-        ),
-    );
-    page.element("td", "number", &count(u64::from(ensemble.members)));
-    let lost = match ensemble.failed_to_run {
-        0 => String::new(),
-        lost => format!(" (+{} lost)", count(u64::from(lost))),
-    };
-    let crossed = format!("{}{lost}", count(u64::from(ensemble.exceeded)));
-    page.element("td", "number", &crossed);
-    page.element("td", "number", &interval(ensemble));
-    let quantiles = ensemble.peak_angle_rad;
-    for value in [
-        quantiles.map(|q| q.p05),
-        quantiles.map(|q| q.p50),
-        quantiles.map(|q| q.p95),
-        quantiles.map(|q| q.max),
-    ] {
-        peak(page, value, threshold);
+    html! {
+        @if let Some(drivers) = drivers { (figure(drivers)) }
+        @else { p.note { (line(&words::drivers_sentence(shown))) } }
+        @if !shown.drivers.is_empty() { (inputs(document, shown)) }
+        p.note {
+            "Each member is the design and the recording with independent normal draws, truncated at "
+            "three standard deviations; the first is the nominal lever. The rule looks at them after "
+            (looks) " and stops where it can decide. Draws: " (line(&shown.generator)) "; seed " (shown.seed)
+            ". Each bound holds at " (trimmed(100.0 * shown.confidence, 4)) "\u{00A0}% confidence (Clopper and Pearson), "
+            "so that the four looks together err in at most 5\u{00A0}% of cases."
+        }
     }
-    page.element(
-        "td",
-        "",
-        match ensemble.ended {
-            End::Decided => "decided",
-            End::LastLook => "last look, undecided",
-            End::NoMatter => "could not change the answer",
-            End::WorkLimit => "ended by the limit `work`",
-        },
-    );
-    page.raw("</tr>\n");
 }
 
-fn peak(page: &mut Page, value: Option<f64>, threshold: f64) {
-    let class = if value.is_some_and(|value| value > threshold) {
-        "number above"
-    } else {
-        "number"
-    };
-    let text = value.map_or_else(|| ABSENT.into(), |value| significant(value, 4));
-    page.element("td", class, &text);
-}
-
-/// Writes what each scattered parameter does, among the others and alone.
-fn inputs(page: &mut Page, document: &Document, shown: &Ensemble) {
-    if shown.drivers.is_empty() {
-        return;
-    }
+/// Returns what each scattered parameter does, among the others and alone.
+fn inputs(document: &Document, shown: &Ensemble) -> Markup {
     let alone = !document.what_if.is_empty();
-    let mut heads = vec![
+    let mut columns = vec![
         "Parameter",
         "#One standard deviation",
         "#Rank correlation",
         "#Share of its square",
     ];
     if alone {
-        heads.extend(["#Peak with one less [rad]", "#Peak with one more [rad]"]);
+        columns.extend(["#Peak with one less [rad]", "#Peak with one more [rad]"]);
     }
-    page.table("inputs", &heads);
-    for driver in &shown.drivers {
-        page.raw("<tr>");
-        page.element("th", "", words::parameter(&driver.parameter));
-        page.element(
-            "td",
-            "number",
-            &match words::parameter_unit(&driver.parameter) {
-                "" => trimmed(driver.standard_deviation, 4),
-                unit => format!("{}\u{00A0}{unit}", trimmed(driver.standard_deviation, 4)),
-            },
-        );
-        let number = |value: Option<f64>, show: &dyn Fn(f64) -> String| {
-            value.map_or_else(|| ABSENT.to_string(), show)
-        };
-        page.element(
-            "td",
-            "number",
-            &number(driver.rank_correlation, &|value| significant(value, 2)),
-        );
-        page.element(
-            "td",
-            "number",
-            &number(driver.share, &|share| {
-                format!("{:.0}\u{00A0}%", 100.0 * share)
-            }),
-        );
-        if alone {
-            for how in [Change::Less, Change::More] {
-                let found = document
-                    .what_if
-                    .iter()
-                    .find(|what_if| what_if.input == driver.parameter && what_if.how == how);
-                let value = found.map(|what_if| what_if.peak_angle_rad);
-                peak(page, value, document.threshold_rad);
+    let number = |value: Option<String>| value.unwrap_or_else(|| ABSENT.into());
+    let bias_kept = document
+        .what_if
+        .iter()
+        .find(|what_if| what_if.how == Change::BiasKept);
+    html! {
+        table.inputs {
+            (heads(&columns))
+            tbody {
+                @for driver in &shown.drivers {
+                    tr {
+                        th { (line(words::parameter(&driver.parameter))) }
+                        td.number {
+                            (trimmed(driver.standard_deviation, 4))
+                            @match words::parameter_unit(&driver.parameter) { "" => {} unit => { "\u{00A0}" (unit) } }
+                        }
+                        td.number { (number(driver.rank_correlation.map(|value| significant(value, 2)))) }
+                        td.number { (number(driver.share.map(|share| format!("{:.0}\u{00A0}%", 100.0 * share)))) }
+                        @if alone {
+                            @for how in [Change::Less, Change::More] {
+                                @let changed = document.what_if.iter()
+                                    .find(|what_if| what_if.input == driver.parameter && what_if.how == how);
+                                (peak(changed.map(|what_if| what_if.peak_angle_rad), document.threshold_rad, 4))
+                            }
+                        }
+                    }
+                }
             }
         }
-        page.raw("</tr>\n");
-    }
-    page.end_table();
-    if alone {
-        let kept = document
-            .what_if
-            .iter()
-            .find(|what_if| what_if.how == Change::BiasKept)
-            .map_or_else(String::new, |what_if| {
-                format!(
-                    " With the bias of {}\u{00A0}g left in, the peak is {}\u{00A0}rad.",
-                    trimmed(what_if.change, 4),
-                    significant(what_if.peak_angle_rad, 4)
-                )
-            });
-        page.note(&format!(
-            "The last two columns are nominal runs with one parameter moved, the largest peak of \
-             the stops and signs that count; figures in bold exceed the limit.{kept}"
-        ));
+        @if alone {
+            p.note {
+                "The last two columns are nominal runs with one parameter moved, the largest peak of the stops and "
+                "signs that count; figures in bold exceed the limit."
+                @if let Some(kept) = bias_kept {
+                    " With the bias of " (trimmed(kept.change, 4)) "\u{00A0}g left in, the peak is "
+                    (significant(kept.peak_angle_rad, 4)) "\u{00A0}rad."
+                }
+            }
+        }
     }
 }
 
-/// Writes what the nominal runs say after each filter.
-pub(super) fn filters(page: &mut Page, document: &Document) {
+/// Returns what the nominal runs say after each filter.
+pub(super) fn filters(document: &Document) -> Markup {
     if document.filters.is_empty() {
-        return;
+        return html! {};
     }
-    page.section("filters", "After each filter");
-    page.table(
-        "filters",
-        &["Filter", "Nominal levers", "#Largest angle [rad]", "Remark"],
-    );
-    for row in &document.filters {
-        page.raw(if row.chosen {
-            "<tr class=\"nominal\">"
-        } else {
-            "<tr>"
-        });
-        page.element("th", "", filter_name(row.filter));
-        page.element("td", "", row.verdict.map_or(ABSENT, Answer::name));
-        let text = row
-            .peak_angle_rad
-            .map_or_else(|| ABSENT.into(), |value| significant(value, DIGITS));
-        let above = row
-            .peak_angle_rad
-            .is_some_and(|peak| peak > document.threshold_rad);
-        page.element("td", if above { "number above" } else { "number" }, &text);
-        let note = match (&row.reason, row.chosen) {
-            (Some(reason), _) => words::sentence(reason),
-            (None, true) => "chosen: the verdict rests on it".into(),
-            (None, false) => String::new(),
-        };
-        page.element("td", "", &note);
-        page.raw("</tr>\n");
+    html! {
+        section #filters {
+            h2 { "After each filter" }
+            table.filters {
+                (heads(&["Filter", "Nominal levers", "#Largest angle [rad]", "Remark"]))
+                tbody {
+                    @for row in &document.filters {
+                        tr .nominal[row.chosen] {
+                            th { (filter_name(row.filter)) }
+                            td { (row.verdict.map_or(ABSENT, Answer::name)) }
+                            (peak(row.peak_angle_rad, document.threshold_rad, DIGITS))
+                            td {
+                                @if let Some(reason) = &row.reason { (line(&words::sentence(reason))) }
+                                @else if row.chosen { "chosen: the verdict rests on it" }
+                            }
+                        }
+                    }
+                }
+            }
+            p.note {
+                "Nominal runs, limit " (exact(document.threshold_rad)) "\u{00A0}rad. A heavier filter takes away what "
+                "opens the lever: where the answer hangs on the filter, the lighter one is the safer."
+            }
+        }
     }
-    page.end_table();
-    page.note(&format!(
-        "Nominal runs, limit {}\u{00A0}rad. A heavier filter takes away what opens the lever: where the \
-         answer hangs on the filter, the lighter one is the safer.",
-        exact(document.threshold_rad)
-    ));
-    page.end_section();
 }

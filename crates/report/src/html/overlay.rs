@@ -1,11 +1,13 @@
 //! The page of `latchgate compare`: two verdicts side by side, what differs, their curves overlaid.
 
-use super::markup::Page;
+use super::markup::{figure, heads};
 use super::{SCRIPT, SERIES_BYTES, block};
+use crate::escape::terminal as line;
 use crate::page::PageFrame;
 use crate::plot::overlay;
 use crate::series::SeriesTable;
 use crate::{Document, sheet, words};
+use maud::{Markup, html};
 
 /// A value that differs: the part it belongs to, its key, and what it is in A and in B.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,78 +41,67 @@ pub(crate) fn page(
         style: &style,
         script: if live { SCRIPT } else { "" },
     };
-    let mut page = Page::with_capacity(256 * 1024);
-    page.raw(&frame.head());
-    page.raw("<main>\n<header>\n<div>\n<p>Two verdicts compared</p>\n");
-    let files = documents.map(|document| document.recording.file.as_str());
-    let title = if files[0] == files[1] {
-        files[0].to_string()
-    } else {
-        files.join(" and ")
-    };
-    page.element("h1", "", &title);
-    page.raw("\n</div>\n</header>\n<div class=\"pair\">\n");
-    for (document, letter) in documents.into_iter().zip(["A", "B"]) {
-        card(&mut page, document, letter);
-    }
-    page.raw("</div>\n");
-    match &drawn {
-        Some((figure, _, _)) => page.figure(figure),
-        None => page.paragraph(
-            "There are no curves: the table of series beside one of the verdicts is missing, or the \
-             records have no instant in common.",
-        ),
-    }
-    page.section("differences", "What differs");
-    if differences.is_empty() {
-        page.paragraph("Nothing.");
-    } else {
-        page.table("differences", &["part", "key", "A", "B"]);
-        let mut part = "";
-        for row in differences {
-            let name = if row.part == part { "" } else { &row.part };
-            part = &row.part;
-            page.raw("<tr>");
-            page.element("td", "", name);
-            page.raw("<td>");
-            page.element("code", "", &row.key);
-            page.raw("</td>");
-            row.values
-                .iter()
-                .for_each(|value| page.element("td", "", value));
-            page.raw("</tr>\n");
+    let [file, other] = documents.map(|document| line(&document.recording.file));
+    let body = html! {
+        main {
+            header {
+                div {
+                    p { "Two verdicts compared" }
+                    h1 { (file) @if other != file { " and " (other) } }
+                }
+            }
+            div.pair { (card(documents[0], "A")) (card(documents[1], "B")) }
+            @if let Some((overlay, _, _)) = &drawn {
+                (figure(overlay))
+            } @else {
+                p {
+                    "There are no curves: the table of series beside one of the verdicts is missing, or the "
+                    "records have no instant in common."
+                }
+            }
+            section #differences {
+                h2 { "What differs" }
+                @if differences.is_empty() { p { "Nothing." } } @else { (table(differences)) }
+            }
         }
-        page.end_table();
-    }
-    page.end_section();
-    page.raw("</main>\n");
-    if let Some((_, data, Some(table))) = drawn {
-        block(
-            &mut page,
-            "event-data",
-            "application/json",
-            &data.to_string(),
-        );
-        block(&mut page, "series", "text/csv", &table);
-    }
-    page.raw(&frame.tail());
-    page.into_string()
+        @if let Some((_, data, Some(table))) = &drawn {
+            (block("event-data", "application/json", &data.to_string()))
+            (block("series", "text/csv", table))
+        }
+    };
+    frame.head() + &body.into_string() + &frame.tail()
 }
 
-fn card(page: &mut Page, document: &Document, letter: &str) {
-    page.raw("<section class=\"card ");
-    page.raw(document.verdict.name());
-    page.raw("\" aria-label=\"Verdict ");
-    page.raw(letter);
-    page.raw("\">\n<p>");
-    page.text(&format!(
-        "{letter} · {} · design {} · report {}",
-        document.recording.file,
-        words::design(&document.design),
-        words::report_name(document)
-    ));
-    page.raw("</p>\n<div class=\"answer\"><div>");
-    page.element("strong", "", words::answer(document.verdict));
-    page.element("span", "", &words::headline(document));
-    page.raw("</div></div>\n</section>\n");
+fn card(document: &Document, letter: &str) -> Markup {
+    html! {
+        section.card.(document.verdict.name()) aria-label={ "Verdict " (letter) } {
+            p {
+                (letter) " · " (line(&document.recording.file)) " · design " (line(&words::design(&document.design)))
+                " · report " (line(&words::report_name(document)))
+            }
+            div.answer {
+                div { strong { (words::answer(document.verdict)) } span { (line(&words::headline(document))) } }
+            }
+        }
+    }
+}
+
+/// Returns what differs, each part named in its first row alone.
+fn table(differences: &[DifferenceRow]) -> Markup {
+    html! {
+        table.differences {
+            (heads(&["part", "key", "A", "B"]))
+            tbody {
+                @for rows in differences.chunk_by(|row, next| row.part == next.part) {
+                    @for (index, row) in rows.iter().enumerate() {
+                        tr {
+                            td { @if index == 0 { (line(&row.part)) } }
+                            td { code { (line(&row.key)) } }
+                            @for value in &row.values { td { (line(value)) } }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

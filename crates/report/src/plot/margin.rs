@@ -11,10 +11,7 @@ use latchgate_verdict::margin::{LimitCurve, LimitPoint, Margins, Quantity, Scan}
 use std::f64::consts::FRAC_PI_2;
 
 /// Rules of these charts beyond those of all plots.
-pub(crate) const RULES: &str = "\
-.plot .ground{fill:none;stroke:var(--paper);stroke-width:5;stroke-linecap:round}
-.plot .boundary{fill:none;stroke:var(--ink);stroke-width:2;stroke-linecap:round}
-";
+pub(crate) const RULES: &str = include_str!("margin.css");
 
 /// Returns a chart as a file of its own.
 pub(crate) fn stand_alone(figure: &Figure) -> String {

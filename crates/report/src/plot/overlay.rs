@@ -9,16 +9,7 @@ use latchgate_kernel::units::STANDARD_GRAVITY;
 use serde_json::Value;
 
 /// Rules of this drawing beyond those of all plots: neither of two verdicts has the colour of a stop.
-pub(in crate) const RULES: &str = "\
-.plot .verdict-a{fill:none;stroke:var(--ink);stroke-width:1.6;stroke-linejoin:round}
-.plot .verdict-b{fill:none;stroke:var(--fourth);stroke-width:1.6;stroke-dasharray:7 3;stroke-linejoin:round}
-.pair{display:grid;grid-template-columns:repeat(auto-fit,minmax(280px,1fr));gap:14px;margin-bottom:18px}
-.pair .answer strong{font-size:30px}
-.differences{table-layout:fixed}
-.differences th:first-child{width:11%}
-.differences th:nth-child(2){width:31%}
-.differences td{overflow-wrap:anywhere}
-";
+pub(crate) const RULES: &str = include_str!("overlay.css");
 
 const CLASSES: [&str; 2] = ["verdict-a", "verdict-b"];
 

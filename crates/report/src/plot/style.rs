@@ -37,46 +37,7 @@ const COLOURS: [ThemeColour; 19] = [
 ];
 
 /// Rules of the plots, in terms of the colours' variables.
-pub const RULES: &str = "\
-.plot{max-width:100%;height:auto}
-.plot text{font:14px system-ui,-apple-system,'Segoe UI',Roboto,'Helvetica Neue','DejaVu Sans',Arial,sans-serif;fill:var(--ink);font-variant-numeric:tabular-nums}
-.plot .paper{fill:var(--paper)}
-.plot .title{font-size:16px;font-weight:600}
-.plot .muted{fill:var(--muted)}
-.plot .origin{fill:var(--muted);font-size:11px}
-.plot .halo{paint-order:stroke;stroke:var(--paper);stroke-width:5px;stroke-linejoin:round}
-.plot .strong{font-weight:600}
-.plot .alarm{fill:var(--fail)}
-.plot .frame{fill:none;stroke:var(--axis);stroke-width:1}
-.plot .tick{stroke:var(--axis);stroke-width:1}
-.plot .grid{stroke:var(--grid);stroke-width:1}
-.plot .minor{stroke:var(--grid);stroke-width:.5}
-.plot .zero{stroke:var(--axis);stroke-width:1}
-.plot .band{fill:var(--band)}
-.plot .edge{fill:none;stroke:var(--muted);stroke-width:1;stroke-dasharray:2 3}
-.plot .fault{fill:none;stroke:var(--fail);stroke-width:1.5;stroke-dasharray:2 3}
-.plot .limit{fill:none;stroke:var(--fail);stroke-width:1.75;stroke-dasharray:9 4}
-.plot .ribbon{opacity:.2}
-.plot .ribbon.of-rigid{fill:var(--first)}
-.plot .ribbon.of-soft{fill:var(--second)}
-.plot .median{fill:none;stroke:var(--third);stroke-width:2;stroke-dasharray:6 3;stroke-linejoin:round}
-.plot .raises{fill:var(--second)}
-.plot .lowers{fill:var(--first)}
-.plot .chance{fill:var(--grid)}
-.plot .impact{stroke:var(--ink);stroke-width:1}
-.plot .raw{fill:none;stroke:var(--raw);stroke-width:1;stroke-linejoin:round}
-.plot .used{fill:none;stroke:var(--ink);stroke-width:1.35;stroke-linejoin:round}
-.plot .velocity{fill:none;stroke:var(--third);stroke-width:1.6;stroke-linejoin:round}
-.plot .run-rigid{fill:none;stroke:var(--first);stroke-width:2;stroke-linejoin:round}
-.plot .run-soft{fill:none;stroke:var(--second);stroke-width:2;stroke-linejoin:round}
-.plot .other{stroke-width:1.6;stroke-dasharray:6 4}
-.plot .contact{fill:none;stroke:var(--muted);stroke-width:1}
-.plot .crossing{fill:none;stroke:var(--fail);stroke-width:1.25}
-.plot .peak{fill:none;stroke:var(--muted);stroke-width:1;stroke-dasharray:2 3}
-.plot .mark{fill:var(--paper);stroke:var(--ink);stroke-width:1.75}
-.plot .cross{fill:var(--fail);stroke:var(--paper);stroke-width:1}
-.plot image{image-rendering:auto}
-";
+pub const RULES: &str = include_str!("style.css");
 
 /// Returns the colours of one theme as declarations of CSS variables.
 pub fn variables(dark: bool) -> String {
