@@ -2,10 +2,10 @@
 
 use super::key::Key;
 use super::plan::Plan;
-use super::run::{JudgedRecording, known_recording};
+use super::run::JudgedRecording;
 use super::share::Share;
 use super::share_task::ShareDone;
-use super::store::{self, Known};
+use super::store::{self, DesignKey, Known};
 use super::submission::Submission;
 use crate::pipeline::{Control, Limits};
 use latchgate_recording::error::{Error, Place};
@@ -42,7 +42,7 @@ pub struct Collection<'a> {
     /// Files of shares that are said to be finished, with their bytes.
     finished: BTreeMap<String, u64>,
     recordings: Vec<Key>,
-    designs: Vec<Key>,
+    designs: Vec<DesignKey>,
     known: Known,
 }
 
@@ -62,7 +62,14 @@ impl<'a> Collection<'a> {
         limits: &Limits,
         control: &Control<'_>,
     ) -> Result<Self, Error> {
-        store::make(folder)?;
+        if !folder.is_dir() {
+            let error = Error::malformed(
+                "the folder of a store",
+                "none",
+                "name the store of the shares",
+            );
+            return Err(error.at(Place::path(folder)));
+        }
         let recordings = match submission {
             Some(submission) => {
                 submission.check(plan)?;
@@ -87,8 +94,10 @@ impl<'a> Collection<'a> {
         let named = finished.keys().map(|name| folder.join(name));
         paths.extend(named.filter(|path| path.is_file()));
         let paths: Vec<PathBuf> = paths.into_iter().collect();
-        let known = Known::read(&paths, recordings.iter().copied(), None)?;
-        plan.check_agreement(&recordings, &known)?;
+        let mut known = Known::read(&paths, recordings.iter().copied(), None)?;
+        // Nothing is read here that would tell which of several decisions holds.
+        known.contradict_doubles();
+        plan.check_agreement(recordings.iter().copied().enumerate(), &known)?;
         Ok(Self {
             plan,
             shares,
@@ -134,7 +143,7 @@ impl<'a> Collection<'a> {
         let mut standing = Standing::default();
         let mut shares = BTreeSet::new();
         for (recording, key) in self.plan.recordings.iter().zip(&self.recordings) {
-            let is_missing = |design: &&Key| self.known.row(*key, **design).is_none();
+            let is_missing = |design: &&DesignKey| self.known.row(*key, design).is_none();
             let missing = self.designs.iter().filter(is_missing).count();
             standing.pairs += self.designs.len();
             standing.missing += missing;
@@ -176,10 +185,14 @@ impl<'a> Collection<'a> {
             let rows = self
                 .designs
                 .iter()
-                .filter_map(|design| self.known.row(*key, *design));
-            let mut judged = known_recording(self.known.facts(*key), rows);
-            // When it was judged is not known.
-            judged.times.clear();
+                .filter_map(|design| self.known.row(*key, design));
+            let read = self.known.facts(*key).cloned().unwrap_or_default();
+            let judged = JudgedRecording {
+                sha256: read.sha256,
+                channel: read.channel,
+                rows: rows.cloned().collect(),
+                ..JudgedRecording::default()
+            };
             if judged.rows.len() == self.designs.len() {
                 return Ok(judged);
             }

@@ -1,7 +1,7 @@
 //! What decisions are kept under: the key of a recording's question, and that of a design.
 //!
 //! A key is worked out from the bytes as they lie there, unread: of 100 000 recordings in the time it
-//! takes to read them.
+//! takes to read them. It covers whatever a reader may look at, rather too much than too little.
 
 use super::key::Key;
 use super::plan::PlannedRecording;
@@ -17,23 +17,26 @@ use std::sync::{Arc, Mutex};
 /// Bytes of a file that are read at once.
 const READ_AT_ONCE: usize = 64 << 10;
 
-/// Folders within one another that are looked into.
-const DEPTH_MAX: usize = 8;
+/// Folders within one another that are looked into: one more than readers do.
+const DEPTH_MAX: usize = 2;
 
 /// Works out the keys of recordings, each folder listed once.
 #[derive(Debug)]
 pub(super) struct Questions {
     limits: BTreeMap<String, u64>,
+    /// Most files of a folder that readers look at.
+    entries_max: u64,
     folders: Mutex<BTreeMap<PathBuf, Arc<Neighbours>>>,
 }
 
-/// Files of a folder by their name in lower case.
-type Neighbours = BTreeMap<String, PathBuf>;
+/// What a folder holds: names in lower case, in order, each with its path.
+type Neighbours = Vec<(String, PathBuf)>;
 
 impl Questions {
     pub(super) fn new(limits: &Limits) -> Self {
         Self {
             limits: limits.changed(),
+            entries_max: limits.archive_entries,
             folders: Mutex::default(),
         }
     }
@@ -42,16 +45,17 @@ impl Questions {
     /// its files, their names, the settings, and the version. A file that cannot be read is part of it
     /// as such.
     pub(super) fn key(&self, recording: &PlannedRecording) -> Key {
-        let files: Vec<(String, String)> = self
-            .files(&recording.path)
-            .into_iter()
-            .map(|(name, path)| (name, hash(&path)))
+        let files = self.files(&recording.path);
+        let files = files.iter().map(|path| (path, told_of(path)));
+        let files: Vec<(String, String)> = files
+            .map(|(path, told)| (below(path, recording.path.parent()), told))
             .collect();
         let question = json!({
             "schema": "latchgate.store/1",
             "numbers_revision": NUMBERS_REVISION,
             // Another version may read what this one refuses.
             "version": env!("CARGO_PKG_VERSION"),
+            "recording": recording.path.file_name().map(|name| name.to_string_lossy()),
             "files": files,
             "request": &*recording.request,
             "limits": self.limits,
@@ -59,31 +63,24 @@ impl Questions {
         Key::of(question.to_string().as_bytes())
     }
 
-    /// Lists what a recording may be read from: of a folder what it holds; of a file all that bear its
-    /// name with another ending, such as its card, and channels in the folder of that name.
-    fn files(&self, path: &Path) -> Vec<(String, PathBuf)> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let mut found = vec![(name.to_string(), path.to_path_buf())];
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let neighbours = self.neighbours(folder);
-        let stem = Path::new(&*name).file_stem().unwrap_or_default();
-        let stem = format!("{}.", stem.to_string_lossy().to_lowercase());
-        for start in [stem.clone(), format!("{}.", name.to_lowercase())] {
-            let alike = neighbours.range(start.clone()..);
-            let alike = alike.take_while(|(name, _)| name.starts_with(&start));
-            found.extend(alike.map(|(name, path)| (name.clone(), path.clone())));
-        }
+    /// Lists what a recording may be read from: of a folder what it holds; of a file all beside it that
+    /// bear its name, such as its card and its channels, also in a folder of channels.
+    fn files(&self, path: &Path) -> Vec<PathBuf> {
+        let mut found = vec![path.to_path_buf()];
         if path.is_dir() {
-            below(path, "", DEPTH_MAX, &mut found);
-        } else if let Some(channels) = neighbours.get("channel") {
-            let mut all = Vec::new();
-            below(channels, "channel", 1, &mut all);
-            all.retain(|(name, _)| name.to_lowercase().starts_with(&format!("channel/{stem}")));
-            found.extend(all);
+            all_in(path, DEPTH_MAX, self.entries_max, &mut found);
+        } else {
+            let stem = path.file_stem().unwrap_or_default();
+            let stem = stem.to_string_lossy().to_lowercase();
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let neighbours = self.neighbours(folder);
+            found.extend(of_name(&neighbours, &stem));
+            for channels in exactly(&neighbours, "channel") {
+                found.extend(of_name(&self.neighbours(channels), &stem));
+            }
         }
         found.sort();
         found.dedup();
-        found.retain(|(_, path)| !path.is_dir());
         found
     }
 
@@ -91,33 +88,75 @@ impl Questions {
         // A thread that panicked has not left half a list.
         let mut folders = self.folders.lock().unwrap_or_else(|held| held.into_inner());
         let listed = folders.entry(folder.into()).or_insert_with(|| {
-            let place = if folder.as_os_str().is_empty() {
-                Path::new(".")
-            } else {
-                folder
-            };
+            let here = folder.as_os_str().is_empty();
+            let place = if here { Path::new(".") } else { folder };
             let entries = fs::read_dir(place).into_iter().flatten().flatten();
             let named = entries.map(|entry| {
                 let name = entry.file_name();
                 (name.to_string_lossy().to_lowercase(), folder.join(name))
             });
-            Arc::new(named.collect())
+            let mut named: Neighbours = named.collect();
+            named.sort();
+            Arc::new(named)
         });
         Arc::clone(listed)
     }
 }
 
-/// Lists the files below a folder, but those of hidden folders, where stores are.
-fn below(folder: &Path, prefix: &str, depth: usize, found: &mut Vec<(String, PathBuf)>) {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = format!("{prefix}/{}", entry.file_name().to_string_lossy());
-        if entry.path().is_dir() {
-            if depth > 1 && !entry.file_name().to_string_lossy().starts_with('.') {
-                below(&entry.path(), &name, depth - 1, found);
-            }
-        } else {
-            found.push((name, entry.path()));
+/// Returns what bears a name: the name itself, or the name before a sign that is no letter or digit.
+fn of_name<'a>(neighbours: &'a Neighbours, stem: &'a str) -> impl Iterator<Item = PathBuf> + 'a {
+    let from = neighbours.partition_point(|(name, _)| name.as_str() < stem);
+    let alike = neighbours[from..].iter().map_while(move |(name, path)| {
+        let rest = name.strip_prefix(stem)?;
+        Some((rest, path))
+    });
+    let bears = |rest: &str| !rest.starts_with(char::is_alphanumeric);
+    alike
+        .filter(move |(rest, _)| bears(rest))
+        .map(|(_, path)| path.clone())
+}
+
+/// Returns what has that name in lower case, of which there may be several.
+fn exactly<'a>(neighbours: &'a Neighbours, name: &'a str) -> impl Iterator<Item = &'a PathBuf> {
+    let alike = neighbours.iter().filter(move |(own, _)| own == name);
+    alike.map(|(_, path)| path)
+}
+
+/// Lists what is in a folder, at most `most` files and folders in all; a store of decisions is passed over.
+fn all_in(folder: &Path, depth: usize, most: u64, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|entry| entry.path())
+        .collect();
+    entries.sort();
+    for path in entries {
+        if found.len() as u64 > most {
+            return;
         }
+        let deeper = path.is_dir() && depth > 1 && !path.join("CACHEDIR.TAG").exists();
+        found.push(path.clone());
+        if deeper {
+            all_in(&path, depth - 1, most, found);
+        }
+    }
+}
+
+/// Returns a path as it is told of below a folder.
+fn below(path: &Path, folder: Option<&Path>) -> String {
+    let folder = folder.unwrap_or(Path::new(""));
+    let path = path.strip_prefix(folder).unwrap_or(path);
+    path.to_string_lossy().into_owned()
+}
+
+/// Returns the SHA-256 of a file; of anything else what it is, for a pipe may have no end.
+fn told_of(path: &Path) -> String {
+    match fs::metadata(path) {
+        Ok(about) if about.is_file() => hash(path),
+        Ok(about) if about.is_dir() => "folder".into(),
+        Ok(_) => "no file".into(),
+        Err(error) => format!("unread: {:?}", error.kind()),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::key::Key;
 use super::plan::{Plan, PlannedRecording};
 use super::question::Questions;
-use super::store::{Known, ReadFacts, Store};
+use super::store::{DesignKey, Known, ReadFacts, Store};
 use crate::pipeline::{Control, DecisionRow, Limits, Prepared, Source};
 use latchgate_document::blocks::RecordingBlock;
 use latchgate_kernel::error::Error as KernelError;
@@ -49,7 +49,7 @@ pub fn run(
 ) -> Result<GateRun, Error> {
     let keys = plan.recording_keys(limits, control)?;
     let known = store.known(keys.iter().copied(), None)?;
-    plan.check_agreement(&keys, &known)?;
+    plan.check_agreement(keys.iter().copied().enumerate(), &known)?;
     let judging = Judging::new(plan, limits, store, clock);
     let numbers: Vec<usize> = (0..keys.len()).collect();
     let recordings = control.try_map(&numbers, |&number| {
@@ -80,8 +80,7 @@ pub(super) struct Judging<'a> {
     limits: &'a Limits,
     store: &'a Store,
     clock: Clock<'a>,
-    designs: Vec<Key>,
-    questions: Questions,
+    designs: Vec<DesignKey>,
 }
 
 impl<'a> Judging<'a> {
@@ -97,18 +96,17 @@ impl<'a> Judging<'a> {
             store,
             clock,
             designs: plan.design_keys(),
-            questions: Questions::new(limits),
         }
     }
 
-    /// Returns what is known of each pair of a recording.
+    /// Returns what is known of each pair of a recording that is not read.
     pub(super) fn known_rows<'k>(
         &self,
         key: Key,
         known: &'k Known,
     ) -> Vec<Option<&'k DecisionRow>> {
         let designs = self.designs.iter();
-        designs.map(|design| known.row(key, *design)).collect()
+        designs.map(|design| known.row(key, design)).collect()
     }
 
     /// Judges the pairs of a recording that are not known, and keeps them.
@@ -124,18 +122,11 @@ impl<'a> Judging<'a> {
         control: &Control<'_>,
     ) -> Result<JudgedRecording, Error> {
         let recording = &self.plan.recordings[number];
-        let rows = self.known_rows(key, known);
-        if rows.iter().all(Option::is_some) {
-            return Ok(known_recording(
-                known.facts(key),
-                rows.into_iter().flatten(),
-            ));
-        }
         let began = (self.clock)();
         let source = Source::File(recording.path.clone());
         let prepared = Prepared::open(&source, &recording.request, self.limits, control);
         // Between the two keys it was read.
-        if self.questions.key(recording) != key {
+        if Questions::new(self.limits).key(recording) != key {
             return Err(changed(recording, "while it was read"));
         }
         let (read, unread) = match &prepared {
@@ -164,17 +155,24 @@ impl<'a> Judging<'a> {
         };
         let mut before = (self.clock)();
         let reading = before.saturating_sub(began) / u32::try_from(designs).unwrap_or(u32::MAX);
-        for ((design, design_key), known) in self.plan.designs.iter().zip(&self.designs).zip(rows) {
-            let row = match (known, &prepared) {
-                (Some(row), _) => row.clone(),
-                (None, Ok(prepared)) => prepared.row(design, control)?,
-                (None, Err(refused)) => refused.row(design),
+        for (design, design_key) in self.plan.designs.iter().zip(&self.designs) {
+            let pair = (key, design_key.key);
+            // What was read decides, not the key by which it is found.
+            let id = match &prepared {
+                Ok(prepared) => prepared.report_id(design),
+                Err(refused) => refused.row(design).report_id,
+            };
+            let kept = known.row_of(pair.0, pair.1, &id);
+            let row = match (&prepared, kept) {
+                (Err(refused), _) => refused.row(design),
+                (Ok(_), Some(kept)) => kept.clone(),
+                (Ok(prepared), None) => prepared.row(design, control)?,
             };
             let now = (self.clock)();
-            if known.is_some() {
+            if kept.is_some() {
                 judged.cached += 1;
             } else if judged.unread.is_none() {
-                self.store.put((key, *design_key), &row, now)?;
+                self.store.put(pair, &row, now)?;
                 tracing::debug!(recording = %recording.name, design = %design.name, "judged");
             }
             judged.rows.push(row);
@@ -182,23 +180,6 @@ impl<'a> Judging<'a> {
             before = now;
         }
         Ok(judged)
-    }
-}
-
-/// Returns a recording of which every pair is known.
-pub(super) fn known_recording<'k>(
-    facts: Option<&ReadFacts>,
-    rows: impl Iterator<Item = &'k DecisionRow>,
-) -> JudgedRecording {
-    let rows: Vec<DecisionRow> = rows.cloned().collect();
-    let read = facts.cloned().unwrap_or_default();
-    JudgedRecording {
-        sha256: read.sha256,
-        channel: read.channel,
-        cached: rows.len(),
-        times: vec![Duration::ZERO; rows.len()],
-        rows,
-        unread: None,
     }
 }
 
@@ -217,20 +198,24 @@ pub(super) fn changed(recording: &PlannedRecording, when: &str) -> Error {
 }
 
 impl Plan {
-    /// Refuses a store that holds two decisions of a pair which contradict each other; `keys` are those of the
-    /// recordings.
-    pub(super) fn check_agreement(&self, keys: &[Key], known: &Known) -> Result<(), Error> {
+    /// Refuses a store that holds two decisions of a pair which contradict each other; `recordings` are numbers of
+    /// recordings with their keys.
+    pub(super) fn check_agreement(
+        &self,
+        recordings: impl Iterator<Item = (usize, Key)> + Clone,
+        known: &Known,
+    ) -> Result<(), Error> {
         let designs = self.design_keys();
         for (recording, design, file) in &known.contradictions {
-            let recording = keys.iter().position(|key| key == recording);
-            let design = designs.iter().position(|key| key == design);
-            let (Some(recording), Some(design)) = (recording, design) else {
+            let recording = recordings.clone().find(|(_, key)| key == recording);
+            let design = designs.iter().position(|own| own.key == *design);
+            let (Some((recording, _)), Some(design)) = (recording, design) else {
                 continue;
             };
             let (recording, design) = (&self.recordings[recording], &self.designs[design]);
             let error = Error::malformed(
                 format!("one decision of {} with {}", recording.name, design.name),
-                "two that differ: latchgate, or one of the machines, does not work as it should",
+                "two that differ: a file changed unseen, or one of the machines does not work as it should",
                 "keep the store for whoever looks into it, and judge into another one",
             );
             return Err(error.at(Place::file(file.as_str())));

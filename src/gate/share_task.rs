@@ -97,6 +97,7 @@ pub fn judge_share(
         judging: Judging::new(plan, task.limits, &store, task.clock),
     };
     let recordings: Vec<(usize, Key)> = own.into_iter().zip(keys).collect();
+    plan.check_agreement(recordings.iter().copied(), &known)?;
     let outcomes = control.try_map(&recordings, |&(number, key)| {
         // How far one recording is says nothing of the whole.
         control.unmeasured(|control| sharing.recording(number, key, &control.with_threads(1)))

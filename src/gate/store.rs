@@ -37,12 +37,12 @@ const CACHE_TAG: &str = "Signature: 8a477f597d28d172789f06886806bc55\n\
 # Decisions of latchgate gate. This folder may be deleted; they are then made again.\n";
 
 /// Longest line that is read [bytes]; a row takes 400, a reason what its text takes.
-const LINE_MAX: u64 = 1 << 20;
+const LINE_MAX: u64 = 64 << 10;
 
 /// Time after which what was appended is seen onto the disk.
 const SYNC: Duration = Duration::from_secs(5);
 
-/// Times that a recording is begun and never ended after which a share passes over it.
+/// Times that a recording is begun, and nothing follows, after which a share passes over it.
 pub(super) const BEGUN_MAX: u32 = 2;
 
 /// A decision as a line; keys are short, since there is one line for each pair.
@@ -298,6 +298,14 @@ impl Store {
     }
 }
 
+/// By what the decisions of a design are found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct DesignKey {
+    pub(super) key: Key,
+    /// Its limit angle [rad]: a row of another one is none of it.
+    pub(super) threshold_rad: f64,
+}
+
 /// What a store holds of some recordings.
 #[derive(Debug, Default)]
 pub(super) struct Known {
@@ -313,12 +321,12 @@ pub(super) struct Known {
 /// What a store holds of a recording.
 #[derive(Debug, Default)]
 struct KnownRecording {
-    read: Option<ReadFacts>,
-    rows: BTreeMap<Key, DecisionRow>,
+    /// What was read; several where notes of it differ, none of which is believed.
+    reads: Vec<ReadFacts>,
+    /// Decisions by design, one for each `report_id`.
+    rows: BTreeMap<Key, Vec<DecisionRow>>,
     /// Times that it was begun, after which nothing follows of it.
     begun: u32,
-    /// It was left in good order once.
-    ended: bool,
 }
 
 impl Known {
@@ -361,6 +369,12 @@ impl Known {
                 break;
             }
             length += read as u64;
+            if read as u64 == LINE_MAX && !line.ends_with(b"\n") {
+                // What stands at the end of a line that is too long is none.
+                length += file.skip_until(b'\n')? as u64;
+                damaged += 1;
+                continue;
+            }
             match Line::parse(&line) {
                 Some(Line::Row(row)) => {
                     begun.remove(&row.rec);
@@ -370,8 +384,10 @@ impl Known {
                     reasons.insert(why, reason);
                 }
                 Some(Line::Note(Note::Read { rec, read })) => {
-                    if let Some(known) = self.recordings.get_mut(&rec) {
-                        known.read = Some(read);
+                    if let Some(known) = self.recordings.get_mut(&rec)
+                        && !known.reads.contains(&read)
+                    {
+                        known.reads.push(read);
                     }
                 }
                 Some(Line::Note(Note::Begun { rec, .. })) => {
@@ -379,9 +395,6 @@ impl Known {
                 }
                 Some(Line::Note(Note::Ended { rec })) => {
                     begun.remove(&rec);
-                    if let Some(known) = self.recordings.get_mut(&rec) {
-                        known.ended = true;
-                    }
                 }
                 None => damaged += 1,
             }
@@ -419,32 +432,60 @@ impl Known {
             coast_peak_angle_rad: line.coast,
             share: line.share,
         };
-        match known.rows.get(&line.des) {
+        let rows = known.rows.entry(line.des).or_default();
+        match rows.iter().find(|other| other.report_id == row.report_id) {
             Some(other) if !agree(other, &row) => {
                 let pair = (line.rec, line.des, file.into());
                 self.contradictions.push(pair);
             }
-            _ => drop(known.rows.insert(line.des, row)),
+            Some(_) => {}
+            None => rows.push(row),
         }
     }
 
-    /// Returns the decision of a pair.
-    pub(super) fn row(&self, recording: Key, design: Key) -> Option<&DecisionRow> {
-        let known = self.recordings.get(&recording)?;
+    /// Takes several decisions of a pair, each of something else that was read, for contradictions.
+    pub(super) fn contradict_doubles(&mut self) {
+        for (rec, known) in &self.recordings {
+            let doubles = known.rows.iter().filter(|(_, rows)| rows.len() > 1);
+            let doubles = doubles.map(|(des, _)| (*rec, *des, "the store".into()));
+            self.contradictions.extend(doubles);
+        }
+    }
+
+    /// Returns the decision of a pair, if there is one and no other.
+    pub(super) fn row(&self, recording: Key, design: &DesignKey) -> Option<&DecisionRow> {
         // A row says nothing of what was read.
-        known.read.as_ref()?;
-        known.rows.get(&design)
+        self.facts(recording)?;
+        match self
+            .recordings
+            .get(&recording)?
+            .rows
+            .get(&design.key)?
+            .as_slice()
+        {
+            [row] if row.threshold_rad.to_bits() == design.threshold_rad.to_bits() => Some(row),
+            _ => None,
+        }
     }
 
-    /// Returns what was read of a recording.
+    /// Returns the decision of a pair that has that `report_id`.
+    pub(super) fn row_of(&self, recording: Key, design: Key, id: &str) -> Option<&DecisionRow> {
+        let rows = self.recordings.get(&recording)?.rows.get(&design)?;
+        rows.iter().find(|row| row.report_id == id)
+    }
+
+    /// Returns what was read of a recording, if that is beyond doubt.
     pub(super) fn facts(&self, recording: Key) -> Option<&ReadFacts> {
-        self.recordings.get(&recording)?.read.as_ref()
+        match self.recordings.get(&recording)?.reads.as_slice() {
+            [read] => Some(read),
+            _ => None,
+        }
     }
 
-    /// Tells whether a recording was begun so often, and never ended, that shares pass over it.
+    /// Tells whether a recording was begun so often, and nothing followed, that shares pass over it.
     pub(super) fn is_left(&self, recording: Key) -> bool {
         let known = self.recordings.get(&recording);
-        known.is_some_and(|known| known.begun >= BEGUN_MAX && !known.ended)
+        known.is_some_and(|known| known.begun >= BEGUN_MAX)
     }
 }
 

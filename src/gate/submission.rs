@@ -3,7 +3,7 @@
 use super::key::Key;
 use super::plan::Plan;
 use super::question::{Questions, design_key, hex};
-use super::store::{self, put_in_place};
+use super::store::{self, DesignKey, put_in_place};
 use crate::pipeline::{Control, Design, Limits, NUMBERS_REVISION};
 use latchgate_recording::error::{Error, Place};
 use serde::{Deserialize, Serialize};
@@ -25,8 +25,12 @@ pub struct Submission {
 
 impl Plan {
     /// Returns the keys of the designs, in order.
-    pub(super) fn design_keys(&self) -> Vec<Key> {
-        self.designs.iter().map(design_key).collect()
+    pub(super) fn design_keys(&self) -> Vec<DesignKey> {
+        let key = |design: &Design| DesignKey {
+            key: design_key(design),
+            threshold_rad: design.criterion.threshold_rad,
+        };
+        self.designs.iter().map(key).collect()
     }
 
     /// Returns the keys of the recordings, in order.

@@ -9,6 +9,7 @@ use crate::cli::failure::{COULD_NOT, Failure};
 use crate::cli::{output, progress};
 use crate::gate::{self, Share};
 use latchgate_recording::error::Error;
+use std::ffi::OsString;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -68,12 +69,21 @@ fn begin(threads: usize) -> Result<Child, Error> {
     std::env::current_exe()
         .and_then(|program| {
             Command::new(program)
-                .args(std::env::args_os().skip(1))
-                .args(["--worker", &threads.to_string()])
+                .args(worker_words(std::env::args_os().skip(1), threads))
                 .stdin(Stdio::piped())
                 .spawn()
         })
         .map_err(|error| unwatched(&error))
+}
+
+/// Returns the words of a process that does not watch but judge. Behind a `--` its number of threads would
+/// be no option, and it would watch another one in its turn.
+fn worker_words(words: impl Iterator<Item = OsString>, threads: usize) -> Vec<OsString> {
+    let mut words: Vec<OsString> = words.collect();
+    let end = words.iter().position(|word| word == "--");
+    let at = end.unwrap_or(words.len());
+    words.splice(at..at, ["--worker".into(), threads.to_string().into()]);
+    words
 }
 
 /// Waits for the process; returns how it ended, and whether it was ended because it did not when it

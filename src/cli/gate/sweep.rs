@@ -118,7 +118,12 @@ pub struct SweepArguments {
     #[arg(long, hide = true)]
     pub patience: Option<u64>,
     /// Options of the engine's own, for example -- --partition=short --time=04:00:00
-    #[arg(last = true, value_name = "OPTIONS", requires = "sweep")]
+    #[arg(
+        last = true,
+        value_name = "OPTIONS",
+        requires = "sweep",
+        conflicts_with = "part"
+    )]
     pub engine_options: Vec<String>,
 }
 

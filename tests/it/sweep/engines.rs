@@ -70,3 +70,14 @@ fn cli_an_engine_that_does_not_answer_is_told_of() {
         assert!(done.err.contains(told), "{}", done.err);
     }
 }
+
+/// What is an engine's is no share's; whatever stands behind a `--`, a share is judged by one process and
+/// watched by one other.
+#[test]
+fn cli_a_share_takes_no_options_of_an_engine() {
+    let yard = SweepYard::new("behind", 2, 2, 0);
+    let done = yard.part("1/1", &["--", "--time=1"]);
+    assert_eq!(done.code, 2, "{}", done.err);
+    let done = yard.part("1/1", &["--"]);
+    assert_eq!(done.code, 0, "{}", done.err);
+}
