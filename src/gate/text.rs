@@ -266,6 +266,24 @@ pub(super) fn peak(row: &DecisionRow) -> Option<String> {
         // Beyond, the model of the lever means nothing.
         return Some(format!("peak > 90°, {limit}"));
     }
+    // No error is shown that is as large as the peak itself.
+    if let Some(error) = row
+        .uncertainty_rad
+        .filter(|error| peak > 0.0 && *error >= peak)
+    {
+        let most = peak + error;
+        return Some(if most <= row.threshold_rad {
+            // Rounded up, since it is a bound.
+            format!(
+                "peak at most {} rad, {limit}",
+                number::plain(1.005 * most, 3)
+            )
+        } else if row.verdict == Answer::Fail {
+            format!("how far it opens cannot be computed, {limit}")
+        } else {
+            format!("whether it opens cannot be computed, {limit}")
+        });
+    }
     let error = row.uncertainty_rad.map_or_else(String::new, |error| {
         format!(" ± {}", number::plain(error, 2))
     });
