@@ -660,14 +660,11 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
     } else {
         format!("{} rad", plain(distance, 3))
     };
-    let text = if total < run.peak_angle_rad {
+    let stays = run.peak_angle_rad + total <= case.threshold_rad();
+    let text = if total < run.peak_angle_rad || stays {
         let less = if spans { "no less" } else { "less" };
         format!(
             "The error of the peak, {parts}, is {less} than the {between} between peak and limit.{largest}"
-        )
-    } else if run.peak_angle_rad + total <= case.threshold_rad() {
-        format!(
-            "Peak and error together, {parts}, stay below the limit, from which the peak is {between} away.{largest}"
         )
     } else if case.answer == Answer::Fail {
         "How far the lever opens cannot be computed, since impacts let the smallest differences grow; that it opens can.".into()
