@@ -5,6 +5,7 @@
 
 use super::key::Key;
 use super::plan::PlannedRecording;
+use super::store::is_store;
 use crate::pipeline::{Design, Limits, NUMBERS_REVISION};
 use serde_json::json;
 use sha2::{Digest, Sha256};
@@ -17,7 +18,7 @@ use std::sync::{Arc, Mutex};
 /// Bytes of a file that are read at once.
 const READ_AT_ONCE: usize = 64 << 10;
 
-/// Folders within one another that are looked into: one more than readers do.
+/// Folders within one another that are looked into, as deep as readers look.
 const DEPTH_MAX: usize = 2;
 
 /// Works out the keys of recordings, each folder listed once.
@@ -103,14 +104,15 @@ impl Questions {
     }
 }
 
-/// Returns what bears a name: the name itself, or the name before a sign that is no letter or digit.
+/// Returns what bears a name: the name itself, or the name before a sign that is no letter or digit; of an EV5
+/// test's curves as .tsv the number may follow at once.
 fn of_name<'a>(neighbours: &'a Neighbours, stem: &'a str) -> impl Iterator<Item = PathBuf> + 'a {
     let from = neighbours.partition_point(|(name, _)| name.as_str() < stem);
     let alike = neighbours[from..].iter().map_while(move |(name, path)| {
         let rest = name.strip_prefix(stem)?;
         Some((rest, path))
     });
-    let bears = |rest: &str| !rest.starts_with(char::is_alphanumeric);
+    let bears = |rest: &str| !rest.starts_with(char::is_alphanumeric) || rest.ends_with(".tsv");
     alike
         .filter(move |(rest, _)| bears(rest))
         .map(|(_, path)| path.clone())
@@ -135,7 +137,7 @@ fn all_in(folder: &Path, depth: usize, most: u64, found: &mut Vec<PathBuf>) {
         if found.len() as u64 > most {
             return;
         }
-        let deeper = path.is_dir() && depth > 1 && !path.join("CACHEDIR.TAG").exists();
+        let deeper = path.is_dir() && depth > 1 && !is_store(&path);
         found.push(path.clone());
         if deeper {
             all_in(&path, depth - 1, most, found);

@@ -560,6 +560,11 @@ pub(super) fn make(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
+/// Tells whether a folder is a store by the mark that latchgate makes; other programs' caches are none.
+pub(super) fn is_store(folder: &Path) -> bool {
+    fs::read(folder.join("CACHEDIR.TAG")).is_ok_and(|tag| tag == CACHE_TAG.as_bytes())
+}
+
 /// Lists the files of a store, in the order of their names.
 pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let listed =

@@ -121,49 +121,40 @@ fn would_decide(document: &Document) -> String {
         }
         "members-cross" | "few-members-cross" | "most-members-cross" => {
             let share = document.ensemble.as_ref().map_or_else(String::new, varied);
-            format!("{share}: too many for a pass, too few for a fail. {}", remedy(document))
+            format!("{share}: too many for a pass, too few for a fail. {}", remedy_of_scatter(document))
         }
         "coast-reaches-limit" | "members-coast-beyond" => {
             "The lever still moves where the record ends and may open later; a longer recording would decide.".into()
         }
-        "uncertainty-spans-threshold" => remedy(document),
+        "uncertainty-spans-threshold" => remedy_of_error(document).into(),
         _ => sentence(&first.text),
     }
 }
 
-/// Says what would decide an undecided verdict: the remedy of what moves the peak most.
-fn remedy(document: &Document) -> String {
-    let farther = "a design farther from the limit angle would decide.";
-    let Some(run) = &document.nominal else {
-        return capital(farther);
-    };
-    let distance = (document.threshold_rad - run.peak_angle_rad).abs();
-    if uncertainty(document, run).is_some_and(|error| error >= distance) {
-        let ErrorBudget {
-            numerical,
-            interpolation,
-            noise,
-            ..
-        } = document.error_budget_rad;
-        let parts = [
-            (
-                interpolation.unwrap_or(0.0),
-                "What may lie between the samples decides: a recording sampled more densely would tell.",
-            ),
-            (
-                NOISE_TIMES * noise.unwrap_or(0.0),
-                "The noise of the recording decides: a quieter channel or a finer recorder would tell.",
-            ),
-            (
-                numerical.unwrap_or(0.0),
-                "After its impacts the lever can be followed no more exactly: a design farther from the limit angle would decide.",
-            ),
-        ];
-        let largest = parts
-            .into_iter()
-            .reduce(|one, other| if other.0 > one.0 { other } else { one });
-        return largest.map_or_else(String::new, |(_, text)| text.into());
+/// Says what would decide where the error of the peak spans the limit: the remedy of its largest part.
+fn remedy_of_error(document: &Document) -> &'static str {
+    let ErrorBudget {
+        numerical,
+        interpolation,
+        noise,
+        ..
+    } = document.error_budget_rad;
+    let interpolation = interpolation.unwrap_or(0.0);
+    let noise = NOISE_TIMES * noise.unwrap_or(0.0);
+    let numerical = numerical.unwrap_or(0.0);
+    if interpolation >= noise.max(numerical) {
+        "What may lie between the samples decides: a recording sampled more densely would tell."
+    } else if noise >= numerical {
+        "The noise of the recording decides: a quieter channel or a finer recorder would tell."
+    } else {
+        "After its impacts the lever can be followed no more exactly: a design farther from the limit angle would decide."
     }
+}
+
+/// Says what would decide where neither few nor most varied levers open: the remedy of what drives the peak
+/// most.
+fn remedy_of_scatter(document: &Document) -> String {
+    let farther = "a design farther from the limit angle would decide.";
     let drivers = document.ensemble.iter().flat_map(|ensemble| {
         let chance = ensemble.rank_correlation_by_chance.unwrap_or(1.0);
         let strong = move |driver: &&Driver| {

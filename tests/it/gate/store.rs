@@ -65,6 +65,9 @@ fn cli_every_file_of_a_test_is_part_of_what_is_cached() {
 
     let files = mme::test_of(&[mme::File::new(mme::PILLAR)]);
     let (ev5, _) = ev5::test_of("gate-ev5", &[ev5::PLAIN]);
+    let (tsv, _) = ev5::test_of("gate-tsv", &[ev5::PLAIN]);
+    let curve = tsv.path().join("v00001.007");
+    fs::rename(curve, tsv.path().join("v00001007.tsv")).unwrap();
     let mme = mme::folder_of("gate-mme", &files);
     for (folder, recordings, files) in [
         (
@@ -83,6 +86,7 @@ fn cli_every_file_of_a_test_is_part_of_what_is_cached() {
             &["Channel/T7.001", "Channel/T7.chn"],
         ),
         (&ev5, "v00001.EV5", &["v00001.EV5", "v00001.007"]),
+        (&tsv, "v00001.EV5", &["v00001.EV5", "v00001007.tsv"]),
         (&ev5, "v00001.007", &["v00001.EV5", "v00001.007"]),
     ] {
         folder.write(
@@ -90,9 +94,11 @@ fn cli_every_file_of_a_test_is_part_of_what_is_cached() {
             format!("[[recordings]]\nfiles = \"{recordings}\"\nopens_when = \"negative\"\nmembers = 0\n[[designs]]\nname = \"paper\"\n"),
         );
         let cached = || {
-            let words = ["gate", "gate.toml", "--reports", "none", "--out", "out"];
+            // A share that knows a pair by its key reads nothing; a gate would see what changed by reading.
+            let words = ["gate", "gate.toml", "--store", "store", "--part", "1/1"];
             let done = finish(program().current_dir(folder.path()).args(words));
-            done.err.contains("1 of 1 pair cached")
+            assert_eq!(done.code, 0, "{}", done.err);
+            done.err.contains("0 pairs judged, 1 in the store before")
         };
         assert!(!cached() && cached(), "{recordings}");
         for file in files {
