@@ -13,6 +13,7 @@ import os
 import random
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -420,7 +421,8 @@ class OnDask(Sweep):
     def setUp(self):
         super().setUp()
         self.processes = {}
-        self.port = 40_000 + os.getpid() % 20_000
+        # Below the ports that the kernel gives to connections.
+        self.port = 20_000 + os.getpid() % 10_000
         self.addCleanup(self.end)
 
     def begin(self, name):
@@ -428,9 +430,19 @@ class OnDask(Sweep):
         words = ["scheduler", "--host", "127.0.0.1", "--port", self.port, "--no-dashboard"]
         if name != "scheduler":
             words = ["worker", f"tcp://127.0.0.1:{self.port}", "--host", "127.0.0.1", "--nthreads", 1, "--nworkers", 1,
-                     "--no-nanny", "--no-dashboard", "--death-timeout", 5]
+                     "--no-nanny", "--no-dashboard", "--death-timeout", 120]
         with open(self.folder / f"{name}.log", "a") as log:
             self.processes[name] = begin(tool + words, log, cwd=self.folder, env=self.with_latchgate())
+        if name == "scheduler":
+            # On a busy machine it takes long; workers that find nobody end.
+            self.until(self.listens)
+
+    def listens(self):
+        try:
+            socket.create_connection(("127.0.0.1", self.port), timeout=1).close()
+            return True
+        except OSError:
+            return False
 
     def kill(self, name):
         process = self.processes.pop(name)
@@ -466,11 +478,13 @@ class OnDask(Sweep):
         self.assertEqual(self.collected(), (code, alone))
 
     def until(self, holds):
-        for _ in range(1200):
+        deadline = time.monotonic() + 180
+        while time.monotonic() < deadline:
             if holds():
                 return
             time.sleep(0.05)
-        self.fail("it did not come to that: " + (self.folder / "example.log").read_text())
+        told = [f"{path.name}:\n{path.read_text()}" for path in sorted(self.folder.glob("*.log"))]
+        self.fail("it did not come to that:\n" + "\n".join(told))
 
 
 class Interrupted(Sweep):
