@@ -77,6 +77,7 @@ pub fn peaks_only(stop: StopModel, threads: usize) -> BatchOptions {
         window: None,
         coast: false,
         asked: AskedPeaks::ALL,
+        threshold_rad: f64::INFINITY,
         threads,
     }
 }

@@ -54,6 +54,7 @@ fn options(stop: StopModel, threads: usize) -> BatchOptions {
         window: None,
         coast: true,
         asked: AskedPeaks::ALL,
+        threshold_rad: f64::INFINITY,
         threads,
     }
 }

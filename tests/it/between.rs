@@ -164,6 +164,7 @@ fn prop_members_agree_with_the_scalar_kernel_on_curves() {
                 window: None,
                 coast: true,
                 asked: AskedPeaks::ALL,
+                threshold_rad: f64::INFINITY,
                 threads: 2,
             };
             let of = |index: usize| members[index];

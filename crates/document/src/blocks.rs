@@ -10,7 +10,7 @@ use latchgate_recording::{Finding, Part, TestFacts};
 use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
 use latchgate_verdict::margin::Advice;
 use latchgate_verdict::{
-    Answer, Ensemble, ErrorBudget, FilterRow, Reason, RunAnswer, Screens, WhatIf,
+    Answer, Ensemble, ErrorBudget, FilterRow, Opening, Reason, RunAnswer, Screens, WhatIf,
 };
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -132,6 +132,9 @@ pub struct Document {
     /// What each stop and polarity says by itself, where something was replayed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<RunAnswer>,
+    /// When the lever opens; `None` where no run crosses, and where the recording is unusable.
+    #[serde(default)]
+    pub opens: Option<Opening>,
     /// The ensemble of the stop and polarity with the largest nominal peak; `None` where only
     /// nominal runs are judged.
     pub ensemble: Option<Ensemble>,

@@ -153,15 +153,15 @@ impl Remark {
             }
             None => {
                 let bad = match (at_s, outside) {
-                    (Some(_), _) => "no sample from there on is taken for good".into(),
-                    (None, Some(at_s)) => format!(
-                        "no sample is taken for good, since {at_s} s lies outside of the record"
-                    ),
-                    (None, None) => "no sample is taken for good".to_string(),
+                    (Some(_), _) => "no sample from there on counts".into(),
+                    (None, Some(at_s)) => {
+                        format!("no sample counts, since {at_s} s lies outside of the record")
+                    }
+                    (None, None) => "no sample counts".to_string(),
                 };
                 let said = format!(
-                    "{says}; {doubt}, so that {bad}. Where the samples are good all the same, \
-                     accept the remark: {} = {}, or in the card {} = [{}]",
+                    "{says}; {doubt}, so {bad}. If you have checked the samples, accept this \
+                     remark: {} = {}, or in the card {} = [{}]",
                     Setting::AcceptedRemarks,
                     quoted_for_a_shell(&quoted),
                     Setting::AcceptedRemarks.key(),

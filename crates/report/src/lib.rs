@@ -26,6 +26,7 @@ mod folder;
 pub mod html;
 pub mod margin;
 mod margin_words;
+pub mod opening;
 pub mod page;
 pub mod plot;
 pub mod series;
@@ -37,7 +38,7 @@ mod words;
 
 pub use folder::{Unplaced, folder_name};
 use latchgate_recording::error::Error;
-pub use words::UNSEEN;
+pub use words::{UNSEEN, headline};
 
 pub use latchgate_document::{Document, json};
 use latchgate_verdict::Evidence;

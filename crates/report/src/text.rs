@@ -1,7 +1,7 @@
 //! The verdict for a terminal.
 
 use super::terminal::{self, Look, TerminalLines};
-use super::words;
+use super::{opening, words};
 use super::{REPORT_FILE, VERDICT_FILE};
 use latchgate_document::Document;
 use latchgate_document::number::plain;
@@ -288,7 +288,7 @@ fn table_row(row: &TableRow<'_>, look: Look) -> Vec<String> {
     let one = document.verdict != Answer::Undecided || document.polarities.len() < 2;
     let run = run.filter(|_| one && document.verdict != Answer::Unusable);
     let peak = run.map_or_else(none, |run| words::short_peak(document, run));
-    let opens = run.and_then(|run| run.first_crossing_s);
+    let opens = document.opens.filter(|opens| one && opens.first_s.is_some());
     let report = row.report.map(|folder| folder.join(REPORT_FILE));
     let verdict = if row.judged {
         look.verdict(document.verdict)
@@ -300,7 +300,7 @@ fn table_row(row: &TableRow<'_>, look: Look) -> Vec<String> {
         shown(&document.recording.file),
         peak.replace('\u{00A0}', " "),
         opens
-            .map_or_else(none, words::brief_time)
+            .map_or_else(none, |opens| opening::cell(&opens))
             .replace('\u{00A0}', " "),
         words::findings_count(document),
         document

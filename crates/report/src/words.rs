@@ -4,6 +4,7 @@
 //! not differ between the two. How it is laid out is the matter of each.
 
 use crate::codes;
+use crate::opening;
 use latchgate_document::Document;
 use latchgate_document::blocks::ConditioningBlock;
 use latchgate_document::number::{exact, milliseconds, significant, trimmed};
@@ -16,7 +17,7 @@ use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::{Finding, Severity};
 use latchgate_verdict::decision::{FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES};
 use latchgate_verdict::ensemble::Driver;
-use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget, RunAnswer};
+use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget, Reason, RunAnswer};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -45,7 +46,7 @@ pub(super) fn spared(document: &Document) -> Option<Bound> {
 
 /// Returns what the verdict means in a sentence: what the lever does, or what would decide it, or
 /// why there is no answer. Without an ensemble it claims no more than the nominal lever does.
-pub(super) fn headline(document: &Document) -> String {
+pub fn headline(document: &Document) -> String {
     let lever = match document.ensemble {
         None if spared(document).is_none() => "The nominal lever",
         _ => "The lever",
@@ -59,27 +60,45 @@ pub(super) fn headline(document: &Document) -> String {
             );
             format!("{lever} stays: it reaches {share}\u{00A0}% of the limit angle.")
         }
-        (Answer::Fail, Some(run)) => {
-            let opening = document.models.values().chain(
-                document
-                    .polarities
-                    .values()
-                    .flat_map(|stops| stops.values()),
-            );
-            let crossings = opening.chain([run]).filter_map(|run| run.first_crossing_s);
-            let earliest = crossings.fold(f64::INFINITY, f64::min);
-            if earliest.is_finite() {
-                format!("{lever} opens at {}.", brief_time(earliest))
-            } else {
-                format!("{lever} opens, varied within its tolerances.")
+        (Answer::Fail, Some(_)) => {
+            let Some(opens) = &document.opens else {
+                return format!("{lever} opens.");
+            };
+            let place = opening::place(opens.model, opens.opens_when);
+            let sentence = opening::sentence(opens);
+            match sentence.strip_suffix(')') {
+                Some(open) => format!("{lever} {open}; {place})."),
+                None if opens.first_s.is_none() => format!("{sentence} ({place})."),
+                None => format!("{lever} {sentence} ({place})."),
             }
         }
         (Answer::Undecided, _) => would_decide(document),
         // The findings tell it in full.
-        _ => first.map_or_else(String::new, |reason| {
-            shortened(&sentence(&reason.text), HEADLINE_LETTERS)
-        }),
+        _ => first.map_or_else(String::new, |reason| cause(document, reason)),
     }
+}
+
+/// Returns from when on a recording is unusable, where that is known, and the cause without its remedy.
+fn cause(document: &Document, reason: &Reason) -> String {
+    let finding = document
+        .findings
+        .iter()
+        .find(|finding| finding.code == reason.code && finding.severity == Severity::Blocking);
+    let from = finding.and_then(|finding| finding.at_s);
+    let from = from.map_or_else(String::new, |at| format!("From {}: ", instant(at)));
+    let cause = sentence(first_clause(&reason.text));
+    shortened(&format!("{from}{cause}"), HEADLINE_LETTERS)
+}
+
+/// Returns a text up to its first semicolon or full stop, those of quoted words aside.
+fn first_clause(text: &str) -> &str {
+    let mut quoted = false;
+    let end = text.char_indices().find_map(|(at, letter)| {
+        quoted ^= letter == '"';
+        let ends = matches!(letter, ';' | '.') && text[at + 1..].starts_with(' ');
+        (ends && !quoted).then_some(at)
+    });
+    &text[..end.unwrap_or(text.len())]
 }
 
 /// What a pass does not say, since the samples of a recording cannot show it.
@@ -117,14 +136,13 @@ fn would_decide(document: &Document) -> String {
             )
         }
         "stop-model-decides" => {
-            "The rigid and the soft stop answer differently; the setting `model` says which one the latch has.".into()
+            "The stops answer differently: state which one the latch has by the setting `model`.".into()
         }
         "members-cross" | "few-members-cross" | "most-members-cross" => {
-            let share = document.ensemble.as_ref().map_or_else(String::new, varied);
-            format!("{share}: too many for a pass, too few for a fail. {}", remedy_of_scatter(document))
+            remedy_of_scatter(document)
         }
         "coast-reaches-limit" | "members-coast-beyond" => {
-            "The lever still moves where the record ends and may open later; a longer recording would decide.".into()
+            "The lever still moves where the record ends: a longer recording would decide.".into()
         }
         "uncertainty-spans-threshold" => remedy_of_error(document).into(),
         _ => sentence(&first.text),
@@ -143,11 +161,11 @@ fn remedy_of_error(document: &Document) -> &'static str {
     let noise = NOISE_TIMES * noise.unwrap_or(0.0);
     let numerical = numerical.unwrap_or(0.0);
     if interpolation >= noise.max(numerical) {
-        "What may lie between the samples decides: a recording sampled more densely would tell."
+        "What lies between the samples is not known: a higher sample rate would decide."
     } else if noise >= numerical {
-        "The noise of the recording decides: a quieter channel or a finer recorder would tell."
+        "The noise hides the answer: a quieter channel or a finer recorder would decide."
     } else {
-        "After its impacts the lever can be followed no more exactly: a design farther from the limit angle would decide."
+        "Impacts amplify the smallest errors: a design farther from the limit angle would decide."
     }
 }
 
@@ -167,11 +185,11 @@ fn remedy_of_scatter(document: &Document) -> String {
     let share = |driver: &&Driver| driver.share.unwrap_or(0.0);
     match drivers.max_by(|one, other| share(one).total_cmp(&share(other))) {
         Some(driver) if driver.parameter == "input.bias_g" => format!(
-            "The sensor's zero decides most, known to ±{}\u{00A0}g: a longer quiet stretch before contact, or the setting `bias`, would tell.",
+            "The sensor's zero is known to ±{}\u{00A0}g only: a longer quiet stretch before contact, or the setting `bias`, would decide.",
             trimmed(driver.standard_deviation, 2)
         ),
         Some(driver) => format!(
-            "The tolerance of the {} decides most: a smaller one, or {farther}",
+            "The tolerance of the {} counts most: a smaller one, or {farther}",
             parameter(&driver.parameter)
         ),
         None => capital(farther),
@@ -201,14 +219,20 @@ pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
         let largest = stops
             .values()
             .max_by(|one, other| one.peak_angle_rad.total_cmp(&other.peak_angle_rad));
+        let earliest = stops
+            .values()
+            .filter(|run| run.first_crossing_s.is_some())
+            .min_by(|one, other| {
+                let [one, other] = [one, other].map(|run| run.first_crossing_s.unwrap_or(0.0));
+                one.total_cmp(&other)
+            });
         DirectionRow {
             sign: sign.name(),
             word,
             text: largest.map_or_else(String::new, |run| {
-                let does = run.first_crossing_s.map_or_else(
-                    || "the nominal lever stays".into(),
-                    |at| format!("opens at {}", brief_time(at)),
-                );
+                let does = earliest
+                    .and_then(|run| opening::of_run(document, run))
+                    .unwrap_or_else(|| "the nominal lever stays".into());
                 format!("{does}, {}", peak(document, run))
             }),
         }
@@ -239,8 +263,8 @@ pub(super) fn stops(document: &Document) -> Option<String> {
     let each: Vec<String> = document
         .models
         .values()
-        .map(|run| match run.first_crossing_s {
-            Some(at) => format!("{} opens at {}", stop(run.model), brief_time(at)),
+        .map(|run| match opening::of_run(document, run) {
+            Some(opens) => format!("{} {opens}", stop(run.model)),
             None => match known_peak(document, run) {
                 KnownPeak::Open(words) => format!("{}: {words}", stop(run.model)),
                 _ => format!("{} stays, {}", stop(run.model), short_peak(document, run)),
@@ -253,7 +277,7 @@ pub(super) fn stops(document: &Document) -> Option<String> {
 /// Returns how many of the varied levers open.
 pub(super) fn varied(ensemble: &Ensemble) -> String {
     format!(
-        "{} of {} levers varied within tolerances open{} ({}{})",
+        "{} of {} varied levers open{} ({}{})",
         ensemble.exceeded,
         ensemble.members,
         until(ensemble),
@@ -269,11 +293,11 @@ pub(super) fn varied(ensemble: &Ensemble) -> String {
 pub(super) fn share(ensemble: &Ensemble) -> String {
     if ensemble.p_lower > FAIL_SHARE_WITH_NOMINAL {
         format!(
-            "at least {}\u{00A0}% of all such",
+            "at least {}\u{00A0}% of all",
             percent(ensemble.p_lower)
         )
     } else {
-        format!("at most {}\u{00A0}% of all such", percent(ensemble.p_upper))
+        format!("at most {}\u{00A0}% of all", percent(ensemble.p_upper))
     }
 }
 
@@ -291,13 +315,13 @@ pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
         .filter_map(|row| Some((row.name, row.value?.abs())))
         .max_by(|one, other| one.1.total_cmp(&other.1));
     let largest = largest.map_or_else(String::new, |(name, value)| {
-        let value = trimmed(value, 2);
-        format!(" Largest other influence: {name}, {value}\u{00A0}rad (not included).")
+        let value = trimmed(value.to_degrees(), 2);
+        format!(" Largest other influence: {name}, {value}° (not included).")
     });
     Some(format!(
-        "Error of the largest angle ±{}\u{00A0}rad; distance to the limit angle {}\u{00A0}rad.{largest}",
-        trimmed(error, 2),
-        trimmed(distance, 2)
+        "Error of the largest angle ±{}°; distance to the limit angle {}°.{largest}",
+        trimmed(error.to_degrees(), 2),
+        trimmed(distance.to_degrees(), 2)
     ))
 }
 
@@ -351,7 +375,7 @@ pub(super) fn test_facts(document: &Document) -> Vec<(&'static str, String)> {
 pub(super) fn peak(document: &Document, run: &Run) -> String {
     match known_peak(document, run) {
         KnownPeak::Beyond => "largest angle > 90°".into(),
-        KnownPeak::Within(angle) => format!("largest angle {} ({}°)", angle.text, angle.degrees),
+        KnownPeak::Within(angle) => format!("largest angle {} ({})", angle.degrees, angle.radians),
         KnownPeak::Open(words) => words.into(),
     }
 }
@@ -360,7 +384,7 @@ pub(super) fn peak(document: &Document, run: &Run) -> String {
 pub(super) fn short_peak(document: &Document, run: &Run) -> String {
     match known_peak(document, run) {
         KnownPeak::Beyond => "> 90°".into(),
-        KnownPeak::Within(angle) => angle.text,
+        KnownPeak::Within(angle) => angle.degrees,
         KnownPeak::Open(words) => words.into(),
     }
 }
@@ -380,10 +404,10 @@ enum KnownPeak {
     Open(&'static str),
 }
 
-/// An angle with its unit, and its degrees.
+/// An angle in both units.
 struct AngleText {
-    text: String,
     degrees: String,
+    radians: String,
 }
 
 /// Returns what is known of a peak: no error is shown that is as large as the peak itself. Where peak and
@@ -397,8 +421,8 @@ fn known_peak(document: &Document, run: &Run) -> KnownPeak {
     let large = error.filter(|error| *error >= peak.abs() && *error > 0.0);
     let Some(large) = large.filter(|_| peak > 0.0) else {
         return KnownPeak::Within(AngleText {
-            text: format!("{}\u{00A0}rad", with_error(peak, error)),
-            degrees: trimmed(peak.to_degrees(), 3),
+            degrees: degrees(peak, error),
+            radians: format!("{}\u{00A0}rad", trimmed(peak, 3)),
         });
     };
     let most = peak + large;
@@ -406,8 +430,8 @@ fn known_peak(document: &Document, run: &Run) -> KnownPeak {
         // Rounded up, since it is a bound.
         let bound = most * (1.0 + 5e-3);
         return KnownPeak::Within(AngleText {
-            text: format!("at most {}\u{00A0}rad", trimmed(bound, 3)),
-            degrees: trimmed(bound.to_degrees(), 3),
+            degrees: format!("at most {}°", trimmed(bound.to_degrees(), 3)),
+            radians: format!("{}\u{00A0}rad", trimmed(bound, 3)),
         });
     }
     KnownPeak::Open(match document.verdict {
@@ -422,11 +446,12 @@ pub(super) fn bounded_angle(radians: f64) -> String {
         return "> 90°".into();
     }
     format!(
-        "{}\u{00A0}rad ({}°)",
-        trimmed(radians, 3),
-        trimmed(radians.to_degrees(), 3)
+        "{}° ({}\u{00A0}rad)",
+        trimmed(radians.to_degrees(), 3),
+        trimmed(radians, 3)
     )
 }
+
 
 /// Returns U of a run's peak.
 pub(super) fn uncertainty(document: &Document, run: &Run) -> Option<f64> {
@@ -435,8 +460,10 @@ pub(super) fn uncertainty(document: &Document, run: &Run) -> Option<f64> {
     document.answers.iter().find(own)?.uncertainty_rad
 }
 
-/// Returns a value with its uncertainty, rounded up, and the digits that this allows, four at most.
-pub(super) fn with_error(value: f64, error: Option<f64>) -> String {
+/// Returns an angle [rad] in degrees with its uncertainty, rounded up, and the digits that this allows, four
+/// at most: `2.9° ± 0.4°`.
+pub(super) fn degrees(radians: f64, error_rad: Option<f64>) -> String {
+    let (value, error) = (radians.to_degrees(), error_rad.map(f64::to_degrees));
     let place = |number: f64| libm::log10(number.abs()).floor();
     let most = if value == 0.0 {
         4.0
@@ -444,20 +471,20 @@ pub(super) fn with_error(value: f64, error: Option<f64>) -> String {
         3.0 - place(value)
     };
     let Some(error) = error.filter(|error| error.is_finite() && *error > 0.0) else {
-        return trimmed(value, 4);
+        return format!("{}°", trimmed(value, 4));
     };
     let decimals = (1.0 - place(error)).min(most).clamp(0.0, 9.0);
     let unit = libm::pow(10.0, -decimals);
     let error = (error / unit).ceil() * unit;
     let digits = decimals as usize;
-    let text = format!("{value:.digits$}\u{00A0}±\u{00A0}{error:.digits$}");
+    let text = format!("{value:.digits$}°\u{00A0}±\u{00A0}{error:.digits$}°");
     text.replace('-', "\u{2212}")
 }
 
 /// Returns the limit angle with its degrees.
 pub(super) fn limit_angle(document: &Document) -> String {
     let degrees = trimmed(document.threshold_rad.to_degrees(), 3);
-    format!("{} ({degrees}°)", limit(document))
+    format!("{degrees}° ({})", limit(document))
 }
 
 /// Returns an instant or duration with four digits.

@@ -6,6 +6,7 @@ use super::ensemble::{Count, Ensemble, Scatter};
 use super::faults::Faults;
 use super::filters::{self, FilterRow};
 use super::meter::Meter;
+use super::opening::{self, Crossings, Opening};
 use super::policy::{AssessDetail, AssessExtras, Policy, Variant};
 use super::readings::{ReadingCache, Readings};
 use super::replay_findings::{crossing_outside_window, replay_findings, work_limit_reached};
@@ -44,6 +45,8 @@ pub struct Assessment {
     pub answers: Vec<RunAnswer>,
     /// The ensemble of the stop and polarity with the largest nominal peak.
     pub ensemble: Option<Ensemble>,
+    /// When the lever opens.
+    pub opens: Option<Opening>,
     /// That of each stop and polarity that was not left out, where there are several.
     pub ensembles: Vec<Ensemble>,
     /// The nominal runs with one input moved by one standard deviation.
@@ -183,6 +186,7 @@ impl Assessing<'_> {
                 run,
                 before_fault: before_fault.next(),
                 ensemble: None,
+                crossings: Crossings::default(),
             })
             .collect())
     }
@@ -261,6 +265,11 @@ impl Assessing<'_> {
         } else {
             self.what_if(&results)?
         };
+        let opens = match answer {
+            // What faulty samples come to is no event.
+            Answer::Unusable => None,
+            _ => opening::opening(&self.usable(), self.scatter.as_ref().filter(|_| !brief), &results)?,
+        };
         let evidence = self.evidence(&results, nominal)?;
         let work_limit = setup.work.limit_reached();
         findings.extend(work_limit.map(work_limit_reached));
@@ -292,6 +301,7 @@ impl Assessing<'_> {
             polarities: by_polarity(policy, &runs),
             answers: runs.iter().map(of_each).collect(),
             ensemble: nominal.ensemble.clone(),
+            opens,
             word_missing: false,
             whole: self.span == UsableSpan::Whole,
             what_if,

@@ -438,6 +438,8 @@ pub(super) struct MemberPeaks {
     /// Largest angle of each in the window or in the coast after it [rad]; NaN if it could not be
     /// followed.
     pub(super) highest_rad: Vec<f64>,
+    /// When each first exceeds the threshold in the window [s]; NaN if it does not.
+    pub(super) crossings_s: Vec<f64>,
 }
 
 impl MemberPeaks {

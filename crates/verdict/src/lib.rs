@@ -10,7 +10,7 @@
 //! runs (`runs`), on several `readings` of the samples for their `interpolation` error and with their
 //! `noise`; one record of each stop and sign with all that it came to (`variant`); the ensembles
 //! (`looks`), spared where `bounds` show that none of their
-//! levers comes to the limit; the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
+//! levers comes to the limit; when the lever opens (`opening`); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
 //! sentences (`replay_findings`, `reasons`); `word` holds a pass back until a person has spoken;
 //! `series` lays signal and trajectories side by side.
 //!
@@ -31,6 +31,7 @@ mod looks;
 pub mod margin;
 pub(crate) mod meter;
 mod noise;
+mod opening;
 pub mod policy;
 mod quantile_band;
 pub mod readings;
@@ -49,6 +50,8 @@ pub use bounds::Screens;
 pub use decision::{Bound, DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
+
+pub use opening::Opening;
 pub use policy::{AssessDetail, AssessExtras, ModelChoice, Polarity, Policy, Variant};
 pub use quantile_band::QuantileBand;
 pub use series::{SampledSeries, SeriesRun};

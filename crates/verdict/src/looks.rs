@@ -4,6 +4,7 @@
 use super::Answer;
 use super::decision::{ShareBounds, VariantRun, reachable, settled};
 use super::ensemble::{self, Count, End, MemberPeaks, Scatter};
+use super::opening::Crossings;
 use super::policy::{AssessDetail, Variant};
 use super::runs::RunSetup;
 use super::variant::VariantResult;
@@ -151,6 +152,7 @@ pub(super) fn run_ensembles(
             }
             summed
         });
+        result.crossings = Crossings(of.peaks.crossings_s);
     }
     Ok(())
 }
@@ -212,6 +214,22 @@ fn extend(
     for more in found {
         peaks.window_rad.extend(more.window_rad);
         peaks.highest_rad.extend(more.highest_rad);
+        peaks.crossings_s.extend(more.crossings_s);
     }
     Ok(())
+}
+
+/// Returns when the first `count` members of a variant cross the threshold [s]; NaN of one that does not.
+pub(super) fn crossings(
+    setup: &RunSetup<'_>,
+    scatter: &Scatter,
+    variant: Variant,
+    count: u32,
+) -> Result<Vec<f64>, Error> {
+    let mut peaks = MemberPeaks::default();
+    setup.control.unmeasured(|control| {
+        let peaks = (&mut peaks, AskedPeaks::ALL);
+        extend(setup, control, scatter, variant, count, peaks)
+    })?;
+    Ok(peaks.crossings_s)
 }

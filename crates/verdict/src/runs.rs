@@ -168,6 +168,7 @@ impl RunSetup<'_> {
                 .map(|(first, last)| (parts * first, parts * last)),
             coast: true,
             asked,
+            threshold_rad: self.threshold_rad(),
             threads: 1,
         };
         let within = self.work.within_of_members(self.control);
@@ -178,6 +179,10 @@ impl RunSetup<'_> {
         Ok(MemberPeaks {
             window_rad: peaks.iter().map(|peak| peak.peak_angle_rad).collect(),
             highest_rad: peaks.iter().map(MemberPeak::highest_rad).collect(),
+            crossings_s: peaks
+                .iter()
+                .map(|peak| peak.first_crossing_s.unwrap_or(f64::NAN))
+                .collect(),
         })
     }
 

@@ -2,6 +2,7 @@
 
 use super::decision::VariantRun;
 use super::ensemble::Ensemble;
+use super::opening::Crossings;
 use super::policy::Variant;
 
 /// A stop and a sign that opens, with everything that they came to.
@@ -13,6 +14,8 @@ pub(super) struct VariantResult {
     pub(super) before_fault: Option<VariantRun>,
     /// The ensemble; `None` where a bound spares it.
     pub(super) ensemble: Option<Ensemble>,
+    /// When the levers of the ensemble cross.
+    pub(super) crossings: Crossings,
 }
 
 impl VariantResult {

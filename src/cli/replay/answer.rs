@@ -95,12 +95,9 @@ pub(super) fn say(recording: &Path, judged: &ReplayedFile) {
             output::talk(lines.trim_end());
         }
     } else if document.verdict == Answer::Unusable {
-        let reason = document
-            .why
-            .first()
-            .map_or("", |reason| reason.text.as_str());
         let file = &document.recording.file;
-        output::talk(&format!("latchgate: {file}: unusable: {reason}"));
+        let cause = latchgate_report::headline(document);
+        output::talk(&format!("latchgate: {file}: unusable: {cause}"));
     }
     if let Some(error) = &judged.unwritten {
         output::talk(&format!("latchgate: {error}"));

@@ -347,6 +347,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         .max_by(|&a, &b| raw.samples[a].abs().total_cmp(&raw.samples[b].abs()))
         .unwrap();
     let document = Document {
+        opens: None,
         test: latchgate_recording::TestFacts::default(),
         schema: "latchgate.verdict/1".into(),
         report_id: "5e1f".repeat(16),

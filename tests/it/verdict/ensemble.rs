@@ -29,6 +29,7 @@ fn peaks(signal: &Signal, design: &Design, count: u32, stop: StopModel) -> Vec<f
         window: None,
         coast: false,
         asked: AskedPeaks::ALL,
+        threshold_rad: f64::INFINITY,
         threads: 2,
     };
     let member = |index: usize| scatter.member(u32::try_from(index).unwrap());
@@ -813,6 +814,7 @@ fn prop_bounds_cover_the_truth() {
             window: None,
             coast: false,
             asked: AskedPeaks::ALL,
+            threshold_rad: f64::INFINITY,
             threads: 2,
         };
         // Member 0 is no draw.

@@ -51,6 +51,7 @@ fn limits(signal: &Signal, stop: StopModel, members: u32) -> Vec<f64> {
         window: None,
         coast: false,
         asked: AskedPeaks::ALL,
+        threshold_rad: f64::INFINITY,
         threads: 2,
     };
     let member = |index: usize| scatter.member(u32::try_from(index).unwrap());

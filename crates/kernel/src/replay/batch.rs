@@ -45,6 +45,9 @@ pub struct MemberPeak {
     /// Largest angle after the window's end [rad]; `None` if at rest there, or if the peak is
     /// certainly larger.
     pub coast_peak_angle_rad: Option<f64>,
+    /// When the angle first exceeds the threshold in the window [s], between samples by a straight
+    /// line; `None` if it does not.
+    pub first_crossing_s: Option<f64>,
     /// Samples that the lever took by the scalar kernel.
     pub scalar_samples: u32,
     /// Samples that were left out at the end, since nothing in them could raise the peak.
@@ -98,6 +101,8 @@ pub struct BatchOptions {
     pub coast: bool,
     /// The peaks that are asked for.
     pub asked: AskedPeaks,
+    /// The angle whose first crossing is told [rad]; infinite for none.
+    pub threshold_rad: f64,
     /// Threads.
     pub threads: usize,
 }
@@ -282,6 +287,8 @@ struct Group<'a, S: pulp::Simd, const K: usize> {
     flying: u32,
     /// Largest angle so far, of judged samples.
     best: Lanes<S>,
+    /// The threshold, of lanes that are judged and have not crossed it; else infinite.
+    threshold: Lanes<S>,
 }
 
 /// Samples that one lane takes in contact, compiled for the machine's vectors.
@@ -315,6 +322,7 @@ struct Lane<const K: usize> {
     reached: usize,
     /// Nothing to come can raise the peak; the lane is left where it was.
     settled: bool,
+    first_crossing_s: Option<f64>,
     scalar_samples: u32,
     spared_samples: u32,
 }
@@ -343,6 +351,7 @@ impl<const K: usize> Lane<K> {
             bias,
             reached: 0,
             settled: false,
+            first_crossing_s: None,
             scalar_samples: 0,
             spared_samples: 0,
         }
@@ -424,6 +433,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
             },
             flying: 0,
             best: zero.constant(f64::INFINITY),
+            threshold: zero.constant(f64::INFINITY),
             simd,
             pieces,
             ahead,
@@ -495,17 +505,52 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
         if index.is_multiple_of(FRESH_EVERY) {
             self.refresh();
         }
+        let before = self.state.angle;
         let (state, stands) = self.step(&piece);
         if self.flying == self.all() && stands.all() {
             self.state = state;
+            self.note_crossings(index, before);
             return;
         }
         self.state = chosen(stands, &state, &self.state);
+        self.note_crossings(index, before);
         let mut others = self.all() & !(self.flying & stands.bits());
         while others != 0 {
             self.by_kernel(others.trailing_zeros() as usize, index, &piece);
             others &= others - 1;
         }
+    }
+
+    /// Notes of flying lanes when they cross the threshold on the way from `before`.
+    #[inline(always)]
+    fn note_crossings(&mut self, index: usize, before: Lanes<S>) {
+        if !self.state.angle.at_most(self.threshold).all() {
+            self.cross(index, before);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn cross(&mut self, index: usize, before: Lanes<S>) {
+        for lane in 0..self.lanes.len() {
+            let (from, to) = (before.lane(lane), self.state.angle.lane(lane));
+            if self.flies(lane) && to > self.threshold.lane(lane) {
+                self.crossed(lane, self.crossing_between(index, from, to));
+            }
+        }
+    }
+
+    /// Returns when a lane that is at `from` at the sample `index`, and above the threshold at `to` one later,
+    /// crosses it [s].
+    fn crossing_between(&self, index: usize, from: f64, to: f64) -> f64 {
+        let interval = self.pieces.signal.rate.interval().seconds();
+        let part = (self.options.threshold_rad - from) / (to - from);
+        self.pieces.signal.time_s(index) + interval * part.clamp(0.0, 1.0)
+    }
+
+    fn crossed(&mut self, lane: usize, at_s: f64) {
+        self.lanes[lane].first_crossing_s = Some(at_s);
+        self.threshold.set(lane, f64::INFINITY);
     }
 
     /// All lanes, each as the bit of its number.
@@ -544,6 +589,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
             return;
         }
         self.store(lane);
+        let before = self.lanes[lane].kernel.state().0;
         let until = self.next_question(index);
         let Lane {
             kernel,
@@ -567,7 +613,15 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
         *reached = index + taken.max(1);
         *scalar_samples += u32::try_from(taken.max(1)).unwrap_or(u32::MAX);
         if kernel.recorder.judging {
+            let (after, peak) = (kernel.state().0, kernel.recorder.peak);
             self.best.set(lane, kernel.recorder.highest());
+            let threshold = self.threshold.lane(lane);
+            if after > threshold {
+                self.crossed(lane, self.crossing_between(index, before, after));
+            } else if peak.angle > threshold {
+                // It was above between the two samples.
+                self.crossed(lane, peak.time);
+            }
         }
         self.load(lane);
     }
@@ -655,12 +709,18 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
     }
 
     fn open_window(&mut self) {
+        let start_s = (self.pieces.signal).time_s(judged(&self.pieces, self.options).0);
         for lane in 0..self.lanes.len() {
             self.store(lane);
             let kernel = &mut self.lanes[lane].kernel;
             let angle = kernel.state().0;
             kernel.recorder.open_window(angle, 0.0, 0.0);
             self.best.set(lane, kernel.recorder.highest());
+            if angle > self.options.threshold_rad {
+                self.lanes[lane].first_crossing_s = Some(start_s);
+            } else {
+                self.threshold.set(lane, self.options.threshold_rad);
+            }
             self.load(lane);
         }
     }
@@ -779,7 +839,11 @@ fn finish<const K: usize>(
             .map_or(f64::NAN, |peak| peak.angle)
     });
     let apart = u64::from(lane.scalar_samples) + u64::from(lane.spared_samples);
+    // A maximum within rounding of the threshold: the peak decides.
+    let first_crossing_s = (peak > options.threshold_rad)
+        .then(|| lane.first_crossing_s.unwrap_or(kernel.recorder.peak.time));
     MemberPeak {
+        first_crossing_s,
         peak_angle_rad: peak,
         coast_peak_angle_rad: coast,
         spent: kernel.work.counted() + (samples as u64).saturating_sub(apart) / 4,

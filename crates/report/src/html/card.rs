@@ -2,7 +2,7 @@
 
 use super::markup::channel_and_design;
 use crate::escape::terminal as line;
-use crate::words;
+use crate::{opening, words};
 use latchgate_document::Document;
 use latchgate_document::number::{count, trimmed};
 use latchgate_verdict::Answer;
@@ -62,11 +62,15 @@ fn key_figures(document: &Document) -> Markup {
     let degrees = trimmed(document.threshold_rad.to_degrees(), 3);
     html! {
         dl.key {
-            (item("Largest angle", &words::short_peak(document, run), &format!("at {time}, {stop}")))
-            (item("Limit angle", &words::limit(document), &format!("{degrees}°")))
-            @if let Some(crossing) = run.first_crossing_s {
-                @let above = words::brief_time(run.time_above_threshold_s);
-                (item("Opens at", &words::brief_time(crossing), &format!("above the limit angle for {above}")))
+            @if words::has_figure(document, run) {
+                (item("Largest angle", &words::short_peak(document, run), &format!("at {time}, {stop}")))
+            } @else {
+                (item("Largest angle", "not known", &words::short_peak(document, run)))
+            }
+            (item("Limit angle", &format!("{degrees}°"), &words::limit(document)))
+            @if let Some(opens) = document.opens.filter(|opens| opens.first_s.is_some()) {
+                @let place = opening::place(opens.model, opens.opens_when);
+                (item("Opens", &opening::cell(&opens), &place))
             } @else {
                 (item("Opens", "not", "in the judged window"))
             }

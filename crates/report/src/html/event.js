@@ -128,6 +128,13 @@
     return "M" + parts.join("L");
   }
 
+  // The part of a mark that is in view, if any.
+  function inView(mark) {
+    const start = Math.max(mark.start, view[0]);
+    const end = Math.min(mark.end, view[1]);
+    return start > end ? null : [start, end];
+  }
+
   const scales = [];
   function draw() {
     drawn.textContent = "";
@@ -165,9 +172,14 @@
         element(inside, "path", { class: curve.class, d: path(columns[curve.column], panel.factor, y, from, to) });
       });
       data.marks.forEach((mark) => {
-        if (mark.at > view[1]) return;
-        if (view[0] > mark.at) return;
-        line(drawn, mark.class, x(mark.at), panel.top, x(mark.at), panel.bottom);
+        const seen = inView(mark);
+        if (!seen) return;
+        const [start, end] = seen.map(x);
+        if (end > start) {
+          element(drawn, "rect", { class: mark.class, x: start, y: panel.top, width: end - start, height: panel.bottom - panel.top });
+        } else {
+          line(drawn, mark.class, start, panel.top, start, panel.bottom);
+        }
       });
       element(drawn, "rect", { class: "frame", x: data.left, y: panel.top, width: data.right - data.left, height: panel.bottom - panel.top });
       element(drawn, "text", { "text-anchor": "middle", transform: "translate(" + (data.left - 61) + " " + (panel.top + panel.bottom) / 2 + ") rotate(-90)" }, panel.title);
@@ -190,16 +202,17 @@
   function labels(top) {
     const taken = [];
     data.marks.forEach((mark) => {
-      if (mark.at > view[1]) return;
-      if (view[0] > mark.at) return;
+      const seen = inView(mark);
+      if (!seen) return;
+      const place = x(0.5 * (seen[0] + seen[1]));
       const half = mark.text.length * 3.7 + 6;
-      const middle = hold(x(mark.at), half, 900 - half);
+      const middle = hold(place, half, 900 - half);
       let row = 0;
       const meets = (other) => other[0] === row ? middle + half > other[1] ? other[2] > middle - half : false : false;
       while (taken.some(meets)) row += 1;
       taken.push([row, middle - half, middle + half]);
       const y = top - 6 - 18 * row;
-      line(drawn, mark.class, x(mark.at), y + 1, x(mark.at), top);
+      line(drawn, mark.class, place, y + 1, place, top);
       element(drawn, "text", { class: "muted", x: middle, y: y - 2, "text-anchor": "middle" }, mark.text);
     });
   }

@@ -6,10 +6,11 @@
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
 use super::{Figure, PlotContext, WIDTH, acceleration, angle};
-use crate::words;
+use crate::{opening, words};
 use latchgate_document::number::exact;
 use latchgate_kernel::units::STANDARD_GRAVITY;
-use latchgate_verdict::SeriesRun;
+use latchgate_recording::Severity;
+use latchgate_verdict::{Answer, Opening, SeriesRun};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_PI_2;
 
@@ -25,11 +26,52 @@ const REACH: f64 = 4.0;
 const HEIGHTS: [f64; 3] = [150.0, 110.0, 190.0];
 const GAP: f64 = 16.0;
 
-/// An instant that is marked in all panels.
+/// An instant or a span that is marked in all panels.
 pub(super) struct EventMark {
-    pub(super) at_s: f64,
-    pub(super) text: String,
-    pub(super) class: &'static str,
+    start_s: f64,
+    end_s: f64,
+    text: String,
+    class: &'static str,
+}
+
+impl EventMark {
+    /// Marks an instant by a line.
+    pub(super) fn at(at_s: f64, text: String, class: &'static str) -> Self {
+        Self::span((at_s, at_s), text, class)
+    }
+
+    /// Marks a span by a shade.
+    fn span((start_s, end_s): (f64, f64), text: String, class: &'static str) -> Self {
+        Self {
+            start_s,
+            end_s,
+            text,
+            class,
+        }
+    }
+
+    /// Marks when a lever opens, if it does: the span of the varied levers, or one instant.
+    pub(super) fn opening(opens: Option<&Opening>, name: &str) -> Option<Self> {
+        let opens = opens?;
+        let first_s = opens.first_s?;
+        let text = format!("{name}opens {}", opening::cell(opens));
+        Some(match opening::span(opens) {
+            Some(span) => Self::span((span.start_s, span.end_s), text, "crossing"),
+            None => Self::at(first_s, text, "crossing"),
+        })
+    }
+
+    /// Returns the part of it that is in view [s].
+    pub(super) fn seen(&self, view: (f64, f64)) -> Option<(f64, f64)> {
+        let seen = (self.start_s.max(view.0), self.end_s.min(view.1));
+        (seen.0 <= seen.1).then_some(seen)
+    }
+
+    /// Returns where its label stands [s]: in the middle of what is seen.
+    fn middle_s(&self, view: (f64, f64)) -> f64 {
+        let (start_s, end_s) = self.seen(view).unwrap_or((self.start_s, self.end_s));
+        0.5 * (start_s + end_s)
+    }
 }
 
 /// A curve of a panel: its class, its name, what stands behind its value where a cursor reads it off, its column in the page's table of series, its values at
@@ -158,7 +200,14 @@ impl EventDrawing<'_> {
             }
             canvas.end_group();
             for mark in &self.marks {
-                place.upright(canvas, mark.class, mark.at_s * scale);
+                let Some((start_s, end_s)) = mark.seen(self.view) else {
+                    continue;
+                };
+                if end_s > start_s {
+                    place.shade(canvas, mark.class, (start_s * scale, end_s * scale));
+                } else {
+                    place.upright(canvas, mark.class, start_s * scale);
+                }
             }
             if last {
                 place.right_scale(canvas, f64::to_degrees(1.0), "angle φ [°]");
@@ -176,7 +225,7 @@ impl EventDrawing<'_> {
     fn draw_labels(&self, canvas: &mut Canvas, rows: &[usize], first_top: f64) {
         let axis = self.axis();
         for (mark, row) in self.marks.iter().zip(rows) {
-            let x = axis.place(mark.at_s * self.time_unit.0);
+            let x = axis.place(mark.middle_s(self.view) * self.time_unit.0);
             let y = first_top - 6.0 - 18.0 * *row as f64;
             canvas.line(mark.class, (x, y + 1.0), (x, first_top));
             canvas.text(
@@ -200,7 +249,8 @@ impl EventDrawing<'_> {
         self.marks
             .iter()
             .map(|mark| {
-                let middle = held(axis.place(mark.at_s * self.time_unit.0), &mark.text);
+                let at = axis.place(mark.middle_s(self.view) * self.time_unit.0);
+                let middle = held(at, &mark.text);
                 let half = width(&mark.text) / 2.0 + 6.0;
                 let own = (middle - half, middle + half);
                 let free = |row: &Vec<(f64, f64)>| {
@@ -239,7 +289,7 @@ impl EventDrawing<'_> {
         let marks: Vec<Value> = self
             .marks
             .iter()
-            .map(|mark| json!({"at": mark.at_s, "text": mark.text, "class": mark.class}))
+            .map(|mark| json!({"start": mark.start_s, "end": mark.end_s, "text": mark.text, "class": mark.class}))
             .collect();
         json!({
             "left": LEFT,
@@ -282,40 +332,46 @@ fn width(text: &str) -> f64 {
 }
 
 fn marks(context: &PlotContext, view: (f64, f64)) -> Vec<EventMark> {
-    let run = context.document.nominal.as_ref();
-    let mut marks = vec![EventMark {
-        at_s: 0.0,
-        text: "first contact".into(),
-        class: "contact",
-    }];
-    if let Some(at_s) = run.and_then(|run| run.first_crossing_s) {
-        marks.push(EventMark {
-            at_s,
-            text: format!("opens at {}", words::brief_time(at_s)),
-            class: "crossing",
-        });
-    }
-    match run.filter(|run| run.peak_angle_rad > 0.0) {
+    let document = context.document;
+    let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
+    match &document.nominal {
+        // What faulty samples come to is no event.
+        _ if document.verdict == Answer::Unusable => marks.extend(bad_span(context)),
         Some(run) if run.peak_angle_rad > FRAC_PI_2 => {
-            marks.extend(past_a_right_angle(context).map(|at_s| EventMark {
-                at_s,
-                text: format!("> 90° from {}", words::brief_time(at_s)),
-                class: "peak",
+            marks.extend(EventMark::opening(document.opens.as_ref(), ""));
+            marks.extend(past_a_right_angle(context).map(|at_s| {
+                let text = format!("> 90° from {}", opening::nominal_instant(at_s));
+                EventMark::at(at_s, text, "peak")
             }));
         }
-        Some(run) if words::has_figure(context.document, run) => {
-            let peak = words::short_peak(context.document, run);
-            let at = words::brief_time(run.peak_time_s);
-            marks.push(EventMark {
-                at_s: run.peak_time_s,
-                text: format!("largest angle {peak} at {at}"),
-                class: "peak",
-            });
+        Some(run) => {
+            marks.extend(EventMark::opening(document.opens.as_ref(), ""));
+            if run.peak_angle_rad > 0.0 && words::has_figure(document, run) {
+                let text = format!("largest angle {}", words::short_peak(document, run));
+                marks.push(EventMark::at(run.peak_time_s, text, "peak"));
+            }
         }
-        _ => {}
+        None => {}
     }
-    marks.retain(|mark| (view.0..=view.1).contains(&mark.at_s));
+    marks.retain(|mark| mark.seen(view).is_some());
     marks
+}
+
+/// Marks the samples from the first that a blocking finding declares bad; all, where it names none.
+fn bad_span(context: &PlotContext) -> Option<EventMark> {
+    let findings = context.document.findings.iter();
+    let blocking = findings.filter(|finding| finding.severity == Severity::Blocking);
+    let from = blocking
+        .map(|finding| finding.at_s.unwrap_or(f64::NEG_INFINITY))
+        .reduce(f64::min)?;
+    let time_s = &context.evidence.series.time_s;
+    let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
+    let text = if from > first {
+        format!("not usable from {}", words::instant(from))
+    } else {
+        "not usable".into()
+    };
+    Some(EventMark::span((from.clamp(first, last), last), text, "bad"))
 }
 
 /// Returns the first sample at which the nominal lever is past 90° [s]; the first trajectory is its.
@@ -351,7 +407,10 @@ fn view(context: &PlotContext) -> (f64, f64) {
         } else if run.peak_angle_rad > 0.0 {
             include(run.peak_time_s);
         }
-        run.first_crossing_s.into_iter().for_each(&mut include);
+    }
+    if let Some(opens) = &context.document.opens {
+        let instants = [opens.first_s, opens.p05_s, opens.p95_s];
+        instants.into_iter().flatten().for_each(&mut include);
     }
     if (first..=last).contains(&0.0) {
         include(0.0);

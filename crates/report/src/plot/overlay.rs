@@ -159,22 +159,11 @@ fn curves<'a>(what: &str, first: usize, values: &'a [Vec<f64>; 2]) -> Vec<EventC
 }
 
 fn marks(documents: [&Document; 2], view: (f64, f64)) -> Vec<EventMark> {
-    let mut marks = vec![EventMark {
-        at_s: 0.0,
-        text: "first contact".into(),
-        class: "contact",
-    }];
+    let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
     for (document, name) in documents.into_iter().zip(["A", "B"]) {
-        let run = document.nominal.as_ref();
-        if let Some(at_s) = run.and_then(|run| run.first_crossing_s) {
-            marks.push(EventMark {
-                at_s,
-                text: format!("{name} opens at {}", words::brief_time(at_s)),
-                class: "crossing",
-            });
-        }
+        marks.extend(EventMark::opening(document.opens.as_ref(), &format!("{name} ")));
     }
-    marks.retain(|mark| (view.0..=view.1).contains(&mark.at_s));
+    marks.retain(|mark| mark.seen(view).is_some());
     marks
 }
 
@@ -196,12 +185,12 @@ pub(crate) fn view(series: &CommonSeries, documents: [&Document; 2]) -> (f64, f6
         .iter()
         .filter_map(|document| document.nominal.as_ref())
     {
-        for at in [run.first_crossing_s, Some(run.peak_time_s)]
-            .into_iter()
-            .flatten()
-        {
-            include(at.clamp(first, last));
-        }
+        include(run.peak_time_s.clamp(first, last));
+    }
+    for opens in documents.iter().filter_map(|document| document.opens) {
+        let instants = [opens.first_s, opens.p05_s, opens.p95_s];
+        let instants = instants.into_iter().flatten();
+        instants.for_each(|at| include(at.clamp(first, last)));
     }
     let length = span.1 - span.0;
     if length <= 0.0 || length > 0.8 * (last - first) {

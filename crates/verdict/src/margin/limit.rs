@@ -178,6 +178,7 @@ fn first_to_open(
             from_rad: 0.0,
             to_rad: 2.0 * threshold,
         },
+        threshold_rad: f64::INFINITY,
         threads: 1,
     };
     let member = |index: usize| Member {

@@ -1,0 +1,113 @@
+//! When the lever opens, and how far varied levers spread around that instant.
+
+use super::ensemble::drivers::quantile;
+use super::ensemble::{LOOKS, Scatter};
+use super::looks;
+use super::policy::Variant;
+use super::runs::RunSetup;
+use super::variant::VariantResult;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::units::OpensWhen;
+use latchgate_recording::error::Error;
+use serde::{Deserialize, Serialize};
+
+/// The instant at which the lever first exceeds the limit angle.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Opening {
+    /// Of the earliest nominal run that crosses [s]; `None` if varied levers alone do.
+    pub first_s: Option<f64>,
+    /// The stop of that run.
+    pub model: StopModel,
+    /// Its sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// Of the varied levers that cross, five in a hundred do so before [s]; `None` where none was asked.
+    pub p05_s: Option<f64>,
+    /// Their median [s].
+    pub p50_s: Option<f64>,
+    /// Five in a hundred cross later [s].
+    pub p95_s: Option<f64>,
+    /// Varied levers of that stop and sign that were asked.
+    pub members: u32,
+    /// How many of these cross.
+    pub exceeded: u32,
+}
+
+/// First crossings of the varied levers of one stop and sign [s]; NaN of one that does not cross.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Crossings(pub(super) Vec<f64>);
+
+impl Crossings {
+    fn sorted(&self) -> Vec<f64> {
+        let crossing = self.0.iter().copied().filter(|at| at.is_finite());
+        let mut sorted: Vec<f64> = crossing.collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        sorted
+    }
+}
+
+/// Finds the earliest nominal run that crosses, or, where none does, the stop and sign of which most varied
+/// levers cross. A stop and sign whose ensemble was not needed for the verdict is asked here for as many
+/// levers as the first look takes.
+pub(super) fn opening(
+    setup: &RunSetup<'_>,
+    scatter: Option<&Scatter>,
+    results: &[VariantResult],
+) -> Result<Option<Opening>, Error> {
+    let crossing = |result: &&VariantResult| result.counted().run().first_crossing_s.is_some();
+    let instant = |result: &VariantResult| result.counted().run().first_crossing_s;
+    let earliest = results.iter().filter(crossing).min_by(|one, other| {
+        let [one, other] = [one, other].map(|result| instant(result).unwrap_or(f64::NAN));
+        one.total_cmp(&other)
+    });
+    if let Some(result) = earliest {
+        let crossings = match scatter {
+            Some(scatter) if result.crossings.0.is_empty() => first_look(setup, scatter, result)?,
+            _ => result.crossings.clone(),
+        };
+        return Ok(Some(Opening::of(
+            result.variant,
+            instant(result),
+            &crossings,
+        )));
+    }
+    let most = results
+        .iter()
+        .map(|result| Opening::of(result.variant, None, &result.crossings))
+        .filter(|opening| opening.exceeded > 0)
+        .reduce(|most, other| match other.exceeded > most.exceeded {
+            true => other,
+            false => most,
+        });
+    Ok(most)
+}
+
+/// Asks the first varied levers of a stop and sign when they cross; none near the limit of work.
+fn first_look(
+    setup: &RunSetup<'_>,
+    scatter: &Scatter,
+    result: &VariantResult,
+) -> Result<Crossings, Error> {
+    let count = LOOKS[0].min(setup.policy.members);
+    if !(setup.work).allows(u64::from(count) * result.counted().outcome.spent) {
+        return Ok(Crossings::default());
+    }
+    looks::crossings(setup, scatter, result.variant, count).map(Crossings)
+}
+
+impl Opening {
+    fn of(variant: Variant, first_s: Option<f64>, crossings: &Crossings) -> Self {
+        let sorted = crossings.sorted();
+        let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
+        let at = |share: f64| (!sorted.is_empty()).then(|| quantile(&sorted, share));
+        Self {
+            first_s,
+            model: variant.model,
+            opens_when: variant.opens_when,
+            p05_s: at(0.05),
+            p50_s: at(0.5),
+            p95_s: at(0.95),
+            members: number(crossings.0.len()),
+            exceeded: number(sorted.len()),
+        }
+    }
+}
