@@ -54,7 +54,7 @@ fn options(stop: StopModel, threads: usize) -> BatchOptions {
         window: None,
         coast: true,
         asked: AskedPeaks::ALL,
-        threshold_rad: f64::INFINITY,
+        threshold_rad: Design::reference().criterion.threshold_rad,
         threads,
     }
 }
@@ -87,7 +87,8 @@ fn check_agrees(amplitude: f64, options: &BatchOptions) {
     let count = 203;
     let peaks = batch::peaks(&signal, count, &member, options).unwrap();
     assert_eq!(peaks.len(), count);
-    let (mut coasting, mut spared) = (0, 0);
+    let (mut coasting, mut spared, mut crossing) = (0, 0, 0);
+    let interval = signal.rate.interval().seconds();
     for (index, peak) in peaks.iter().enumerate() {
         let one = scalar(&signal, index, options);
         let what = format!("member {index} at {amplitude} m/s², {options:?}");
@@ -97,6 +98,16 @@ fn check_agrees(amplitude: f64, options: &BatchOptions) {
             off <= 2.0 * stated,
             "{what}: off by {off:e}, stated {stated:e}"
         );
+        // A straight line between two samples; what errs by so much may cross one sample on.
+        match (peak.first_crossing_s, one.run.first_crossing_s) {
+            (None, None) => {}
+            (Some(got), Some(want)) => {
+                crossing += 1;
+                let part = (got - want).abs() / interval;
+                assert!(part < 0.2, "{what}: crosses at {got} s, not {want} s");
+            }
+            (got, want) => panic!("{what}: crosses at {got:?}, scalar {want:?}"),
+        }
         match (peak.coast_peak_angle_rad, one.run.coast_peak_angle_rad) {
             (None, None) => {}
             // Not followed to the end, since nothing could still exceed the peak.
@@ -114,6 +125,9 @@ fn check_agrees(amplitude: f64, options: &BatchOptions) {
             }
             (got, want) => panic!("{what}: coast {got:?}, scalar {want:?}"),
         }
+    }
+    if amplitude >= 300.0 {
+        assert!(crossing > 40, "{crossing} cross at {amplitude} m/s²");
     }
     if amplitude > 100.0 {
         assert!(

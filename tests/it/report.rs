@@ -317,7 +317,7 @@ fn verif_an_ensemble_is_shown_with_all_that_it_rests_on() {
     check_holds(
         &shown,
         &[
-            "varied       1731 of 2048 levers varied within tolerances open (at least 82.73 % of all such)",
+            "varied       1731 of 2048 varied levers open (at least 82.73 % of all)",
             "sensitive    to bias of the acceleration (-0.83), restitution of the stop (0.24)",
             "by filter    none fail (0.13 rad (7.45°)), cfc1000 fail",
         ],

@@ -40,10 +40,7 @@ pub fn span(opens: &Opening) -> Option<OpeningSpan> {
 /// how many varied levers do where the nominal one does not.
 pub fn sentence(opens: &Opening) -> String {
     if opens.first_s.is_none() {
-        return format!(
-            "{} of {} varied levers open",
-            opens.exceeded, opens.members
-        );
+        return format!("{} of {} varied levers open", opens.exceeded, opens.members);
     }
     match span(opens) {
         Some(_) if opens.exceeded < opens.members => {
@@ -85,7 +82,9 @@ pub fn cell(opens: &Opening) -> String {
         return sentence(opens);
     }
     let text = instant(opens);
-    let text = text.trim_start_matches("at ").trim_start_matches("between ");
+    let text = text
+        .trim_start_matches("at ")
+        .trim_start_matches("between ");
     text.replace(" and ", " … ")
 }
 
@@ -176,7 +175,12 @@ mod tests {
         check_opening([14.35, 14.41, 14.45], 128, "opens at 14.4 ms", "14.4 ms");
         check_opening([14.2, 14.41, 14.6], 128, "opens at 14 ms", "14 ms");
         check_opening([14.41, 14.41, 14.41], 128, "opens at 14.41 ms", "14.41 ms");
-        check_opening([-0.2, 0.4, 0.9], 128, "opens between −0.2 and 0.9 ms (9 of 10 varied levers)", "−0.2 … 0.9 ms");
+        check_opening(
+            [-0.2, 0.4, 0.9],
+            128,
+            "opens between −0.2 and 0.9 ms (9 of 10 varied levers)",
+            "−0.2 … 0.9 ms",
+        );
     }
 
     #[test]

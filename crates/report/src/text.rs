@@ -1,8 +1,8 @@
 //! The verdict for a terminal.
 
 use super::terminal::{self, Look, TerminalLines};
-use super::{opening, words};
 use super::{REPORT_FILE, VERDICT_FILE};
+use super::{opening, words};
 use latchgate_document::Document;
 use latchgate_document::number::plain;
 use latchgate_recording::{Finding, Severity};
@@ -288,7 +288,9 @@ fn table_row(row: &TableRow<'_>, look: Look) -> Vec<String> {
     let one = document.verdict != Answer::Undecided || document.polarities.len() < 2;
     let run = run.filter(|_| one && document.verdict != Answer::Unusable);
     let peak = run.map_or_else(none, |run| words::short_peak(document, run));
-    let opens = document.opens.filter(|opens| one && opens.first_s.is_some());
+    let opens = document
+        .opens
+        .filter(|opens| one && opens.first_s.is_some());
     let report = row.report.map(|folder| folder.join(REPORT_FILE));
     let verdict = if row.judged {
         look.verdict(document.verdict)

@@ -136,11 +136,10 @@ fn would_decide(document: &Document) -> String {
             )
         }
         "stop-model-decides" => {
-            "The stops answer differently: state which one the latch has by the setting `model`.".into()
+            "The stops answer differently: state which one the latch has by the setting `model`."
+                .into()
         }
-        "members-cross" | "few-members-cross" | "most-members-cross" => {
-            remedy_of_scatter(document)
-        }
+        "members-cross" | "few-members-cross" | "most-members-cross" => remedy_of_scatter(document),
         "coast-reaches-limit" | "members-coast-beyond" => {
             "The lever still moves where the record ends: a longer recording would decide.".into()
         }
@@ -292,10 +291,7 @@ pub(super) fn varied(ensemble: &Ensemble) -> String {
 /// Returns the share of all varied levers that open, as its bound.
 pub(super) fn share(ensemble: &Ensemble) -> String {
     if ensemble.p_lower > FAIL_SHARE_WITH_NOMINAL {
-        format!(
-            "at least {}\u{00A0}% of all",
-            percent(ensemble.p_lower)
-        )
+        format!("at least {}\u{00A0}% of all", percent(ensemble.p_lower))
     } else {
         format!("at most {}\u{00A0}% of all", percent(ensemble.p_upper))
     }
@@ -451,7 +447,6 @@ pub(super) fn bounded_angle(radians: f64) -> String {
         trimmed(radians, 3)
     )
 }
-
 
 /// Returns U of a run's peak.
 pub(super) fn uncertainty(document: &Document, run: &Run) -> Option<f64> {

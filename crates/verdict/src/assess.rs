@@ -268,7 +268,11 @@ impl Assessing<'_> {
         let opens = match answer {
             // What faulty samples come to is no event.
             Answer::Unusable => None,
-            _ => opening::opening(&self.usable(), self.scatter.as_ref().filter(|_| !brief), &results)?,
+            _ => opening::opening(
+                &self.usable(),
+                self.scatter.as_ref().filter(|_| !brief),
+                &results,
+            )?,
         };
         let evidence = self.evidence(&results, nominal)?;
         let work_limit = setup.work.limit_reached();

@@ -16,8 +16,8 @@ use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
 use latchgate_verdict::ensemble::{Driver, End, PeakQuantiles};
 use latchgate_verdict::what_if::{Change, ChangedSide};
 use latchgate_verdict::{
-    Answer, Ensemble, ErrorBudget, Evidence, FilterRow, QuantileBand, Reason, RunAnswer, Screens,
-    Trace, WhatIf,
+    Answer, Ensemble, ErrorBudget, Evidence, FilterRow, Opening, QuantileBand, Reason, RunAnswer,
+    Screens, Trace, WhatIf,
 };
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -346,8 +346,23 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
     let peak_index = (0..raw.samples.len())
         .max_by(|&a, &b| raw.samples[a].abs().total_cmp(&raw.samples[b].abs()))
         .unwrap();
+    let opens = runs
+        .iter()
+        .filter(|_| verdict != Answer::Unusable)
+        .filter_map(|(run, _)| Some((run, run.first_crossing_s?)))
+        .min_by(|one, other| one.1.total_cmp(&other.1))
+        .map(|(run, first_s)| Opening {
+            first_s: Some(first_s),
+            model: run.model,
+            opens_when: run.opens_when,
+            p05_s: None,
+            p50_s: None,
+            p95_s: None,
+            members: 0,
+            exceeded: 0,
+        });
     let document = Document {
-        opens: None,
+        opens,
         test: latchgate_recording::TestFacts::default(),
         schema: "latchgate.verdict/1".into(),
         report_id: "5e1f".repeat(16),

@@ -221,6 +221,7 @@ fn verif_keys_stand_in_their_order() {
         "models",
         "polarities",
         "answers",
+        "opens",
         "ensemble",
         "ensembles",
         "preload_answer",

@@ -371,7 +371,11 @@ fn bad_span(context: &PlotContext) -> Option<EventMark> {
     } else {
         "not usable".into()
     };
-    Some(EventMark::span((from.clamp(first, last), last), text, "bad"))
+    Some(EventMark::span(
+        (from.clamp(first, last), last),
+        text,
+        "bad",
+    ))
 }
 
 /// Returns the first sample at which the nominal lever is past 90° [s]; the first trajectory is its.

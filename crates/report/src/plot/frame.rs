@@ -293,7 +293,11 @@ impl Frame {
     /// Shades a span of `x` over the whole height.
     pub fn shade(&self, canvas: &mut Canvas, class: &str, (from, to): (f64, f64)) {
         let (left, right) = (self.x.place(from), self.x.place(to));
-        canvas.rectangle(class, (left, self.top), (right - left, self.bottom - self.top));
+        canvas.rectangle(
+            class,
+            (left, self.top),
+            (right - left, self.bottom - self.top),
+        );
     }
 
     /// Draws the line of a limit across, with its words at the left.

@@ -161,7 +161,10 @@ fn curves<'a>(what: &str, first: usize, values: &'a [Vec<f64>; 2]) -> Vec<EventC
 fn marks(documents: [&Document; 2], view: (f64, f64)) -> Vec<EventMark> {
     let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
     for (document, name) in documents.into_iter().zip(["A", "B"]) {
-        marks.extend(EventMark::opening(document.opens.as_ref(), &format!("{name} ")));
+        marks.extend(EventMark::opening(
+            document.opens.as_ref(),
+            &format!("{name} "),
+        ));
     }
     marks.retain(|mark| mark.seen(view).is_some());
     marks
