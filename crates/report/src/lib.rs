@@ -20,7 +20,7 @@
 //! - `text`: the verdict for a terminal;
 //! - `words`: words that the terminal and the page share.
 
-mod codes;
+pub mod codes;
 pub mod escape;
 mod folder;
 pub mod html;
@@ -37,7 +37,7 @@ mod words;
 
 pub use folder::{Unplaced, folder_name};
 use latchgate_recording::error::Error;
-pub use words::UNSEEN;
+pub use words::{UNSEEN, test_facts};
 
 pub use latchgate_document::{Document, json};
 use latchgate_verdict::Evidence;
