@@ -12,7 +12,7 @@ use latchgate_kernel::units::AccelerationUnit;
 use latchgate_kernel::units::short;
 use latchgate_recording::error::Error;
 use latchgate_recording::{Finding, Limits};
-use latchgate_report::escape;
+use latchgate_report::{escape, test_facts};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -51,11 +51,39 @@ fn table(listing: &Listing, asked: &Path, all: bool) -> String {
         source.format,
         source.sha256
     );
+    test(&mut text, listing, all);
     channels(&mut text, &listing.channels);
     choice(&mut text, listing);
     text += &offers(asked, &listing.replay.offers);
     findings(&mut text, listing, all);
     text
+}
+
+/// Writes what the file says of the test, then what it says of single channels; unless all are wanted,
+/// those that a replay passes over are left out.
+fn test(text: &mut String, listing: &Listing, all: bool) {
+    for (name, value) in test_facts(&listing.test) {
+        let _ = writeln!(
+            text,
+            "{}: {}",
+            name.to_lowercase(),
+            escape::terminal(&value)
+        );
+    }
+    for entry in listing.channels.iter().filter(|entry| is_shown(entry, all)) {
+        let facts = test_facts(&entry.stated.test.beyond(&listing.test));
+        let facts: Vec<String> = facts.into_iter().map(|(_, value)| value).collect();
+        if !facts.is_empty() {
+            let (name, facts) = (&entry.name, facts.join("; "));
+            let (name, facts) = (escape::terminal(name), escape::terminal(&facts));
+            let _ = writeln!(text, "{name}: {facts}");
+        }
+    }
+}
+
+/// Tells whether a replay takes or offers a channel, or all are wanted.
+fn is_shown(entry: &ListedChannel, all: bool) -> bool {
+    all || entry.status != ChannelStatus::PassedOver
 }
 
 /// Writes a line for each channel, in columns.
@@ -133,7 +161,7 @@ fn choice(text: &mut String, listing: &Listing) {
 /// Writes the findings, the gravest first; what several channels share, such as a clock, once.
 /// Unless all are wanted, those of channels that a replay passes over are left out, and that is said.
 fn findings(text: &mut String, listing: &Listing, all: bool) {
-    let shown = |entry: &&ListedChannel| all || entry.status != ChannelStatus::PassedOver;
+    let shown = |entry: &&ListedChannel| is_shown(entry, all);
     let of_channels = listing.channels.iter().filter(shown).flat_map(|entry| {
         let own = entry.findings.iter();
         own.map(move |finding| (Some(&entry.name), finding))

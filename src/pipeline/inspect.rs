@@ -9,7 +9,9 @@ use latchgate_recording::error::{Error, ErrorKind, Place};
 use latchgate_recording::setting::Setting;
 use latchgate_recording::{
     self, Card, Channel, Finding, Limits, Part, ReadOptions, Reading, Recording, Source, Stated,
+    TestFacts,
 };
+use latchgate_report::codes;
 use latchgate_verdict::conditioning::{self, ConditioningOptions, neighbours};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -21,6 +23,9 @@ pub struct Listing {
     pub schema: Cow<'static, str>,
     /// The file.
     pub recording: ListedFile,
+    /// What is said of the test, where the file says it of every channel listed.
+    #[serde(default)]
+    pub test: TestFacts,
     /// Every channel that carries numbers.
     pub channels: Vec<ListedChannel>,
     /// The channel that a replay would take with the same settings, or why it takes none.
@@ -113,6 +118,9 @@ pub struct ListedChannel {
     pub content_sha256: Option<String>,
     /// What the file says of the channel beside its samples.
     pub stated: Stated,
+    /// The sensor's place spelt out, where the file has a code for it that is known here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<String>,
     /// What is odd about it.
     pub findings: Vec<Finding>,
     /// Its shape in a line of text.
@@ -296,6 +304,14 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
         _ => ChannelStatus::PassedOver,
     };
     let series = choice.taken.as_ref().and_then(series);
+    let facts = recording
+        .channels
+        .iter()
+        .map(|channel| &channel.stated.test);
+    let test = facts.clone().next().map(|first| {
+        let shared = |known: TestFacts, other: &TestFacts| known.shared_with(other);
+        facts.fold(first.clone(), shared)
+    });
     Listing {
         schema: "latchgate.inspect/1".into(),
         recording: ListedFile {
@@ -304,6 +320,7 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
             parts: recording.parts,
             format: recording.format.into(),
         },
+        test: test.unwrap_or_default(),
         channels: recording
             .channels
             .into_iter()
@@ -374,6 +391,12 @@ fn listed(
         peak: peak.1,
         peak_time_s,
         content_sha256,
+        place: channel
+            .stated
+            .test
+            .location
+            .as_deref()
+            .and_then(codes::spelt),
         stated: channel.stated,
         findings,
     }

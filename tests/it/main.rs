@@ -78,6 +78,7 @@ mod study;
 mod study_scenes;
 mod support;
 mod sweep;
+mod test_facts;
 mod tidy;
 mod unlike_crash;
 mod verdict;

@@ -122,6 +122,13 @@ impl Card {
         })
     }
 
+    /// Lists every key that a card may hold.
+    pub fn keys() -> Vec<&'static str> {
+        let mut card = Self::default();
+        let texts = card.texts().map(|(name, _)| name);
+        KEYS.into_iter().chain(texts).collect()
+    }
+
     /// Lists the keys of texts with their places.
     fn texts(&mut self) -> [(&'static str, &mut Option<String>); 9] {
         [
@@ -219,10 +226,8 @@ impl Card {
             }
             _ => {
                 let mut texts = self.texts();
-                let known = KEYS.into_iter().chain(texts.iter().map(|(name, _)| *name));
-                let known: Vec<&str> = known.collect();
                 let Some((_, slot)) = texts.iter_mut().find(|(name, _)| *name == key) else {
-                    return Err(Error::unknown("card key", key, &known));
+                    return Err(Error::unknown("card key", key, &Self::keys()));
                 };
                 **slot = Some(take(key, value, "a text in quotes")?);
             }

@@ -56,6 +56,7 @@ impl Draft {
             return Err(error.at(Place::default().channel(self.name)));
         }
         self.stated.remarks = remarks::shown(&self.remarks);
+        self.stated.test = self.stated.test.shortened();
         remarks::tell_of_filters(&self.remarks, &mut self.stated, &mut self.findings);
         let scale = self.unit.scale;
         if scale.total_cmp(&1.0).is_ne() {

@@ -266,6 +266,67 @@ impl TestFacts {
             location: self.location.or(other.location),
         }
     }
+
+    /// Returns the facts that `other` states as well, in the same words.
+    pub fn shared_with(&self, other: &Self) -> Self {
+        self.filtered(|fact| fact(self) == fact(other))
+    }
+
+    /// Returns the facts that are not among those of `other`.
+    pub fn beyond(&self, other: &Self) -> Self {
+        self.filtered(|fact| fact(self) != fact(other))
+    }
+
+    /// Returns the facts that are kept, each by the field it is.
+    fn filtered(&self, keeps: impl Fn(fn(&Self) -> &Option<String>) -> bool) -> Self {
+        let kept = |fact: fn(&Self) -> &Option<String>| fact(self).clone().filter(|_| keeps(fact));
+        Self {
+            test: kept(|facts| &facts.test),
+            vehicle: kept(|facts| &facts.vehicle),
+            laboratory: kept(|facts| &facts.laboratory),
+            date: kept(|facts| &facts.date),
+            speed: kept(|facts| &facts.speed),
+            sensor: kept(|facts| &facts.sensor),
+            location: kept(|facts| &facts.location),
+        }
+    }
+
+    /// Returns them with each text cut to a length that a line can show.
+    fn shortened(self) -> Self {
+        const MOST: usize = 200;
+        let short = |text: Option<String>| {
+            text.map(|text| match text.char_indices().nth(MOST) {
+                Some((end, _)) => format!("{}…", &text[..end]),
+                None => text,
+            })
+        };
+        Self {
+            test: short(self.test),
+            vehicle: short(self.vehicle),
+            laboratory: short(self.laboratory),
+            date: short(self.date),
+            speed: short(self.speed),
+            sensor: short(self.sensor),
+            location: short(self.location),
+        }
+    }
+}
+
+/// Returns what the value of a head's key says of the test; `None` where it only fills the place.
+fn fact(value: &str) -> Option<String> {
+    const PLACEHOLDERS: [&str; 4] = ["N/A", "NA", "NONE", "NOVALUE"];
+    let value = value.trim();
+    let says = value.contains(char::is_alphanumeric)
+        && !PLACEHOLDERS
+            .iter()
+            .any(|word| word.eq_ignore_ascii_case(value));
+    says.then(|| value.to_string())
+}
+
+/// Joins facts of one kind; `None` without any.
+fn joined_facts<const N: usize>(facts: [Option<String>; N]) -> Option<String> {
+    let facts: Vec<String> = facts.into_iter().flatten().collect();
+    (!facts.is_empty()).then(|| facts.join(", "))
 }
 
 /// What a file says of a channel beside its samples; `None` where it says nothing.

@@ -372,6 +372,7 @@ impl LabviewFile<'_> {
             && described.interval().is_some()
             && described.interval_finding(clock.rate).is_none();
         let mut draft = Draft::of_words(column, unit, clock, findings);
+        draft.stated.test = header.test.clone();
         draft.stated.clock_confirmed_by = confirmed.then(|| "Delta_X".into());
         draft.finish(options.zero_s(), options)
     }

@@ -10,11 +10,13 @@
 //! ISO/TS 13499 and its related electronic document B (codes), as far as they show in the files.
 //!
 //! - `channel`: channel files: header and samples;
+//! - `header`: the test's own header: what was tested where, and which side was struck;
 //! - `names`: names of a test's files: which are its header, its list and its channels;
 //! - `package`: the files of a test, wherever they are: in a folder, in an archive, or beside the
 //!   one given.
 
 mod channel;
+mod header;
 pub(super) mod names;
 mod package;
 
@@ -29,6 +31,7 @@ use super::{
 };
 use crate::error::{Candidates, Error, ErrorKind};
 use channel::{ChannelHeader, Samples};
+use header::TestHeader;
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 use package::{ChannelEntry, Package};
 use std::collections::BTreeMap;
@@ -74,20 +77,33 @@ pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
         return Err(package.without_channels());
     }
     findings.extend(package.list_finding(&channels, source, limits)?);
-    let mut remarks = Vec::new();
-    let sides = package.struck_sides(source, limits, &mut findings, &mut remarks)?;
+    let header = package.test_header(source, limits, &mut findings)?;
+    // What it says is shown, so that it belongs to the recording.
+    let file = header.file.clone();
+    let part = file.filter(|file| file != source.name() && package.is_part(file));
+    if let Some(file) = &part {
+        source.read_beside(file, limits)?;
+    }
     let mut test = TestReader {
         package: &mut package,
         source,
         channels: &channels,
+        header: &header,
         options,
         limits,
     };
     Ok(asked.each(|selection| {
-        let (wanted, found) = selected(test.package, &channels, &sides, options, selection)?;
+        let (wanted, found) = selected(
+            test.package,
+            &channels,
+            &header.struck_sides,
+            options,
+            selection,
+        )?;
         let outcome = ReadOutcome {
             findings: findings.iter().cloned().chain(found).collect(),
-            remarks: remarks.clone(),
+            remarks: header.remarks.clone(),
+            parts: part.iter().cloned().collect(),
             ..ReadOutcome::default()
         };
         let most = ("test_samples", limits.test_samples);
@@ -171,6 +187,7 @@ struct TestReader<'a, 'r> {
     package: &'a mut Package,
     source: &'a mut Reader<'r>,
     channels: &'a [ChannelEntry],
+    header: &'a TestHeader,
     options: &'a ReadOptions,
     limits: &'a Limits,
 }
@@ -210,6 +227,7 @@ impl TestReader<'_, '_> {
         findings.extend(header.status_findings(span));
         let mut stated = header.stated(&mut findings);
         stated.clock_confirmed_by = header.clock_confirmed_by(&clock, stamped);
+        stated.test = stated.test.or(self.header.test_facts(header));
         findings.extend(header.contradictions());
         findings.extend(stated.findings(clock.rate));
         findings.extend(header.code().and_then(|code| code.sign_finding()));

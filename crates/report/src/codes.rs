@@ -9,19 +9,37 @@ const ISO_MME: &str = include_str!("codes/iso-mme.txt");
 
 /// Returns the words of a place with its axis: of an attachment with its axis, `DSRF YG`, or of a
 /// channel code of 16 characters; `None` where the tables do not know it.
-pub(super) fn spelt(code: &str) -> Option<String> {
+pub fn spelt(code: &str) -> Option<String> {
     let code = code.trim();
     if code.len() == 16 && code.is_ascii() && !code.contains(' ') {
-        let place = word(ISO_MME, &code[2..6])?;
+        let mut words = vec![word(ISO_MME, &code[2..6])?];
+        let fine = [6, 8, 10].map(|at| fine_location(&code[at..at + 2]));
         let side = match code.as_bytes()[1] {
-            b'1' | b'4' | b'7' => ", left",
-            b'3' | b'6' | b'9' => ", right",
-            _ => "",
+            b'1' | b'4' | b'7' => Some("left"),
+            b'3' | b'6' | b'9' => Some("right"),
+            _ => None,
         };
-        return Some(format!("{place}{side}{}", axis(&code[14..15])));
+        let is_told = fine.contains(&Some("left")) || fine.contains(&Some("right"));
+        words.extend(side.filter(|_| !is_told));
+        words.extend(fine.into_iter().flatten());
+        return Some(format!("{}{}", words.join(", "), axis(&code[14..15])));
     }
     let (place, direction) = code.split_once(' ')?;
     Some(format!("{}{}", word(NHTSA, place)?, axis(direction)))
+}
+
+/// Returns the word of a fine location of ISO/TS 13499, of which a code has three.
+fn fine_location(code: &str) -> Option<&'static str> {
+    Some(match code.to_ascii_uppercase().as_str() {
+        "FR" => "front",
+        "LE" => "left",
+        "LO" => "lower",
+        "MI" => "middle",
+        "RE" => "rear",
+        "RI" => "right",
+        "UP" => "upper",
+        _ => return None,
+    })
 }
 
 fn axis(direction: &str) -> String {
@@ -57,6 +75,9 @@ mod tests {
             ("DSRF YG", Some("door sill, right front, Y")),
             ("VECG YG", Some("vehicle centre of gravity, Y")),
             ("11SILLLE0000ACYP", Some("door sill, left, Y")),
+            ("11SILL000000ACYP", Some("door sill, left, Y")),
+            ("11DOORLEFR00ACYP", Some("door, left, front, Y")),
+            ("16BPILRILO00AC2P", Some("B-pillar, right, lower, Y")),
             ("ZZZZ YG", None),
             ("somewhere", None),
         ] {

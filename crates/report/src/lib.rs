@@ -20,7 +20,7 @@
 //! - `text`: the verdict for a terminal;
 //! - `words`: words that the terminal and the page share.
 
-mod codes;
+pub mod codes;
 pub mod escape;
 mod folder;
 pub mod html;
@@ -38,7 +38,7 @@ mod words;
 
 pub use folder::{Unplaced, folder_name};
 use latchgate_recording::error::Error;
-pub use words::{UNSEEN, headline};
+pub use words::{UNSEEN, headline, test_facts};
 
 pub use latchgate_document::{Document, json};
 use latchgate_verdict::Evidence;

@@ -31,7 +31,7 @@ pub fn answer(document: &Document, look: Look) -> String {
     let channel = recording.channel.as_ref();
     let channel = channel.map_or(String::new(), |channel| format!(", channel {channel}"));
     out.line("recording", &format!("{}{channel}", recording.file));
-    let test: Vec<String> = words::test_facts(document)
+    let test: Vec<String> = words::test_facts(&document.test)
         .into_iter()
         .map(|(_, value)| value)
         .collect();

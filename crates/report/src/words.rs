@@ -14,7 +14,7 @@ use latchgate_kernel::model::parameters::{DesignParameter, PARAMETERS};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
-use latchgate_recording::{Finding, Severity};
+use latchgate_recording::{Finding, Severity, TestFacts};
 use latchgate_verdict::decision::{FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES};
 use latchgate_verdict::ensemble::Driver;
 use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget, Reason, RunAnswer};
@@ -348,8 +348,7 @@ pub(super) fn conditioned(block: &ConditioningBlock) -> String {
 }
 
 /// Returns what is known of the test, names with values.
-pub(super) fn test_facts(document: &Document) -> Vec<(&'static str, String)> {
-    let test = &document.test;
+pub fn test_facts(test: &TestFacts) -> Vec<(&'static str, String)> {
     let location = test.location.as_ref().map(|code| {
         codes::spelt(code).map_or_else(|| code.clone(), |words| format!("{words} ({code})"))
     });

@@ -2,6 +2,7 @@
 
 use crate::support::{Folder, finish, program, table, weak};
 use latchgate_kernel::model::Design;
+use latchgate_recording::Card;
 use std::fs;
 use std::process::Command;
 
@@ -26,28 +27,34 @@ fn cli_init_writes_a_design_that_is_the_papers_but_for_its_name() {
     assert_eq!(design, Design::reference());
 }
 
-/// As it is written a card changes nothing; with every line taken in it is read.
+/// As it is written a card changes nothing; it holds every key there is, and with each taken in it is read.
 #[test]
-fn cli_init_writes_a_card_of_which_every_line_is_known() {
+fn cli_init_writes_a_card_with_every_key_that_is_known() {
     let folder = Folder::new("init-card");
     folder.write("one.csv", table(weak));
     let done = finish(init(&folder, &mut program(), &["card", "one.csv.toml"]));
     assert_eq!(done.code, 0, "{}", done.err);
     let card = folder.path().join("one.csv.toml");
     let text = fs::read_to_string(&card).unwrap();
-    assert_eq!(
-        latchgate_recording::Card::from_toml(&text).unwrap(),
-        Default::default()
-    );
-    let of_keys = |line: &str| {
-        let known = line.strip_prefix("# ").unwrap_or(line);
-        match known.split_once(" = ") {
-            Some((key, _)) if !key.contains(' ') => known.to_string(),
-            _ => line.to_string(),
+    assert_eq!(Card::from_toml(&text).unwrap(), Default::default());
+    let mut keys: Vec<&str> = Vec::new();
+    let mut whole = String::new();
+    for line in text.lines() {
+        let bare = line.strip_prefix("# ").unwrap_or(line);
+        match bare.split_once(" = ") {
+            Some((key, _)) if !key.contains(' ') => {
+                keys.push(key);
+                whole += bare;
+            }
+            _ => whole += line,
         }
-    };
-    let whole: Vec<String> = text.lines().map(of_keys).collect();
-    let read = latchgate_recording::Card::from_toml(&whole.join("\n")).unwrap();
+        whole.push('\n');
+    }
+    let mut known = Card::keys();
+    known.sort_unstable();
+    keys.sort_unstable();
+    assert_eq!(keys, known, "the template and the keys of a card");
+    let read = Card::from_toml(&whole).unwrap();
     assert_eq!(read.range_g, Some(2000.0));
     assert!(read.synthetic && read.notes.is_some() && read.accepted_remarks.len() == 1);
 }

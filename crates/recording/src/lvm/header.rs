@@ -6,8 +6,9 @@ use crate::held::Statement;
 use crate::number::Decimal;
 use crate::remarks::{self, Remark, RemarkPlace};
 use crate::words::{Words, word_list};
-use crate::{Finding, Limits, text};
+use crate::{Finding, Limits, TestFacts, fact, joined_facts, text};
 use latchgate_kernel::units::TimeUnit;
+use std::collections::BTreeMap;
 
 /// What closes each header.
 const END: &str = "***End_of_Header***";
@@ -68,6 +69,8 @@ pub(super) struct Header {
     pub(super) comment_column: usize,
     /// What was written in words.
     pub(super) remarks: Vec<Remark>,
+    /// What the first header says of the test.
+    pub(super) test: TestFacts,
     /// The decimal mark that the header declares.
     pub(super) decimal: Option<char>,
     /// What in it cannot be read.
@@ -83,6 +86,7 @@ impl Header {
             channels: Vec::new(),
             comment_column: 0,
             remarks: Vec::new(),
+            test: TestFacts::default(),
             decimal: None,
             findings: Vec::new(),
         };
@@ -91,13 +95,27 @@ impl Header {
             .by_ref()
             .take_while(|(_, line)| !line.starts_with(END));
         let mut closed = 0;
+        let mut facts: BTreeMap<&str, String> = BTreeMap::new();
         for (number, line) in first {
             closed = number;
             let (key, value) = line.split_once(SEPARATORS).unwrap_or((line, ""));
             header
                 .take(key.trim(), value, line)
                 .map_err(|error| error.at(Place::default().line(number)))?;
+            // Empty cells may stand behind the value.
+            if let Some(value) = fact(value.trim_matches([' ', '\t', ',', ';'])) {
+                facts.entry(key.trim()).or_insert(value);
+            }
         }
+        header.test = TestFacts {
+            test: joined_facts([facts.remove("Project"), facts.remove("Description")]),
+            // LabVIEW names the person alone.
+            laboratory: facts
+                .remove("Operator")
+                .map(|name| format!("operator {name}")),
+            date: facts.remove("Date"),
+            ..TestFacts::default()
+        };
         let mut rows: Vec<(u64, Vec<String>)> = Vec::new();
         let (mut names, mut last, mut ended) = (None, closed, false);
         for (number, line) in lines {

@@ -12,7 +12,7 @@ use crate::held::{self, Statement};
 use crate::number::{Decimal, PrintedDigits};
 use crate::remarks::{self, Remark, Span};
 use crate::words::{Words, word_list};
-use crate::{Finding, Limits, Stated, encoding, text, time_base};
+use crate::{Finding, Limits, Stated, encoding, fact, joined_facts, text, time_base};
 use latchgate_kernel::units::{AccelerationUnit, SampleRate};
 
 /// What stands for "nothing" as a value.
@@ -312,16 +312,23 @@ impl ChannelHeader {
         Some(letter.unwrap_or(class).to_string()).filter(|class| !class.is_empty())
     }
 
-    /// Returns what the header says of test and sensor.
+    /// Returns what the header says of sensor and place.
     fn test_facts(&self) -> TestFacts {
-        let one = |key: &str| self.value(key).map(ToString::to_string);
-        let sensor = ["Transducer type", "Transducer id"].into_iter();
-        let sensor: Vec<String> = sensor.filter_map(one).collect();
+        let one = |key: &str| self.value(key).and_then(fact);
         TestFacts {
-            sensor: (!sensor.is_empty()).then(|| sensor.join(", ")),
-            location: one("Channel code"),
+            sensor: joined_facts(["Transducer type", "Transducer id"].map(one)),
+            location: one("Channel code")
+                .or_else(|| one("Location"))
+                .or_else(|| one("Name of the channel")),
             ..TestFacts::default()
         }
+    }
+
+    /// Returns the test object that the channel belongs to, as codes and keys name it.
+    pub(super) fn object(&self) -> Option<String> {
+        let by_code = || Some(char::from(self.code?.object()).to_string());
+        let stated = self.value("Test object number").map(ToString::to_string);
+        stated.or_else(by_code)
     }
 
     /// Returns what the header states beside the samples, and says what of it cannot be read.

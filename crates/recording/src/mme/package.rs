@@ -1,11 +1,10 @@
 //! The files of a test, wherever they are: in a folder, in an archive, or beside the one given.
 
 use super::channel::{ChannelHeader, Samples, looks_like_channel};
+use super::header::TestHeader;
 use super::names::{has_suffix, is_channel_file, kept, number_of, suffix_of, test_of};
-use crate::code::{self, Code, VehicleSide};
+use crate::code::{self, Code};
 use crate::error::{Error, ErrorKind, Place};
-use crate::held::Statement;
-use crate::remarks::{self, Remark, RemarkPlace};
 use crate::source::Reader;
 use crate::{Finding, Limits, encoding, text};
 use std::collections::{BTreeMap, BTreeSet};
@@ -302,42 +301,20 @@ impl Package {
         }))
     }
 
-    /// Reads from the test's header which side of each test object was struck; objects are
-    /// named by the character that codes have for them. Two sides of one exclude one another. What
-    /// people wrote there is of the whole test.
-    pub(super) fn struck_sides(
+    /// Reads the test's own header, the `.mme`; one that is not there says nothing.
+    pub(super) fn test_header(
         &self,
         source: &Reader,
         limits: &Limits,
         findings: &mut Vec<Finding>,
-        remarks: &mut Vec<Remark>,
-    ) -> Result<BTreeMap<u8, VehicleSide>, Error> {
-        let mut sides: BTreeMap<u8, VehicleSide> = BTreeMap::new();
-        let header = self.test_file("mme", source, limits)?;
-        let content = header.map(|(_, content)| content).unwrap_or_default();
-        for (key, value) in text::lines(&content).filter_map(|(_, line)| line.split_once(':')) {
-            if remarks::is_key(key) {
-                let teller = "the test's header says";
-                remarks.push(Remark::new(value, RemarkPlace::Apart, teller));
-            }
-            let key = key.trim().to_ascii_uppercase();
-            let object = key.strip_prefix("IMPACT SIDE TEST OBJECT").map(str::trim);
-            let value = value.trim().to_ascii_lowercase();
-            let side = match value.split(|c: char| !c.is_alphabetic()).next() {
-                Some("left" | "le" | "links") => VehicleSide::Left,
-                Some("right" | "ri" | "rechts") => VehicleSide::Right,
-                _ => continue,
-            };
-            if let Some(&[object]) = object.map(str::as_bytes)
-                && sides
-                    .insert(object, side)
-                    .is_some_and(|known| known != side)
-            {
-                let (key, text) = (&*key, &*value);
-                findings.push(Statement { key, text }.contradicts("another line says the other"));
-            }
-        }
-        Ok(sides)
+    ) -> Result<TestHeader, Error> {
+        let file = self.test_file("mme", source, limits)?;
+        let Some((file, content)) = file else {
+            return Ok(TestHeader::default());
+        };
+        let mut header = TestHeader::read(&content, findings);
+        header.file = Some(file);
+        Ok(header)
     }
 }
 

@@ -20,7 +20,7 @@ pub(super) fn judged(document: &Document) -> Markup {
             div.sides {
                 table.facts {
                     tbody {
-                        @for (name, value) in words::test_facts(document) { (fact(name, &value)) }
+                        @for (name, value) in words::test_facts(&document.test) { (fact(name, &value)) }
                         (fact("File", &recording.file))
                         @if let Some(channel) = &recording.channel { (fact("Channel", channel)) }
                     }
