@@ -43,6 +43,7 @@ mod margin;
 mod offers;
 pub mod options;
 mod output;
+mod pdf;
 mod progress;
 mod replay;
 mod serve;

@@ -47,6 +47,7 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         OutputFormat::Text => output::text(&latchgate_report::margin::text(
             &document,
             folder.as_deref(),
+            output::look(common),
         )),
     }
     .map_err(Failure::Data)?;

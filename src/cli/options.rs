@@ -332,6 +332,9 @@ pub struct ReplayCommand {
     /// Open the report when it is written
     #[arg(help_heading = "Output", long, conflicts_with = "no_report")]
     pub open: bool,
+    /// Write report.pdf too, by a Chromium or Chrome that is found
+    #[arg(help_heading = "Output", long, conflicts_with = "no_report")]
+    pub pdf: bool,
 }
 
 /// Options of `margin`.

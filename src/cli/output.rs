@@ -10,6 +10,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Columns of what is written to a file or another program.
+const PIPED: usize = 100;
+
 /// Columns beyond which no text is read well.
 const WIDEST: usize = 120;
 
@@ -59,7 +62,11 @@ pub(super) fn look(common: &Common) -> Look {
     let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     let dumb = std::env::var_os("TERM").is_some_and(|name| name == "dumb");
     Look {
-        width: width.filter(|_| terminal).map(|width| width.min(WIDEST)),
+        width: Some(
+            width
+                .filter(|_| terminal)
+                .map_or(PIPED, |width| width.min(WIDEST)),
+        ),
         colour: match common.color {
             ColorArgument::Always => true,
             ColorArgument::Never => false,

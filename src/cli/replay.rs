@@ -8,6 +8,7 @@ use super::design::asked_design;
 use super::failure::Failure;
 use super::options::{Common, ReplayCommand, source_of};
 use super::output;
+use super::pdf;
 use super::progress::{self, Progress};
 use super::values::OutputFormat;
 use crate::pipeline::{Extras, Outcome, Prepared};
@@ -126,6 +127,9 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
                 output::talk(&format!(
                     "latchgate: {folder}: an earlier report was replaced"
                 ));
+            }
+            if own.pdf {
+                judged.unwritten = pdf::print(&folder).err();
             }
             judged.report = Some(folder);
         }

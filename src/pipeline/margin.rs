@@ -106,6 +106,7 @@ impl Prepared {
             findings: facts.findings_with(assessment.findings),
             recording: facts.recording.clone(),
             conditioning: Some(facts.conditioning(&self.conditioned)),
+            test: facts.test.clone(),
             request,
             run: answer::run_block(),
         };

@@ -3,7 +3,7 @@
 use super::blocks::{ConditioningBlock, RecordingBlock, RunBlock};
 use crate::request::MarginRequest;
 use latchgate_kernel::model::Design;
-use latchgate_recording::Finding;
+use latchgate_recording::{Finding, TestFacts};
 use latchgate_verdict::Answer;
 use latchgate_verdict::margin::{
     Basis, Boundary, Change, LimitCurve, Margin, Margins, NominalAnswer, Quantity,
@@ -49,6 +49,9 @@ pub struct MarginDocument {
     pub conditioning: Option<ConditioningBlock>,
     /// The design.
     pub design: Design,
+    /// What file and card say of the test.
+    #[serde(default)]
+    pub test: TestFacts,
     /// What was asked.
     pub request: MarginRequest,
     /// Version and time; last.
@@ -149,6 +152,8 @@ pub struct Context {
     pub recording: RecordingBlock,
     /// How it was conditioned.
     pub conditioning: Option<ConditioningBlock>,
+    /// What file and card say of the test.
+    pub test: TestFacts,
     /// What was asked.
     pub request: MarginRequest,
     /// Version and time.
@@ -200,6 +205,7 @@ impl MarginDocument {
             recording: context.recording,
             conditioning: context.conditioning,
             design: design.clone(),
+            test: context.test,
             request: context.request,
             run: context.run,
         }
@@ -213,16 +219,16 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
     }
     if margins.spoiled {
         notes.push(
-            "A blocking finding spoils the recording: the numbers are those of the nominal run on the samples as they are, and no evidence that anything passes.".to_string(),
+            "A blocking finding spoils the recording: these numbers are no evidence that anything passes.".to_string(),
         );
     }
-    notes.push("\"Passes from\" is the advice: that value and every one tried beyond it, up to the end of the grid, passes by the whole rule. Values between those tried were not asked: check the chosen one by a replay.".into());
+    notes.push("Use a value of \"passes from\" or beyond. It was tried, not proven: replay the one you choose.".into());
     notes.push(match margins.basis {
-        Basis::NominalRun => "The nearest change is where the nominal peak angle, in the record or the coast after it, meets the limit; no error and no tolerance is counted. Where the verdict changes stands on the page, and in margin.json as verdict_change.".to_string(),
-        Basis::Verdict => "The nearest change is where the verdict by the whole rule changes, as far as the grid shows. Where the nominal peak angle meets the limit stands on the page, and in margin.json as nominal_change.".to_string(),
+        Basis::NominalRun => "The nearest change is where the nominal peak meets the limit angle, without errors and tolerances.".to_string(),
+        Basis::Verdict => "The nearest change is where the verdict changes on the grid; it is no advice.".to_string(),
     });
     if context.word_missing {
-        notes.push("The verdict waits for a person's word on the recording; the margins are those with it.".into());
+        notes.push("The verdict waits for a person's word on the recording; the margins count as if it were given.".into());
     }
     let passes = margins.state == NominalAnswer::Pass;
     let verdict_passes = context.verdict == Answer::Pass || context.word_missing;

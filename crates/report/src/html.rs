@@ -25,7 +25,7 @@ use super::page::PageFrame;
 use super::plot::{self, Figure};
 use super::{series, sheet, words};
 use latchgate_document::Document;
-use latchgate_verdict::Evidence;
+use latchgate_verdict::{Answer, Evidence};
 use maud::{Markup, PreEscaped, html};
 
 /// Returns the report as one self-contained HTML document.
@@ -87,7 +87,7 @@ fn first_page(document: &Document, figures: &[Figure], name: &str) -> Markup {
         (card::verdict(document))
         @for drawing in figures.iter().filter(|drawing| drawing.name == plot::EVENT) { (figure(drawing)) }
         (results::main_findings(document))
-        (sources::judged(document))
+        (sources::judged(&document.test, &document.recording, &document.design, document.conditioning.as_ref()))
     }
 }
 
@@ -95,9 +95,12 @@ fn first_page(document: &Document, figures: &[Figure], name: &str) -> Markup {
 fn second_page(document: &Document) -> Markup {
     html! {
         div.second {
-            (results::budget(document))
-            (ensemble::ensemble(document))
-            (ensemble::filters(document))
+            // What faulty samples come to says nothing.
+            @if document.verdict != Answer::Unusable {
+                (results::budget(document))
+                (ensemble::ensemble(document))
+                (ensemble::filters(document))
+            }
             (sources::limits(document))
         }
     }

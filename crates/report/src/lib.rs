@@ -53,6 +53,9 @@ pub fn full_design(design: &latchgate_kernel::model::Design) -> String {
 /// File name of the report.
 pub const REPORT_FILE: &str = "report.html";
 
+/// File name of the page as printed.
+pub const PDF_FILE: &str = "report.pdf";
+
 /// File name of the verdict.
 pub const VERDICT_FILE: &str = "verdict.json";
 
@@ -114,11 +117,17 @@ pub fn write(
     mut files: Vec<(String, Vec<u8>)>,
     recording: Option<&Path>,
 ) -> Result<Vec<PathBuf>, Error> {
-    let ours: Vec<String> = [REPORT_FILE, VERDICT_FILE, SERIES_FILE, SOURCE_FILE]
-        .into_iter()
-        .map(String::from)
-        .chain(plot::NAMES.iter().map(|name| format!("{name}.svg")))
-        .collect();
+    let ours: Vec<String> = [
+        REPORT_FILE,
+        PDF_FILE,
+        VERDICT_FILE,
+        SERIES_FILE,
+        SOURCE_FILE,
+    ]
+    .into_iter()
+    .map(String::from)
+    .chain(plot::NAMES.iter().map(|name| format!("{name}.svg")))
+    .collect();
     if let Some(path) = recording {
         let note = format!("{}\n", path.display());
         files.insert(1, (SOURCE_FILE.to_string(), note.into_bytes()));

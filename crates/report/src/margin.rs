@@ -1,8 +1,9 @@
 //! What `latchgate margin` hands over: its text, and the files of its report.
 
-use super::margin_words::{advised, direction, never};
+use super::margin_words::{advised, direction, never, titled};
+use super::terminal::{Look, TerminalLines};
 use super::words;
-use super::{escape, html, json, plot};
+use super::{html, json, plot};
 use latchgate_document::MarginDocument;
 use latchgate_document::number::plain;
 use latchgate_kernel::units::shortest;
@@ -99,136 +100,104 @@ fn limit_table(points: &[LimitPoint]) -> String {
     out
 }
 
-/// Returns the margins for a terminal, a screen at most: one table, then what must be said of it.
-/// All boundaries and findings stand in the files.
-pub fn text(document: &MarginDocument, report: Option<&Path>) -> String {
-    let mut out = String::with_capacity(4096);
-    let _ = writeln!(out, "{}", words::answer(document.verdict));
-    let line = |out: &mut String, name: &str, text: &str| {
-        let _ = writeln!(out, "  {name:<15} {}", escape::terminal(text));
-    };
+/// Returns the margins for a terminal, a screen at most: the verdict with the advice, what was judged, one
+/// table, then what must be said of it. All boundaries and findings stand in the files.
+pub fn text(document: &MarginDocument, report: Option<&Path>, look: Look) -> String {
+    let mut out = TerminalLines::new(look);
+    out.headline(document.verdict, &format!("{}.", preload_advice(document)));
     let recording = &document.recording;
-    let mut subject = recording.file.clone();
-    if let Some(channel) = &recording.channel {
-        let _ = write!(subject, ", channel {channel}");
+    let channel = recording.channel.as_ref();
+    let channel = channel.map_or(String::new(), |channel| format!(", channel {channel}"));
+    out.line("recording", &format!("{}{channel}", recording.file));
+    if let Some((_, first)) = words::test_facts(&document.test).first() {
+        out.line("test", first);
     }
-    let _ = write!(
-        subject,
-        ", design {}, limit {} rad",
-        words::design(&document.design).replace('\u{00A0}', " "),
-        document.threshold_rad
-    );
-    line(&mut out, "recording", &subject);
-    out.push('\n');
-    table(&mut out, document);
-    out.push('\n');
+    out.line("design", &words::design(&document.design));
+    out.line("direction", &words::direction(recording));
+    out.line("limit", &words::limit_angle(document.threshold_rad));
+    out.blank();
+    out.table(&table(document));
+    out.blank();
     for (index, note) in document.notes.iter().enumerate() {
-        line(&mut out, if index == 0 { "notes" } else { "" }, note);
+        out.line(if index == 0 { "notes" } else { "" }, note);
     }
     for (title, why) in never(document) {
-        line(&mut out, "never", &format!("{title}: {why}."));
+        out.line("never", &format!("{title}: {why}."));
     }
-    limit(&mut out, document);
+    if let Some(pulses) = half_sines(document) {
+        out.line("half-sine", &format!("just reaches the limit: {pulses}"));
+    }
     let grave = document.findings.iter();
     let grave: Vec<_> = grave
         .filter(|finding| finding.severity > Severity::Info)
         .collect();
     for (index, finding) in grave.iter().take(FINDINGS_SHOWN).enumerate() {
         let text = words::sentence(&finding.text);
-        let text = format!("{} {}: {text}", finding.severity.name(), finding.code);
-        line(&mut out, if index == 0 { "findings" } else { "" }, &text);
+        let text = format!("{}: {text}", finding.code);
+        out.graded(
+            if index == 0 { "findings" } else { "" },
+            finding.severity,
+            &text,
+        );
     }
     if grave.len() > FINDINGS_SHOWN {
         let more = format!("{} more, as replay tells", grave.len() - FINDINGS_SHOWN);
-        line(&mut out, "", &more);
+        out.line("", &more);
     }
     if let Some(report) = report {
-        line(
-            &mut out,
-            "report",
-            &report.join(PAGE_FILE).display().to_string(),
-        );
+        out.raw("report", &look.path(&report.join(PAGE_FILE)));
     }
-    out
+    out.into_string()
+}
+
+/// Returns the advice on the preload, as a replay gives it.
+pub(super) fn preload_advice(document: &MarginDocument) -> &str {
+    let mut answers = document.answers.iter();
+    let preload = answers.find(|answer| answer.quantity == Quantity::Preload);
+    preload.map_or("", |answer| &answer.advice.text)
 }
 
 /// Findings that the terminal shows.
 const FINDINGS_SHOWN: usize = 2;
 
-fn table(out: &mut String, document: &MarginDocument) {
-    let mut rows = vec![[
-        "quantity".to_string(),
-        "present".into(),
-        "passes from".into(),
-        "tried to".into(),
-        "nearest change".into(),
-        "".into(),
-    ]];
+fn table(document: &MarginDocument) -> Vec<Vec<String>> {
+    let head = [
+        "quantity",
+        "present",
+        "passes from",
+        "tried to",
+        "nearest change",
+        "",
+    ];
+    let mut rows = vec![head.map(String::from).to_vec()];
     for answer in &document.answers {
-        let title = if answer.quantity == Quantity::Counterweight {
-            format!(
-                "{} fixed at {} m",
-                answer.title, document.counterweight.radius_m
-            )
-        } else {
-            answer.title.to_string()
-        };
-        rows.push([
-            title,
-            answer.quantity.shown(answer.present),
+        let nearest = answer.at();
+        rows.push(vec![
+            titled(answer, document.counterweight.radius_m),
+            shortest(answer.present),
             advised(answer),
             shortest(answer.advice.until),
-            answer
-                .at()
-                .map_or_else(|| "none".into(), |at| answer.quantity.shown(at)),
-            answer
-                .at()
-                .map_or_else(String::new, |_| direction(answer).into()),
+            nearest.map_or_else(|| "none".into(), shortest),
+            nearest.map_or_else(String::new, |_| direction(answer).into()),
         ]);
     }
-    let mut widths = [0; 6];
-    for row in &rows {
-        for (width, cell) in widths.iter_mut().zip(row) {
-            *width = (*width).max(cell.chars().count());
-        }
-    }
-    for row in &rows {
-        let mut line = String::from(" ");
-        for (width, cell) in widths.iter().zip(row) {
-            let _ = write!(line, " {cell:<width$} ");
-        }
-        out.push_str(line.trim_end());
-        out.push('\n');
-    }
+    rows
 }
 
 /// Durations of the limit that the terminal shows [ms].
 const SHOWN_MS: [f64; 5] = [1.0, 5.0, 10.0, 20.0, 100.0];
 
-/// Writes the limit under half-sine pulses, a line for each stop.
-fn limit(out: &mut String, document: &MarginDocument) {
-    let Some(limit) = &document.limit else {
-        return;
+/// Returns the half-sine pulses that just reach the limit, on the stop that needs less.
+fn half_sines(document: &MarginDocument) -> Option<String> {
+    let limit = document.limit.as_ref()?;
+    let of_shown = |shown: &f64| {
+        let points = limit.points.iter();
+        let points = points.filter(|point| (point.duration_s * 1e3 - shown).abs() < 1e-9);
+        let least = points
+            .filter_map(|point| point.amplitude_g)
+            .reduce(f64::min)?;
+        Some(format!("{} g for {shown} ms", plain(least, 3)))
     };
-    let mut stops = Vec::new();
-    for point in &limit.points {
-        if !stops.contains(&point.model) {
-            stops.push(point.model);
-        }
-    }
-    for stop in stops {
-        let of_shown = |shown: &f64| {
-            let point = limit.points.iter().find(|point| {
-                point.model == stop && (point.duration_s * 1e3 - shown).abs() < 1e-9
-            })?;
-            Some(format!("{} g for {shown} ms", plain(point.amplitude_g?, 3)))
-        };
-        let pulses: Vec<String> = SHOWN_MS.iter().filter_map(of_shown).collect();
-        let name = stop.name();
-        let pulses = pulses.join(", ");
-        let _ = writeln!(
-            out,
-            "  half-sine       just reaches the limit, {name}: {pulses}"
-        );
-    }
+    let pulses: Vec<String> = SHOWN_MS.iter().filter_map(of_shown).collect();
+    (!pulses.is_empty()).then(|| pulses.join(", "))
 }

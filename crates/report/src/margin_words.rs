@@ -2,7 +2,8 @@
 
 use latchgate_document::margin_document::MarginDocument;
 use latchgate_document::number::plain;
-use latchgate_verdict::margin::Margin;
+use latchgate_kernel::units::shortest;
+use latchgate_verdict::margin::{Margin, Quantity};
 
 /// Returns a bracket with as many digits as tell its ends apart, 17 at most.
 pub(super) fn bracket((low, high): (f64, f64)) -> String {
@@ -19,6 +20,18 @@ pub(super) fn change(answer: &Margin) -> Option<String> {
     Some(format!("{sign}{} %", plain(percent, 3)))
 }
 
+/// Returns the name of a quantity with its unit.
+pub(super) fn titled(answer: &Margin, counterweight_radius_m: f64) -> String {
+    let title = match answer.quantity {
+        Quantity::Counterweight => format!("{} at {counterweight_radius_m} m", answer.title),
+        _ => answer.title.to_string(),
+    };
+    match answer.quantity.unit() {
+        "" => title,
+        unit => format!("{title} [{unit}]"),
+    }
+}
+
 /// Returns the value from which on every value tried passes, and to which side.
 pub(super) fn advised(answer: &Margin) -> String {
     let side = if answer.quantity.is_safer_above() {
@@ -28,7 +41,7 @@ pub(super) fn advised(answer: &Margin) -> String {
     };
     answer.advice.safe_from.map_or_else(
         || "none".into(),
-        |from| format!("{} {side}", answer.quantity.shown(from)),
+        |from| format!("{} {side}", shortest(from)),
     )
 }
 
@@ -36,11 +49,11 @@ pub(super) fn advised(answer: &Margin) -> String {
 pub(super) fn direction(answer: &Margin) -> &'static str {
     let above = answer.at().is_some_and(|at| at > answer.present);
     match (answer.passes_at_present, above) {
-        (true, true) => "no pass just above",
-        (true, false) => "no pass just below",
-        (false, _) if answer.is_isolated() => "an isolated pass",
-        (false, true) => "passes just above",
-        (false, false) => "passes just below",
+        (true, true) => "no pass above",
+        (true, false) => "no pass below",
+        (false, _) if answer.is_isolated() => "isolated pass",
+        (false, true) => "passes above",
+        (false, false) => "passes below",
     }
 }
 

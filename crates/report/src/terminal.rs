@@ -152,6 +152,18 @@ impl TerminalLines {
         let _ = writeln!(self.out, "  {head} {text}");
     }
 
+    /// Writes an empty line.
+    pub(super) fn blank(&mut self) {
+        self.out.push('\n');
+    }
+
+    /// Writes a table as [`table`] lays it out.
+    pub(super) fn table(&mut self, rows: &[Vec<String>]) {
+        for line in table(rows, &[]).lines() {
+            let _ = writeln!(self.out, "  {}", escape::terminal(line));
+        }
+    }
+
     /// Words the settings that a text names.
     pub(super) fn worded(&self, text: &str) -> String {
         (self.look.worded)(text)

@@ -66,7 +66,7 @@ pub fn afterwards(document: &Document, report: Option<&Path>, look: Look) -> Str
     if let Some(report) = report {
         out.raw("report", &look.path(&report.join(REPORT_FILE)));
         let verdict = report.join(VERDICT_FILE).display().to_string();
-        out.line(
+        out.raw(
             "verify",
             &format!("latchgate verify {}", super::escape::shell(&verdict)),
         );
@@ -81,12 +81,15 @@ fn judged(out: &mut TerminalLines, document: &Document) {
         for row in words::directions(document) {
             out.line(row.sign, &format!("{}: {}", row.word, row.text));
         }
-        out.line("limit", &words::limit_angle(document));
+        out.line("limit", &words::limit_angle(document.threshold_rad));
     } else if let Some(run) = &document.nominal {
         let peak = words::peak(document, run);
         out.line(
             "peak",
-            &format!("{peak}; limit angle {}", words::limit_angle(document)),
+            &format!(
+                "{peak}; limit angle {}",
+                words::limit_angle(document.threshold_rad)
+            ),
         );
         if let Some(text) = words::stops(document) {
             out.line("stops", &text);
@@ -101,7 +104,7 @@ fn judged(out: &mut TerminalLines, document: &Document) {
         );
         out.line("varied", &text);
     }
-    out.line("direction", &words::direction(document));
+    out.line("direction", &words::direction(&document.recording));
     if document.verdict == Answer::Pass {
         out.line("not seen", words::UNSEEN);
     }
@@ -128,7 +131,7 @@ fn findings(out: &mut TerminalLines, document: &Document, all: bool) {
         let text = if whole {
             text
         } else {
-            words::shortened(&out.worded(&text), LETTERS)
+            words::first_sentences(&out.worded(&text), LETTERS)
         };
         out.graded(
             name,

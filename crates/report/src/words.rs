@@ -6,8 +6,8 @@
 use crate::codes;
 use crate::opening;
 use latchgate_document::Document;
-use latchgate_document::blocks::ConditioningBlock;
-use latchgate_document::number::{exact, milliseconds, significant, trimmed};
+use latchgate_document::blocks::{ConditioningBlock, RecordingBlock};
+use latchgate_document::number::{exact, significant, trimmed};
 use latchgate_document::request::PolaritySource;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::parameters::{DesignParameter, PARAMETERS};
@@ -117,6 +117,20 @@ pub(super) fn shortened(text: &str, most: usize) -> String {
     let end = cut.rfind(' ').filter(|end| 2 * end >= cut.len());
     let end = end.unwrap_or(cut.len());
     format!("{} …", cut[..end].trim_end_matches([',', ';', ':']))
+}
+
+/// Returns the first sentences of a text that have at most so many letters together; the first cut between two
+/// words, where it alone has more.
+pub(super) fn first_sentences(text: &str, most: usize) -> String {
+    let ends = text.match_indices(". ").map(|(at, _)| at + 1);
+    let fits = |end: &usize| text[..*end].chars().count() <= most;
+    if text.chars().count() <= most {
+        return text.to_string();
+    }
+    match ends.filter(fits).last() {
+        Some(end) => text[..end].to_string(),
+        None => shortened(text, most),
+    }
 }
 
 /// Says what would decide an undecided verdict.
@@ -240,14 +254,14 @@ pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
 }
 
 /// Returns which sign of the recorded acceleration opens, and who says so.
-pub(super) fn direction(document: &Document) -> String {
-    let source = document.recording.opens_when_source.name();
-    match (&document.recording.opens_when, &document.nominal) {
-        (Some(declared), _) => format!(
-            "opens on {} acceleration, declared by {source}",
-            declared.name()
+pub(super) fn direction(recording: &RecordingBlock) -> String {
+    match &recording.opens_when {
+        Some(declared) => format!(
+            "opens on {} acceleration, declared by {}",
+            declared.name(),
+            recording.opens_when_source.name()
         ),
-        (None, _) => "not declared; both signs were judged".into(),
+        None => "not declared; both signs were judged".into(),
     }
 }
 
@@ -447,6 +461,14 @@ pub(super) fn bounded_angle(radians: f64) -> String {
     )
 }
 
+/// Returns an angle in a cell of a table whose head says degrees; beyond 90° that alone.
+pub(super) fn degrees_cell(radians: f64, digits: usize) -> String {
+    if radians.abs() > FRAC_PI_2 {
+        return "> 90".into();
+    }
+    significant(radians.to_degrees(), digits)
+}
+
 /// Returns U of a run's peak.
 pub(super) fn uncertainty(document: &Document, run: &Run) -> Option<f64> {
     let own =
@@ -476,9 +498,9 @@ pub(super) fn degrees(radians: f64, error_rad: Option<f64>) -> String {
 }
 
 /// Returns the limit angle with its degrees.
-pub(super) fn limit_angle(document: &Document) -> String {
-    let degrees = trimmed(document.threshold_rad.to_degrees(), 3);
-    format!("{degrees}° ({})", limit(document))
+pub(super) fn limit_angle(threshold_rad: f64) -> String {
+    let degrees = trimmed(threshold_rad.to_degrees(), 3);
+    format!("{degrees}° ({})", limit(threshold_rad))
 }
 
 /// Returns an instant or duration with four digits.
@@ -553,16 +575,7 @@ pub(super) fn coasting(ensemble: &Ensemble) -> Option<String> {
     })
 }
 
-/// Returns an instant or duration [s] with its unit: milliseconds below ten seconds.
-pub(super) fn time(seconds: f64) -> String {
-    if seconds.abs() < 10.0 {
-        format!("{}\u{00A0}ms", milliseconds(seconds, DIGITS))
-    } else {
-        format!("{}\u{00A0}s", significant(seconds, 7))
-    }
-}
-
-/// As [`time`] without zeros at the end: for instants that were given or sampled.
+/// Returns an instant or duration that was given or sampled, with its unit: milliseconds below ten seconds.
 pub(super) fn instant(seconds: f64) -> String {
     if seconds.abs() < 10.0 {
         format!("{}\u{00A0}ms", trimmed(seconds * 1e3, 6))
@@ -571,14 +584,9 @@ pub(super) fn instant(seconds: f64) -> String {
     }
 }
 
-/// Returns an angle [rad] with its unit.
-pub(super) fn angle(radians: f64) -> String {
-    format!("{}\u{00A0}rad", significant(radians, DIGITS))
-}
-
 /// Returns the limit [rad] with all its digits and its unit.
-pub(super) fn limit(document: &Document) -> String {
-    format!("{}\u{00A0}rad", exact(document.threshold_rad))
+pub(super) fn limit(threshold_rad: f64) -> String {
+    format!("{}\u{00A0}rad", exact(threshold_rad))
 }
 
 /// Returns limit − peak [rad] and the same in percent of the limit.

@@ -67,7 +67,7 @@ fn key_figures(document: &Document) -> Markup {
             } @else {
                 (item("Largest angle", "not known", &words::short_peak(document, run)))
             }
-            (item("Limit angle", &format!("{degrees}°"), &words::limit(document)))
+            (item("Limit angle", &format!("{degrees}°"), &words::limit(document.threshold_rad)))
             @if let Some(opens) = document.opens.filter(|opens| opens.first_s.is_some()) {
                 @let place = opening::place(opens.model, opens.opens_when);
                 (item("Opens", &opening::cell(&opens), &place))

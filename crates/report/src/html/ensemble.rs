@@ -3,10 +3,9 @@
 use super::markup::{figure, heads, stop_and_sign};
 use crate::escape::terminal as line;
 use crate::plot::Figure;
-use crate::words::{self, DIGITS};
+use crate::words;
 use latchgate_document::Document;
-use latchgate_document::number::{ABSENT, count, exact, significant, trimmed};
-use latchgate_verdict::Answer;
+use latchgate_document::number::{ABSENT, count, significant, trimmed};
 use latchgate_verdict::decision::{
     FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX, looks_in_words,
 };
@@ -28,7 +27,7 @@ pub(super) fn ensemble(document: &Document) -> Markup {
     html! {
         // A phone scrolls the table sideways: keys are to reach it.
         section #ensemble tabindex="0" {
-            h2 { "Levers varied within tolerances" }
+            h2 { "Varied levers" }
             (gauge(all))
             p.sum { (line(&share_sentence(shown))) }
             table.ensembles {
@@ -37,10 +36,10 @@ pub(super) fn ensemble(document: &Document) -> Markup {
                     "#Members",
                     "#Cross the limit",
                     "#Of all such levers",
-                    "#Peak: 5 % quantile [rad]",
-                    "#Median [rad]",
-                    "#95 % quantile [rad]",
-                    "#Largest [rad]",
+                    "#Peak: 5 % quantile [°]",
+                    "#Median [°]",
+                    "#95 % quantile [°]",
+                    "#Largest [°]",
                     "Ended",
                 ]))
                 tbody { @for ensemble in all { (row(ensemble, document.threshold_rad)) } }
@@ -142,10 +141,10 @@ fn row(ensemble: &Ensemble, threshold: f64) -> Markup {
                 @if lost > 0 { " (+" (count(u64::from(lost))) " lost)" }
             }
             td.number { (interval(ensemble)) }
-            (peak(quantiles.map(|q| q.p05), threshold, 4))
-            (peak(quantiles.map(|q| q.p50), threshold, 4))
-            (peak(quantiles.map(|q| q.p95), threshold, 4))
-            (peak(quantiles.map(|q| q.max), threshold, 4))
+            (peak(quantiles.map(|q| q.p05), threshold))
+            (peak(quantiles.map(|q| q.p50), threshold))
+            (peak(quantiles.map(|q| q.p95), threshold))
+            (peak(quantiles.map(|q| q.max), threshold))
             td {
                 @match ensemble.ended {
                     End::Decided => "decided",
@@ -158,10 +157,17 @@ fn row(ensemble: &Ensemble, threshold: f64) -> Markup {
     }
 }
 
-/// Returns the cell of a peak [rad]; one beyond the limit is bold.
-fn peak(value: Option<f64>, threshold: f64, digits: usize) -> Markup {
-    let above = value.is_some_and(|value| value > threshold);
-    html! { td.number .above[above] { (value.map_or_else(|| ABSENT.into(), |value| significant(value, digits))) } }
+/// Digits of an angle in a table.
+const ANGLE_DIGITS: usize = 3;
+
+/// Returns the cell of a peak in degrees; one beyond the limit is bold.
+fn peak(radians: Option<f64>, threshold_rad: f64) -> Markup {
+    let above = radians.is_some_and(|peak| peak > threshold_rad);
+    let text = radians.map_or_else(
+        || ABSENT.into(),
+        |peak| words::degrees_cell(peak, ANGLE_DIGITS),
+    );
+    html! { td.number .above[above] { (text) } }
 }
 
 /// Returns what drives the peak, parameter by parameter.
@@ -197,7 +203,7 @@ fn inputs(document: &Document, shown: &Ensemble) -> Markup {
         "#Share of its square",
     ];
     if alone {
-        columns.extend(["#Peak with one less [rad]", "#Peak with one more [rad]"]);
+        columns.extend(["#Peak with one less [°]", "#Peak with one more [°]"]);
     }
     let number = |value: Option<String>| value.unwrap_or_else(|| ABSENT.into());
     let bias_kept = document
@@ -221,7 +227,7 @@ fn inputs(document: &Document, shown: &Ensemble) -> Markup {
                             @for how in [Change::Less, Change::More] {
                                 @let changed = document.what_if.iter()
                                     .find(|what_if| what_if.input == driver.parameter && what_if.how == how);
-                                (peak(changed.map(|what_if| what_if.peak_angle_rad), document.threshold_rad, 4))
+                                (peak(changed.map(|what_if| what_if.peak_angle_rad), document.threshold_rad))
                             }
                         }
                     }
@@ -234,7 +240,7 @@ fn inputs(document: &Document, shown: &Ensemble) -> Markup {
                 "signs that count; figures in bold exceed the limit."
                 @if let Some(kept) = bias_kept {
                     " With the bias of " (trimmed(kept.change, 4)) "\u{00A0}g left in, the peak is "
-                    (significant(kept.peak_angle_rad, 4)) "\u{00A0}rad."
+                    (words::bounded_angle(kept.peak_angle_rad)) "."
                 }
             }
         }
@@ -250,24 +256,22 @@ pub(super) fn filters(document: &Document) -> Markup {
         section #filters {
             h2 { "After each filter" }
             table.filters {
-                (heads(&["Filter", "Nominal levers", "#Largest angle [rad]", "Remark"]))
+                (heads(&["Filter", "#Peak by filter [°]", "Remark"]))
                 tbody {
                     @for row in &document.filters {
                         tr .nominal[row.chosen] {
                             th { (filter_name(row.filter)) }
-                            td { (row.verdict.map_or(ABSENT, Answer::name)) }
-                            (peak(row.peak_angle_rad, document.threshold_rad, DIGITS))
+                            (peak(row.peak_angle_rad, document.threshold_rad))
                             td {
                                 @if let Some(reason) = &row.reason { (line(&words::sentence(reason))) }
-                                @else if row.chosen { "chosen: the verdict rests on it" }
+                                @else if row.chosen { "in use" }
                             }
                         }
                     }
                 }
             }
             p.note {
-                "Nominal runs, limit " (exact(document.threshold_rad)) "\u{00A0}rad. A heavier filter takes away what "
-                "opens the lever: where the answer hangs on the filter, the lighter one is the safer."
+                "Nominal levers, limit angle " (words::limit_angle(document.threshold_rad)) ". Trust the lighter filter."
             }
         }
     }

@@ -2,14 +2,17 @@
 
 use super::markup::{channel_and_design, code_fact, figure, heads};
 use super::results::NO_FINDINGS;
+use super::sources::judged;
 use crate::escape::terminal as line;
-use crate::margin_words::{advised, bracket, change, direction, never};
+use crate::margin::preload_advice;
+use crate::margin_words::{advised, bracket, change, direction, never, titled};
 use crate::plot::{Figure, MARGIN_RULES};
 use crate::sheet;
 use crate::words;
 use latchgate_document::MarginDocument;
 use latchgate_document::number::{ABSENT, significant};
-use latchgate_verdict::margin::{Change, Margin, Quantity};
+use latchgate_kernel::units::shortest;
+use latchgate_verdict::margin::{Change, Margin};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// Returns the page as one self-contained HTML document.
@@ -36,6 +39,7 @@ pub(crate) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
                         div.id { p { "latchgate " (line(&document.run.version)) } }
                     }
                     (card(document))
+                    (judged(&document.test, recording, &document.design, document.conditioning.as_ref()))
                     (answers(document))
                     (boundaries(document))
                     section #charts { h2 { "Charts" } @for drawing in figures { (figure(drawing)) } }
@@ -58,12 +62,10 @@ pub(crate) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
 }
 
 fn card(document: &MarginDocument) -> Markup {
-    let mut answers = document.answers.iter();
-    let preload = answers.find(|answer| answer.quantity == Quantity::Preload);
-    let advice = preload.map_or("", |answer| &answer.advice.text);
+    let advice = words::sentence(preload_advice(document));
     html! {
         section #verdict .card.(document.verdict.name()) {
-            div.answer { div { strong { (words::answer(document.verdict)) } span { (line(advice)) } } }
+            div.answer { div { strong { (words::answer(document.verdict)) } span { (line(&advice)) } } }
             ul.why { @for note in &document.notes { li { (line(note)) } } }
         }
     }
@@ -78,7 +80,7 @@ fn answers(document: &MarginDocument) -> Markup {
             h2 { "What would change the answer" }
             table.margins {
                 (heads(&["Quantity", "#Present", "#Passes from", "#Tried to", "#Nearest change", "#Change", "There"]))
-                tbody { @for answer in &document.answers { (nearest_change(answer)) } }
+                tbody { @for answer in &document.answers { (nearest_change(answer, counterweight.radius_m)) } }
             }
             @for (title, why) in never(document) { p.note { (line(&title)) ": " (line(&why)) "." } }
             (searched(document))
@@ -94,17 +96,16 @@ fn answers(document: &MarginDocument) -> Markup {
 }
 
 /// Returns the row of a quantity: where the answer changes.
-fn nearest_change(answer: &Margin) -> Markup {
-    let shown = |value: f64| answer.quantity.shown(value);
+fn nearest_change(answer: &Margin, counterweight_radius_m: f64) -> Markup {
     let change = change(answer).map(|change| change.replace('-', "\u{2212}"));
     html! {
         tr {
-            th { (line(&answer.title)) }
-            td.number { (shown(answer.present)) }
+            th { (line(&titled(answer, counterweight_radius_m))) }
+            td.number { (shortest(answer.present)) }
             td.number.nominal { (advised(answer)) }
-            td.number { (shown(answer.advice.until)) }
+            td.number { (shortest(answer.advice.until)) }
             @if let Some(nearest) = answer.at() {
-                td.number { (shown(nearest)) }
+                td.number { (shortest(nearest)) }
                 td.number { (change.as_deref().unwrap_or(ABSENT)) }
                 td { (direction(answer)) }
             } @else {

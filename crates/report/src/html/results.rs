@@ -70,9 +70,11 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
         .find(|answer| answer.model == run.model && answer.opens_when == run.opens_when);
     let verdict = answer.map_or(ABSENT, |answer| answer.answer.name());
     let number = |value: f64| significant(value, DIGITS);
+    let degrees = |radians: f64| words::degrees_cell(radians, DIGITS);
     let ms = |seconds: f64| milliseconds(seconds, DIGITS);
     let optional = |value: Option<String>| value.unwrap_or_else(|| "none".into());
-    let error = |value: Option<f64>| value.map_or_else(|| ABSENT.into(), |v| significant(v, 3));
+    let error =
+        |value: Option<f64>| value.map_or_else(|| ABSENT.into(), |v| words::degrees_cell(v, 3));
     let uncertainty = answer.and_then(|answer| answer.uncertainty_rad);
     let coast_uncertainty = answer.and_then(|answer| answer.coast_uncertainty_rad);
     let margin = margin(document.threshold_rad, run.peak_angle_rad).0;
@@ -80,10 +82,10 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
     let work = &run.work;
     [
         ("Verdict alone", verdict.into()),
-        ("Peak angle [rad]", number(run.peak_angle_rad)),
+        ("Peak angle [°]", degrees(run.peak_angle_rad)),
         ("Time of the peak [ms]", ms(run.peak_time_s)),
-        ("Margin, limit − peak [rad]", number(margin)),
-        ("Uncertainty U of the peak [rad]", error(uncertainty)),
+        ("Margin, limit − peak [°]", degrees(margin)),
+        ("Uncertainty U of the peak [°]", error(uncertainty)),
         (
             "First crossing of the limit [ms]",
             optional(run.first_crossing_s.map(ms)),
@@ -95,8 +97,8 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
         ),
         ("Impacts faster than 0.001 rad/s", count(run.impacts)),
         (
-            "Angle at the window’s end [rad]",
-            number(run.final_angle_rad),
+            "Angle at the window’s end [°]",
+            degrees(run.final_angle_rad),
         ),
         (
             "Angular velocity there [rad/s]",
@@ -104,11 +106,11 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
         ),
         ("Still moving at the end", moving.into()),
         (
-            "Coast peak afterwards [rad]",
-            optional(run.coast_peak_angle_rad.map(number)),
+            "Coast peak afterwards [°]",
+            optional(run.coast_peak_angle_rad.map(degrees)),
         ),
         (
-            "Uncertainty U of the coast peak [rad]",
+            "Uncertainty U of the coast peak [°]",
             error(coast_uncertainty),
         ),
         (
@@ -213,19 +215,16 @@ pub(super) fn budget(document: &Document) -> Markup {
     html! {
         section #budget {
             h2 { "How sure is the largest angle" }
-            p {
-                "Each part is a change of the nominal lever’s largest angle, by a rerun; distance to the limit angle "
-                (significant(margin, 3)) "\u{00A0}rad."
-            }
+            p { "How much the largest angle changes when one thing is changed:" }
             table.budget {
-                (heads(&["Part", "What was changed", "#Change of the peak [rad]", "Against the margin"]))
+                (heads(&["Part", "What was changed", "#Change of the peak [°]", "Against the margin"]))
                 tbody {
                     @for part in words::budget(document) {
                         tr {
                             th { (part.name) }
                             td { (part.meaning) }
                             @if let Some(value) = part.value {
-                                td.number { (significant(value, 4)) }
+                                td.number { (words::degrees_cell(value, 3)) }
                                 @if value.abs() >= margin { td.above { "as large or larger" } } @else { td { "smaller" } }
                             } @else {
                                 td.number { (ABSENT) }

@@ -4,40 +4,79 @@ use super::markup::{code_fact, fact, heads};
 use crate::escape::terminal as line;
 use crate::words::{self, DIGITS, instant};
 use latchgate_document::Document;
-use latchgate_document::blocks::ConditioningBlock;
+use latchgate_document::blocks::{ConditioningBlock, RecordingBlock};
 use latchgate_document::number::{ABSENT, count, exact, significant, trimmed};
+use latchgate_kernel::model::Design;
 use latchgate_kernel::model::parameters::{PARAMETERS, Slot};
 use latchgate_kernel::units::STANDARD_GRAVITY;
+use latchgate_recording::TestFacts;
 use latchgate_verdict::conditioning::FilterStandard;
 use maud::{Markup, html};
 
 /// Returns what was judged: test, channel, design, and who checked it.
-pub(super) fn judged(document: &Document) -> Markup {
-    let recording = &document.recording;
+pub(super) fn judged(
+    test: &TestFacts,
+    recording: &RecordingBlock,
+    design: &Design,
+    conditioning: Option<&ConditioningBlock>,
+) -> Markup {
     html! {
         section #judged {
             h2 { "What was judged" }
             div.sides {
                 table.facts {
                     tbody {
-                        @for (name, value) in words::test_facts(&document.test) { (fact(name, &value)) }
+                        @for (name, value) in words::test_facts(test) { (fact(name, &value)) }
                         (fact("File", &recording.file))
                         @if let Some(channel) = &recording.channel { (fact("Channel", channel)) }
                     }
                 }
                 table.facts {
                     tbody {
-                        (fact("Design", &words::design(&document.design)))
-                        (fact("Opening direction", &words::direction(document)))
-                        @if let Some(block) = &document.conditioning { (fact("Signal", &words::conditioned(block))) }
+                        (fact("Design", &words::design(design)))
+                        (fact("Opening direction", &words::direction(recording)))
+                        @if let Some(block) = conditioning { (fact("Signal", &words::conditioned(block))) }
                         @if let Some(velocity) = recording.velocity_change_m_s {
                             (fact("Velocity change", &format!("{}\u{00A0}m/s", trimmed(velocity, 3))))
                         }
                     }
                 }
             }
+            (lever(design))
             div.sign { span { "Checked by" } span { "Date" } span { "Signature" } }
         }
+    }
+}
+
+/// Returns the lever's numbers.
+fn lever(design: &Design) -> Markup {
+    let numbers: Vec<_> = PARAMETERS
+        .iter()
+        .filter(|parameter| !matches!(parameter.slot, Slot::InputScale | Slot::InputBias))
+        .collect();
+    html! {
+        h3 { "Lever" }
+        div.sides {
+            @for half in numbers.chunks(numbers.len().div_ceil(2)) {
+                table.facts {
+                    tbody {
+                        @for parameter in half {
+                            @let unit = if parameter.unit == "1" { "" } else { parameter.unit };
+                            @let tolerance = design.deviation(parameter).filter(|deviation| *deviation > 0.0);
+                            tr {
+                                th { (parameter.what) }
+                                td {
+                                    (exact(design.value(parameter)))
+                                    @if let Some(tolerance) = tolerance { " ± " (exact(tolerance)) }
+                                    "\u{00A0}" (unit)
+                                }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        p.note { "± is one standard deviation." }
     }
 }
 

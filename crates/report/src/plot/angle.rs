@@ -3,7 +3,7 @@
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Sample};
 use super::{Figure, PlotContext, acceleration, thin};
-use crate::words::{self, angle, time};
+use crate::{opening, words};
 use latchgate_document::number::exact;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
@@ -96,11 +96,11 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
         title: title.into(),
         caption: format!(
             "Positive angles lead away from the stop; the door counts as lost above {}. {result}",
-            words::limit(document)
+            words::limit(document.threshold_rad)
         ),
         description: format!(
             "Angle of the lever in radians over time, with the limit of {}. {result}",
-            words::limit(document)
+            words::limit(document.threshold_rad)
         ),
         height,
         body: canvas.into_string(),
@@ -170,16 +170,13 @@ pub(super) fn result_sentence(context: &PlotContext) -> String {
     let Some(run) = &context.document.nominal else {
         return "There is no nominal run.".into();
     };
-    let crossing = run.first_crossing_s.map_or_else(
-        || "it does not cross the limit".to_string(),
-        |at| format!("it first crosses the limit at {}", time(at)),
-    );
+    let crossing = opening::of_run(context.document, run);
+    let crossing = crossing.unwrap_or_else(|| "it stays below the limit angle".into());
     format!(
-        "The nominal run ({}, {}) peaks at {} at {}; {crossing}.",
+        "The nominal lever ({}, {}): {}; {crossing}.",
         words::stop(run.model),
         words::opens(run.opens_when),
-        angle(run.peak_angle_rad),
-        time(run.peak_time_s)
+        words::peak(context.document, run),
     )
 }
 
@@ -252,7 +249,7 @@ impl Drawing<'_> {
                 canvas,
                 "alarm halo",
                 (at.0, at.1 + 20.0),
-                &format!("first above the limit at {}", time(at_s)),
+                &format!("opens at {}", opening::nominal_instant(at_s)),
             );
         }
         let panel = best(run.peak_angle_rad);
@@ -262,11 +259,7 @@ impl Drawing<'_> {
             canvas,
             "strong halo",
             (at.0, at.1 - 7.0),
-            &format!(
-                "peak {} at {}",
-                angle(run.peak_angle_rad),
-                time(run.peak_time_s)
-            ),
+            &format!("peak {}", words::short_peak(self.context.document, run)),
         );
     }
 }

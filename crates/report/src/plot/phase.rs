@@ -79,7 +79,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
             .into(),
         description: format!(
             "Angular velocity of the lever against its angle, with the limit of {}.",
-            words::limit(context.document)
+            words::limit(context.document.threshold_rad)
         ),
         height,
         body: canvas.into_string(),
