@@ -1,4 +1,4 @@
-//! `latchgate compare`: two verdicts side by side, as far as they differ.
+//! `latchgate compare`: verdicts side by side, first in a sentence and a few rows, then key by key.
 
 use super::failure::Failure;
 use super::options::{Common, CompareArguments};
@@ -10,7 +10,7 @@ use latchgate_recording::error::{Error, ErrorKind};
 use latchgate_recording::{Limits, read_within};
 use latchgate_report::html::DifferenceRow;
 use latchgate_report::series::SeriesTable;
-use latchgate_report::{escape, terminal};
+use latchgate_report::{comparison, escape, terminal};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::borrow::Cow;
@@ -39,7 +39,7 @@ pub struct VerdictComparison {
     /// What differs.
     pub differences: Vec<DifferingValue>,
     /// What names each verdict.
-    pub report_ids: [Option<String>; 2],
+    pub report_ids: Vec<String>,
     /// Whether nothing does.
     pub same: bool,
     /// `latchgate.compare/1`.
@@ -51,41 +51,50 @@ pub struct VerdictComparison {
 pub struct DifferingValue {
     /// Its key, from the document's root.
     pub key: String,
-    /// In the one verdict; `None` where the key is absent or null.
-    pub one: Option<Value>,
-    /// In the other.
-    pub other: Option<Value>,
     /// The part it belongs to: `recording`, `settings`, `design` or `results`.
     pub part: Cow<'static, str>,
+    /// In each verdict; null where the key is absent.
+    pub values: Vec<Value>,
+}
+
+/// A verdict as it was read.
+struct Stored {
+    keys: Map<String, Value>,
+    document: Document,
 }
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &CompareArguments, common: &Common) -> Result<u8, Failure> {
-    let documents = [verdict(&own.one)?, verdict(&own.other)?];
+    let verdicts: Vec<Stored> = own
+        .verdicts
+        .iter()
+        .map(|path| verdict(path))
+        .collect::<Result<_, _>>()?;
     let mut found = Vec::new();
     for (part, keys) in PARTS {
         for key in keys {
-            let values = documents.each_ref().map(|document| document.get(*key));
+            let values = verdicts
+                .iter()
+                .map(|verdict| verdict.keys.get(*key))
+                .collect();
             walk(part, key, values, &mut found);
         }
     }
-    let written = (!own.no_report).then(|| page(own, &documents, &found));
+    let written = (!own.no_report).then(|| page(own, &verdicts, &found));
     let text = match common.format {
-        OutputFormat::Json => {
-            let id = |document: &Map<String, Value>| {
-                document.get("report_id")?.as_str().map(String::from)
-            };
-            latchgate_document::json::render(&VerdictComparison {
-                differences: found.clone(),
-                report_ids: documents.each_ref().map(id),
-                same: found.is_empty(),
-                schema: "latchgate.compare/1".into(),
-            })
-        }
+        OutputFormat::Json => latchgate_document::json::render(&VerdictComparison {
+            differences: found.clone(),
+            report_ids: verdicts
+                .iter()
+                .map(|verdict| verdict.document.report_id.clone())
+                .collect(),
+            same: found.is_empty(),
+            schema: "latchgate.compare/1".into(),
+        }),
         OutputFormat::Text => {
             let page = written.as_ref().and_then(|written| written.as_ref().ok());
             let line = page.map(|path| format!("page  {}\n", path.display()));
-            table(&found, &documents) + &line.unwrap_or_default()
+            text(&verdicts, &found, common) + &line.unwrap_or_default()
         }
     };
     output::document(&text).map_err(Failure::Data)?;
@@ -94,75 +103,79 @@ pub(super) fn command(own: &CompareArguments, common: &Common) -> Result<u8, Fai
     Ok(if found.is_empty() { 0 } else { DIFFERENT })
 }
 
-/// Writes the page of both, with the series that lie beside them; returns its path.
+/// Writes the page of all, with the series that lie beside them; returns its path.
 fn page(
     own: &CompareArguments,
-    verdicts: &[Map<String, Value>; 2],
+    verdicts: &[Stored],
     found: &[DifferingValue],
 ) -> Result<PathBuf, Error> {
-    let paths = [&own.one, &own.other];
-    let mut documents = Vec::new();
     let mut tables = Vec::new();
-    for (path, verdict) in paths.into_iter().zip(verdicts) {
-        let document: Document =
-            serde_json::from_value(Value::Object(verdict.clone())).map_err(|error| {
-                Error::from(ErrorKind::Malformed {
-                    expected: "a verdict of this version, for the page".into(),
-                    found: error.to_string(),
-                    hint: "replay the recording again".into(),
-                })
-                .at(place(path))
-            })?;
+    for (path, verdict) in own.verdicts.iter().zip(verdicts) {
         let beside = path.with_file_name(latchgate_report::SERIES_FILE);
         // Nothing was replayed where there is no nominal run.
-        if document.nominal.is_some() && beside.exists() {
+        if verdict.document.nominal.is_some() && beside.exists() {
             let shown = beside.display().to_string();
             let most = ("text_bytes", Limits::default().text_bytes);
             let text = read_within(&beside, &shown, "read the series", most)?;
             tables.push(SeriesTable::from_csv(&text).map_err(|error| error.at(place(&beside)))?);
         }
-        documents.push(document);
     }
     let rows: Vec<DifferenceRow> = found
         .iter()
         .map(|row| DifferenceRow {
             part: row.part.to_string(),
             key: row.key.clone(),
-            values: [&row.one, &row.other].map(|value| short_value(value.as_ref(), PAGE_CELL)),
+            values: row
+                .values
+                .iter()
+                .map(|value| short_value(value, PAGE_CELL))
+                .collect(),
         })
         .collect();
-    let ids = [&documents[0], &documents[1]].map(|document| short(&document.report_id));
-    let default = || Path::new("reports/out").join(format!("compare-{}-{}", ids[0], ids[1]));
+    let documents: Vec<&Document> = verdicts.iter().map(|verdict| &verdict.document).collect();
+    let ids: Vec<String> = documents
+        .iter()
+        .map(|document| short(&document.report_id))
+        .collect();
+    let default = || Path::new("reports/out").join(format!("compare-{}", ids.join("-")));
     let folder = own.out.clone().unwrap_or_else(default);
-    let tables = <[SeriesTable; 2]>::try_from(tables).ok();
-    let tables = tables.as_ref().map(|tables| tables.each_ref());
-    latchgate_report::write_comparison(&folder, [&documents[0], &documents[1]], tables, &rows)
+    let tables = (tables.len() == documents.len()).then_some(&*tables);
+    latchgate_report::write_comparison(&folder, &documents, tables, &rows)
 }
 
 fn short(id: &str) -> String {
     id.chars().take(8).filter(char::is_ascii_hexdigit).collect()
 }
 
-/// Returns the text of a key; of one that is absent or no text, nothing.
-fn text_at<'a>(document: &'a Map<String, Value>, key: &str) -> &'a str {
-    document.get(key).and_then(Value::as_str).unwrap_or("")
-}
-
 /// Reads a verdict.
-fn verdict(path: &Path) -> Result<Map<String, Value>, Failure> {
+fn verdict(path: &Path) -> Result<Stored, Failure> {
+    let refused = |expected: &str, found: String, hint: &str| {
+        let error = Error::from(ErrorKind::Malformed {
+            expected: expected.into(),
+            found,
+            hint: hint.into(),
+        });
+        Failure::Data(error.at(place(path)))
+    };
     let bytes = read(path).map_err(Failure::Data)?;
-    let document: Option<Value> = serde_json::from_slice(&bytes).ok();
-    match document {
-        Some(Value::Object(document)) if text_at(&document, "schema") == "latchgate.verdict/1" => {
-            Ok(document)
+    let stored: Option<Value> = serde_json::from_slice(&bytes).ok();
+    match stored {
+        Some(Value::Object(keys)) if keys.get("schema") == Some(&"latchgate.verdict/1".into()) => {
+            let document = serde_json::from_value(Value::Object(keys.clone()));
+            let document = document.map_err(|error| {
+                let found = error.to_string();
+                refused(
+                    "a verdict of this version",
+                    found,
+                    "replay the recording again",
+                )
+            })?;
+            Ok(Stored { keys, document })
         }
-        _ => Err(Failure::Data(
-            Error::from(ErrorKind::Malformed {
-                expected: "a verdict".into(),
-                found: "something else".into(),
-                hint: "give the verdict.json that latchgate replay wrote".into(),
-            })
-            .at(place(path)),
+        _ => Err(refused(
+            "a verdict",
+            "something else".into(),
+            "give the verdict.json that latchgate replay wrote",
         )),
     }
 }
@@ -171,24 +184,30 @@ fn verdict(path: &Path) -> Result<Map<String, Value>, Failure> {
 fn walk(
     part: &'static str,
     key: &str,
-    values: [Option<&Value>; 2],
+    values: Vec<Option<&Value>>,
     found: &mut Vec<DifferingValue>,
 ) {
-    if let [Some(one), Some(other)] = values.map(|value| value.and_then(by_code)) {
-        walk(part, key, [Some(&one), Some(&other)], found);
-    } else if let [Some(Value::Object(one)), Some(Value::Object(other))] = values {
-        let keys: BTreeSet<&String> = one.keys().chain(other.keys()).collect();
+    let coded: Option<Vec<Value>> = values.iter().map(|value| by_code((*value)?)).collect();
+    if let Some(coded) = coded {
+        return walk(part, key, coded.iter().map(Some).collect(), found);
+    }
+    let objects: Option<Vec<&Map<String, Value>>> =
+        values.iter().map(|value| (*value)?.as_object()).collect();
+    if let Some(objects) = objects {
+        let keys: BTreeSet<&String> = objects.iter().flat_map(|object| object.keys()).collect();
         for inner in keys {
             let name = format!("{key}.{inner}");
-            walk(part, &name, [one.get(inner), other.get(inner)], found);
+            let values = objects.iter().map(|object| object.get(inner)).collect();
+            walk(part, &name, values, found);
         }
-    } else if values[0] != values[1] {
-        let [one, other] = values.map(Option::<&Value>::cloned);
+    } else if values.iter().any(|value| *value != values[0]) {
         found.push(DifferingValue {
             key: key.to_string(),
-            one,
-            other,
             part: part.into(),
+            values: values
+                .into_iter()
+                .map(|value| value.cloned().unwrap_or_default())
+                .collect(),
         });
     }
 }
@@ -207,28 +226,60 @@ fn by_code(list: &Value) -> Option<Value> {
     Some(Value::Object(texts))
 }
 
-fn table(found: &[DifferingValue], documents: &[Map<String, Value>; 2]) -> String {
-    let head = |index: usize| {
-        let document: &Map<String, Value> = &documents[index];
-        let answer = match text_at(document, "verdict") {
-            "" => "–".to_string(),
-            answer => answer.to_uppercase(),
-        };
-        format!("{answer} ({})", short(text_at(document, "report_id")))
-    };
-    let mut rows = vec![vec![String::new(), String::new(), head(0), head(1)]];
+/// Returns what was changed and what that did, a row for each answer and each input that differs, and, if asked
+/// for, every key.
+fn text(verdicts: &[Stored], found: &[DifferingValue], common: &Common) -> String {
+    let documents: Vec<&Document> = verdicts.iter().map(|verdict| &verdict.document).collect();
+    if found.is_empty() {
+        return format!("SAME  {}\n", comparison::subject(documents[0]));
+    }
+    let shown = |text: &str| escape::terminal(text).replace('\u{00A0}', " ");
+    let mut out = format!("{}\n\n", shown(&comparison::sentence(&documents)));
+    for (place, document) in documents.iter().enumerate() {
+        let (letter, id) = (comparison::letter(place), short(&document.report_id));
+        out += &format!(
+            "  {letter}  {}, report {id}\n",
+            shown(&comparison::subject(document))
+        );
+    }
+    let letters = (0..documents.len()).map(|place| comparison::letter(place).to_string());
+    let mut rows = vec![
+        [String::new()]
+            .into_iter()
+            .chain(letters.clone())
+            .collect::<Vec<_>>(),
+    ];
+    for row in comparison::rows(&documents) {
+        rows.push(
+            [row.name]
+                .iter()
+                .chain(&row.values)
+                .map(|cell| shown(cell))
+                .collect(),
+        );
+    }
+    out += &format!("\n{}", terminal::table(&rows, &[]));
+    if common.verbose == 0 {
+        return out + &format!("\n{} keys differ; -v tells them\n", found.len());
+    }
+    let head = ["part", "key"].map(String::from).into_iter().chain(letters);
+    let mut rows = vec![head.collect::<Vec<_>>()];
     let mut part = "";
     for row in found {
         let name = if row.part == part { "" } else { &*row.part };
         part = &*row.part;
-        let [one, other] = [&row.one, &row.other]
-            .map(|value| escape::terminal(&short_value(value.as_ref(), CELL)).into_owned());
-        rows.push(vec![name.into(), row.key.clone(), one, other]);
+        let values = row
+            .values
+            .iter()
+            .map(|value| shown(&short_value(value, CELL)));
+        rows.push(
+            [name.to_string(), row.key.clone()]
+                .into_iter()
+                .chain(values)
+                .collect(),
+        );
     }
-    if found.is_empty() {
-        return format!("SAME  {}\n", head(0));
-    }
-    terminal::table(&rows, &[])
+    out + "\n" + &terminal::table(&rows, &[])
 }
 
 /// Letters of a value in a cell of a terminal, and of the page.
@@ -236,16 +287,16 @@ const CELL: usize = 36;
 const PAGE_CELL: usize = 400;
 
 /// Returns a value in at most so many letters: numbers in six digits, long lists by their length.
-fn short_value(value: Option<&Value>, letters: usize) -> String {
+fn short_value(value: &Value, letters: usize) -> String {
     let text = match value {
-        None | Some(Value::Null) => "–".into(),
-        Some(Value::Number(number)) => match number.as_f64() {
+        Value::Null => "–".into(),
+        Value::Number(number) => match number.as_f64() {
             Some(number) if number.fract() != 0.0 => number::plain(number, 6),
             _ => number.to_string(),
         },
-        Some(Value::String(text)) => text.clone(),
-        Some(Value::Array(list)) if list.len() > 3 => format!("{} entries", list.len()),
-        Some(other) => other.to_string(),
+        Value::String(text) => text.clone(),
+        Value::Array(list) if list.len() > 3 => format!("{} entries", list.len()),
+        other => other.to_string(),
     };
     let mut short: String = text.chars().take(letters).collect();
     if short.len() < text.len() {

@@ -377,12 +377,9 @@ pub struct VerifyArguments {
 /// Options of `compare`.
 #[derive(Debug, Clone, Args)]
 pub struct CompareArguments {
-    /// A verdict.json of latchgate replay
-    #[arg(value_name = "A/verdict.json")]
-    pub one: PathBuf,
-    /// Another one
-    #[arg(value_name = "B/verdict.json")]
-    pub other: PathBuf,
+    /// Two to eight verdict.json of latchgate replay
+    #[arg(value_name = "VERDICT.json", required = true, num_args = 2..=8)]
+    pub verdicts: Vec<PathBuf>,
     /// Folder of the page [default: reports/out/compare-A-B, by the ids of the reports]
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: Option<PathBuf>,

@@ -491,6 +491,9 @@ fn check(table: &str, cases: &[Case]) {
             }
         }
         check_read_back::<Document>(&case.name, &replayed.out);
+        let document: Document = serde_json::from_str(&replayed.out).unwrap();
+        let shown = crate::shown::faults(&document).into_iter();
+        wrong.extend(shown.map(|fault| format!("{} ({index}): {fault}", case.name)));
         if inspected.code == 0 {
             check_read_back::<Listing>(&case.name, &inspected.out);
         }

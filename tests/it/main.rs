@@ -70,6 +70,7 @@ mod replay_properties;
 mod report;
 mod same_answers;
 mod setting_decides;
+mod shown;
 mod signals;
 mod sines;
 mod slow_channels;

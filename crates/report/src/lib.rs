@@ -21,6 +21,7 @@
 //! - `words`: words that the terminal and the page share.
 
 pub mod codes;
+pub mod comparison;
 pub mod escape;
 mod folder;
 pub mod html;
@@ -135,19 +136,19 @@ pub fn write(
     folder::put(dir, &ours, &files)
 }
 
-/// File name of the page of two verdicts.
+/// File name of the page of several verdicts.
 pub const COMPARE_FILE: &str = "compare.html";
 
-/// Writes the page that shows two verdicts side by side into `dir`, and returns its path. `tables`
-/// are their series, where both have them.
+/// Writes the page that shows verdicts side by side into `dir`, and returns its path. `tables` are their
+/// series, where all have them.
 ///
 /// # Errors
 ///
 /// As [`write`].
 pub fn write_comparison(
     dir: &Path,
-    documents: [&Document; 2],
-    tables: Option<[&series::SeriesTable; 2]>,
+    documents: &[&Document],
+    tables: Option<&[series::SeriesTable]>,
     differences: &[html::DifferenceRow],
 ) -> Result<PathBuf, Error> {
     let page = html::overlay_page(documents, tables, differences);

@@ -173,7 +173,8 @@ fn cli_the_series_is_that_of_the_report() {
     assert_eq!(run(&["replay", &file, &file, "--series", "u.csv"]).code, 2);
 }
 
-/// Two verdicts side by side: only what differs, settings and design before results.
+/// Verdicts side by side: what was changed and what that did, then only what differs, settings and design
+/// before results.
 #[test]
 fn cli_two_verdicts_are_compared() {
     let folder = Folder::new("compare");
@@ -185,7 +186,28 @@ fn cli_two_verdicts_are_compared() {
     assert_eq!(run(&[&base[..], &other].concat()).code, 1);
     let same = run(&["compare", "a/verdict.json", "a/verdict.json"]);
     assert_eq!((same.code, same.out.split(' ').next()), (0, Some("SAME")));
-    let done = run(&["compare", "a/verdict.json", "b/verdict.json"]);
+    let brief = run(&["compare", "a/verdict.json", "b/verdict.json", "--no-report"]);
+    let first = "Mass 0.1475 kg → 0.15 kg; filter default → none; all else equal: FAIL in all.\n";
+    assert!(brief.out.starts_with(first), "{}", brief.out);
+    assert!(
+        brief
+            .out
+            .contains("channel acceleration y (g), design paper")
+    );
+    assert!(!brief.out.contains("nominal."), "{}", brief.out);
+    let several = run(&[
+        "compare",
+        "a/verdict.json",
+        "a/verdict.json",
+        "b/verdict.json",
+        "--no-report",
+    ]);
+    assert!(
+        several.out.contains("0.1475 kg → 0.1475 kg → 0.15 kg"),
+        "{}",
+        several.out
+    );
+    let done = run(&["compare", "a/verdict.json", "b/verdict.json", "-v"]);
     assert_eq!((done.code, done.err.as_str()), (1, ""));
     let at = |words: &str| {
         done.out
@@ -239,14 +261,13 @@ fn cli_two_verdicts_are_compared() {
         "blocked",
     ]);
     assert_eq!(done.code, 4);
-    assert!(done.out.contains("request.filter") && done.err.contains("make the report folder"));
+    assert!(done.out.contains("all else equal") && done.err.contains("make the report folder"));
     assert_eq!(run(&["compare", "a/verdict.json", "a/series.csv"]).code, 4);
 }
 
-/// What is JSON but no verdict is refused, and a verdict that lost its keys is compared; both ended
-/// in a panic.
+/// What is JSON but no verdict is refused, and so is a verdict that lost its keys; both ended in a panic.
 #[test]
-fn regress_verdicts_that_lost_keys_are_compared_or_refused() {
+fn regress_verdicts_that_lost_keys_are_refused() {
     let folder = Folder::new("compare-bare");
     folder.write("empty.json", "{}");
     folder.write("bare.json", "{\"schema\": \"latchgate.verdict/1\"}");

@@ -1,15 +1,15 @@
-//! The page of `latchgate compare`: two verdicts side by side, what differs, their curves overlaid.
+//! The page of `latchgate compare`: verdicts side by side, what differs, their curves overlaid.
 
-use super::markup::{figure, heads};
+use super::markup::figure;
 use super::{SCRIPT, SERIES_BYTES, block};
 use crate::escape::terminal as line;
 use crate::page::PageFrame;
 use crate::plot::overlay;
 use crate::series::SeriesTable;
-use crate::{Document, sheet, words};
+use crate::{Document, comparison, sheet, words};
 use maud::{Markup, html};
 
-/// A value that differs: the part it belongs to, its key, and what it is in A and in B.
+/// A value that differs: the part it belongs to, its key, and what it is in each verdict.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DifferenceRow {
     /// As in "settings".
@@ -17,16 +17,19 @@ pub struct DifferenceRow {
     /// As in `request.filter`.
     pub key: String,
     /// In words.
-    pub values: [String; 2],
+    pub values: Vec<String>,
 }
 
 /// Returns the page as one self-contained HTML document.
 pub(crate) fn page(
-    documents: [&Document; 2],
-    tables: Option<[&SeriesTable; 2]>,
+    documents: &[&Document],
+    tables: Option<&[SeriesTable]>,
     differences: &[DifferenceRow],
 ) -> String {
-    let names = documents.map(words::report_name);
+    let names: Vec<String> = documents
+        .iter()
+        .map(|document| words::report_name(document))
+        .collect();
     let style = format!("{}{}", sheet::of_report(&names.join(" ")), overlay::RULES);
     let series = tables.and_then(overlay::CommonSeries::of);
     let drawn = series.map(|series| {
@@ -37,20 +40,20 @@ pub(crate) fn page(
     });
     let live = drawn.as_ref().is_some_and(|(_, _, table)| table.is_some());
     let frame = PageFrame {
-        title: "Two verdicts compared · latchgate",
+        title: "Verdicts compared · latchgate",
         style: &style,
         script: if live { SCRIPT } else { "" },
     };
-    let [file, other] = documents.map(|document| line(&document.recording.file));
     let body = html! {
         main {
             header {
                 div {
-                    p { "Two verdicts compared" }
-                    h1 { (file) @if other != file { " and " (other) } }
+                    p { "Verdicts compared" }
+                    h1 { (line(&comparison::sentence(documents))) }
                 }
             }
-            div.pair { (card(documents[0], "A")) (card(documents[1], "B")) }
+            div.pair { @for (place, document) in documents.iter().enumerate() { (card(document, comparison::letter(place))) } }
+            (rows(documents))
             @if let Some((overlay, _, _)) = &drawn {
                 (figure(overlay))
             } @else {
@@ -60,8 +63,10 @@ pub(crate) fn page(
                 }
             }
             section #differences {
-                h2 { "What differs" }
-                @if differences.is_empty() { p { "Nothing." } } @else { (table(differences)) }
+                details {
+                    summary { "Every key that differs" }
+                    @if differences.is_empty() { p { "None." } } @else { (table(differences, documents.len())) }
+                }
             }
         }
         @if let Some((_, data, Some(table))) = &drawn {
@@ -72,12 +77,37 @@ pub(crate) fn page(
     frame.head() + &body.into_string() + &frame.tail()
 }
 
-fn card(document: &Document, letter: &str) -> Markup {
+/// Returns the answers of each, and the inputs that differ.
+fn rows(documents: &[&Document]) -> Markup {
+    html! {
+        table.compared {
+            (heads_of("", documents.len()))
+            tbody {
+                @for row in comparison::rows(documents) {
+                    tr { th { (line(&words::capital(&row.name))) } @for value in &row.values { td { (line(value)) } } }
+                }
+            }
+        }
+    }
+}
+
+/// Returns the head of a table with a column for each verdict behind those named.
+fn heads_of(names: &str, verdicts: usize) -> Markup {
+    html! {
+        thead {
+            tr {
+                @for name in names.split('|') { th scope="col" { (name) } }
+                @for place in 0..verdicts { th scope="col" { (comparison::letter(place)) } }
+            }
+        }
+    }
+}
+
+fn card(document: &Document, letter: char) -> Markup {
     html! {
         section.card.(document.verdict.name()) aria-label={ "Verdict " (letter) } {
             p {
-                (letter) " · " (line(&document.recording.file)) " · design " (line(&words::design(&document.design)))
-                " · report " (line(&words::report_name(document)))
+                (letter) " · " (line(&comparison::subject(document))) " · report " (line(&words::report_name(document)))
             }
             div.answer {
                 div { strong { (words::answer(document.verdict)) } span { (line(&words::headline(document))) } }
@@ -87,10 +117,10 @@ fn card(document: &Document, letter: &str) -> Markup {
 }
 
 /// Returns what differs, each part named in its first row alone.
-fn table(differences: &[DifferenceRow]) -> Markup {
+fn table(differences: &[DifferenceRow], verdicts: usize) -> Markup {
     html! {
         table.differences {
-            (heads(&["part", "key", "A", "B"]))
+            (heads_of("part|key", verdicts))
             tbody {
                 @for rows in differences.chunk_by(|row, next| row.part == next.part) {
                     @for (index, row) in rows.iter().enumerate() {

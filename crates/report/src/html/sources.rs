@@ -61,7 +61,7 @@ fn lever(design: &Design) -> Markup {
                 table.facts {
                     tbody {
                         @for parameter in half {
-                            @let unit = if parameter.unit == "1" { "" } else { parameter.unit };
+                            @let unit = if parameter.unit == "1" { String::new() } else { parameter.unit.replace(' ', "·") };
                             @let tolerance = design.deviation(parameter).filter(|deviation| *deviation > 0.0);
                             tr {
                                 th { (parameter.what) }

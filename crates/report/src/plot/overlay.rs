@@ -1,7 +1,8 @@
-//! Two verdicts over one time axis, aligned at first contact.
+//! Verdicts over one time axis, aligned at first contact.
 
 use super::Figure;
 use super::event::{EventCurve, EventDrawing, EventMark, EventPanel, limit_name};
+use crate::comparison::{VERDICTS_MAX, letter};
 use crate::series::SeriesTable;
 use crate::words;
 use latchgate_document::Document;
@@ -11,24 +12,37 @@ use serde_json::Value;
 /// Rules of this drawing beyond those of all plots: neither of two verdicts has the colour of a stop.
 pub(crate) const RULES: &str = include_str!("overlay.css");
 
-const CLASSES: [&str; 2] = ["verdict-a", "verdict-b"];
+const CLASSES: [&str; VERDICTS_MAX] = [
+    "verdict-a",
+    "verdict-b",
+    "verdict-c",
+    "verdict-d",
+    "verdict-e",
+    "verdict-f",
+    "verdict-g",
+    "verdict-h",
+];
 
-/// The series of two verdicts at common instants.
+/// The series of verdicts at common instants.
 #[derive(Debug)]
 pub(crate) struct CommonSeries {
     time_s: Vec<f64>,
-    used_m_s2: [Vec<f64>; 2],
-    velocity_m_s: [Vec<f64>; 2],
-    angle_rad: [Vec<f64>; 2],
+    used_m_s2: Vec<Vec<f64>>,
+    velocity_m_s: Vec<Vec<f64>>,
+    angle_rad: Vec<Vec<f64>>,
 }
 
 impl CommonSeries {
-    /// Brings two series to the instants of either, where both have samples; between samples they
-    /// are linear. `None` where they have nothing in common.
-    pub(crate) fn of(tables: [&SeriesTable; 2]) -> Option<Self> {
-        let span = |table: &SeriesTable| Some((*table.time_s.first()?, *table.time_s.last()?));
-        let (one, other) = (span(tables[0])?, span(tables[1])?);
-        let (from, to) = (one.0.max(other.0), one.1.min(other.1));
+    /// Brings series to the instants of any, where all have samples; between samples they are linear.
+    /// `None` where they have nothing in common.
+    pub(crate) fn of(tables: &[SeriesTable]) -> Option<Self> {
+        let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
+        for table in tables {
+            (from, to) = (
+                from.max(*table.time_s.first()?),
+                to.min(*table.time_s.last()?),
+            );
+        }
         let all = tables.iter().flat_map(|table| &table.time_s);
         let mut time_s: Vec<f64> = all
             .copied()
@@ -40,7 +54,9 @@ impl CommonSeries {
             return None;
         }
         let each = |values: fn(&SeriesTable) -> &[f64]| {
-            tables.map(|table| brought(&time_s, &table.time_s, values(table)))
+            let each = tables.iter();
+            each.map(|table| brought(&time_s, &table.time_s, values(table)))
+                .collect()
         };
         Some(Self {
             used_m_s2: each(|table| &table.used_m_s2),
@@ -53,15 +69,20 @@ impl CommonSeries {
     /// Returns the series as a table.
     pub(crate) fn csv(&self) -> String {
         use std::fmt::Write as _;
-        let mut out = String::from(
-            "time_s,a_acceleration_used_m_s2,b_acceleration_used_m_s2,a_velocity_m_s,b_velocity_m_s,\
-             a_angle_rad,b_angle_rad\n",
-        );
+        let mut out = String::from("time_s");
+        for what in ["acceleration_used_m_s2", "velocity_m_s", "angle_rad"] {
+            for place in 0..self.angle_rad.len() {
+                let _ = write!(out, ",{}_{what}", letter(place).to_ascii_lowercase());
+            }
+        }
+        out.push('\n');
         for (index, time) in self.time_s.iter().enumerate() {
             let _ = write!(out, "{time}");
             for values in [&self.used_m_s2, &self.velocity_m_s, &self.angle_rad] {
-                // Writing into a String cannot fail.
-                let _ = write!(out, ",{},{}", values[0][index], values[1][index]);
+                for own in values {
+                    // Writing into a String cannot fail.
+                    let _ = write!(out, ",{}", own[index]);
+                }
             }
             out.push('\n');
         }
@@ -84,21 +105,25 @@ fn brought(to_s: &[f64], time_s: &[f64], values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Draws both, and returns with it what a script needs to draw it anew. `view` is what is shown at
+/// Draws all, and returns with it what a script needs to draw it anew. `view` is what is shown at
 /// first [s].
 pub(crate) fn draw(
     series: &CommonSeries,
-    documents: [&Document; 2],
+    documents: &[&Document],
     view: (f64, f64),
 ) -> (Figure, Value) {
     let shown = (&*series.time_s, view);
     let in_g = 1.0 / STANDARD_GRAVITY;
-    let limits = documents.map(|document| document.threshold_rad);
-    let limit = limits[0].max(limits[1]);
+    let limits = documents.iter().map(|document| document.threshold_rad);
+    let limit = limits.clone().fold(0.0, f64::max);
     let long = view.1 - view.0 > 2.0;
-    let names = documents.map(words::report_name);
+    let names: Vec<String> = documents
+        .iter()
+        .map(|document| words::report_name(document))
+        .collect();
+    let verdicts = documents.len();
     let drawing = EventDrawing {
-        title: "Acceleration, velocity and angle of the levers, A and B",
+        title: "Acceleration, velocity and angle of the levers",
         time_s: &series.time_s,
         view,
         panels: [
@@ -111,14 +136,14 @@ pub(crate) fn draw(
             ),
             EventPanel::new(
                 "velocity [m/s]".into(),
-                curves("velocity", 3, &series.velocity_m_s),
+                curves("velocity", 1 + verdicts, &series.velocity_m_s),
                 1.0,
                 shown,
                 None,
             ),
             EventPanel::new(
                 "angle φ [rad]".into(),
-                curves("angle", 5, &series.angle_rad),
+                curves("angle", 1 + 2 * verdicts, &series.angle_rad),
                 1.0,
                 shown,
                 Some(limit),
@@ -127,38 +152,39 @@ pub(crate) fn draw(
         limit: (limit, limit_name(limit)),
         marks: marks(documents, view),
         time_unit: if long { (1.0, "s") } else { (1e3, "ms") },
-        origin: &format!("reports {} and {}", names[0], names[1]),
+        origin: &format!("reports {}", names.join(", ")),
     };
-    let apart = (limits[0] - limits[1]).abs() > 0.0;
+    let apart = limits.clone().any(|own| (own - limit).abs() > 0.0);
     let caption = format!(
-        "Both as used, aligned at first contact, where both have samples.{}",
+        "All as used, aligned at t = 0, where all have samples.{}",
         if apart {
-            " The limit angles differ; the larger one is drawn."
+            " The limit angles differ; the largest is drawn."
         } else {
             ""
         }
     );
     let description = format!(
-        "Acceleration, its integral and the angle of the lever over time for two verdicts, from {} to {}.",
+        "Acceleration, its integral and the angle of the lever over time for each verdict, from {} to {}.",
         words::instant(view.0),
         words::instant(view.1)
     );
     drawing.draw(caption, description)
 }
 
-/// The curves of A and B, which stand in the table from column `first` on.
-fn curves<'a>(what: &str, first: usize, values: &'a [Vec<f64>; 2]) -> Vec<EventCurve<'a>> {
-    let each = (0..2).map(|own| EventCurve {
-        class: CLASSES[own],
-        name: format!("{what} {}", ["A", "B"][own]),
-        read: ["A", "B"][own].into(),
-        column: first + own,
-        values: &values[own],
+/// The curves of all verdicts, which stand in the table from column `first` on.
+fn curves<'a>(what: &str, first: usize, values: &'a [Vec<f64>]) -> Vec<EventCurve<'a>> {
+    let each = values.iter().zip(CLASSES).enumerate();
+    let each = each.map(|(place, (values, class))| EventCurve {
+        class,
+        name: format!("{what} {}", letter(place)),
+        read: letter(place).to_string(),
+        column: first + place,
+        values,
     });
     each.collect()
 }
 
-fn marks(documents: [&Document; 2], view: (f64, f64)) -> Vec<EventMark> {
+fn marks(documents: &[&Document], view: (f64, f64)) -> Vec<EventMark> {
     let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
     for (document, name) in documents.into_iter().zip(["A", "B"]) {
         marks.extend(EventMark::opening(
@@ -170,8 +196,8 @@ fn marks(documents: [&Document; 2], view: (f64, f64)) -> Vec<EventMark> {
     marks
 }
 
-/// Returns the stretch in which either acceleration or either lever is at work, with some room [s].
-pub(crate) fn view(series: &CommonSeries, documents: [&Document; 2]) -> (f64, f64) {
+/// Returns the stretch in which any acceleration or lever is at work, with some room [s].
+pub(crate) fn view(series: &CommonSeries, documents: &[&Document]) -> (f64, f64) {
     let (first, last) = (series.time_s[0], series.time_s[series.time_s.len() - 1]);
     let mut span = (0.0_f64.clamp(first, last), 0.0_f64.clamp(first, last));
     let mut include = |at: f64| span = (span.0.min(at), span.1.max(at));

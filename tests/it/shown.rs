@@ -1,0 +1,124 @@
+//! What a person sees of an answer: lines that fit, instants that are the document's, and no error
+//! as large as its peak.
+
+use crate::support::{data, latchgate};
+use latchgate_document::Document;
+use latchgate_report::terminal::Look;
+use latchgate_report::{opening, text};
+use std::collections::BTreeSet;
+
+/// Columns of what is written to a file.
+const COLUMNS: usize = 100;
+
+/// Says what is wrong with the text of an answer.
+pub(crate) fn faults(document: &Document) -> Vec<String> {
+    let look = Look {
+        width: Some(COLUMNS),
+        ..Look::default()
+    };
+    let shown = text::render(document, None, look);
+    let mut faults = Vec::new();
+    for line in shown.lines() {
+        let longest_word = line.split(' ').map(|word| word.chars().count()).max();
+        // A word cannot be wrapped.
+        if line.chars().count() > COLUMNS && longest_word < Some(COLUMNS - 20) {
+            faults.push(format!("more than {COLUMNS} columns: {line}"));
+        }
+    }
+    let whole = shown.split_whitespace().collect::<Vec<_>>().join(" ");
+    let known = instants(document);
+    for (at, _) in whole.match_indices("opens ") {
+        let said = &whole[at + "opens ".len()..];
+        if (said.starts_with("at ") || said.starts_with("between "))
+            && !known.iter().any(|instant| said.starts_with(instant))
+        {
+            let said: String = said.chars().take(40).collect();
+            faults.push(format!(
+                "`opens {said}` is no instant of the document: {known:?}"
+            ));
+        }
+    }
+    faults.extend(large_error(&whole));
+    faults
+}
+
+/// Returns every instant of opening that may be shown, as it is shown.
+fn instants(document: &Document) -> BTreeSet<String> {
+    let runs = document
+        .polarities
+        .values()
+        .flat_map(|stops| stops.values());
+    let runs = document
+        .models
+        .values()
+        .chain(runs)
+        .chain(&document.nominal);
+    let nominal = runs
+        .filter_map(|run| run.first_crossing_s)
+        .map(|at| format!("at {}", opening::nominal_instant(at)));
+    let named = document.opens.iter().map(|opens| {
+        let sentence = opening::sentence(opens);
+        sentence.trim_start_matches("opens ").to_string()
+    });
+    let plain = |text: String| text.replace('\u{00A0}', " ");
+    nominal.chain(named).map(plain).collect()
+}
+
+/// Finds an error that is as large as its peak, in a text like `2.9° ± 0.4°`.
+fn large_error(text: &str) -> Option<String> {
+    let words: Vec<&str> = text.split(' ').collect();
+    let number = |word: &str| {
+        let digits = word.trim_matches(|c: char| !c.is_ascii_digit());
+        digits.parse::<f64>().ok()
+    };
+    words.windows(3).find_map(|three| match three {
+        [value, "±", error] => {
+            let (value, error) = (number(value)?, number(error)?);
+            (error > value).then(|| format!("{} is no error of a peak", three.join(" ")))
+        }
+        _ => None,
+    })
+}
+
+#[test]
+fn verif_an_error_above_its_peak_is_found() {
+    assert!(large_error("largest angle 0.4° ± 2.9° (0.1 rad)").is_some());
+    assert!(large_error("largest angle 2.9° ± 0.4° (0.1 rad)").is_none());
+}
+
+/// Six real channels, each with every opening direction.
+#[test]
+fn val_real_answers_are_shown_as_a_person_can_read_them() {
+    let mut wrong = Vec::new();
+    for channel in ["145", "146", "147", "148", "149", "150"] {
+        for sign in ["negative", "positive", "both"] {
+            let file = data(&format!("recordings/nhtsa_v07292.{channel}"));
+            let file = file.to_str().unwrap();
+            let asked = ["replay", file, "--opens-when", sign, "--no-report"];
+            let json = latchgate(&[&asked[..], &["--format", "json"]].concat());
+            let document: Document = serde_json::from_str(&json.out).unwrap();
+            if let Some(opens) = &document.opens {
+                check_earliest(&document, opens.first_s);
+            }
+            let faults = faults(&document);
+            wrong.extend(
+                faults
+                    .into_iter()
+                    .map(|fault| format!("{channel} {sign}: {fault}")),
+            );
+        }
+    }
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+/// No nominal run crosses before the instant that the document names.
+#[track_caller]
+fn check_earliest(document: &Document, first_s: Option<f64>) {
+    let runs = document
+        .polarities
+        .values()
+        .flat_map(|stops| stops.values());
+    let runs = document.models.values().chain(runs);
+    let earliest = runs.filter_map(|run| run.first_crossing_s).reduce(f64::min);
+    assert_eq!(first_s, earliest);
+}
