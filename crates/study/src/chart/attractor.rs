@@ -101,11 +101,12 @@ fn panel(attractor: &Attractor, method: &str, name: &str, edges: Edges) -> Panel
     let panel = Panel::new(&OPEN, edges, HEIGHT)
         .x("angle [rad]", x)
         .y("angular velocity [rad/s]", y);
-    let panel = match distinct.len() {
-        ..=100 => panel.marks(class, Shape::Circle(3.5), distinct),
-        ..=FEW => panel.marks(class, Shape::Circle(2.2), distinct),
-        ..MANY => panel.cloud(colour, points, 5),
-        _ => panel.cloud(colour, points, 2),
+    let panel = if distinct.len() <= FEW {
+        let radius = if distinct.len() > 100 { 2.2 } else { 3.5 };
+        panel.marks(class, Shape::Circle(radius), distinct)
+    } else {
+        let dot = if distinct.len() < MANY { 5 } else { 2 };
+        panel.cloud(colour, points, dot)
     };
     let orbit = attractor.orbit.iter().filter(|_| method == "event-driven");
     let panel = panel.each(orbit, |panel, orbit| {

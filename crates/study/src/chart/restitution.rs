@@ -90,7 +90,7 @@ fn pushes(result: &Equivalence) -> Panel {
             .iter()
             .map(|push| (push.time_s * 1e3, push.torque_nm))
     };
-    let end_ms = points().last().map_or(1.0, |point| point.0);
+    let end_ms = points().next_back().map_or(1.0, |point| point.0);
     let torques = points().map(|point| point.1).chain([0.0]);
     let speed = trimmed(result.speed_rad_s, 4);
     let from_ms = result.tension_from_s.map(|from| from * 1e3);
