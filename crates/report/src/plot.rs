@@ -5,14 +5,15 @@
 //! hundredths of a unit, and long signals keep every extremum (see [`thin`]).
 //!
 //! Of reports: `event`, `acceleration`, `angle`, `spread`, `drivers`, `phase`, `spectrogram` and `spectra`;
-//! of two verdicts: `overlay`; of margins: `margin`. All stand in a `frame` with its `axis` on a
-//! `canvas`; `heat` and `raster` make pictures of cells and points, `thin` shortens curves, `style`
+//! of two verdicts: `overlay`; of margins: `margin`. All but `event` are a `chart`, drawn in a `frame`
+//! with its `axis` on a `canvas`; `heat` and `raster` make pictures of cells and points, `thin` shortens curves, `style`
 //! holds colours and rules.
 
 mod acceleration;
 mod angle;
 pub mod axis;
 pub mod canvas;
+pub mod chart;
 mod drivers;
 mod event;
 pub mod frame;
@@ -27,13 +28,16 @@ mod spread;
 pub mod style;
 pub mod thin;
 
+use self::chart::{ACROSS, At, Chart, Panel};
+use self::frame::{FOOTER, Scale, WIDE};
 pub(super) use self::margin::{
     RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
 };
 use crate::escape;
 use crate::words;
 use latchgate_document::Document;
-use latchgate_verdict::Evidence;
+use latchgate_document::number::exact;
+use latchgate_verdict::{Evidence, Trace};
 use std::fmt::Write as _;
 
 /// Name of the plot that stands on the first page.
@@ -133,13 +137,13 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     let context = PlotContext::new(document, evidence);
     [
         event::draw(&context).map(|(figure, _)| figure),
-        acceleration::draw(&context),
-        angle::draw(&context),
-        spread::draw(&context),
-        drivers::draw(&context),
-        phase::draw(&context),
-        spectrogram::draw(&context),
-        spectra::draw(&context),
+        acceleration::chart(&context).map(Chart::draw),
+        angle::chart(&context).map(Chart::draw),
+        spread::chart(&context).map(Chart::draw),
+        drivers::chart(&context).map(Chart::draw),
+        phase::chart(&context).map(Chart::draw),
+        spectrogram::chart(&context).map(Chart::draw),
+        spectra::chart(&context).map(Chart::draw),
     ]
     .into_iter()
     .flatten()
@@ -195,8 +199,48 @@ impl<'a> PlotContext<'a> {
         }
     }
 
-    fn time_label(&self) -> String {
-        format!("time [{}]", self.time_unit)
+    /// Returns a panel across the drawing over the plots' common time axis, in the unit shown.
+    fn over_time(&self, height: f64) -> Panel {
+        let title = format!("time [{}]", self.time_unit);
+        Panel::new(&WIDE, ACROSS, height).x(title, self.time())
+    }
+
+    /// Returns the scale of that axis.
+    fn time(&self) -> Scale {
+        let (start, end) = self.span_s;
+        Scale::Linear(start * self.time_scale, end * self.time_scale)
+    }
+
+    /// Returns a chart that stands in the report, and names it alone.
+    fn chart(&self) -> Chart {
+        Chart {
+            room: [0.0, 16.0, FOOTER],
+            origin: self.origin.clone(),
+            ..Chart::default()
+        }
+    }
+
+    /// Adds where the judged window starts and ends, if one was asked for.
+    fn judged_window(&self, panel: Panel) -> Panel {
+        let window = self.document.request.window_s;
+        let ends = window.into_iter().flat_map(|(start, end)| [start, end]);
+        panel.each(ends, |panel, end| {
+            panel.upright("edge", end * self.time_scale)
+        })
+    }
+
+    /// Adds the line of the limit angle across, with its words at the left.
+    fn limit(&self, panel: Panel) -> Panel {
+        let limit = self.document.threshold_rad;
+        let at = (At::Low(8.0), At::Value(limit, -6.0));
+        let text = format!("limit {} rad", exact(limit));
+        panel.level("limit", limit).text("alarm halo", at, text)
+    }
+
+    /// Returns the angle over time of a trace, in the unit of time shown.
+    fn angles(&self, trace: &Trace) -> impl Iterator<Item = (f64, f64)> {
+        let (points, scale) = (trace.points.iter(), self.time_scale);
+        points.map(move |point| (point.time_s * scale, point.angle_rad))
     }
 }
 

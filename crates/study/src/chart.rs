@@ -1,7 +1,6 @@
 //! Charts of the studies, each a file of its own, light or dark as the viewer prefers.
 //!
-//! `attractor`, `basins`, `bifurcation` and `excitation_map` show motion on sines and share
-//! `dynamics`; `stability` and `work_precision` compare methods, which `methods` draws; `damages` is of recordings;
+//! `attractor`, `basins`, `bifurcation` and `excitation_map` show motion on sines; `stability` and `work_precision` compare methods, which `methods` draws; `damages` is of recordings;
 //! `free_vibration`, `histories`, `restitution`, `shock`, `spectrogram` and `step_size` are the
 //! paper's other figures.
 
@@ -9,7 +8,6 @@ mod attractor;
 mod basins;
 mod bifurcation;
 mod damages;
-mod dynamics;
 mod excitation_map;
 mod free_vibration;
 mod histories;
@@ -34,6 +32,7 @@ use crate::spectrogram::MotionSpectrogram;
 use crate::stability::Stability;
 use crate::step_size::StepSize;
 use crate::work_precision::WorkPrecision;
+use latchgate_kernel::replay::TracePoint;
 
 /// Rules of the charts of motions, in terms of the colours' variables.
 const RULES: &str = "\
@@ -57,26 +56,41 @@ const RULES: &str = "\
 .plot .spot{fill:var(--ink);stroke:var(--paper);stroke-width:1}
 ";
 
+/// Rules of the charts of motion on sines, in terms of the colours' variables.
+const SINE_RULES: &str = "\
+.plot image{image-rendering:pixelated}
+.plot .birth{fill:none;stroke:var(--pass);stroke-width:1.5}
+.plot .doubling{fill:none;stroke:var(--fail);stroke-width:1.5}
+.plot .contour{fill:none;stroke:var(--paper);stroke-width:4;stroke-linejoin:round}
+.plot .contour-ink{fill:none;stroke:#e02020;stroke-width:2;stroke-linejoin:round}
+.plot .lift{fill:none;stroke:#ffffff;stroke-width:2;stroke-dasharray:11 7}
+.plot .lift-edge{fill:none;stroke:#000000;stroke-width:4;stroke-opacity:.45}
+.plot .few-event-driven{fill:#2d7dcd;stroke:var(--paper);stroke-width:.75}
+.plot .few-rk4{fill:#de7020;stroke:var(--paper);stroke-width:.75}
+.plot .ring{fill:none;stroke:var(--ink);stroke-width:1.5}
+.plot .tiny{font-size:11.5px}
+";
+
 macro_rules! charts {
     ($($(#[$doc:meta])* $name:ident($result:ty), $rules:expr;)*) => {$(
         $(#[$doc])*
         pub fn $name(result: &$result) -> String {
-            $name::draw(result).stand_alone_with($rules)
+            $name::chart(result).draw().stand_alone_with($rules)
         }
     )*};
 }
 
 charts! {
     /// Draws the section at one amplitude.
-    attractor([Attractor]), dynamics::RULES;
+    attractor([Attractor]), SINE_RULES;
     /// Draws the basins of attraction, one panel per stop.
-    basins([Basins]), dynamics::RULES;
+    basins([Basins]), SINE_RULES;
     /// Draws sections against the amplitude, one panel per stop.
-    bifurcation([Diagram]), dynamics::RULES;
+    bifurcation([Diagram]), SINE_RULES;
     /// Draws what damage is seen, kind by kind.
     damages(Damages), damages::RULES;
     /// Draws what excitation opens the latch, one panel per stop.
-    excitation_map([ExcitationMap]), dynamics::RULES;
+    excitation_map([ExcitationMap]), SINE_RULES;
     /// Draws free vibration with and without a stop.
     free_vibration(FreeVibration), RULES;
     /// Draws the histories from several starts.
@@ -93,4 +107,10 @@ charts! {
     step_size(StepSize), RULES;
     /// Draws error against cost.
     work_precision(WorkPrecision), methods::RULES;
+}
+
+/// Returns the angle over time, in units of time of which a second has `per_second`.
+fn angles(trace: &[TracePoint], per_second: f64) -> impl Iterator<Item = (f64, f64)> {
+    let points = trace.iter();
+    points.map(move |point| (point.time_s * per_second, point.angle_rad))
 }

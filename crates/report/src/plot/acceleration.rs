@@ -1,75 +1,67 @@
 //! Acceleration over time: as recorded and as used.
 
-use super::canvas::{Anchor, Canvas};
-use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Sample};
-use super::{Figure, PlotContext, thin};
+use super::PlotContext;
+use super::chart::{At, Chart, Panel};
+use super::frame::{self, LegendEntry, Sample, Scale};
 use crate::words::{DIGITS, instant};
 use latchgate_document::number::significant;
-use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::Severity;
 use latchgate_verdict::conditioning::Cfc;
 
 pub(super) const NAME: &str = "acceleration";
 
-pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
-    let evidence = context.evidence;
-    let (low, high) = frame::extent(
-        [&evidence.raw, &evidence.used]
-            .into_iter()
-            .flat_map(|signal| signal.samples.iter().copied()),
-    );
+pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
+    let signals = [&context.evidence.raw, &context.evidence.used];
+    let samples = signals.into_iter().flat_map(|signal| &signal.samples);
+    let (low, high) = frame::extent(samples.map(|value| value / STANDARD_GRAVITY));
     if low > high {
         return None;
     }
-    let (low, high) = (
-        low.min(0.0) / STANDARD_GRAVITY,
-        high.max(0.0) / STANDARD_GRAVITY,
-    );
+    let (low, high) = (low.min(0.0), high.max(0.0));
     let margin = ((high - low) * 0.06).max(1e-6);
-
     let conditioning = context.document.conditioning.as_ref();
     let bias_window = conditioning.and_then(|block| block.bias_window_s);
+    let scale = context.time_scale;
     let faults = faults(context);
-    let entries = legend(context, bias_window.is_some(), !faults.is_empty());
-    let mut canvas = Canvas::with_capacity(96 * 1024);
-    let title = "Lateral acceleration";
-    let top = frame::header(&mut canvas, LEFT, title, &[], &entries);
-    let bottom = top + 270.0;
-    let height = bottom + frame::FOOTER;
-    let panel = Frame::over_time(context, (low - margin, high + margin), top, bottom);
-    if let Some((from, to)) = bias_window {
-        let scale = context.time_scale;
-        let x = (
-            panel.x.place(from * scale).clamp(LEFT, RIGHT),
-            panel.x.place(to * scale).clamp(LEFT, RIGHT),
+    let panel = context
+        .over_time(270.0)
+        .y(
+            "acceleration [g]",
+            Scale::Linear(low - margin, high + margin),
+        )
+        .right(STANDARD_GRAVITY, "acceleration [m/s²]")
+        .each(bias_window, |panel, (from, to)| {
+            panel.band("band", from * scale, to * scale)
+        })
+        .level("zero", 0.0)
+        .each(
+            ["raw", "used"].into_iter().zip(signals),
+            |panel, (class, signal)| {
+                let samples = signal.samples.iter().enumerate();
+                let points = samples
+                    .map(|(index, value)| (signal.time_s(index) * scale, value / STANDARD_GRAVITY));
+                panel.function(class, points)
+            },
+        )
+        .each(
+            faults.iter().take(8).zip(0..),
+            |panel, ((at_s, code), line)| {
+                let y = At::High(18.0 + 18.0 * f64::from(line));
+                panel.upright("fault", at_s * scale).beside(
+                    "alarm halo",
+                    (At::Value(at_s * scale, 0.0), y),
+                    *code,
+                )
+            },
         );
-        canvas.rectangle("band", (x.0, top), ((x.1 - x.0).max(1.0), bottom - top));
-    }
-    let time = context.time_label();
-    panel.grid(&mut canvas, Some(&time), Some("acceleration [g]"));
-    panel.right_scale(&mut canvas, STANDARD_GRAVITY, "acceleration [m/s²]");
-    panel.level(&mut canvas, "zero", 0.0);
-    panel.begin_inside(&mut canvas, "acceleration-clip");
-    for (class, signal) in [("raw", &evidence.raw), ("used", &evidence.used)] {
-        canvas.polyline(class, points(context, &panel, signal).into_iter());
-    }
-    canvas.end_group();
-    judged_window(&mut canvas, context, &panel);
-    for (index, (at_s, code)) in faults.iter().take(8).enumerate() {
-        let x = panel.x.place(at_s * context.time_scale);
-        canvas.line("fault", (x, top), (x, bottom));
-        let y = top + 18.0 + index as f64 * 18.0;
-        panel.label(&mut canvas, "alarm halo", (x, y), code);
-    }
-    opening_side(&mut canvas, context, &panel);
-    panel.frame(&mut canvas);
-    frame::footer(&mut canvas, &context.origin, height);
-
+    let panel = opening_side(context, context.judged_window(panel));
     let peak = peak_sentence(context);
-    Some(Figure {
+    Some(Chart {
         name: NAME,
-        title: title.into(),
+        title: "Lateral acceleration".into(),
+        legend: legend(context, bias_window.is_some(), !faults.is_empty()),
+        panels: vec![panel],
         caption: format!(
             "As recorded (grey) and as the lever feels it (black): {}.{peak}",
             used_text(context)
@@ -79,8 +71,7 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
             instant(context.span_s.0),
             instant(context.span_s.1)
         ),
-        height,
-        body: canvas.into_string(),
+        ..context.chart()
     })
 }
 
@@ -145,45 +136,21 @@ pub(super) fn filter_text(filter: Option<Cfc>) -> String {
     )
 }
 
-fn points(context: &PlotContext, panel: &Frame, signal: &Signal) -> Vec<(f64, f64)> {
-    thin::columns(
-        signal.samples.iter().enumerate().map(|(index, value)| {
-            panel.place(
-                signal.time_s(index) * context.time_scale,
-                value / STANDARD_GRAVITY,
-            )
-        }),
-        1.0,
-    )
-}
-
-/// Marks where the judged window starts and ends, if one was asked for.
-pub(super) fn judged_window(canvas: &mut Canvas, context: &PlotContext, panel: &Frame) {
-    if let Some((start, end)) = context.document.request.window_s {
-        for instant in [start, end] {
-            panel.upright(canvas, "edge", instant * context.time_scale);
-        }
-    }
-}
-
 /// Says which side of zero opens the lever of the nominal run.
-fn opening_side(canvas: &mut Canvas, context: &PlotContext, panel: &Frame) {
-    let Some(run) = &context.document.nominal else {
-        return;
-    };
-    let (y, text) = match run.opens_when {
-        OpensWhen::Negative => (panel.bottom - 9.0, "\u{2193} opens"),
-        OpensWhen::Positive => (panel.top + 18.0, "\u{2191} opens"),
-    };
-    let nominal = if context.document.polarities.len() > 1 {
-        " (nominal run)"
-    } else {
-        ""
-    };
-    canvas.text(
-        "muted halo",
-        (RIGHT - 8.0, y),
-        Anchor::End,
-        &format!("{text}{nominal}"),
-    );
+fn opening_side(context: &PlotContext, panel: Panel) -> Panel {
+    panel.each(&context.document.nominal, |panel, run| {
+        let (y, text) = match run.opens_when {
+            OpensWhen::Negative => (At::Low(-9.0), "\u{2193} opens"),
+            OpensWhen::Positive => (At::High(18.0), "\u{2191} opens"),
+        };
+        let nominal = match context.document.polarities.len() {
+            0 | 1 => "",
+            _ => " (nominal run)",
+        };
+        panel.text(
+            "muted halo",
+            (At::High(-8.0), y),
+            format!("{text}{nominal}"),
+        )
+    })
 }

@@ -1,12 +1,10 @@
 //! The lever's angle over time, with the limit, the impacts, the first crossing and the peak.
 
-use super::canvas::{Anchor, Canvas};
-use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Sample};
-use super::{Figure, PlotContext, acceleration, thin};
+use super::PlotContext;
+use super::chart::{At, Chart, Panel, Shape};
+use super::frame::{LegendEntry, Sample, Scale};
 use crate::{opening, words};
-use latchgate_document::number::exact;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_verdict::Trace;
 
@@ -37,73 +35,54 @@ pub(super) fn trace_classes(traces: &[&Trace]) -> Vec<&'static str> {
     classes(traces.iter().map(|trace| (trace.model, trace.opens_when))).collect()
 }
 
-const DEGREES_PER_RADIAN: f64 = 180.0 / std::f64::consts::PI;
-
 /// A peak this many times above or below the limit gets a second panel.
 const FAR: f64 = 5.0;
 
-pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
+pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     let traces = drawn_traces(context);
     traces.first()?;
     let document = context.document;
     let nominal = document.nominal.as_ref();
     let (main_range, zoom_range, above) = ranges(context, &traces);
-    let mut entries = legend(&traces, nominal.is_some());
-    entries.push(LegendEntry::line("limit", "limit"));
+    let mut legend = legend(&traces, nominal.is_some());
+    legend.push(LegendEntry::line("limit", "limit"));
     if nominal.is_some_and(|run| !run.impact_list.is_empty()) {
-        entries.push(LegendEntry::new(
-            Sample::Tick("impact"),
-            "impacts, nominal run",
-        ));
+        let impacts = Sample::Tick("impact");
+        legend.push(LegendEntry::new(impacts, "impacts, nominal run"));
     }
-    let mut canvas = Canvas::with_capacity(160 * 1024);
-    let title = "Angle of the lever";
-    let top = frame::header(&mut canvas, LEFT, title, &[], &entries);
-    let main_bottom = top + if zoom_range.is_some() { 240.0 } else { 290.0 };
-    let main = Frame::over_time(context, main_range, top, main_bottom);
-    let zoom = zoom_range
-        .map(|range| Frame::over_time(context, range, main_bottom + 16.0, main_bottom + 186.0));
-    let last = zoom.unwrap_or(main);
-    let height = last.bottom + frame::FOOTER;
-
-    let drawing = Drawing {
-        context,
-        traces: &traces,
-        nominal,
-    };
-    let label = context.time_label();
-    let main_label = if zoom.is_none() { Some(&*label) } else { None };
-    drawing.panel(&mut canvas, &main, "angle-clip", main_label, zoom.is_none());
-    if let Some(zoom) = &zoom {
-        drawing.panel(&mut canvas, zoom, "angle-zoom-clip", Some(&label), true);
-        canvas.text(
-            "muted halo",
-            (RIGHT - 8.0, zoom.top + 18.0),
-            Anchor::End,
-            if above {
+    let panels = match zoom_range {
+        None => {
+            let panel = panel(context, &traces, 290.0, main_range);
+            vec![marks(context, impacts(context, panel), |_| true)]
+        }
+        Some(zoom) => {
+            let is_in_zoom = |angle: f64| (zoom.0..=zoom.1).contains(&angle);
+            let main = panel(context, &traces, 240.0, main_range).x("", context.time());
+            let main = marks(context, main, |angle| !is_in_zoom(angle));
+            let zoom = impacts(context, panel(context, &traces, 170.0, zoom));
+            let side = if above {
                 "around the limit"
             } else {
                 "below the limit"
-            },
-        );
-    }
-    drawing.marks(&mut canvas, &main, zoom.as_ref());
-    frame::footer(&mut canvas, &context.origin, height);
-
+            };
+            let zoom = zoom.text("muted halo", (At::High(-8.0), At::High(18.0)), side);
+            vec![main, marks(context, zoom, is_in_zoom)]
+        }
+    };
     let result = result_sentence(context);
-    Some(Figure {
+    let limit = words::limit(document.threshold_rad);
+    Some(Chart {
         name: NAME,
-        title: title.into(),
+        title: "Angle of the lever".into(),
+        legend,
+        panels,
         caption: format!(
-            "Positive angles lead away from the stop; the door counts as lost above {}. {result}",
-            words::limit(document.threshold_rad)
+            "Positive angles lead away from the stop; the door counts as lost above {limit}. {result}"
         ),
         description: format!(
-            "Angle of the lever in radians over time, with the limit of {}. {result}",
-            words::limit(document.threshold_rad)
+            "Angle of the lever in radians over time, with the limit of {limit}. {result}"
         ),
-        height,
-        body: canvas.into_string(),
+        ..context.chart()
     })
 }
 
@@ -180,86 +159,61 @@ pub(super) fn result_sentence(context: &PlotContext) -> String {
     )
 }
 
-struct Drawing<'a> {
-    context: &'a PlotContext<'a>,
-    traces: &'a [&'a Trace],
-    nominal: Option<&'a Run>,
+/// Returns the angles of all traces in a range, with the limit where it lies in it.
+fn panel(context: &PlotContext, traces: &[&Trace], height: f64, range: (f64, f64)) -> Panel {
+    let curves = traces.iter().zip(trace_classes(traces));
+    let panel = context
+        .over_time(height)
+        .y("angle φ [rad]", Scale::Linear(range.0, range.1))
+        .right(f64::to_degrees(1.0), "angle φ [°]")
+        .level("zero", 0.0)
+        .each(curves, |panel, (trace, class)| {
+            panel.function(class, context.angles(trace))
+        });
+    let panel = context.judged_window(panel);
+    match (range.0..=range.1).contains(&context.document.threshold_rad) {
+        true => context.limit(panel),
+        false => panel,
+    }
 }
 
-impl Drawing<'_> {
-    fn panel(
-        &self,
-        canvas: &mut Canvas,
-        panel: &Frame,
-        clip: &str,
-        x_title: Option<&str>,
-        impacts: bool,
-    ) {
-        panel.grid(canvas, x_title, Some("angle φ [rad]"));
-        panel.right_scale(canvas, DEGREES_PER_RADIAN, "angle φ [°]");
-        panel.level(canvas, "zero", 0.0);
-        panel.begin_inside(canvas, clip);
-        let scale = self.context.time_scale;
-        for (trace, class) in self.traces.iter().zip(trace_classes(self.traces)) {
-            let points = thin::columns(
-                trace
-                    .points
-                    .iter()
-                    .map(|point| panel.place(point.time_s * scale, point.angle_rad)),
-                0.5,
-            );
-            canvas.polyline(class, points.into_iter());
-        }
-        canvas.end_group();
-        acceleration::judged_window(canvas, self.context, panel);
-        if impacts {
-            for [at_s, _] in self.nominal.iter().flat_map(|run| &run.impact_list) {
-                let value = at_s * scale;
-                if panel.x.contains(value) {
-                    let x = panel.x.place(value);
-                    canvas.line("impact", (x, panel.bottom - 9.0), (x, panel.bottom));
-                }
-            }
-        }
-        let threshold = self.context.document.threshold_rad;
-        if panel.y.contains(threshold) {
-            panel.limit(
-                canvas,
-                threshold,
-                &format!("limit {} rad", exact(threshold)),
-            );
-        }
-        panel.frame(canvas);
-    }
+/// Adds a stroke at the foot for each impact of the nominal run.
+fn impacts(context: &PlotContext, panel: Panel) -> Panel {
+    let runs = context.document.nominal.iter();
+    panel.each(runs.flat_map(|run| &run.impact_list), |panel, [at_s, _]| {
+        let x = At::Value(at_s * context.time_scale, 0.0);
+        panel.segment("impact", (x, At::Low(-9.0)), (x, At::Low(0.0)))
+    })
+}
 
-    /// Marks peak and first crossing of the nominal run, each in the panel that shows it best.
-    fn marks(&self, canvas: &mut Canvas, main: &Frame, zoom: Option<&Frame>) {
-        let Some(run) = self.nominal else {
-            return;
-        };
-        let scale = self.context.time_scale;
-        let best = |value: f64| zoom.filter(|panel| panel.y.contains(value)).unwrap_or(main);
-        if let Some(at_s) = run.first_crossing_s {
-            let threshold = self.context.document.threshold_rad;
-            let panel = best(threshold);
-            let at = panel.place(at_s * scale, threshold);
-            canvas.diamond("cross", at, 6.0);
+/// Marks peak and first crossing of the nominal run, where this panel shows their angle best.
+fn marks(context: &PlotContext, panel: Panel, is_best: impl Fn(f64) -> bool) -> Panel {
+    let run = context.document.nominal.as_ref();
+    let scale = context.time_scale;
+    let limit = context.document.threshold_rad;
+    let crossing = run
+        .and_then(|run| run.first_crossing_s)
+        .filter(|_| is_best(limit));
+    let peak = run.filter(|run| is_best(run.peak_angle_rad));
+    panel
+        .each(crossing, |panel, at_s| {
             // Away from the limit's own label at the left, below the line.
-            panel.label(
-                canvas,
-                "alarm halo",
-                (at.0, at.1 + 20.0),
-                &format!("opens at {}", opening::nominal_instant(at_s)),
-            );
-        }
-        let panel = best(run.peak_angle_rad);
-        let at = panel.place(run.peak_time_s * scale, run.peak_angle_rad);
-        canvas.circle("mark", at, 4.5);
-        panel.label(
-            canvas,
-            "strong halo",
-            (at.0, at.1 - 7.0),
-            &format!("peak {}", words::short_peak(self.context.document, run)),
-        );
-    }
+            let at = (At::Value(at_s * scale, 0.0), At::Value(limit, 20.0));
+            panel
+                .marks("cross", Shape::Diamond(6.0), [(at_s * scale, limit)])
+                .beside(
+                    "alarm halo",
+                    at,
+                    format!("opens at {}", opening::nominal_instant(at_s)),
+                )
+        })
+        .each(peak, |panel, run| {
+            let (x, y) = (run.peak_time_s * scale, run.peak_angle_rad);
+            let text = format!("peak {}", words::short_peak(context.document, run));
+            panel.marks("mark", Shape::Circle(4.5), [(x, y)]).beside(
+                "strong halo",
+                (At::Value(x, 0.0), At::Value(y, -7.0)),
+                text,
+            )
+        })
 }

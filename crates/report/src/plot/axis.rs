@@ -2,6 +2,23 @@
 
 use latchgate_document::number::{exact, superscript};
 
+/// Least and largest value of an axis, and how it counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scale {
+    /// Linear between two values.
+    Linear(f64, f64),
+    /// Logarithmic between two positive values.
+    Logarithmic(f64, f64),
+    /// So many cells, each of length one, without ticks.
+    Cells(usize),
+}
+
+impl Default for Scale {
+    fn default() -> Self {
+        Self::Linear(0.0, 1.0)
+    }
+}
+
 /// A stretch of values laid on a stretch of the drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Axis {
@@ -10,7 +27,7 @@ pub struct Axis {
     /// Where `low` and `high` lie in the drawing.
     from: f64,
     to: f64,
-    logarithmic: bool,
+    scale: Scale,
 }
 
 /// A value with its label; an empty label for a minor line.
@@ -23,35 +40,36 @@ pub struct Tick {
 }
 
 impl Axis {
-    /// Lays `low..high` on `from..to`; an empty or infinite stretch is widened to a finite one.
-    pub fn linear(low: f64, high: f64, from: f64, to: f64) -> Self {
-        let (low, high) = if low.is_finite() && high.is_finite() && high > low {
-            (low, high)
-        } else if low.is_finite() {
-            let half = (low.abs() * 0.05).max(1e-9);
-            (low - half, low + half)
-        } else {
-            (0.0, 1.0)
+    /// Lays a scale on `from..to`. An empty or infinite stretch is widened to a finite one; a
+    /// logarithmic one without positive ends becomes 1 to 10.
+    pub fn new(scale: Scale, from: f64, to: f64) -> Self {
+        let (low, high) = match scale {
+            Scale::Cells(count) => (0.0, count as f64),
+            Scale::Logarithmic(low, high) if low > 0.0 && high > low && high.is_finite() => {
+                (low, high)
+            }
+            Scale::Logarithmic(..) => (1.0, 10.0),
+            Scale::Linear(low, high) if low.is_finite() && high.is_finite() && high > low => {
+                (low, high)
+            }
+            Scale::Linear(low, _) if low.is_finite() => {
+                let half = (low.abs() * 0.05).max(1e-9);
+                (low - half, low + half)
+            }
+            Scale::Linear(..) => (0.0, 1.0),
         };
         Self {
             low,
             high,
             from,
             to,
-            logarithmic: false,
+            scale,
         }
     }
 
-    /// As [`Axis::linear`] by decades; both ends must be positive or they become 1 and 10.
-    pub fn logarithmic(low: f64, high: f64, from: f64, to: f64) -> Self {
-        let good = low > 0.0 && high > low && high.is_finite();
-        Self {
-            low: if good { low } else { 1.0 },
-            high: if good { high } else { 10.0 },
-            from,
-            to,
-            logarithmic: true,
-        }
+    /// As [`Axis::new`] of a linear scale.
+    pub fn linear(low: f64, high: f64, from: f64, to: f64) -> Self {
+        Self::new(Scale::Linear(low, high), from, to)
     }
 
     /// Returns the lower end.
@@ -66,7 +84,7 @@ impl Axis {
 
     /// Returns where `value` lies in the drawing; not finite for a value that has no place.
     pub fn place(&self, value: f64) -> f64 {
-        let share = if self.logarithmic {
+        let share = if matches!(self.scale, Scale::Logarithmic(..)) {
             if value <= 0.0 {
                 return f64::NAN;
             }
@@ -87,8 +105,10 @@ impl Axis {
     /// `character` units per letter would touch.
     pub fn ticks(&self, spacing: f64, character: f64) -> Vec<Tick> {
         let length = (self.to - self.from).abs();
-        if self.logarithmic {
-            return self.decades();
+        match self.scale {
+            Scale::Linear(..) => {}
+            Scale::Logarithmic(..) => return self.decades(),
+            Scale::Cells(_) => return Vec::new(),
         }
         let mut target = (length / spacing).max(2.0);
         loop {

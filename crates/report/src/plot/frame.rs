@@ -1,8 +1,11 @@
 //! The frame of a chart: axes, grid and scales of a panel, and the chart's header and footer.
 
 use super::axis::Axis;
+pub use super::axis::Scale;
 use super::canvas::{Anchor, Canvas};
-use super::{PlotContext, WIDTH, thin};
+use super::chart::{At, Shape};
+use super::raster::{self, Rgb};
+use super::{WIDTH, thin};
 use latchgate_kernel::model::stop::StopModel;
 
 /// Left and right edge of every panel across the drawing, so that time axes of all plots stand
@@ -14,31 +17,9 @@ pub const RIGHT: f64 = WIDTH - 92.0;
 /// Width that a letter is taken to need [units]; a wide font's, so that labels keep apart.
 pub const LETTER: f64 = 8.6;
 
-/// Where a panel stands: left, right, top, bottom.
-pub type PanelPlace = (f64, f64, f64, f64);
-
-/// Least and largest value of an axis, and how it counts.
-#[derive(Debug, Clone, Copy)]
-pub enum Scale {
-    /// Linear between two values.
-    Linear(f64, f64),
-    /// Logarithmic between two positive values.
-    Logarithmic(f64, f64),
-}
-
-impl Scale {
-    /// Lays the scale on `from..to` of the drawing.
-    pub fn laid(self, from: f64, to: f64) -> Axis {
-        match self {
-            Self::Linear(low, high) => Axis::linear(low, high, from, to),
-            Self::Logarithmic(low, high) => Axis::logarithmic(low, high, from, to),
-        }
-    }
-}
-
 /// Sizes and distances of what stands around a panel [units].
 #[derive(Debug)]
-struct Lettering {
+pub struct Lettering {
     /// Distance of ticks: across, up, and on a second scale.
     spacing: (f64, f64, f64),
     /// Length of a tick's stroke.
@@ -54,7 +35,7 @@ struct Lettering {
 }
 
 /// Of a panel across the drawing.
-static WIDE: Lettering = Lettering {
+pub static WIDE: Lettering = Lettering {
     spacing: (95.0, 46.0, 56.0),
     tick: 5.0,
     class: "muted",
@@ -64,7 +45,7 @@ static WIDE: Lettering = Lettering {
 };
 
 /// Of one of several panels.
-static NARROW: Lettering = Lettering {
+pub static NARROW: Lettering = Lettering {
     spacing: (80.0, 38.0, 46.0),
     tick: 4.0,
     class: "muted small",
@@ -74,7 +55,7 @@ static NARROW: Lettering = Lettering {
 };
 
 /// Of a panel of points, whose labels are read from afar.
-static OPEN: Lettering = Lettering {
+pub static OPEN: Lettering = Lettering {
     spacing: (80.0, 40.0, 46.0),
     tick: 0.0,
     class: "muted",
@@ -102,15 +83,20 @@ pub struct Frame {
 }
 
 impl Frame {
-    fn new(lettering: &'static Lettering, place: PanelPlace, x: Scale, y: Scale) -> Self {
-        let (left, right, top, bottom) = place;
+    /// Lays a panel between its edges: left, right, top, bottom.
+    pub fn new(
+        lettering: &'static Lettering,
+        (left, right, top, bottom): (f64, f64, f64, f64),
+        x: Scale,
+        y: Scale,
+    ) -> Self {
         Self {
             left,
             right,
             top,
             bottom,
-            x: x.laid(left, right),
-            y: y.laid(bottom, top),
+            x: Axis::new(x, left, right),
+            y: Axis::new(y, bottom, top),
             lettering,
         }
     }
@@ -120,27 +106,30 @@ impl Frame {
         Self::new(&WIDE, (LEFT, RIGHT, top, bottom), x, y)
     }
 
-    /// Lays the plots' common time axis, in the unit shown, under a panel across the drawing.
-    pub(super) fn over_time(context: &PlotContext, y: (f64, f64), top: f64, bottom: f64) -> Self {
-        let scale = context.time_scale;
-        let (start, end) = context.span_s;
-        let time = Scale::Linear(start * scale, end * scale);
-        Self::wide((top, bottom), time, Scale::Linear(y.0, y.1))
-    }
-
-    /// Lays one of several panels.
-    pub fn narrow(place: PanelPlace, x: Scale, y: Scale) -> Self {
-        Self::new(&NARROW, place, x, y)
-    }
-
-    /// As [`Frame::narrow`] for points, with labels in full size and no ticks.
-    pub fn open(place: PanelPlace, x: Scale, y: Scale) -> Self {
-        Self::new(&OPEN, place, x, y)
-    }
-
     /// Returns where a pair of values stands.
     pub fn place(&self, x: f64, y: f64) -> (f64, f64) {
         (self.x.place(x), self.y.place(y))
+    }
+
+    /// Returns where a place of a layer is.
+    pub fn at(&self, (x, y): (At, At)) -> (f64, f64) {
+        let along = |axis: &Axis, at: At| match at {
+            At::Value(value, further) => axis.place(value) + further,
+            At::Low(further) => axis.place(axis.low()) + further,
+            At::High(further) => axis.place(axis.high()) + further,
+        };
+        (along(&self.x, x), along(&self.y, y))
+    }
+
+    /// Returns where pairs of values stand.
+    pub fn placed(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        points.iter().map(|(x, y)| self.place(*x, *y)).collect()
+    }
+
+    /// Returns upper left corner and size of the rectangle between two places.
+    pub fn rectangle(&self, from: (At, At), to: (At, At)) -> ((f64, f64), (f64, f64)) {
+        let ((x0, y0), (x1, y1)) = (self.at(from), self.at(to));
+        ((x0.min(x1), y0.min(y1)), ((x1 - x0).abs(), (y1 - y0).abs()))
     }
 
     /// Returns the upper left corner.
@@ -245,8 +234,7 @@ impl Frame {
 
     /// Opens a group that draws inside the panel only; `id` is its own in the drawing.
     pub fn begin_inside(&self, canvas: &mut Canvas, id: &str) {
-        canvas.clip(id, self.corner(), self.size());
-        canvas.begin_clipped(id);
+        canvas.begin_clipped(id, self.corner(), self.size());
     }
 
     /// Draws a function of x, thinned to what can be seen.
@@ -260,18 +248,6 @@ impl Frame {
             .map(|(x, y)| self.place(x, y))
             .filter(|(x, _)| *x >= self.left - 40.0 && *x <= self.right + 40.0);
         canvas.polyline(class, thin::columns(placed, 0.7).into_iter());
-    }
-
-    /// Draws a curve that may turn back, thinned to at most `most` points.
-    pub fn curve(
-        &self,
-        canvas: &mut Canvas,
-        class: &str,
-        points: impl Iterator<Item = (f64, f64)>,
-        most: usize,
-    ) {
-        let placed: Vec<(f64, f64)> = points.map(|(x, y)| self.place(x, y)).collect();
-        canvas.polyline(class, thin::curve(&placed, 0.5, most).into_iter());
     }
 
     /// Draws a line across at `y`.
@@ -300,13 +276,6 @@ impl Frame {
         );
     }
 
-    /// Draws the line of a limit across, with its words at the left.
-    pub fn limit(&self, canvas: &mut Canvas, y: f64, text: &str) {
-        self.level(canvas, "limit", y);
-        let at = (self.left + 8.0, self.y.place(y) - 6.0);
-        canvas.text("alarm halo", at, Anchor::Start, text);
-    }
-
     /// Writes a text beside a point, on the side where the panel has more room, inside it.
     pub fn label(&self, canvas: &mut Canvas, class: &str, at: (f64, f64), text: &str) {
         let left_half = at.0 < f64::midpoint(self.left, self.right);
@@ -327,7 +296,7 @@ pub struct LegendEntry {
 }
 
 /// How a legend shows its thing.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub enum Sample {
     /// A stroke of this class.
     Line(&'static str),
@@ -335,8 +304,10 @@ pub enum Sample {
     Patch(&'static str),
     /// A short upright stroke of this class.
     Tick(&'static str),
-    /// A stroke of this class, then what the function draws at its middle.
-    Marked(&'static str, fn(&mut Canvas, &str, (f64, f64))),
+    /// A stroke of the first class, and on it a mark of the second.
+    Marked(String, String, Shape),
+    /// A patch of a colour that no theme changes.
+    Colour(Rgb),
 }
 
 impl LegendEntry {
@@ -387,8 +358,12 @@ pub fn header(
     if entries.is_empty() {
         return y + 16.0;
     }
-    y += 24.0;
-    let mut x = left;
+    legend(canvas, (left, y + 24.0), entries) + 14.0
+}
+
+/// Writes entries in lines from a place on and returns the height of the last line.
+pub fn legend(canvas: &mut Canvas, (left, top): (f64, f64), entries: &[LegendEntry]) -> f64 {
+    let (mut x, mut y) = (left, top);
     for entry in entries {
         let width = 34.0 + entry.text.chars().count() as f64 * (LETTER - 1.2) + 16.0;
         if x > left && x + width > WIDTH - 4.0 {
@@ -396,19 +371,25 @@ pub fn header(
             y += 21.0;
         }
         let (from, to) = ((x, y - 5.0), (x + 26.0, y - 5.0));
-        match entry.sample {
+        let (corner, size) = ((x, y - 12.0), (26.0, 14.0));
+        match &entry.sample {
             Sample::Line(class) => canvas.line(class, from, to),
-            Sample::Patch(class) => canvas.rectangle(class, (x, y - 12.0), (26.0, 14.0)),
+            Sample::Patch(class) => canvas.rectangle(class, corner, size),
             Sample::Tick(class) => canvas.line(class, (x + 13.0, y - 12.0), (x + 13.0, y + 2.0)),
-            Sample::Marked(class, mark) => {
-                canvas.line(&format!("line {class}"), from, to);
-                mark(canvas, class, (x + 13.0, y - 5.0));
+            Sample::Marked(line, mark, shape) => {
+                canvas.line(line, from, to);
+                shape.draw(canvas, mark, (x + 13.0, y - 5.0));
+            }
+            Sample::Colour(colour) => {
+                if let Some(png) = raster::encode(colour, 1, 1) {
+                    canvas.png(&png, corner, size);
+                }
             }
         }
         canvas.text("", (x + 34.0, y), Anchor::Start, &entry.text);
         x += width;
     }
-    y + 14.0
+    y
 }
 
 /// Height that [`footer`] needs below the last panel.
@@ -430,13 +411,17 @@ pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
         })
 }
 
-/// Returns the scale of finite values, with a margin on both sides as a share of the range
-/// between; `0..1` of none.
+/// Returns the scale of finite values, with a margin on both sides as a share of the range between,
+/// or of one where all are equal; `0..1` of none.
 pub fn range(values: impl Iterator<Item = f64>, margin: f64) -> Scale {
     let (low, high) = extent(values);
     if low > high {
         return Scale::Linear(0.0, 1.0);
     }
-    let room = ((high - low) * margin).max(1e-9);
+    let room = if high > low {
+        ((high - low) * margin).max(1e-9)
+    } else {
+        1.0
+    };
     Scale::Linear(low - room, high + room)
 }

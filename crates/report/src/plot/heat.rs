@@ -1,10 +1,10 @@
 //! Heat maps: a colour map in which equal steps look equal, also in grey and to colour-blind eyes,
 //! the cells of a map, and the bar that explains them.
 
-use super::axis::{Axis, Tick};
+use super::axis::{Axis, Scale};
 use super::canvas::{Anchor, Canvas};
-use super::frame::Scale;
 use super::raster::encode;
+use latchgate_document::number::trimmed;
 
 /// Nine points of the viridis map, from its dark end to its light one, evenly spaced.
 ///
@@ -54,46 +54,48 @@ pub fn cells(
     encode(&pixels, columns, rows)
 }
 
-/// Draws the scale of colours at `left` from `top` to `bottom` and returns its axis; `None` only
-/// if the encoder refuses.
-pub fn colour_bar(
-    canvas: &mut Canvas,
-    (left, top, bottom): (f64, f64, f64),
-    scale: Scale,
-    label: impl Fn(&Tick) -> String,
-) -> Option<Axis> {
-    let (corner, size) = ((left, top), (14.0, bottom - top));
-    let steps = cells((1, 64), |_, step| Some((step as f64 + 0.5) / 64.0))?;
-    canvas.png(&steps, corner, size);
-    canvas.rectangle("frame", corner, size);
-    let axis = scale.laid(bottom, top);
-    for tick in axis.ticks(46.0, 0.0) {
-        if tick.label.is_empty() {
-            continue;
-        }
-        let y = axis.place(tick.value);
-        canvas.line("tick", (left + 14.0, y), (left + 19.0, y));
-        canvas.text(
-            "muted",
-            (left + 23.0, y + 5.0),
-            Anchor::Start,
-            &label(&tick),
-        );
-    }
-    Some(axis)
+/// A bar that explains the colours of a map.
+#[derive(Default)]
+pub struct Bar {
+    /// Values from its dark end to its light one.
+    pub scale: Scale,
+    /// What they are, with their unit.
+    pub title: String,
+    /// Values marked on it, each with a class.
+    pub marked: Vec<(&'static str, f64)>,
+    /// True if the colours of both ends are those of all beyond them as well, and the labels say so.
+    pub open: bool,
 }
 
-/// Draws the bar of a scale in decibels, its unit above.
-pub fn decibel_bar(
-    canvas: &mut Canvas,
-    (left, top, bottom): (f64, f64, f64),
-    (low_db, high_db): (f64, f64),
-    unit: &str,
-) -> Option<()> {
-    let scale = Scale::Linear(low_db, high_db);
-    colour_bar(canvas, (left, top, bottom), scale, |tick| {
-        tick.label.clone()
-    })?;
-    canvas.text("", (left + 70.0, top - 12.0), Anchor::End, unit);
-    Some(())
+impl Bar {
+    /// Draws the bar at `left` from `top` to `bottom`.
+    pub(super) fn draw(&self, canvas: &mut Canvas, (left, top, bottom): (f64, f64, f64)) {
+        let (corner, size) = ((left, top), (14.0, bottom - top));
+        let steps = cells((1, 64), |_, step| Some((step as f64 + 0.5) / 64.0));
+        if let Some(steps) = steps {
+            canvas.png(&steps, corner, size);
+        }
+        canvas.rectangle("frame", corner, size);
+        let axis = Axis::new(self.scale, bottom, top);
+        for tick in axis.ticks(46.0, 0.0) {
+            if tick.label.is_empty() {
+                continue;
+            }
+            let y = axis.place(tick.value);
+            canvas.line("tick", (left + 14.0, y), (left + 19.0, y));
+            let label = if self.open && y < top + 0.5 {
+                format!("≥ {}", trimmed(tick.value, 3))
+            } else if self.open && y > bottom - 0.5 {
+                format!("≤ {}", tick.label)
+            } else {
+                tick.label
+            };
+            canvas.text("muted", (left + 23.0, y + 5.0), Anchor::Start, &label);
+        }
+        for (class, value) in &self.marked {
+            let y = axis.place(*value);
+            canvas.line(class, (left, y), (left + 14.0, y));
+        }
+        canvas.text("", (left + 70.0, top - 12.0), Anchor::End, &self.title);
+    }
 }

@@ -1,8 +1,9 @@
 //! Spectrogram of the excitation as used.
 
-use super::canvas::Canvas;
-use super::frame::{self, Frame, LEFT, RIGHT};
-use super::{Figure, PlotContext, heat};
+use super::PlotContext;
+use super::chart::{At, Chart};
+use super::frame::Scale;
+use super::heat::{self, Bar};
 use crate::words::instant;
 use latchgate_document::number::trimmed;
 use latchgate_kernel::units::STANDARD_GRAVITY;
@@ -16,7 +17,7 @@ const DEPTH_DB: f64 = 60.0;
 /// Cells of the picture at most, in time and in frequency; more are joined, the largest kept.
 const MOST_CELLS: (usize, usize) = (744, 256);
 
-pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
+pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     let data = &context.evidence.spectrogram;
     let rows = data.time_s.len().min(data.amplitude_m_s2.len());
     let bins = data.frequency_hz.len();
@@ -37,33 +38,29 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     let top_hz = data.frequency_hz[shown - 1] + frequency_step / 2.0;
     let base64 = picture(data, rows, shown, low_db, high_db)?;
 
-    let mut canvas = Canvas::with_capacity(base64.len() + 16 * 1024);
-    let title = "Spectrogram of the acceleration as used";
-    let top = frame::header(&mut canvas, LEFT, title, &[], &[]) + 6.0;
-    let bottom = top + 250.0;
-    let height = bottom + frame::FOOTER;
-    let panel = Frame::over_time(context, (0.0, top_hz / 1e3), top, bottom);
-    let time = context.time_label();
-    panel.grid(&mut canvas, Some(&time), Some("frequency [kHz]"));
-    panel.begin_inside(&mut canvas, "spectrogram-clip");
     let half = if rows > 1 {
-        (data.time_s[rows - 1] - data.time_s[0]) / count(rows - 1) / 2.0
+        (data.time_s[rows - 1] - data.time_s[0]) / (rows - 1) as f64 / 2.0
     } else {
         data.window_s / 2.0
     };
-    let scale = context.time_scale;
-    let from = panel.place((data.time_s[0] - half) * scale, top_hz / 1e3);
-    let to = panel.place(
-        (data.time_s[rows - 1] + half) * scale,
-        (data.frequency_hz[0] - frequency_step / 2.0) / 1e3,
-    );
-    canvas.png(&base64, from, (to.0 - from.0, to.1 - from.1));
-    canvas.end_group();
-    panel.frame(&mut canvas);
-    let bar = (RIGHT + 10.0, panel.top, panel.bottom);
-    heat::decibel_bar(&mut canvas, bar, (low_db, high_db), "dB re 1 g")?;
-    frame::footer(&mut canvas, &context.origin, height);
-
+    let corner = |time_s: f64, hz: f64| {
+        let x = At::Value(time_s * context.time_scale, 0.0);
+        (x, At::Value(hz / 1e3, 0.0))
+    };
+    let low_hz = data.frequency_hz[0] - frequency_step / 2.0;
+    let panel = context
+        .over_time(250.0)
+        .y("frequency [kHz]", Scale::Linear(0.0, top_hz / 1e3))
+        .picture(
+            Some(base64),
+            corner(data.time_s[0] - half, top_hz),
+            corner(data.time_s[rows - 1] + half, low_hz),
+        )
+        .bar(Bar {
+            scale: Scale::Linear(low_db, high_db),
+            title: "dB re 1 g".into(),
+            ..Bar::default()
+        });
     let resolution = format!(
         "windows of {}, lines {} Hz apart",
         instant(data.window_s),
@@ -77,9 +74,10 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
     } else {
         String::new()
     };
-    Some(Figure {
+    Some(Chart {
         name: NAME,
-        title: title.into(),
+        title: "Spectrogram of the acceleration as used".into(),
+        panels: vec![panel],
         caption: format!("Amplitude in decibels, 0 dB being 1 g ({resolution}).{above}"),
         description: format!(
             "Short-time amplitude of the acceleration as used over time and frequency up to {} \
@@ -88,17 +86,12 @@ pub(super) fn draw(context: &PlotContext) -> Option<Figure> {
             trimmed(low_db, 3),
             trimmed(high_db, 3)
         ),
-        height,
-        body: canvas.into_string(),
+        ..context.chart()
     })
 }
 
 fn decibels(amplitude_m_s2: f64) -> f64 {
     20.0 * libm::log10(amplitude_m_s2 / STANDARD_GRAVITY)
-}
-
-fn count(number: usize) -> f64 {
-    number as f64
 }
 
 /// Returns how many bins hold anything above the scale's low end, with a tenth of room.

@@ -6,78 +6,31 @@
 /// Every extremum of `y` survives, and so does the line between neighbouring columns. A point
 /// that is not finite survives too, since it breaks the line.
 pub fn columns(points: impl Iterator<Item = (f64, f64)>, column_width: f64) -> Vec<(f64, f64)> {
+    let points: Vec<(f64, f64)> = points.collect();
+    let is_finite = |point: &(f64, f64)| point.0.is_finite() && point.1.is_finite();
+    // Both come from the same floor, so equal columns are equal to the bit.
+    let column = |point: &(f64, f64)| (point.0 / column_width).floor().to_bits();
     let mut out = Vec::new();
-    let mut column: Option<PlotColumn> = None;
-    for (index, point) in points.enumerate() {
-        if !(point.0.is_finite() && point.1.is_finite()) {
-            if let Some(full) = column.take() {
-                full.emit(&mut out);
-            }
+    for run in points.chunk_by(|a, b| is_finite(a) && is_finite(b) && column(a) == column(b)) {
+        if !is_finite(&run[0]) {
             out.push((f64::NAN, f64::NAN));
             continue;
         }
-        let number = (point.0 / column_width).floor();
-        match &mut column {
-            // Both come from the same floor, so equal columns are equal to the bit.
-            Some(open) if open.number.to_bits() == number.to_bits() => open.add(index, point),
-            _ => {
-                if let Some(full) = column.take() {
-                    full.emit(&mut out);
-                }
-                column = Some(PlotColumn::start(number, index, point));
+        let (mut least, mut largest) = (0, 0);
+        for (index, point) in run.iter().enumerate() {
+            if point.1 < run[least].1 {
+                least = index;
+            }
+            if point.1 > run[largest].1 {
+                largest = index;
             }
         }
-    }
-    if let Some(full) = column {
-        full.emit(&mut out);
+        let mut kept = vec![0, least, largest, run.len() - 1];
+        kept.sort_unstable();
+        kept.dedup();
+        out.extend(kept.into_iter().map(|index| run[index]));
     }
     out
-}
-
-type Numbered = (usize, (f64, f64));
-
-struct PlotColumn {
-    number: f64,
-    first: Numbered,
-    least: Numbered,
-    largest: Numbered,
-    last: Numbered,
-}
-
-impl PlotColumn {
-    fn start(number: f64, index: usize, point: (f64, f64)) -> Self {
-        let numbered = (index, point);
-        Self {
-            number,
-            first: numbered,
-            least: numbered,
-            largest: numbered,
-            last: numbered,
-        }
-    }
-
-    fn add(&mut self, index: usize, point: (f64, f64)) {
-        let numbered = (index, point);
-        if point.1 < self.least.1.1 {
-            self.least = numbered;
-        }
-        if point.1 > self.largest.1.1 {
-            self.largest = numbered;
-        }
-        self.last = numbered;
-    }
-
-    fn emit(self, out: &mut Vec<(f64, f64)>) {
-        let mut kept = [self.first, self.least, self.largest, self.last];
-        kept.sort_by_key(|(index, _)| *index);
-        let mut before = None;
-        for (index, point) in kept {
-            if before != Some(index) {
-                out.push(point);
-                before = Some(index);
-            }
-        }
-    }
 }
 
 /// Thins a curve that may turn back in both directions: a point nearer than `distance` units

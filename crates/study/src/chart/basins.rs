@@ -1,11 +1,10 @@
 //! The basins of attraction, one panel per stop.
 
-use super::dynamics::empty;
-use crate::basins::Basins;
+use crate::basins::{BasinAttractor, Basins};
 use latchgate_document::number::significant;
-use latchgate_report::plot::canvas::{Anchor, Canvas};
-use latchgate_report::plot::frame::{Frame, LEFT, Scale, header};
-use latchgate_report::plot::{Figure, raster};
+use latchgate_report::plot::chart::{ACROSS, Chart, Panel};
+use latchgate_report::plot::frame::{LegendEntry, Sample, Scale, WIDE};
+use latchgate_report::plot::raster;
 
 /// Colours of up to eight attractors; more go round.
 const BASIN_COLOURS: [[u8; 3]; 8] = [
@@ -19,86 +18,71 @@ const BASIN_COLOURS: [[u8; 3]; 8] = [
     [90, 100, 110],
 ];
 
-/// Draws the basins, one panel per stop.
-pub(super) fn draw(all: &[Basins]) -> Figure {
-    const HEIGHT: f64 = 400.0;
-    let mut canvas = Canvas::with_capacity(1024 * 1024);
-    let Some(first) = all.first() else {
-        return empty("basins");
-    };
-    let title = format!(
-        "Basins of attraction, A = {} g, ω = {} rad/s",
-        first.options.amplitude_g, first.options.forced.angular_frequency_rad_s
-    );
-    let (columns, rows) = first.options.grid;
-    let mut lines = vec![format!(
+/// Returns the basins, one panel per stop.
+pub(super) fn chart(all: &[Basins]) -> Chart {
+    let title = all.first().map_or_else(String::new, |first| {
+        let (amplitude, forced) = (first.options.amplitude_g, &first.options.forced);
+        let omega = forced.angular_frequency_rad_s;
+        format!("Basins of attraction, A = {amplitude} g, ω = {omega} rad/s")
+    });
+    let (columns, rows) = all.first().map_or((0, 0), |first| first.options.grid);
+    let mut notes = vec![format!(
         "Where the lever ends up from each of {columns} × {rows} initial states, and the share of them."
     )];
     if all.iter().any(|basins| !basins.fine.is_empty()) {
-        lines.push(
+        notes.push(
             "Cells at a boundary are drawn cut in four; the shares are those of whole cells."
                 .into(),
         );
     }
-    let mut top = header(&mut canvas, LEFT, &title, &lines, &[]);
-    let mut description = String::new();
+    let mut description = String::from("Map of initial states by attractor.");
     for basins in all {
-        top += 30.0;
         let stop = basins.options.forced.stop.name();
-        let (angles, velocities) = (basins.options.angle_rad, basins.options.velocity_rad_s);
-        let panel = Frame::wide(
-            (top, top + HEIGHT),
-            Scale::Linear(angles.0, angles.1),
-            Scale::Linear(velocities.0, velocities.1),
-        );
-        panel.title(&mut canvas, &format!("{stop} stop"));
-        for text in legend(&mut canvas, basins, top) {
+        for text in basins.attractors.iter().map(share) {
             description.push_str(&format!(" {stop} stop, {text}."));
         }
-        panel.grid(
-            &mut canvas,
-            Some("initial angle [rad]"),
-            Some("initial angular velocity [rad/s]"),
-        );
-        if let Some(png) = cells(basins) {
-            canvas.png(&png, panel.corner(), panel.size());
-        }
-        panel.frame(&mut canvas);
-        top += HEIGHT + 48.0;
     }
-    Figure {
+    Chart {
         name: "basins",
         title,
-        caption: lines.join(" "),
-        description: format!("Map of initial states by attractor.{description}"),
-        height: top + 8.0,
-        body: canvas.into_string(),
+        caption: notes.join(" "),
+        notes,
+        panels: all.iter().map(panel).collect(),
+        room: [30.0, 110.0, 90.0],
+        description,
+        ..Chart::default()
     }
+}
+
+fn panel(basins: &Basins) -> Panel {
+    let (angles, velocities) = (basins.options.angle_rad, basins.options.velocity_rad_s);
+    let entries = basins.attractors.iter().map(|attractor| {
+        let colour = Sample::Colour(basin_colour(attractor.index));
+        LegendEntry::new(colour, share(attractor))
+    });
+    let stop = basins.options.forced.stop.name();
+    Panel::new(&WIDE, ACROSS, 400.0)
+        .title(format!("{stop} stop"))
+        .x("initial angle [rad]", Scale::Linear(angles.0, angles.1))
+        .y(
+            "initial angular velocity [rad/s]",
+            Scale::Linear(velocities.0, velocities.1),
+        )
+        .map(cells(basins))
+        .legend(entries)
 }
 
 fn basin_colour(index: u32) -> [u8; 3] {
     BASIN_COLOURS[index as usize % BASIN_COLOURS.len()]
 }
 
-/// Names the attractors with their shares beside the panel's title; returns the texts.
-fn legend(canvas: &mut Canvas, basins: &Basins, top: f64) -> Vec<String> {
-    let mut texts = Vec::new();
-    let mut x = LEFT + 110.0;
-    for attractor in &basins.attractors {
-        let share = attractor.share.map_or_else(
-            || "share not known, interrupted".into(),
-            |share| format!("{} %", significant(100.0 * share, 4)),
-        );
-        let text = format!("{}: {share}", attractor.name);
-        if let Some(png) = raster::encode(&basin_colour(attractor.index), 1, 1) {
-            canvas.png(&png, (x, top - 21.0), (22.0, 13.0));
-        }
-        canvas.text("", (x + 29.0, top - 9.0), Anchor::Start, &text);
-        let width = 29.0 + text.chars().count() as f64 * 7.6 + 20.0;
-        x += width;
-        texts.push(text);
-    }
-    texts
+/// Names an attractor with its share.
+fn share(attractor: &BasinAttractor) -> String {
+    let share = attractor.share.map_or_else(
+        || "share not known, interrupted".into(),
+        |share| format!("{} %", significant(100.0 * share, 4)),
+    );
+    format!("{}: {share}", attractor.name)
 }
 
 /// Returns the finest cells there are as base64 of a PNG; a cell without an attractor is clear.

@@ -1,11 +1,10 @@
 //! What damage to a recording is seen: shares of blocked, told and silent passes, kind by kind.
 
 use crate::damages::{Damages, Row};
-use latchgate_report::plot::canvas::{Anchor, Canvas};
-use latchgate_report::plot::frame::{self, Frame, LegendEntry, Sample, Scale};
-use latchgate_report::plot::{Figure, WIDTH};
-
-const NAME: &str = "damages";
+use latchgate_report::plot::WIDTH;
+use latchgate_report::plot::chart::At::{High, Low, Value};
+use latchgate_report::plot::chart::{Chart, Panel};
+use latchgate_report::plot::frame::{LegendEntry, NARROW, Sample, Scale};
 
 /// Rules of the bars, in terms of the colours' variables.
 pub(super) const RULES: &str = "\
@@ -16,89 +15,74 @@ pub(super) const RULES: &str = "\
 .plot .small{font-size:12px}
 ";
 
-/// Height of one kind's bar and of the room around it.
-const BAR: f64 = 14.0;
-const ROOM: f64 = 22.0;
-
-/// Left edge of the bars; names of kinds stand left of it.
-const LEFT: f64 = 250.0;
-
-pub(super) fn draw(result: &Damages) -> Figure {
-    let mut canvas = Canvas::with_capacity(64 * 1024);
-    let title = "What damage to a recording is seen, and what cannot be";
+pub(super) fn chart(result: &Damages) -> Chart {
+    let kinds: Vec<&[Row]> = result.rows.chunk_by(|a, b| a.kind == b.kind).collect();
+    let rows = kinds.len() + 1;
+    let title = "share [%]; at the right, of passes in silence";
+    let mut panel = Panel::new(&NARROW, (250.0, WIDTH - 60.0), 22.0 * rows as f64)
+        .x(title, Scale::Linear(0.0, 100.0))
+        .y("", Scale::Cells(rows));
+    let mut description = String::from("Shares of damages by kind.");
+    let mut y = rows as f64 - 0.5;
+    for (index, kind) in kinds.iter().enumerate() {
+        if index > 0 && kind[0].undetectable && !kinds[index - 1][0].undetectable {
+            panel = panel.level("edge", y);
+            y -= 1.0;
+        }
+        let silent;
+        (panel, silent) = bar(panel, kind, y);
+        description.push_str(&silent);
+        y -= 1.0;
+    }
     let runs: u32 = result.rows.iter().map(|row| row.runs).sum();
-    let top = frame::header(
-        &mut canvas,
-        24.0,
-        title,
-        &[
+    let patch = |class, text| LegendEntry::new(Sample::Patch(class), text);
+    Chart {
+        name: "damages",
+        title: "What damage to a recording is seen, and what cannot be".into(),
+        notes: vec![
             format!(
                 "{runs} random damages of recordings that the lever fails; one channel in ten is coarse"
             ),
             "Below the line: what is left is another plausible recording, which nobody can tell."
                 .into(),
         ],
-        &[
-            LegendEntry::new(Sample::Patch("blocked"), "blocked"),
-            LegendEntry::new(Sample::Patch("held"), "fails or undecided all the same"),
-            LegendEntry::new(Sample::Patch("told"), "passes with a new warning"),
-            LegendEntry::new(Sample::Patch("silent"), "passes in silence"),
+        legend: vec![
+            patch("blocked", "blocked"),
+            patch("held", "fails or undecided all the same"),
+            patch("told", "passes with a new warning"),
+            patch("silent", "passes in silence"),
         ],
-    ) + 20.0;
-    let kinds: Vec<&[Row]> = result.rows.chunk_by(|a, b| a.kind == b.kind).collect();
-    let bottom = top + ROOM * (kinds.len() as f64 + 1.0);
-    let place = (LEFT, WIDTH - 60.0, top, bottom);
-    let panel = Frame::narrow(place, Scale::Linear(0.0, 100.0), Scale::Linear(0.0, 1.0));
-    let mut y = top + 0.5 * (ROOM - BAR);
-    let mut said = String::from("Shares of damages by kind.");
-    for (index, rows) in kinds.iter().enumerate() {
-        if index > 0 && rows[0].undetectable && !kinds[index - 1][0].undetectable {
-            let across = y + 0.5 * BAR;
-            canvas.line("edge", (24.0, across), (panel.right, across));
-            y += ROOM;
-        }
-        said.push_str(&bar(&mut canvas, &panel, rows, y));
-        y += ROOM;
-    }
-    for percent in [0.0, 25.0, 50.0, 75.0, 100.0] {
-        let x = panel.x.place(percent);
-        canvas.line("tick", (x, bottom), (x, bottom + 4.0));
-        let text = format!("{percent} %");
-        canvas.text("muted small", (x, bottom + 18.0), Anchor::Middle, &text);
-    }
-    Figure {
-        name: NAME,
-        title: title.into(),
+        panels: vec![panel],
+        room: [20.0, 0.0, 50.0],
         caption: "What the program sees of random damages, by kind.".into(),
-        description: said,
-        height: bottom + 34.0,
-        body: canvas.into_string(),
+        description,
+        ..Chart::default()
     }
 }
 
-/// Draws the shares of one kind and says them.
-fn bar(canvas: &mut Canvas, panel: &Frame, rows: &[Row], y: f64) -> String {
+/// Adds the shares of one kind in the row around `y` and says them.
+fn bar(mut panel: Panel, rows: &[Row], y: f64) -> (Panel, String) {
     let sum = |of: fn(&Row) -> u32| f64::from(rows.iter().map(of).sum::<u32>());
-    let runs = sum(|row| row.runs).max(1.0);
-    let name = (LEFT - 10.0, y + BAR - 3.0);
-    canvas.text("small", name, Anchor::End, rows[0].kind);
+    let share = 100.0 / sum(|row| row.runs).max(1.0);
     let mut from = 0.0;
-    let silent = 100.0 * sum(|row| row.silent) / runs;
     for (class, count) in [
         ("blocked", sum(|row| row.blocked)),
         ("held", sum(|row| row.not_passed)),
         ("told", sum(|row| row.told)),
         ("silent", sum(|row| row.silent)),
     ] {
-        let to = from + 100.0 * count / runs;
-        let (left, right) = (panel.x.place(from), panel.x.place(to));
-        if right > left {
-            canvas.rectangle(class, (left, y), (right - left, BAR));
+        let to = from + share * count;
+        if count > 0.0 {
+            let corner = |x, down| (Value(x, 0.0), Value(y, down));
+            panel = panel.patch(class, corner(from, -7.0), corner(to, 7.0));
         }
         from = to;
     }
-    let text = format!("{silent:.1} %");
-    let at = (panel.right + 8.0, y + BAR - 3.0);
-    canvas.text("muted small", at, Anchor::Start, &text);
-    format!(" {}: {silent:.1} % silent.", rows[0].kind)
+    let (kind, silent) = (rows[0].kind, share * sum(|row| row.silent));
+    let panel = panel.text("small", (Low(-10.0), Value(y, 4.0)), kind).text(
+        "muted small",
+        (High(8.0), Value(y, 4.0)),
+        format!("{silent:.1} %"),
+    );
+    (panel, format!(" {kind}: {silent:.1} % silent."))
 }

@@ -1,24 +1,21 @@
 //! What amplitude and frequency open the latch, one panel per stop.
 
-use super::dynamics::empty;
 use crate::excitation_map::ExcitationMap;
 use latchgate_document::number::{significant, trimmed};
-use latchgate_report::plot::axis::Tick;
-use latchgate_report::plot::canvas::{Anchor, Canvas};
-use latchgate_report::plot::frame::{Frame, LEFT, RIGHT, Scale, header};
-use latchgate_report::plot::{Figure, heat};
+use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Points};
+use latchgate_report::plot::frame::{Scale, WIDE};
+use latchgate_report::plot::heat::{self, Bar};
 
-/// Draws the largest angle over amplitude and frequency with the threshold's contour.
-pub(super) fn draw(maps: &[ExcitationMap]) -> Figure {
-    const HEIGHT: f64 = 380.0;
-    let mut canvas = Canvas::with_capacity(512 * 1024);
+/// A line on the map and on its bar: dark colours and light ones lie below it.
+const CONTOUR: [&str; 2] = ["contour", "contour-ink"];
+
+/// Returns the largest angle over amplitude and frequency with the threshold's contour.
+pub(super) fn chart(maps: &[ExcitationMap]) -> Chart {
     let Some(first) = maps.first() else {
-        return empty("excitation-map");
+        return Chart::default();
     };
     let threshold = first.options.forced.design.criterion.threshold_rad;
-    let colours = ColourScale::around(threshold);
-    let title = "What excitation opens the latch".to_string();
-    let lines = [
+    let notes = vec![
         format!(
             "Colour: largest angle from rest within {} periods. White dashes: lift-off at A = {} g.",
             first.options.periods,
@@ -29,117 +26,58 @@ pub(super) fn draw(maps: &[ExcitationMap]) -> Figure {
         ),
         "Where motion is chaotic, amplitudes between those of the grid may pass it earlier.".into(),
     ];
-    let mut top = header(&mut canvas, LEFT, &title, &lines, &[]);
-    let mut description = String::new();
+    let mut description = String::from("Map of the largest angle over amplitude and frequency.");
     for map in maps {
-        top += 30.0;
-        let stop = map.options.forced.stop.name();
-        let (frequencies, amplitudes) = (
-            map.options.angular_frequencies_rad_s,
-            map.options.amplitudes_g,
-        );
-        let panel = Frame::wide(
-            (top, top + HEIGHT),
-            Scale::Logarithmic(frequencies.0, frequencies.1),
-            Scale::Linear(amplitudes.0, amplitudes.1),
-        );
-        panel.title(&mut canvas, &format!("{stop} stop"));
-        panel.grid(
-            &mut canvas,
-            Some("angular frequency ω [rad/s]"),
-            Some("amplitude A [g]"),
-        );
-        draw_map(&mut canvas, &panel, map, &colours);
-        panel.frame(&mut canvas);
-        bar(&mut canvas, &panel, threshold, &colours);
-        let least = map
-            .boundary
-            .iter()
-            .filter_map(|at| at.amplitude_g)
-            .fold(f64::INFINITY, f64::min);
+        let least = map.boundary.iter().filter_map(|at| at.amplitude_g);
         description.push_str(&format!(
-            " {stop} stop: least amplitude of the contour {} g.",
-            trimmed(least, 5)
+            " {} stop: least amplitude of the contour {} g.",
+            map.options.forced.stop.name(),
+            trimmed(least.fold(f64::INFINITY, f64::min), 5)
         ));
-        top += HEIGHT + 48.0;
     }
-    Figure {
+    Chart {
         name: "excitation-map",
-        title,
-        caption: lines.join(" "),
-        description: format!("Map of the largest angle over amplitude and frequency.{description}"),
-        height: top + 8.0,
-        body: canvas.into_string(),
+        title: "What excitation opens the latch".into(),
+        caption: notes.join(" "),
+        notes,
+        panels: maps.iter().map(|map| panel(map, threshold)).collect(),
+        room: [30.0, 78.0, 56.0],
+        description,
+        ..Chart::default()
     }
 }
 
-/// Draws the largest angles, the threshold's contour and the lift-off.
-fn draw_map(canvas: &mut Canvas, panel: &Frame, map: &ExcitationMap, colours: &ColourScale) {
+/// Returns the largest angles, the threshold's contour and the lift-off.
+fn panel(map: &ExcitationMap, threshold: f64) -> Panel {
+    // Four decades, the threshold within the upper two.
+    let decade = libm::log10(threshold).round();
+    let (low, high) = (libm::pow(10.0, decade - 3.0), libm::pow(10.0, decade + 1.0));
     let (amplitudes, frequencies) = (map.options.grid.0 as usize, map.options.grid.1 as usize);
     let cells = heat::cells((frequencies, amplitudes), |column, line| {
         let row = map.rows.get(column * amplitudes + line)?;
-        Some(colours.share(row.peak_angle_rad))
+        Some(libm::log10(row.peak_angle_rad.max(low) / low) / libm::log10(high / low))
     });
-    if let Some(png) = cells {
-        canvas.png(&png, panel.corner(), panel.size());
-    }
-    for class in ["contour", "contour-ink"] {
-        canvas.polyline(
-            class,
-            map.boundary.iter().map(|at| {
-                panel.place(
-                    at.angular_frequency_rad_s,
-                    at.amplitude_g.unwrap_or(f64::NAN),
-                )
-            }),
-        );
-    }
-    panel.level(canvas, "lift-edge", map.lift_off_g);
-    panel.level(canvas, "lift", map.lift_off_g);
-}
-
-/// A colour scale by decades; what lies beyond an end has the end's colour.
-struct ColourScale {
-    low: f64,
-    high: f64,
-}
-
-impl ColourScale {
-    /// Four decades, the threshold within the upper two.
-    fn around(threshold: f64) -> Self {
-        let decade = libm::log10(threshold).round();
-        Self {
-            low: libm::pow(10.0, decade - 3.0),
-            high: libm::pow(10.0, decade + 1.0),
-        }
-    }
-
-    fn share(&self, value: f64) -> f64 {
-        if value > self.low {
-            libm::log10(value / self.low) / libm::log10(self.high / self.low)
-        } else {
-            0.0
-        }
-    }
-}
-
-/// Draws the bar of the colours with the threshold on it.
-fn bar(canvas: &mut Canvas, panel: &Frame, threshold: f64, colours: &ColourScale) {
-    let left = RIGHT + 10.0;
-    let scale = Scale::Logarithmic(colours.low, colours.high);
-    // Both ends hold all beyond them.
-    let label = |tick: &Tick| match colours.share(tick.value) {
-        share if share > 0.999 => format!("≥ {}", trimmed(tick.value, 3)),
-        share if share < 0.001 => format!("≤ {}", tick.label),
-        _ => tick.label.clone(),
-    };
-    let place = (left, panel.top, panel.bottom);
-    if let Some(axis) = heat::colour_bar(canvas, place, scale, label) {
-        let y = axis.place(threshold);
-        for class in ["contour", "contour-ink"] {
-            canvas.line(class, (left, y), (left + 14.0, y));
-        }
-    }
-    let unit = (left, panel.top - 12.0);
-    canvas.text("", unit, Anchor::Start, "angle [rad]");
+    let contour = map.boundary.iter().map(|at| {
+        let amplitude = at.amplitude_g.unwrap_or(f64::NAN);
+        (at.angular_frequency_rad_s, amplitude)
+    });
+    let contour: Points = contour.collect();
+    let (x, y) = (
+        map.options.angular_frequencies_rad_s,
+        map.options.amplitudes_g,
+    );
+    Panel::new(&WIDE, ACROSS, 380.0)
+        .title(format!("{} stop", map.options.forced.stop.name()))
+        .x("angular frequency ω [rad/s]", Scale::Logarithmic(x.0, x.1))
+        .y("amplitude A [g]", Scale::Linear(y.0, y.1))
+        .map(cells)
+        .each(CONTOUR, |panel, class| panel.lines(class, contour.clone()))
+        .level("lift-edge", map.lift_off_g)
+        .level("lift", map.lift_off_g)
+        .bar(Bar {
+            scale: Scale::Logarithmic(low, high),
+            title: "angle [rad]".into(),
+            marked: CONTOUR.map(|class| (class, threshold)).to_vec(),
+            open: true,
+        })
 }

@@ -1,70 +1,46 @@
 //! Free vibration with and without a stop, and the time from impact to impact.
 
+use super::angles;
 use crate::free::{Against, FreeMotion};
 use crate::free_vibration::FreeVibration;
 use latchgate_document::number::{exact, significant};
-use latchgate_report::plot::canvas::{Anchor, Canvas};
-use latchgate_report::plot::frame::{self, Frame, LegendEntry, Scale};
-use latchgate_report::plot::{Figure, WIDTH};
+use latchgate_report::plot::chart::At::{High, Value};
+use latchgate_report::plot::chart::{Chart, Panel, Shape, WHOLE};
+use latchgate_report::plot::frame::{LegendEntry, NARROW, Scale, extent, range};
 
-const NAME: &str = "free-vibration";
-
-pub(super) fn draw(result: &FreeVibration) -> Figure {
-    let mut canvas = Canvas::with_capacity(128 * 1024);
-    let title = "Free vibration with and without impact";
-    let shown = |against| {
+pub(super) fn chart(result: &FreeVibration) -> Chart {
+    let is_shown = |against| {
         result
             .motions
             .iter()
             .any(|motion| motion.against == against)
     };
-    let legend: Vec<LegendEntry> = [
+    let stops = [
         (Against::Nothing, "without a stop"),
         (Against::Rigid, "rigid stop"),
         (Against::Soft, "soft stop"),
-    ]
-    .into_iter()
-    .filter(|(against, _)| shown(*against))
-    .map(|(against, text)| LegendEntry::line(class(against), text))
-    .collect();
-    let mut top = frame::header(
-        &mut canvas,
-        72.0,
-        title,
-        &[
+    ];
+    let stops = stops.into_iter().filter(|(against, _)| is_shown(*against));
+    let by_preload = result
+        .motions
+        .chunk_by(|a, b| a.preload_torque_nm.to_bits() == b.preload_torque_nm.to_bits());
+    let histories = ('a'..).zip(by_preload);
+    let histories = histories.map(|(letter, motions)| history(result, motions, letter));
+    Chart {
+        name: "free-vibration",
+        title: "Free vibration with and without impact".into(),
+        notes: vec![
             "Let go at rest away from the stop unless the command says otherwise; no excitation."
                 .into(),
         ],
-        &legend,
-    ) + 22.0;
-    let mut preloads: Vec<f64> = Vec::new();
-    for motion in &result.motions {
-        if preloads
-            .last()
-            .is_none_or(|last| *last < motion.preload_torque_nm)
-        {
-            preloads.push(motion.preload_torque_nm);
-        }
-    }
-    for (index, preload) in preloads.iter().enumerate() {
-        let motions: Vec<&FreeMotion> = result
-            .motions
-            .iter()
-            .filter(|motion| motion.preload_torque_nm.to_bits() == preload.to_bits())
-            .collect();
-        let place = (72.0, WIDTH - 16.0, top, top + 220.0);
-        history(&mut canvas, result, &motions, index, place);
-        top += 220.0 + 76.0;
-    }
-    let place = (72.0, WIDTH - 16.0, top, top + 170.0);
-    intervals(&mut canvas, result, place);
-    Figure {
-        name: NAME,
-        title: title.into(),
+        legend: stops
+            .map(|(against, text)| LegendEntry::line(class(against), text))
+            .collect(),
+        panels: histories.chain([intervals(result)]).collect(),
+        room: [22.0, 76.0, 50.0],
         caption: "The paper's Fig. 4.".into(),
         description: description(result),
-        height: top + 170.0 + 50.0,
-        body: canvas.into_string(),
+        ..Chart::default()
     }
 }
 
@@ -93,125 +69,81 @@ fn description(result: &FreeVibration) -> String {
     text
 }
 
-fn history(
-    canvas: &mut Canvas,
-    result: &FreeVibration,
-    motions: &[&FreeMotion],
-    index: usize,
-    place: frame::PanelPlace,
-) {
-    let angles = motions
-        .iter()
-        .flat_map(|motion| motion.trace.iter().map(|point| point.angle_rad));
-    let panel = Frame::narrow(
-        place,
-        Scale::Linear(0.0, result.duration_s),
-        frame::range(angles, 0.06),
-    );
-    let preload = motions
-        .first()
-        .map_or(0.0, |motion| motion.preload_torque_nm);
-    let letter = if index == 0 { 'a' } else { 'b' };
+/// Returns the angle over time with one preload torque.
+fn history(result: &FreeVibration, motions: &[FreeMotion], letter: char) -> Panel {
+    let preload = motions[0].preload_torque_nm;
     let words = if preload > 0.0 {
         "the time between impacts shrinks"
     } else {
         "impacts at equal distances, about π/ω0"
     };
-    panel.title(
-        canvas,
-        &format!("({letter}) T0 = {} N·m: {words}", exact(preload)),
-    );
-    panel.grid(canvas, Some("time [s]"), Some("angle φ [rad]"));
-    panel.begin_inside(canvas, &format!("{NAME}-{index}"));
-    panel.level(canvas, "zero", 0.0);
-    for motion in motions {
-        let points = motion
-            .trace
-            .iter()
-            .map(|point| (point.time_s, point.angle_rad));
-        panel.function(canvas, class(motion.against), points);
-    }
-    canvas.end_group();
-    panel.frame(canvas);
-    if let Some(time) = motions
+    let points = motions.iter().flat_map(|motion| angles(&motion.trace, 1.0));
+    let mut rigid = motions
         .iter()
-        .filter(|motion| motion.against == Against::Rigid)
-        .find_map(|motion| motion.settled_s)
-    {
-        let at = panel.place(time, 0.0);
-        canvas.circle("spot", at, 4.0);
-        canvas.text(
-            "small halo",
-            (at.0 + 8.0, at.1 - 9.0),
-            Anchor::Start,
-            &format!("at rest from {} s (rigid stop)", significant(time, 6)),
-        );
-    }
-}
-
-fn intervals(canvas: &mut Canvas, result: &FreeVibration, place: frame::PanelPlace) {
-    let all: Vec<(f64, f64)> = result
-        .motions
-        .iter()
-        .flat_map(FreeMotion::intervals)
-        .chain(std::iter::once((0.0, result.half_period_s)))
-        .collect();
-    let (low, high) = frame::extent(all.iter().map(|interval| interval.1));
-    let high = high + 0.1 * (high - low);
-    let panel = Frame::narrow(
-        place,
-        Scale::Linear(0.0, result.duration_s),
-        Scale::Linear(0.0, high),
-    );
-    panel.title(canvas, "Time from each impact to the next");
-    panel.grid(canvas, Some("time [s]"), Some("to the next impact [s]"));
-    panel.begin_inside(canvas, "free-vibration-intervals");
-    panel.level(canvas, "edge", result.half_period_s);
-    // Two stops all but agree: the dots of one are enough.
-    let marked = result
-        .motions
-        .iter()
-        .map(|motion| motion.against)
-        .find(|against| *against != Against::Nothing);
-    for motion in &result.motions {
-        let points = motion.intervals();
-        if points.is_empty() {
-            continue;
-        }
-        panel.function(canvas, class(motion.against), points.iter().copied());
-        if Some(motion.against) == marked {
-            let text = format!("T0 = {} N·m", exact(motion.preload_torque_nm));
-            if let Some(at) = below(&panel, &points, &text) {
-                canvas.text("small halo", at, Anchor::Start, &text);
-            }
-            for (time, interval) in points.iter().take(40) {
-                canvas.circle("spot", panel.place(*time, *interval), 2.4);
-            }
-        }
-    }
-    canvas.end_group();
-    panel.frame(canvas);
-    let level = panel.y.place(result.half_period_s);
-    canvas.text(
-        "muted small halo",
-        (panel.right - 8.0, level + 15.0),
-        Anchor::End,
-        &format!("π/ω0 = {} s", significant(result.half_period_s, 6)),
-    );
-}
-
-/// Returns where a text stands that begins with a falling or level curve, right below it.
-fn below(panel: &Frame, points: &[(f64, f64)], text: &str) -> Option<(f64, f64)> {
-    let placed: Vec<(f64, f64)> = points.iter().map(|(x, y)| panel.place(*x, *y)).collect();
-    let left = placed.first()?.0;
-    let right = left + 7.0 * text.chars().count() as f64;
-    let lowest = placed
-        .windows(2)
-        .filter(|two| two[0].0 <= right)
-        .map(|two| {
-            let part = ((right - two[0].0) / (two[1].0 - two[0].0)).clamp(0.0, 1.0);
-            two[0].1 + part * (two[1].1 - two[0].1)
+        .filter(|motion| motion.against == Against::Rigid);
+    let settled = rigid.find_map(|motion| motion.settled_s);
+    Panel::new(&NARROW, WHOLE, 220.0)
+        .title(format!("({letter}) T0 = {} N·m: {words}", exact(preload)))
+        .x("time [s]", Scale::Linear(0.0, result.duration_s))
+        .y("angle φ [rad]", range(points.map(|point| point.1), 0.06))
+        .level("zero", 0.0)
+        .each(motions, |panel, motion| {
+            panel.function(class(motion.against), angles(&motion.trace, 1.0))
         })
-        .fold(placed[0].1, f64::max);
-    Some((left, (lowest + 18.0).min(panel.bottom - 6.0)))
+        .each(settled, |panel, time| {
+            let text = format!("at rest from {} s (rigid stop)", significant(time, 6));
+            panel.marks("spot", Shape::Circle(4.0), [(time, 0.0)]).text(
+                "small halo",
+                (Value(time, 8.0), Value(0.0, -9.0)),
+                text,
+            )
+        })
+}
+
+/// Returns the time from each impact to the next.
+fn intervals(result: &FreeVibration) -> Panel {
+    let half_period = result.half_period_s;
+    let all = result.motions.iter().flat_map(FreeMotion::intervals);
+    let (low, high) = extent(all.map(|interval| interval.1).chain([half_period]));
+    // Two stops all but agree: the dots of one are enough.
+    let mut stops = result.motions.iter().map(|motion| motion.against);
+    let marked = stops.find(|against| *against != Against::Nothing);
+    let curves = result.motions.iter();
+    let curves = curves.map(|motion| (motion, motion.intervals()));
+    let dotted = curves
+        .clone()
+        .filter(|(motion, _)| Some(motion.against) == marked);
+    Panel::new(&NARROW, WHOLE, 170.0)
+        .title("Time from each impact to the next")
+        .x("time [s]", Scale::Linear(0.0, result.duration_s))
+        .y(
+            "to the next impact [s]",
+            Scale::Linear(0.0, high + 0.1 * (high - low)),
+        )
+        .level("edge", half_period)
+        .each(curves, |panel, (motion, points)| {
+            panel.function(class(motion.against), points)
+        })
+        .each(dotted, |panel, (motion, mut points)| {
+            points.truncate(40);
+            let Some(&(start, first)) = points.first() else {
+                return panel;
+            };
+            // Right below the curve, which falls or is level.
+            let over = points
+                .iter()
+                .take_while(|at| at.0 < start + 0.1 * result.duration_s);
+            let lowest = over.fold(first, |lowest, at| at.1.min(lowest));
+            let text = format!("T0 = {} N·m", exact(motion.preload_torque_nm));
+            panel.marks("spot", Shape::Circle(2.4), points).text(
+                "small halo",
+                (Value(start, 6.0), Value(lowest, 18.0)),
+                text,
+            )
+        })
+        .text(
+            "muted small halo",
+            (High(-8.0), Value(half_period, 15.0)),
+            format!("π/ω0 = {} s", significant(half_period, 6)),
+        )
 }

@@ -1,54 +1,47 @@
 //! Histories from several initial states, each whole and in its last periods.
 
+use super::angles;
 use crate::histories::{Histories, History};
 use latchgate_document::number::{exact, significant};
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_report::plot::canvas::{Anchor, Canvas};
-use latchgate_report::plot::frame::{self, Frame, Scale};
-use latchgate_report::plot::{Figure, WIDTH};
-
-const NAME: &str = "histories";
+use latchgate_report::plot::WIDTH;
+use latchgate_report::plot::chart::At::High;
+use latchgate_report::plot::chart::{Chart, Panel};
+use latchgate_report::plot::frame::{NARROW, Scale, extent, range, stop_legend};
 
 /// Periods of the excitation in the panels at the right.
 const LATE_PERIODS: f64 = 6.0;
 
-pub(super) fn draw(result: &Histories) -> Figure {
-    let mut canvas = Canvas::with_capacity(192 * 1024);
+pub(super) fn chart(result: &Histories) -> Chart {
     let (amplitude, frequency) = result.excitation;
-    let title = format!(
-        "Where different starts end up: A = {} g, ω = {} rad/s",
-        exact(amplitude),
-        exact(frequency)
-    );
-    let legend = frame::stop_legend(class, &|model| {
-        let mut histories = result.histories.iter();
-        histories.any(|history| history.model == model)
-    });
-    let mut top = frame::header(
-        &mut canvas,
-        72.0,
-        &title,
-        &["Left: from the start. Right: the last periods shown, on a scale of their own.".into()],
-        &legend,
-    ) + 22.0;
-    let mut index = 0;
-    while index < result.histories.len() {
-        let start = result.histories[index].start;
-        let group: Vec<&History> = result.histories[index..]
+    let is_shown = |model| {
+        result
+            .histories
             .iter()
-            .take_while(|history| history.start.map(f64::to_bits) == start.map(f64::to_bits))
-            .collect();
-        row(&mut canvas, result, &group, index, top);
-        index += group.len();
-        top += 170.0 + 92.0;
-    }
-    Figure {
-        name: NAME,
-        title,
+            .any(|history| history.model == model)
+    };
+    let by_start = result
+        .histories
+        .chunk_by(|a, b| a.start.map(f64::to_bits) == b.start.map(f64::to_bits));
+    let rows = ('a'..).zip(by_start);
+    Chart {
+        name: "histories",
+        title: format!(
+            "Where different starts end up: A = {} g, ω = {} rad/s",
+            exact(amplitude),
+            exact(frequency)
+        ),
+        notes: vec![
+            "Left: from the start. Right: the last periods shown, on a scale of their own.".into(),
+        ],
+        legend: stop_legend(class, &is_shown),
+        panels: rows
+            .flat_map(|(letter, group)| row(result, group, letter))
+            .collect(),
+        room: [22.0, 92.0, 70.0],
         caption: "The paper's Fig. 10.".into(),
         description: description(result),
-        height: top - 22.0,
-        body: canvas.into_string(),
+        ..Chart::default()
     }
 }
 
@@ -73,78 +66,39 @@ fn description(result: &Histories) -> String {
     text
 }
 
-fn row(canvas: &mut Canvas, result: &Histories, group: &[&History], index: usize, top: f64) {
-    let points = |history: &History| -> Vec<(f64, f64)> {
-        history
-            .trace
-            .iter()
-            .map(|point| (point.time_s, point.angle_rad))
-            .collect()
-    };
-    let all = group.iter().flat_map(|history| points(history));
-    let whole = Frame::narrow(
-        (72.0, 560.0, top, top + 170.0),
-        Scale::Linear(0.0, result.duration_s),
-        frame::range(all.map(|point| point.1), 0.05),
-    );
-    let from = (result.duration_s - LATE_PERIODS * result.period_s).max(0.0);
-    let late = group
-        .iter()
-        .flat_map(|history| points(history))
-        .filter(|point| point.0 >= from)
-        .map(|point| point.1);
-    let (low, high) = frame::extent(late);
+/// Returns the histories from one start, whole and late.
+fn row(result: &Histories, group: &[History], letter: char) -> [Panel; 2] {
+    let end = result.duration_s;
+    let from = (end - LATE_PERIODS * result.period_s).max(0.0);
+    let points = || group.iter().flat_map(|history| angles(&history.trace, 1.0));
+    let late = points().filter(|point| point.0 >= from);
+    let (low, high) = extent(late.map(|point| point.1));
     let room = 0.08 * (high - low);
     // A lever at rest deserves no scale that makes mountains of rounding.
-    let (low, high) = ((low - room).min(-0.002), (high + room).max(0.02));
-    let end = Frame::narrow(
-        (640.0, WIDTH - 16.0, top, top + 170.0),
-        Scale::Linear(from, result.duration_s),
-        Scale::Linear(low, high),
-    );
-    let letter = char::from(
-        b'a' + u8::try_from(index / group.len().max(1))
-            .unwrap_or(25)
-            .min(25),
-    );
-    let start = group[0].start;
-    whole.title(
-        canvas,
-        &format!(
-            "({letter}) from φ = {} rad, φ′ = {} rad/s",
-            exact(start[0]),
-            exact(start[1])
-        ),
-    );
-    for (panel, name, y_title) in [(whole, "whole", Some("angle φ [rad]")), (end, "late", None)] {
-        panel.grid(canvas, Some("time [s]"), y_title);
-        panel.begin_inside(canvas, &format!("{NAME}-{name}-{index}"));
-        panel.level(canvas, "zero", 0.0);
-        for history in group {
-            panel.function(canvas, class(history.model), points(history).into_iter());
-        }
-        canvas.end_group();
-        panel.frame(canvas);
-    }
-    for (line, history) in group.iter().enumerate() {
-        let y = whole.top + 18.0 + 17.0 * line as f64;
-        let peak = if history.settled.rests {
-            String::new()
-        } else {
-            format!(
-                ", up to {} rad",
-                significant(history.settled.peak_angle_rad, 4)
-            )
-        };
-        canvas.text(
-            "small halo",
-            (whole.right - 8.0, y),
-            Anchor::End,
-            &format!(
-                "{} stop: {}{peak}",
-                history.model.name(),
-                history.settled.words()
-            ),
-        );
-    }
+    let late = Scale::Linear((low - room).min(-0.002), (high + room).max(0.02));
+    let panel = |edges, from| {
+        Panel::new(&NARROW, edges, 170.0)
+            .x("time [s]", Scale::Linear(from, end))
+            .level("zero", 0.0)
+            .each(group, |panel, history| {
+                panel.function(class(history.model), angles(&history.trace, 1.0))
+            })
+    };
+    let [angle, velocity] = group[0].start.map(exact);
+    let whole = panel((72.0, 560.0), 0.0)
+        .title(format!(
+            "({letter}) from φ = {angle} rad, φ′ = {velocity} rad/s"
+        ))
+        .y("angle φ [rad]", range(points().map(|point| point.1), 0.05))
+        .each(group.iter().zip(0..), |panel, (history, line)| {
+            let settled = &history.settled;
+            let peak = match settled.rests {
+                true => String::new(),
+                false => format!(", up to {} rad", significant(settled.peak_angle_rad, 4)),
+            };
+            let text = format!("{} stop: {}{peak}", history.model.name(), settled.words());
+            let y = High(18.0 + 17.0 * f64::from(line));
+            panel.text("small halo", (High(-8.0), y), text)
+        });
+    [whole, panel((640.0, WIDTH - 16.0), from).y("", late)]
 }

@@ -1,6 +1,6 @@
 //! How methods are drawn: a colour and a shape for each, crosses for failures.
 
-use latchgate_report::plot::canvas::Canvas;
+use latchgate_report::plot::chart::Shape;
 use latchgate_report::plot::frame::{LegendEntry, Sample};
 
 /// Rules of these charts, in terms of the colours' variables.
@@ -30,22 +30,20 @@ pub(super) const RULES: &str = "\
 .plot .gone{fill:var(--fail);opacity:.9}
 ";
 
-/// Draws a point of a method: a circle if it locates events, a diamond if they lie on its grid.
-pub(super) fn point(canvas: &mut Canvas, method: &str, at: (f64, f64)) {
-    let class = format!("dot dot-{method}");
+/// Cross of a failure.
+pub(super) const CROSS: Shape = Shape::Cross(4.0);
+
+/// Returns the shape of a method's points: a circle if it locates events, a diamond if they lie on
+/// its grid.
+pub(super) fn shape(method: &str) -> Shape {
     match method {
-        "rk4" | "moreau-jean" => canvas.diamond(&class, at, 4.8),
-        _ => canvas.circle(&class, at, 3.6),
+        "rk4" | "moreau-jean" => Shape::Diamond(4.8),
+        _ => Shape::Circle(3.6),
     }
 }
 
-/// Draws the cross of a failure.
-pub(super) fn cross(canvas: &mut Canvas, (x, y): (f64, f64)) {
-    canvas.line("failure", (x - 4.0, y - 4.0), (x + 4.0, y + 4.0));
-    canvas.line("failure", (x - 4.0, y + 4.0), (x + 4.0, y - 4.0));
-}
-
 /// Names a method in the legend.
-pub(super) fn entry(method: &'static str) -> LegendEntry {
-    LegendEntry::new(Sample::Marked(method, point), method)
+pub(super) fn entry(method: &str) -> LegendEntry {
+    let (line, dot) = (format!("line {method}"), format!("dot dot-{method}"));
+    LegendEntry::new(Sample::Marked(line, dot, shape(method)), method)
 }

@@ -1,55 +1,35 @@
 //! A shock and what the lever does in it and after.
 
+use super::angles;
 use crate::shock::{Response, Shock};
 use latchgate_document::number::{exact, significant, trimmed};
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_report::plot::canvas::{Anchor, Canvas};
-use latchgate_report::plot::frame::{self, Frame, LegendEntry, Scale};
-use latchgate_report::plot::{Figure, WIDTH};
+use latchgate_report::plot::chart::At::{High, Value};
+use latchgate_report::plot::chart::{ACROSS, Chart, Panel};
+use latchgate_report::plot::frame::{LegendEntry, NARROW, Scale, extent, range, stop_legend};
 
-const NAME: &str = "shock";
-
-pub(super) fn draw(result: &Shock) -> Figure {
-    let mut canvas = Canvas::with_capacity(128 * 1024);
-    let title = "Response to the shock of a side impact";
-    let mut legend = frame::stop_legend(class, &|model| {
-        let mut responses = result.responses.iter();
-        responses.any(|response| response.run.model == model)
-    });
+pub(super) fn chart(result: &Shock) -> Chart {
+    let responses = &result.responses;
+    let is_shown = |model| responses.iter().any(|response| response.run.model == model);
+    let mut legend = stop_legend(class, &is_shown);
     legend.push(LegendEntry::line("limit", "limit"));
-    let top = frame::header(
-        &mut canvas,
-        78.0,
-        title,
-        &["A burst by formula stands for the paper's signal, which is not public.".into()],
-        &legend,
-    ) + 22.0;
-    acceleration(&mut canvas, result, (78.0, WIDTH - 70.0, top, top + 190.0));
-    let per_signal = result.responses.len() / 2;
-    let (text, axis) = result.responses.split_at(per_signal);
-    let second = top + 190.0 + 80.0;
-    let third = second + 200.0 + 80.0;
-    response(
-        &mut canvas,
-        result,
-        text,
-        'b',
-        (78.0, WIDTH - 70.0, second, second + 200.0),
-    );
-    response(
-        &mut canvas,
-        result,
-        axis,
-        'c',
-        (78.0, WIDTH - 70.0, third, third + 200.0),
-    );
-    Figure {
-        name: NAME,
-        title: title.into(),
+    let (text, axis) = responses.split_at(responses.len() / 2);
+    Chart {
+        name: "shock",
+        title: "Response to the shock of a side impact".into(),
+        notes: vec![
+            "A burst by formula stands for the paper's signal, which is not public.".into(),
+        ],
+        legend,
+        panels: vec![
+            acceleration(result),
+            response(result, text, "(b)", "the text's reading, in g"),
+            response(result, axis, "(c)", "the axis's reading, in m/s²"),
+        ],
+        room: [22.0, 80.0, 54.0],
         caption: "The paper's Fig. 11, with a substitute for its signal.".into(),
         description: description(result),
-        height: third + 200.0 + 54.0,
-        body: canvas.into_string(),
+        ..Chart::default()
     }
 }
 
@@ -74,130 +54,74 @@ fn description(result: &Shock) -> String {
     text
 }
 
-fn acceleration(canvas: &mut Canvas, result: &Shock, place: frame::PanelPlace) {
-    let signal = &result.signals[0];
-    let end_ms = 1e3 * (1.15 * result.shock_s);
-    let panel = Frame::narrow(
-        place,
-        Scale::Linear(0.0, end_ms),
-        frame::range(signal.samples.iter().map(|a| a * 1e-3), 0.06),
-    );
-    let peak = result
-        .responses
+/// Returns the peak that responses have in common, in both units.
+fn peak(result: &Shock, responses: &[Response]) -> String {
+    let peak = responses
         .first()
         .map_or(f64::NAN, |response| response.peak_acceleration_m_s2);
-    panel.title(
-        canvas,
-        &format!(
-            "(a) acceleration of the base, peak {} m/s² = {} g; negative opens",
-            significant(peak, 4),
-            significant(peak / result.gravity_m_s2, 4)
-        ),
-    );
-    panel.grid(canvas, Some("time [ms]"), Some("acceleration [10³ m/s²]"));
-    panel.begin_inside(canvas, "shock-acceleration");
-    panel.level(canvas, "zero", 0.0);
-    let points = signal
-        .samples
-        .iter()
-        .enumerate()
-        .map(|(index, a)| (signal.time_s(index) * 1e3, a * 1e-3));
-    panel.function(canvas, "line ink", points);
-    canvas.end_group();
-    panel.frame(canvas);
-    panel.right_scale(canvas, 1e3 / result.gravity_m_s2, "[g]");
+    let in_g = significant(peak / result.gravity_m_s2, 4);
+    format!("{} m/s² ({in_g} g)", significant(peak, 4))
 }
 
-fn response(
-    canvas: &mut Canvas,
-    result: &Shock,
-    responses: &[Response],
-    letter: char,
-    place: frame::PanelPlace,
-) {
-    let threshold = result.threshold_rad;
-    let points = |response: &Response| -> Vec<(f64, f64)> {
-        response
-            .trace
-            .iter()
-            .map(|point| (point.time_s * 1e3, point.angle_rad))
-            .collect()
-    };
-    let angles = responses
+fn acceleration(result: &Shock) -> Panel {
+    let signal = &result.signals[0];
+    let points = signal.samples.iter().enumerate();
+    let points = points.map(|(index, a)| (signal.time_s(index) * 1e3, a * 1e-3));
+    let peak = peak(result, &result.responses);
+    let accelerations = range(signal.samples.iter().map(|a| a * 1e-3), 0.06);
+    Panel::new(&NARROW, ACROSS, 190.0)
+        .title(format!(
+            "(a) acceleration of the base, peak {peak}; negative opens"
+        ))
+        .x("time [ms]", Scale::Linear(0.0, 1.15e3 * result.shock_s))
+        .y("acceleration [10³ m/s²]", accelerations)
+        .right(1e3 / result.gravity_m_s2, "[g]")
+        .level("zero", 0.0)
+        .function("line ink", points)
+}
+
+fn response(result: &Shock, responses: &[Response], letter: &str, reading: &str) -> Panel {
+    let (threshold, end_of_shock) = (result.threshold_rad, result.shock_s * 1e3);
+    let points = responses
         .iter()
-        .flat_map(points)
-        .map(|point| point.1)
-        .chain([0.0, threshold]);
-    let end_ms = result.signals[0].end_s() * 1e3;
-    let (low, high) = frame::extent(angles);
+        .flat_map(|response| angles(&response.trace, 1e3));
+    let (low, high) = extent(points.map(|point| point.1).chain([0.0, threshold]));
     let room = 0.06 * (high - low);
-    let (low, high) = (low - room, high + room);
     // Room for the words at the top.
-    let high = high + 0.22 * (high - low);
-    let panel = Frame::narrow(place, Scale::Linear(0.0, end_ms), Scale::Linear(low, high));
-    let (peak, reading) = responses.first().map_or((f64::NAN, ""), |first| {
-        let words = if letter == 'b' {
-            "the text's reading, in g"
-        } else {
-            "the axis's reading, in m/s²"
-        };
-        (first.peak_acceleration_m_s2, words)
-    });
-    panel.title(
-        canvas,
-        &format!(
-            "({letter}) lever under a peak of {} m/s² ({} g): {reading}",
-            significant(peak, 4),
-            significant(peak / result.gravity_m_s2, 4)
-        ),
-    );
-    panel.grid(canvas, Some("time [ms]"), Some("angle φ [rad]"));
-    panel.begin_inside(canvas, &format!("{NAME}-response-{letter}"));
-    panel.level(canvas, "zero", 0.0);
-    panel.upright(canvas, "edge", result.shock_s * 1e3);
-    for response in responses {
-        panel.function(
-            canvas,
-            class(response.run.model),
-            points(response).into_iter(),
-        );
-    }
-    panel.level(canvas, "limit", threshold);
-    canvas.end_group();
-    panel.frame(canvas);
-    canvas.text(
-        "muted small halo",
-        (panel.x.place(result.shock_s * 1e3) + 6.0, panel.top + 18.0),
-        Anchor::Start,
-        "end of the shock",
-    );
-    peaks(canvas, &panel, responses, threshold);
+    let scale = Scale::Linear(low - room, high + room + 0.25 * (high - low));
+    let peak = peak(result, responses);
+    Panel::new(&NARROW, ACROSS, 200.0)
+        .title(format!("{letter} lever under a peak of {peak}: {reading}"))
+        .x(
+            "time [ms]",
+            Scale::Linear(0.0, result.signals[0].end_s() * 1e3),
+        )
+        .y("angle φ [rad]", scale)
+        .level("zero", 0.0)
+        .upright("edge", end_of_shock)
+        .each(responses, |panel, response| {
+            panel.function(class(response.run.model), angles(&response.trace, 1e3))
+        })
+        .level("limit", threshold)
+        .text(
+            "muted small halo",
+            (Value(end_of_shock, 6.0), High(18.0)),
+            "end of the shock",
+        )
+        .each(responses.iter().zip(0..), |panel, (response, line)| {
+            let at = (High(-8.0), High(18.0 + 17.0 * f64::from(line)));
+            panel.text("small halo", at, outcome(response, threshold))
+        })
 }
 
-/// Writes the peak of each response, and when it passes the threshold.
-fn peaks(canvas: &mut Canvas, panel: &Frame, responses: &[Response], threshold: f64) {
-    for (line, response) in responses.iter().enumerate() {
-        let y = panel.top + 18.0 + 17.0 * line as f64;
-        let run = &response.run;
-        let crossing = run.first_crossing_s.map_or_else(
-            || format!("stays below {} rad", exact(threshold)),
-            |time| {
-                format!(
-                    "passes {} rad at {} ms",
-                    exact(threshold),
-                    trimmed(time * 1e3, 4)
-                )
-            },
-        );
-        canvas.text(
-            "small halo",
-            (panel.right - 8.0, y),
-            Anchor::End,
-            &format!(
-                "{} stop: peak {} rad; {crossing}",
-                run.model.name(),
-                significant(run.peak_angle_rad, 4)
-            ),
-        );
-    }
+/// Says the peak of a response, and when it passes the threshold.
+fn outcome(response: &Response, threshold: f64) -> String {
+    let run = &response.run;
+    let threshold = exact(threshold);
+    let crossing = match run.first_crossing_s {
+        Some(time) => format!("passes {threshold} rad at {} ms", trimmed(time * 1e3, 4)),
+        None => format!("stays below {threshold} rad"),
+    };
+    let peak = significant(run.peak_angle_rad, 4);
+    format!("{} stop: peak {peak} rad; {crossing}", run.model.name())
 }

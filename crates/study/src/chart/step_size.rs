@@ -2,53 +2,37 @@
 
 use crate::step_size::{FixedStepRun, StepScan, StepSize};
 use latchgate_document::number::{count, significant};
-use latchgate_report::plot::canvas::{Anchor, Canvas};
-use latchgate_report::plot::frame::{self, Frame, LegendEntry, Scale};
-use latchgate_report::plot::{Figure, WIDTH};
-
-const NAME: &str = "step-size";
+use latchgate_kernel::replay::TracePoint;
+use latchgate_report::plot::chart::At::{High, Low, Value};
+use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Points, WHOLE};
+use latchgate_report::plot::frame::{LegendEntry, NARROW, Scale, range};
 
 /// Points of a phase diagram at most.
 const MOST_POINTS: usize = 5000;
 
-pub(super) fn draw(result: &StepSize) -> Figure {
-    let mut canvas = Canvas::with_capacity(128 * 1024);
-    let title = "Free impacts by Runge–Kutta with a fixed step, soft stop";
-    let mut top = frame::header(
-        &mut canvas,
-        72.0,
-        title,
-        &[
+pub(super) fn chart(result: &StepSize) -> Chart {
+    let runs = result
+        .runs
+        .iter()
+        .zip('a'..)
+        .zip(HALVES.into_iter().cycle());
+    let phases = runs.map(|((run, letter), edges)| phase(result, run, letter, edges));
+    Chart {
+        name: "step-size",
+        title: "Free impacts by Runge–Kutta with a fixed step, soft stop".into(),
+        notes: vec![
             "The step is the period of the excitation over N; event-driven is the motion as it is."
                 .into(),
         ],
-        &[
+        legend: vec![
             LegendEntry::line("line nothing", "event-driven"),
             LegendEntry::line("line soft", "Runge–Kutta"),
         ],
-    ) + 24.0;
-    let columns = [(72.0, 438.0), (522.0, WIDTH - 16.0)];
-    for (index, run) in result.runs.iter().enumerate() {
-        let (left, right) = columns[index % 2];
-        phase(
-            &mut canvas,
-            result,
-            run,
-            index,
-            (left, right, top, top + 270.0),
-        );
-        if index % 2 == 1 || index + 1 == result.runs.len() {
-            top += 270.0 + 82.0;
-        }
-    }
-    limit(&mut canvas, result, (72.0, WIDTH - 16.0, top, top + 230.0));
-    Figure {
-        name: NAME,
-        title: title.into(),
+        panels: phases.chain([limit(result)]).collect(),
+        room: [24.0, 82.0, 54.0],
         caption: "The paper's Fig. 3, and where the step's limit lies.".into(),
         description: description(result),
-        height: top + 230.0 + 54.0,
-        body: canvas.into_string(),
+        ..Chart::default()
     }
 }
 
@@ -73,24 +57,23 @@ fn description(result: &StepSize) -> String {
     text
 }
 
-fn phase(
-    canvas: &mut Canvas,
-    result: &StepSize,
-    run: &FixedStepRun,
-    index: usize,
-    place: frame::PanelPlace,
-) {
+fn phase(result: &StepSize, run: &FixedStepRun, letter: char, edges: Edges) -> Panel {
     let exact = &result.exact.trace;
-    let both = || exact.iter().chain(&run.trace);
-    let panel = Frame::narrow(
-        place,
-        frame::range(both().map(|point| point.angle_rad.clamp(-1e3, 1e3)), 0.04),
-        frame::range(
-            both().map(|point| point.velocity_rad_s.clamp(-1e5, 1e5)),
-            0.06,
-        ),
-    );
-    let letter = char::from(b'a' + u8::try_from(index.min(25)).unwrap_or(25));
+    let points = |trace: &[TracePoint]| -> Points {
+        let points = trace.iter();
+        points
+            .map(|point| (point.angle_rad, point.velocity_rad_s))
+            .collect()
+    };
+    let ratios = run.exit_over_entry.iter().take(4);
+    let ratios: Vec<String> = ratios.map(|ratio| significant(*ratio, 3)).collect();
+    let right = result.right_ratio;
+    let right = right.map_or_else(|| "none".into(), |right| significant(right, 3));
+    let words = [
+        (-26.0, "exit/entry speed, contact by contact:".into()),
+        (-10.0, format!("{} (right: {right})", ratios.join(", "))),
+    ];
+    let words = words.into_iter().filter(|_| !ratios.is_empty());
     let verdict = if run.gains_energy {
         "gains energy, fails"
     } else if run.amplification > 1.0 {
@@ -98,168 +81,89 @@ fn phase(
     } else {
         "stable"
     };
-    panel.title(
-        canvas,
-        &format!(
-            "({letter}) N = {}, ωR·Δt = {}: {verdict}",
-            count(u64::from(run.steps_per_period)),
-            significant(run.reach, 3)
-        ),
-    );
-    panel.grid(
-        canvas,
-        Some("angle φ [rad]"),
-        Some("angular velocity φ′ [rad/s]"),
-    );
-    panel.begin_inside(canvas, &format!("{NAME}-phase-{index}"));
-    panel.level(canvas, "zero", 0.0);
-    panel.upright(canvas, "zero", 0.0);
-    let points = run
-        .trace
-        .iter()
-        .map(|point| (point.angle_rad, point.velocity_rad_s));
-    panel.curve(canvas, "line soft", points, MOST_POINTS);
-    let points = exact
-        .iter()
-        .map(|point| (point.angle_rad, point.velocity_rad_s));
-    panel.curve(canvas, "line nothing", points, MOST_POINTS);
-    canvas.end_group();
-    panel.frame(canvas);
-    speed_ratios(canvas, &panel, result, run);
+    let both = || exact.iter().chain(&run.trace);
+    let angles = both().map(|point| point.angle_rad.clamp(-1e3, 1e3));
+    let velocities = both().map(|point| point.velocity_rad_s.clamp(-1e5, 1e5));
+    let steps = count(u64::from(run.steps_per_period));
+    let reach = significant(run.reach, 3);
+    Panel::new(&NARROW, edges, 270.0)
+        .title(format!(
+            "({letter}) N = {steps}, ωR·Δt = {reach}: {verdict}"
+        ))
+        .x("angle φ [rad]", range(angles, 0.04))
+        .y("angular velocity φ′ [rad/s]", range(velocities, 0.06))
+        .level("zero", 0.0)
+        .upright("zero", 0.0)
+        .curve("line soft", points(&run.trace), MOST_POINTS)
+        .curve("line nothing", points(exact), MOST_POINTS)
+        .each(words, |panel, (y, text)| {
+            panel.text("small halo", (High(-8.0), Low(y)), text)
+        })
 }
 
-/// Writes the first ratios of exit to entry speed, against the right one.
-fn speed_ratios(canvas: &mut Canvas, panel: &Frame, result: &StepSize, run: &FixedStepRun) {
-    if run.exit_over_entry.is_empty() {
-        return;
-    }
-    let ratios: Vec<String> = run
-        .exit_over_entry
-        .iter()
-        .take(4)
-        .map(|ratio| significant(*ratio, 3))
-        .collect();
-    let right = result
-        .right_ratio
-        .map_or_else(|| "none".into(), |right| significant(right, 3));
-    canvas.text(
-        "small halo",
-        (panel.right - 8.0, panel.bottom - 26.0),
-        Anchor::End,
-        "exit/entry speed, contact by contact:",
+fn limit(result: &StepSize) -> Panel {
+    let limit = result.limit_steps_per_period;
+    let all = || result.scan.iter().map(|scan| scan.steps_per_period);
+    let (low, high) = (
+        all().next().unwrap_or(1.0),
+        all().next_back().unwrap_or(10.0),
     );
-    canvas.text(
-        "small halo",
-        (panel.right - 8.0, panel.bottom - 10.0),
-        Anchor::End,
-        &format!("{} (right: {right})", ratios.join(", ")),
+    let is_shown = |run: &&FixedStepRun| (low..high).contains(&f64::from(run.steps_per_period));
+    let runs = result.runs.iter().filter(is_shown);
+    // The least and the largest ratio over the phases, and what lies between.
+    let bound = |ratio: fn(&StepScan) -> f64| -> Points {
+        let points = result.scan.iter();
+        let points = points.map(|scan| (scan.steps_per_period, ratio(scan)));
+        let points = points.filter(|point| point.1.is_finite());
+        points
+            .map(|(steps, ratio)| (steps, ratio.clamp(-1.0, 3.0)))
+            .collect()
+    };
+    let (least, largest) = (
+        bound(|scan| scan.least_ratio),
+        bound(|scan| scan.largest_ratio),
     );
-}
-
-/// Speed ratios that the panel of the limit shows.
-const RATIOS: (f64, f64) = (0.0, 1.6);
-
-fn limit(canvas: &mut Canvas, result: &StepSize, place: frame::PanelPlace) {
-    let steps = Scale::Logarithmic(
-        result
-            .scan
-            .first()
-            .map_or(1.0, |scan| scan.steps_per_period),
-        result
-            .scan
-            .last()
-            .map_or(10.0, |scan| scan.steps_per_period),
-    );
-    let panel = Frame::narrow(place, steps, Scale::Linear(RATIOS.0, RATIOS.1));
-    panel.title(
-        canvas,
-        "Speed that one contact gives back, over all phases at which a step can meet the stop",
-    );
-    panel.grid(
-        canvas,
-        Some("steps per period of the excitation, N [–]"),
-        Some("exit speed/entry speed [–]"),
-    );
-    panel.begin_inside(canvas, "step-size-limit");
-    let (failing, _) = panel.place(result.limit_steps_per_period, 0.0);
-    if failing > panel.left {
-        let size = (failing - panel.left, panel.bottom - panel.top);
-        canvas.rectangle("pull", panel.corner(), size);
-    }
-    panel.level(canvas, "edge", 1.0);
-    ratios(canvas, &panel, result);
-    if let Some(right) = result.right_ratio {
-        panel.level(canvas, "line nothing", right);
-    }
-    for run in &result.runs {
-        panel.upright(canvas, "edge", f64::from(run.steps_per_period));
-    }
-    panel.upright(canvas, "limit", result.limit_steps_per_period);
-    canvas.end_group();
-    panel.frame(canvas);
-    limit_words(canvas, &panel, result);
-}
-
-/// Draws the least and the largest ratio over the phases, and what lies between.
-fn ratios(canvas: &mut Canvas, panel: &Frame, result: &StepSize) {
-    let seen: Vec<&StepScan> = result
-        .scan
-        .iter()
-        .filter(|scan| scan.least_ratio.is_finite() && scan.largest_ratio.is_finite())
-        .collect();
-    canvas.begin_path("between");
-    let hold = |ratio: f64| ratio.clamp(RATIOS.0 - 1.0, RATIOS.1 + 1.0);
-    let upper = seen.iter().map(|scan| (scan, scan.largest_ratio));
-    let lower = seen.iter().rev().map(|scan| (scan, scan.least_ratio));
-    for (index, (scan, ratio)) in upper.chain(lower).enumerate() {
-        let at = panel.place(scan.steps_per_period, hold(ratio));
-        if index == 0 {
-            canvas.move_to(at);
-        } else {
-            canvas.line_to(at);
-        }
-    }
-    canvas.end_path();
-    for bound in [
-        |scan: &&StepScan| scan.least_ratio,
-        |scan: &&StepScan| scan.largest_ratio,
-    ] {
-        let points = seen
-            .iter()
-            .map(|scan| (scan.steps_per_period, hold(bound(scan))));
-        panel.function(canvas, "line soft", points);
-    }
-}
-
-fn limit_words(canvas: &mut Canvas, panel: &Frame, result: &StepSize) {
-    let (failing, _) = panel.place(result.limit_steps_per_period, 0.0);
-    for run in &result.runs {
-        let steps = f64::from(run.steps_per_period);
-        let (x, _) = panel.place(steps, 0.0);
-        if x > panel.left && x < panel.right {
-            let (x, anchor) = if steps < result.limit_steps_per_period {
-                (x - 6.0, Anchor::End)
-            } else {
-                (x + 6.0, Anchor::Start)
-            };
+    let outline: Points = largest.iter().chain(least.iter().rev()).copied().collect();
+    Panel::new(&NARROW, WHOLE, 230.0)
+        .title(
+            "Speed that one contact gives back, over all phases at which a step can meet the stop",
+        )
+        .x(
+            "steps per period of the excitation, N [–]",
+            Scale::Logarithmic(low, high),
+        )
+        .y("exit speed/entry speed [–]", Scale::Linear(0.0, 1.6))
+        .band("pull", low, limit.max(low))
+        .level("edge", 1.0)
+        .lines("between", outline)
+        .function("line soft", least)
+        .function("line soft", largest)
+        .each(result.right_ratio, |panel, right| {
+            panel.level("line nothing", right)
+        })
+        .each(runs, |panel, run| {
+            let steps = f64::from(run.steps_per_period);
+            let beside = if steps < limit { -6.0 } else { 6.0 };
             let text = format!("N = {}", count(u64::from(run.steps_per_period)));
-            canvas.text("small halo", (x, panel.bottom - 10.0), anchor, &text);
-        }
-    }
-    canvas.text(
-        "alarm small halo",
-        (failing + 8.0, panel.top + 18.0),
-        Anchor::Start,
-        &format!(
-            "left of N = {} each step amplifies: ωR·Δt > {}",
-            significant(result.limit_steps_per_period, 4),
-            significant(result.limit, 4)
-        ),
-    );
-    canvas.text(
-        "muted small halo",
-        (panel.right - 8.0, panel.y.place(1.0) - 6.0),
-        Anchor::End,
-        "above this line the contact gives energy",
-    );
+            panel.upright("edge", steps).text(
+                "small halo",
+                (Value(steps, beside), Low(-10.0)),
+                text,
+            )
+        })
+        .upright("limit", limit)
+        .text(
+            "alarm small halo",
+            (Value(limit, 8.0), High(18.0)),
+            format!(
+                "left of N = {} each step amplifies: ωR·Δt > {}",
+                significant(limit, 4),
+                significant(result.limit, 4)
+            ),
+        )
+        .text(
+            "muted small halo",
+            (High(-8.0), Value(1.0, -6.0)),
+            "above this line the contact gives energy",
+        )
 }
