@@ -12,7 +12,7 @@
 //! - `manual`: shell completions and manual pages;
 //! - `margin`: `latchgate margin`: how far a verdict is from changing, and what design would
 //!   change it;
-//! - `offers`: channels to choose: for each the command that takes it;
+//! - `offers`: what a person may mean where the file does not say it: for each choice the command that takes it;
 //! - `options`: options that commands share, and what they ask as data;
 //! - `output`: the only place that prints;
 //! - `progress`: what a command is doing and how far it has come, on a terminal, and Ctrl-C,

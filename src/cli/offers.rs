@@ -1,6 +1,7 @@
-//! Channels to choose: for each the command that takes it.
+//! What a person may mean where the file does not say it: for each choice the command that takes it.
 
 use crate::pipeline::Offer;
+use latchgate_recording::error::{Error, ErrorKind};
 use latchgate_report::escape;
 use latchgate_report::escape::shell as quoted;
 use std::path::Path;
@@ -33,6 +34,32 @@ pub(super) fn offers(recording: &Path, offers: &[Offer]) -> String {
         lines += &format!("  … {} more\n", offers.len() - LISTED);
     }
     lines
+}
+
+/// Returns a line for each way of stating what a table without names does not say: the whole command.
+pub(super) fn commands(recording: &Path, error: &Error) -> String {
+    const LISTED: usize = 8;
+    let ErrorKind::UnnamedColumns { settings, .. } = error.kind() else {
+        return String::new();
+    };
+    let recording = recording.to_string_lossy();
+    let words = std::env::args_os().skip(1);
+    let words = words.map(|word| word.to_string_lossy().into_owned());
+    let further = further_options(words, &recording);
+    let recording = quoted(&recording);
+    let mut commands = vec![format!("latchgate replay {recording}")];
+    for (setting, values) in settings {
+        let stated = |command: &String| -> Vec<String> {
+            let one = |value: &String| format!("{command} {setting} = {value}");
+            values.iter().map(one).collect()
+        };
+        commands = commands.iter().flat_map(stated).take(LISTED).collect();
+    }
+    let line = |command: &String| {
+        let command = escape::terminal(command);
+        format!("  try: {command}{}\n", escape::terminal(&further))
+    };
+    commands.iter().map(line).collect()
 }
 
 /// Returns the options of a command line, each after a blank, but the one that names a channel.

@@ -93,6 +93,9 @@ pub fn render(summary: &GateSummary) -> String {
         text::counted(summary.designs.len(), "design"),
         summary.version
     );
+    for design in text::repeated_designs(summary) {
+        let _ = writeln!(out, "\nDesigns: {}", prose(&design));
+    }
     cut(out)
 }
 

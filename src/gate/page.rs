@@ -69,6 +69,7 @@ fn answer(summary: &GateSummary) -> Markup {
                 }
             }
             (counts(summary))
+            @for design in text::repeated_designs(summary) { p.note { "Designs: " (line(&design)) "." } }
             @if summary.counts.pass > 0 { p.note { "Not seen: " (UNSEEN) "." } }
         }
     }

@@ -4,7 +4,7 @@ use super::pairs::{Pair, PairStanding};
 use super::summary::GateSummary;
 use crate::pipeline::{Answer, DecisionRow};
 use latchgate_document::number;
-use latchgate_report::{UNSEEN, escape};
+use latchgate_report::{UNSEEN, escape, full_design};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
@@ -67,6 +67,9 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
         "  {:<10} pass {}, fail {}, undecided {}, unusable {}",
         "answers", counts.pass, counts.fail, counts.undecided, counts.unusable
     );
+    for design in repeated_designs(summary) {
+        let _ = writeln!(out, "  {:<10} {}", "designs", escape::terminal(&design));
+    }
     if counts.pass > 0 {
         let _ = writeln!(out, "  {:<10} {UNSEEN}", "not seen");
     }
@@ -74,6 +77,20 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
         let _ = writeln!(out, "  {:<10} {}", "report", escape::terminal(folder));
     }
     out
+}
+
+/// Names the designs of which every value is the paper's though they have another name: some, and how
+/// many more there are.
+pub(super) fn repeated_designs(summary: &GateSummary) -> Vec<String> {
+    let designs = summary.designs.iter();
+    let repeated: Vec<String> = designs
+        .filter(|design| design.repeats_reference())
+        .map(full_design)
+        .collect();
+    let further = repeated.len().saturating_sub(DESIGNS_NAMED);
+    let more = (further > 0).then(|| counted(further, "further such design"));
+    let named = repeated.into_iter().take(DESIGNS_NAMED);
+    named.chain(more).collect()
 }
 
 /// Returns how many there are of what is counted, `what` being the word for one.

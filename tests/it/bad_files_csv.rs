@@ -340,13 +340,13 @@ fn val_bad_shape() {
         "0,5\n1,7\n2,6\n",
         &rate(1e4),
         ":1",
-        "expected a line that names the columns, found `0` and `5`; the samples seem to begin on line 1",
+        "two columns of numbers without names; state the setting `skip_lines` = 0 and the setting `channel` = 1|2",
     );
     check_refused(
         "0,5\n1,7\n2,6\n",
         &in_g(),
         ":1",
-        "a line that names the columns",
+        "state the setting `skip_lines` = 0, the setting `rate_hz` = HZ and the setting `channel` = 1|2",
     );
     check_refused(
         "t;a_g\n0,000;1.5\n0,001;2.5\n",

@@ -6,6 +6,7 @@ mod init;
 mod interrupt;
 mod reports;
 mod settings;
+mod slips;
 
 use crate::support::{
     Done, Folder, data, fed, finish, half_sine, latchgate, program, signal_file, table, weak,

@@ -82,6 +82,7 @@ mod sweep;
 mod test_facts;
 mod tidy;
 mod unlike_crash;
+mod unnamed;
 mod verdict;
 mod verify_cli;
 mod words;

@@ -2,7 +2,7 @@
 
 use crate::support::{Folder, latchgate, one};
 use latchgate_recording::{ReadOptions, TestFacts};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const MME: &str = "\
 Data format edition number  :1.6
@@ -89,7 +89,7 @@ fn facts(texts: [&str; 6]) -> TestFacts {
 }
 
 #[track_caller]
-fn check_facts(path: &PathBuf, expected: [&str; 6]) {
+fn check_facts(path: &Path, expected: [&str; 6]) {
     let (channel, _) = one(path, &ReadOptions::default());
     assert_eq!(channel.stated.test, facts(expected));
 }

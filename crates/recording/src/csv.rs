@@ -20,7 +20,8 @@
 //! - `rows`: rows: the stamps and the samples of the wanted columns;
 //! - `stamp`: stamps as words: dates, times of day, lengths of time, numbers with their unit;
 //! - `status`: what a table says of its samples in words: comment lines, and columns that hold
-//!   the state of a channel or notes row by row.
+//!   the state of a channel or notes row by row;
+//! - `unnamed`: tables of numbers without names: everything that a person has to state, said at once.
 
 mod begin;
 mod clock;
@@ -34,6 +35,7 @@ mod records;
 mod rows;
 pub mod stamp;
 mod status;
+mod unnamed;
 
 use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
 use super::held;

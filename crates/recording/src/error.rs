@@ -307,6 +307,17 @@ pub enum ErrorKind {
         /// The stamp found [s].
         found: f64,
     },
+    /// Columns of numbers without names, of which a person has to say what they are.
+    #[error(
+        "{columns} of numbers without names; state {}",
+        stated_in_words(settings)
+    )]
+    UnnamedColumns {
+        /// How many: `two columns`.
+        columns: String,
+        /// Every setting that is missing, each with the values of which one is meant.
+        settings: Vec<(Setting, Vec<String>)>,
+    },
     /// Nothing states the unit of acceleration.
     #[error(
         "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = {}",
@@ -541,6 +552,21 @@ pub fn with_article(kind: &str) -> String {
         "a"
     };
     format!("{article} {kind}")
+}
+
+/// Lists settings with the values of which one is meant.
+fn stated_in_words(settings: &[(Setting, Vec<String>)]) -> String {
+    let one = |(setting, values): &(Setting, Vec<String>)| {
+        const LISTED: usize = 8;
+        let more = if values.len() > LISTED { "|…" } else { "" };
+        let values = values[..values.len().min(LISTED)].join("|");
+        format!("{setting} = {values}{more}")
+    };
+    let settings: Vec<String> = settings.iter().map(one).collect();
+    match settings.split_last() {
+        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => settings.concat(),
+    }
 }
 
 /// Shortens a name for a message: one taken from a file may be as long as the file.

@@ -46,7 +46,7 @@ use latchgate_verdict::Evidence;
 use std::path::{Path, PathBuf};
 
 /// Returns the design's name with the keys that were overridden, their values and what these took
-/// the place of: `paper, modified: preload torque 5 N m (0.1)`.
+/// the place of: `paper, modified: preload torque 5 N m (0.1)`; or that every value is the paper's.
 pub fn full_design(design: &latchgate_kernel::model::Design) -> String {
     words::design(design)
 }

@@ -657,6 +657,9 @@ pub(super) fn design(design: &Design) -> String {
         .iter()
         .map(|key| modified(design, key))
         .collect();
+    if design.repeats_reference() {
+        return format!("{} (all values as in the paper's example)", design.name);
+    }
     if keys.is_empty() {
         return design.name.clone();
     }

@@ -313,6 +313,7 @@ fn named(kind: &ErrorKind) -> (&'static str, &'static str) {
         ErrorKind::RefusedFormat { .. } => ("refused-format", "A format that is not read"),
         ErrorKind::UnknownFormat { .. } => ("unknown-format", "The format is not recognised"),
         ErrorKind::MissingUnit => ("missing-unit", "Nothing states the unit"),
+        ErrorKind::UnnamedColumns { .. } => ("unnamed-columns", "Nothing names the columns"),
         ErrorKind::MissingTime => ("missing-time", "Nothing states the time"),
         ErrorKind::NoSuchChannel { .. } => ("no-such-channel", "No channel of that name"),
         ErrorKind::AmbiguousChannel { .. } => {

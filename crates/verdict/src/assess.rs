@@ -9,7 +9,9 @@ use super::meter::Meter;
 use super::opening::{self, Crossings, Opening};
 use super::policy::{AssessDetail, AssessExtras, Policy, Variant};
 use super::readings::{ReadingCache, Readings};
-use super::replay_findings::{crossing_outside_window, replay_findings, work_limit_reached};
+use super::replay_findings::{
+    crossing_outside_window, replay_findings, window_in_milliseconds, work_limit_reached,
+};
 use super::runs::{RunDetail, RunSetup, index_of_largest};
 use super::usable_span::{UsableSpan, window_samples};
 use super::variant::VariantResult;
@@ -259,6 +261,9 @@ impl Assessing<'_> {
         findings.extend(filters::filter_decides(&filters, setup.threshold_rad()));
         let outside = setup.crossing_outside(&runs)?;
         findings.extend(outside.map(|at| crossing_outside_window(at, design)));
+        let window = policy.window_s.into_iter();
+        findings
+            .extend(window.filter_map(|span| window_in_milliseconds(span, setup.signal.end_s())));
         findings.extend(self.faults.findings());
         let mut what_if = if brief {
             Vec::new()

@@ -2,7 +2,7 @@
 
 use super::ReplayedFile;
 use crate::cli::failure::COULD_NOT;
-use crate::cli::offers::offers;
+use crate::cli::offers::{commands, offers};
 use crate::cli::options::Common;
 use crate::cli::output;
 use crate::cli::values::OutputFormat;
@@ -90,7 +90,7 @@ pub(super) fn say(recording: &Path, judged: &ReplayedFile) {
     let document = &judged.outcome.document;
     if let Some(error) = &judged.outcome.refusal {
         output::talk(&format!("latchgate: {error}"));
-        let lines = offers(recording, &judged.outcome.offers);
+        let lines = offers(recording, &judged.outcome.offers) + &commands(recording, error);
         if !lines.is_empty() {
             output::talk(lines.trim_end());
         }

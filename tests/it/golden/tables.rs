@@ -166,7 +166,7 @@ fn headers() -> Vec<Case> {
         refused(
             "no-header.csv",
             plain("").trim_start(),
-            &["no-header.csv:1", "names the columns", "--skip-lines 0"],
+            &["no-header.csv:1", "without names", "--skip-lines 0"],
         )
         .options(&["--unit", "g"]),
         refused(

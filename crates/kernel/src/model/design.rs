@@ -151,6 +151,15 @@ impl Design {
         }
     }
 
+    /// Tells whether a design of another name has every value of the paper's, as a file to start from
+    /// has that nobody has filled in.
+    pub fn repeats_reference(&self) -> bool {
+        let reference = Self::reference();
+        let is_renamed = self.name != reference.name;
+        let name = self.name.clone();
+        is_renamed && *self == Self { name, ..reference }
+    }
+
     /// Gives the number of `key`, such as `lever.mass_kg`, another value and notes it as overridden.
     ///
     /// # Errors

@@ -8,6 +8,7 @@ use super::dialect::{LineScan, Separator};
 use super::preamble::Preamble;
 use super::records::{self, Records};
 use super::stamp;
+use super::unnamed;
 use crate::channel_name::{self, ChannelName, is_known_unit};
 use crate::error::{Candidate, Candidates, Error, ErrorKind, Place};
 use crate::lateral::{self, ChannelOffer};
@@ -130,6 +131,10 @@ impl TableLayout {
         let rows = first_rows(Records::new(text, separator, quoted, asked.limits))?;
         let header_line = options.header_line.or(start.found);
         let stated = header_line.is_some() || options.skip_lines.is_some();
+        if !stated {
+            let step_of = |index: usize| usual_step(&rows, index);
+            unnamed::refusal(text, &rows, options, step_of).map_or(Ok(()), Err)?;
+        }
         let header_rows = match header_line {
             Some(line) => rows_of_header(text, &rows, line)?,
             None => count_header_rows(text, &rows, stated)?,
