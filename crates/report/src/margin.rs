@@ -1,6 +1,6 @@
 //! What `latchgate margin` hands over: its text, and the files of its report.
 
-use super::margin_words::{advised, direction, never, titled};
+use super::margin_words::{advised, direction, never, preload_advice, titled};
 use super::terminal::{Look, TerminalLines};
 use super::words;
 use super::{html, json, plot};
@@ -9,7 +9,7 @@ use latchgate_document::number::plain;
 use latchgate_kernel::units::shortest;
 use latchgate_recording::Severity;
 use latchgate_recording::error::Error;
-use latchgate_verdict::margin::{LimitPoint, Margins, Quantity};
+use latchgate_verdict::margin::{LimitPoint, Margins};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -148,13 +148,6 @@ pub fn text(document: &MarginDocument, report: Option<&Path>, look: Look) -> Str
         out.raw("report", &look.path(&report.join(PAGE_FILE)));
     }
     out.into_string()
-}
-
-/// Returns the advice on the preload, as a replay gives it.
-pub(super) fn preload_advice(document: &MarginDocument) -> &str {
-    let mut answers = document.answers.iter();
-    let preload = answers.find(|answer| answer.quantity == Quantity::Preload);
-    preload.map_or("", |answer| &answer.advice.text)
 }
 
 /// Findings that the terminal shows.

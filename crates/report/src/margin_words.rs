@@ -20,6 +20,13 @@ pub(super) fn change(answer: &Margin) -> Option<String> {
     Some(format!("{sign}{} %", plain(percent, 3)))
 }
 
+/// Returns the advice on the preload, as a replay gives it.
+pub(super) fn preload_advice(document: &MarginDocument) -> &str {
+    let mut answers = document.answers.iter();
+    let preload = answers.find(|answer| answer.quantity == Quantity::Preload);
+    preload.map_or("", |answer| &answer.advice.text)
+}
+
 /// Returns the name of a quantity with its unit.
 pub(super) fn titled(answer: &Margin, counterweight_radius_m: f64) -> String {
     let title = match answer.quantity {

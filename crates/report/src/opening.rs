@@ -1,11 +1,8 @@
 //! The instant at which a lever opens, with the digits that its spread deserves.
 
-use super::words;
 use latchgate_document::Document;
 use latchgate_document::number::trimmed;
-use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
-use latchgate_kernel::units::OpensWhen;
 use latchgate_verdict::Opening;
 
 /// A spread above this part of the median, and above [`SPREAD_S`], is shown as a span [-].
@@ -107,11 +104,6 @@ pub fn of_run(document: &Document, run: &Run) -> Option<String> {
     })
 }
 
-/// Returns the stop and the opening direction: `rigid stop, negative acceleration`.
-pub fn place(model: StopModel, opens_when: OpensWhen) -> String {
-    format!("{}, {} acceleration", words::stop(model), opens_when.name())
-}
-
 fn time_unit(seconds: f64) -> (f64, &'static str) {
     if seconds.abs() < LONG_S {
         (1e3, "ms")
@@ -145,6 +137,8 @@ fn fixed(value: f64, unit: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use latchgate_kernel::model::stop::StopModel;
+    use latchgate_kernel::units::OpensWhen;
 
     #[track_caller]
     fn check_opening(quantiles_ms: [f64; 3], exceeded: u32, expected: &str, expected_cell: &str) {

@@ -64,7 +64,7 @@ pub fn headline(document: &Document) -> String {
             let Some(opens) = &document.opens else {
                 return format!("{lever} opens.");
             };
-            let place = opening::place(opens.model, opens.opens_when);
+            let place = place(opens.model, opens.opens_when);
             let sentence = opening::sentence(opens);
             match sentence.strip_suffix(')') {
                 Some(open) => format!("{lever} {open}; {place})."),
@@ -601,6 +601,11 @@ pub(super) fn stop(model: StopModel) -> &'static str {
         StopModel::Rigid => "rigid stop",
         StopModel::Soft => "soft stop",
     }
+}
+
+/// Returns the stop and the opening direction: `rigid stop, negative acceleration`.
+pub(super) fn place(model: StopModel, opens_when: OpensWhen) -> String {
+    format!("{}, {} acceleration", stop(model), opens_when.name())
 }
 
 /// Returns the polarity in words.
