@@ -284,7 +284,9 @@ fn differences(case: &Case, replayed: &Done, inspected: &Done) -> Vec<String> {
         format!("{expected:?}"),
     );
     // What to choose from belongs to the message before it.
-    let chosen = |line: &&str| line.starts_with("  choose: latchgate replay ");
+    let chosen = |line: &&str| {
+        line.starts_with("  choose: latchgate replay ") || line.starts_with("  try: latchgate ")
+    };
     let lines = replayed.err.lines().filter(|line| !chosen(line)).count();
     same(
         "messages",

@@ -303,7 +303,7 @@ fn verif_an_ensemble_is_shown_with_all_that_it_rests_on() {
             "could not be followed",
             "0.44",
             "Needs 6000 Hz &amp; more.",
-            "chosen: the verdict rests on it",
+            "in use",
             "left in, the peak is 0.0987",
             "seed 1",
         ],

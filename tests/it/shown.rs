@@ -58,7 +58,8 @@ fn instants(document: &Document) -> BTreeSet<String> {
         .map(|at| format!("at {}", opening::nominal_instant(at)));
     let named = document.opens.iter().map(|opens| {
         let sentence = opening::sentence(opens);
-        sentence.trim_start_matches("opens ").to_string()
+        let instant = sentence.trim_start_matches("opens ");
+        instant.split(" (").next().unwrap_or(instant).to_string()
     });
     let plain = |text: String| text.replace('\u{00A0}', " ");
     nominal.chain(named).map(plain).collect()

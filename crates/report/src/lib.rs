@@ -39,7 +39,7 @@ mod words;
 
 pub use folder::{Unplaced, folder_name};
 use latchgate_recording::error::Error;
-pub use words::{UNSEEN, headline, test_facts};
+pub use words::{UNSEEN, test_facts};
 
 pub use latchgate_document::{Document, json};
 use latchgate_verdict::Evidence;

@@ -46,7 +46,7 @@ pub(super) fn spared(document: &Document) -> Option<Bound> {
 
 /// Returns what the verdict means in a sentence: what the lever does, or what would decide it, or
 /// why there is no answer. Without an ensemble it claims no more than the nominal lever does.
-pub fn headline(document: &Document) -> String {
+pub(super) fn headline(document: &Document) -> String {
     let lever = match document.ensemble {
         None if spared(document).is_none() => "The nominal lever",
         _ => "The lever",
@@ -428,13 +428,13 @@ fn known_peak(document: &Document, run: &Run) -> KnownPeak {
     }
     let error = uncertainty(document, run);
     let large = error.filter(|error| *error >= peak.abs() && *error > 0.0);
-    let Some(large) = large.filter(|_| peak > 0.0) else {
+    let Some(large) = large else {
         return KnownPeak::Within(AngleText {
             degrees: degrees(peak, error),
             radians: format!("{}\u{00A0}rad", trimmed(peak, 3)),
         });
     };
-    let most = peak + large;
+    let most = peak.max(0.0) + large;
     if most <= document.threshold_rad {
         // Rounded up, since it is a bound.
         let bound = most * (1.0 + 5e-3);

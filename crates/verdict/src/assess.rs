@@ -6,7 +6,7 @@ use super::ensemble::{Count, Ensemble, Scatter};
 use super::faults::Faults;
 use super::filters::{self, FilterRow};
 use super::meter::Meter;
-use super::opening::{self, Crossings, Opening};
+use super::opening::{self, Opening};
 use super::policy::{AssessDetail, AssessExtras, Policy, Variant};
 use super::readings::{ReadingCache, Readings};
 use super::replay_findings::{
@@ -14,7 +14,7 @@ use super::replay_findings::{
 };
 use super::runs::{RunDetail, RunSetup, index_of_largest};
 use super::usable_span::{UsableSpan, window_samples};
-use super::variant::VariantResult;
+use super::variant::{Crossings, VariantResult};
 use super::what_if::{self, WhatIf};
 use super::{
     Answer, ErrorBudget, Evidence, Reason, RunAnswer, SampledSeries, Trace, budget, looks,

@@ -4,10 +4,9 @@
 use super::Answer;
 use super::decision::{ShareBounds, VariantRun, reachable, settled};
 use super::ensemble::{self, Count, End, MemberPeaks, Scatter};
-use super::opening::Crossings;
 use super::policy::{AssessDetail, Variant};
 use super::runs::RunSetup;
-use super::variant::VariantResult;
+use super::variant::{Crossings, VariantResult};
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::Breakdown;
 use latchgate_kernel::replay::batch::AskedPeaks;

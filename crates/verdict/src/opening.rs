@@ -5,7 +5,7 @@ use super::ensemble::{LOOKS, Scatter};
 use super::looks;
 use super::policy::Variant;
 use super::runs::RunSetup;
-use super::variant::VariantResult;
+use super::variant::{Crossings, VariantResult};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
@@ -30,19 +30,6 @@ pub struct Opening {
     pub members: u32,
     /// How many of these cross.
     pub exceeded: u32,
-}
-
-/// First crossings of the varied levers of one stop and sign [s]; NaN of one that does not cross.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Crossings(pub(super) Vec<f64>);
-
-impl Crossings {
-    fn sorted(&self) -> Vec<f64> {
-        let crossing = self.0.iter().copied().filter(|at| at.is_finite());
-        let mut sorted: Vec<f64> = crossing.collect();
-        sorted.sort_unstable_by(f64::total_cmp);
-        sorted
-    }
 }
 
 /// Finds the earliest nominal run that crosses, or, where none does, the stop and sign of which most varied

@@ -2,7 +2,6 @@
 
 use super::decision::VariantRun;
 use super::ensemble::Ensemble;
-use super::opening::Crossings;
 use super::policy::Variant;
 
 /// A stop and a sign that opens, with everything that they came to.
@@ -26,5 +25,19 @@ impl VariantResult {
 
     pub(super) fn counted_mut(&mut self) -> &mut VariantRun {
         self.before_fault.as_mut().unwrap_or(&mut self.run)
+    }
+}
+
+/// First crossings of the varied levers of one stop and sign [s]; NaN of one that does not cross.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Crossings(pub(super) Vec<f64>);
+
+impl Crossings {
+    /// Returns them in ascending order, those that do not cross left out.
+    pub(super) fn sorted(&self) -> Vec<f64> {
+        let crossing = self.0.iter().copied().filter(|at| at.is_finite());
+        let mut sorted: Vec<f64> = crossing.collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        sorted
     }
 }

@@ -96,8 +96,9 @@ pub(super) fn say(recording: &Path, judged: &ReplayedFile) {
         }
     } else if document.verdict == Answer::Unusable {
         let file = &document.recording.file;
-        let cause = latchgate_report::headline(document);
-        output::talk(&format!("latchgate: {file}: unusable: {cause}"));
+        let reason = document.why.first();
+        let reason = reason.map_or("", |reason| reason.text.as_str());
+        output::talk(&format!("latchgate: {file}: unusable: {reason}"));
     }
     if let Some(error) = &judged.unwritten {
         output::talk(&format!("latchgate: {error}"));

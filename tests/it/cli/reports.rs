@@ -187,7 +187,7 @@ fn cli_two_verdicts_are_compared() {
     let same = run(&["compare", "a/verdict.json", "a/verdict.json"]);
     assert_eq!((same.code, same.out.split(' ').next()), (0, Some("SAME")));
     let brief = run(&["compare", "a/verdict.json", "b/verdict.json", "--no-report"]);
-    let first = "Mass 0.1475 kg → 0.15 kg; filter default → none; all else equal: FAIL in all.\n";
+    let first = "Mass of the lever 0.1475 kg → 0.15 kg; filter default → none; all else equal: FAIL in all.\n";
     assert!(brief.out.starts_with(first), "{}", brief.out);
     assert!(
         brief

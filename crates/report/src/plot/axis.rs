@@ -219,3 +219,14 @@ fn tick_label(value: f64, decimals: i32, magnitude: f64) -> String {
     let decimals = usize::try_from(decimals).unwrap_or(0);
     format!("{value:.decimals$}").replace('-', "\u{2212}")
 }
+
+/// A coordinate in a panel. Distances are in units of the drawing, to the right and downwards.
+#[derive(Debug, Clone, Copy)]
+pub enum At {
+    /// At a value of the axis, and so far from there.
+    Value(f64, f64),
+    /// So far from the lower end of the axis.
+    Low(f64),
+    /// So far from the upper end of the axis.
+    High(f64),
+}

@@ -166,3 +166,28 @@ fn path(points: impl Iterator<Item = (f64, f64)>) -> String {
     }
     path
 }
+
+/// Shape of a mark, with its radius [units].
+#[derive(Debug, Clone, Copy)]
+pub enum Shape {
+    /// A circle.
+    Circle(f64),
+    /// A square on its corner.
+    Diamond(f64),
+    /// Two strokes across each other.
+    Cross(f64),
+}
+
+impl Shape {
+    /// Draws the mark.
+    pub fn draw(self, canvas: &mut Canvas, class: &str, (x, y): (f64, f64)) {
+        match self {
+            Self::Circle(radius) => canvas.circle(class, (x, y), radius),
+            Self::Diamond(radius) => canvas.diamond(class, (x, y), radius),
+            Self::Cross(r) => {
+                canvas.line(class, (x - r, y - r), (x + r, y + r));
+                canvas.line(class, (x - r, y + r), (x + r, y - r));
+            }
+        }
+    }
+}

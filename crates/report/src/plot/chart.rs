@@ -1,5 +1,7 @@
 //! Charts as data: panels of layers, laid out and drawn by one function.
 
+pub use super::axis::At;
+pub use super::canvas::Shape;
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, Lettering, RIGHT, Scale};
 use super::heat::Bar;
@@ -39,42 +41,6 @@ pub const ACROSS: Edges = (LEFT, RIGHT);
 pub const WHOLE: Edges = (72.0, WIDTH - 16.0);
 /// Edges of two panels beside one another.
 pub const HALVES: [Edges; 2] = [(72.0, 438.0), (520.0, WIDTH - 16.0)];
-
-/// A coordinate in a panel. Distances are in units of the drawing, to the right and downwards.
-#[derive(Debug, Clone, Copy)]
-pub enum At {
-    /// At a value of the axis, and so far from there.
-    Value(f64, f64),
-    /// So far from the lower end of the axis.
-    Low(f64),
-    /// So far from the upper end of the axis.
-    High(f64),
-}
-
-/// Shape of a mark, with its radius [units].
-#[derive(Debug, Clone, Copy)]
-pub enum Shape {
-    /// A circle.
-    Circle(f64),
-    /// A square on its corner.
-    Diamond(f64),
-    /// Two strokes across each other.
-    Cross(f64),
-}
-
-impl Shape {
-    /// Draws the mark.
-    pub fn draw(self, canvas: &mut Canvas, class: &str, (x, y): (f64, f64)) {
-        match self {
-            Self::Circle(radius) => canvas.circle(class, (x, y), radius),
-            Self::Diamond(radius) => canvas.diamond(class, (x, y), radius),
-            Self::Cross(r) => {
-                canvas.line(class, (x - r, y - r), (x + r, y + r));
-                canvas.line(class, (x - r, y + r), (x + r, y - r));
-            }
-        }
-    }
-}
 
 /// Pairs of values, x and y.
 pub type Points = Vec<(f64, f64)>;

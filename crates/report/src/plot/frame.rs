@@ -1,9 +1,8 @@
 //! The frame of a chart: axes, grid and scales of a panel, and the chart's header and footer.
 
-use super::axis::Axis;
 pub use super::axis::Scale;
-use super::canvas::{Anchor, Canvas};
-use super::chart::{At, Shape};
+use super::axis::{At, Axis};
+use super::canvas::{Anchor, Canvas, Shape};
 use super::raster::{self, Rgb};
 use super::{WIDTH, thin};
 use latchgate_kernel::model::stop::StopModel;
