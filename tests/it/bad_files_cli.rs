@@ -68,7 +68,10 @@ fn check(folder: &Folder, bad: &Bad) {
         );
         if bad.code == 4 {
             // What to choose from belongs to the message before it.
-            let chosen = |line: &&str| line.starts_with("  choose: latchgate replay ");
+            let chosen = |line: &&str| {
+                line.starts_with("  choose: latchgate replay ")
+                    || line.starts_with("  try: latchgate ")
+            };
             assert_eq!(
                 done.err.lines().filter(|line| !chosen(line)).count(),
                 1,

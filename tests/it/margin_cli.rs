@@ -82,7 +82,12 @@ fn cli_margin_writes_its_report() {
         out.to_str().unwrap(),
     ]);
     assert_eq!(done.code, 0, "{}", done.err);
-    assert!(done.out.starts_with("PASS\n"), "{}", done.out);
+    assert!(
+        done.out
+            .starts_with("✓ PASS  Stays shut down to a preload of "),
+        "{}",
+        done.out
+    );
     for word in ["passes from", "scale of the recording", "half-sine"] {
         assert!(done.out.contains(word), "{word}: {}", done.out);
     }

@@ -222,7 +222,9 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
             "A blocking finding spoils the recording: these numbers are no evidence that anything passes.".to_string(),
         );
     }
-    notes.push("Use a value of \"passes from\" or beyond. It was tried, not proven: replay the one you choose.".into());
+    notes.push(
+        "Use a value of \"passes from\" or beyond, and replay it: it was tried, not proven.".into(),
+    );
     notes.push(match margins.basis {
         Basis::NominalRun => "The nearest change is where the nominal peak meets the limit angle, without errors and tolerances.".to_string(),
         Basis::Verdict => "The nearest change is where the verdict changes on the grid; it is no advice.".to_string(),

@@ -112,17 +112,26 @@ pub fn text(document: &MarginDocument, report: Option<&Path>, look: Look) -> Str
     if let Some((_, first)) = words::test_facts(&document.test).first() {
         out.line("test", first);
     }
-    out.line("design", &words::design(&document.design));
+    let design = words::design(&document.design);
+    let limit = words::limit_angle(document.threshold_rad);
+    out.line("design", &format!("{design}; limit angle {limit}"));
     out.line("direction", &words::direction(recording));
-    out.line("limit", &words::limit_angle(document.threshold_rad));
     out.blank();
     out.table(&table(document));
     out.blank();
     for (index, note) in document.notes.iter().enumerate() {
         out.line(if index == 0 { "notes" } else { "" }, note);
     }
-    for (title, why) in never(document) {
-        out.line("never", &format!("{title}: {why}."));
+    let never: Vec<String> = never(document)
+        .into_iter()
+        .map(|(title, _)| title)
+        .collect();
+    if !never.is_empty() {
+        let text = format!(
+            "{}: no value can be advised; the page says why",
+            never.join(", ")
+        );
+        out.line("never", &text);
     }
     if let Some(pulses) = half_sines(document) {
         out.line("half-sine", &format!("just reaches the limit: {pulses}"));

@@ -258,10 +258,11 @@ pub fn table(rows: &[TableRow<'_>], look: Look) -> String {
     })
     .collect();
     let passes = rows.iter().any(|row| row.document.verdict == Answer::Pass);
-    let unseen = match passes {
-        true => format!("not seen: {}\n", words::UNSEEN),
-        false => String::new(),
-    };
+    let mut unseen = TerminalLines::new(look);
+    if passes {
+        unseen.line("not seen", words::UNSEEN);
+    }
+    let unseen = unseen.into_string();
     let worst = rows.iter().map(|row| row.document.verdict);
     let worst = worst.min_by_key(|answer| rank(*answer));
     let head = worst.map_or_else(String::new, |worst| look.verdict(worst));
