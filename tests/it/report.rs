@@ -304,7 +304,8 @@ fn verif_an_ensemble_is_shown_with_all_that_it_rests_on() {
             "0.44",
             "Needs 6000 Hz &amp; more.",
             "in use",
-            "left in, the peak is 0.0987",
+            "left in, the peak is 5.6",
+            "0.0987\u{a0}rad",
             "seed 1",
         ],
     );
