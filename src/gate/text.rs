@@ -4,9 +4,9 @@ use super::pairs::{Pair, PairStanding};
 use super::summary::GateSummary;
 use crate::pipeline::{Answer, DecisionRow};
 use latchgate_document::number;
+use latchgate_report::angle::KnownPeak;
 use latchgate_report::{UNSEEN, escape, full_design};
 use std::collections::BTreeMap;
-use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
 /// Lines of pairs and of problems.
@@ -277,35 +277,15 @@ fn share(row: &DecisionRow) -> Option<String> {
 
 /// Returns the peak with its error and the limit.
 pub(super) fn peak(row: &DecisionRow) -> Option<String> {
-    let peak = row.peak_angle_rad?;
-    let limit = format!("limit {} rad", row.threshold_rad);
-    if peak > FRAC_PI_2 {
-        // Beyond, the model of the lever means nothing.
-        return Some(format!("peak > 90°, {limit}"));
-    }
-    // No error is shown that is as large as the peak itself.
-    if let Some(error) = row
-        .uncertainty_rad
-        .filter(|error| peak > 0.0 && *error >= peak)
-    {
-        let most = peak + error;
-        return Some(if most <= row.threshold_rad {
-            // Rounded up, since it is a bound.
-            format!(
-                "peak at most {} rad, {limit}",
-                number::plain(1.005 * most, 3)
-            )
-        } else if row.verdict == Answer::Fail {
-            format!("how far it opens cannot be computed, {limit}")
-        } else {
-            format!("whether it opens cannot be computed, {limit}")
-        });
-    }
-    let error = row.uncertainty_rad.map_or_else(String::new, |error| {
-        format!(" ± {}", number::plain(error, 2))
-    });
-    Some(format!(
-        "peak {}{error} rad, {limit}",
-        number::plain(peak, 4)
-    ))
+    let opens = row.verdict == Answer::Fail;
+    let (error, limit) = (row.uncertainty_rad, row.threshold_rad);
+    let peak = KnownPeak::of(row.peak_angle_rad?, error, limit, opens);
+    let name = if matches!(peak, KnownPeak::Open(_)) {
+        ""
+    } else {
+        "peak "
+    };
+    let limit = number::trimmed(limit.to_degrees(), 3);
+    let text = format!("{name}{}, limit {limit}°", peak.short());
+    Some(text.replace('\u{00A0}', " "))
 }

@@ -5,12 +5,15 @@
 //! no more. The time that a run took is shown nowhere but in `verdict.json`, so that the same
 //! input gives the same bytes.
 //!
+//! - `angle`: angles as people read them: degrees first, no more digits than are known;
 //! - `codes`: places and axes of sensors spelt out, by tables beside it;
+//! - `comparison`: what differs between verdicts, in a sentence and a few rows;
 //! - `escape`: makes text from files safe to show: in markup and on a terminal;
 //! - `folder`: a report's folder: its name; it holds the earlier report, the new one or none;
 //! - `html`: `report.html`: one file that opens offline, in light and dark, and prints on A4;
 //! - `margin`: what `latchgate margin` hands over: its text, and the files of its report;
 //! - `margin_words`: what the terminal and the page of a margin say of an answer in the same words;
+//! - `opening`: the instant at which a lever opens, with the digits that its spread deserves;
 //! - `page`: what every page of ours begins and ends with;
 //! - `plot`: plots in SVG: the same drawing stands inline in the report and alone in a file;
 //! - `series`: signal and trajectories as a table, sample by sample;
@@ -20,6 +23,7 @@
 //! - `text`: the verdict for a terminal;
 //! - `words`: words that the terminal and the page share.
 
+pub mod angle;
 pub mod codes;
 pub mod comparison;
 pub mod escape;

@@ -194,12 +194,8 @@ fn detail(out: &mut TerminalLines, document: &Document) {
         .filters
         .iter()
         .filter_map(|row| {
-            let peak = words::bounded_angle(row.peak_angle_rad?);
-            Some(format!(
-                "{} {} ({peak})",
-                filter_name(row.filter),
-                row.verdict?.name()
-            ))
+            let peak = words::degrees_cell(row.peak_angle_rad?, 3);
+            Some(format!("{} {peak}°", filter_name(row.filter)))
         })
         .collect();
     if !filters.is_empty() {

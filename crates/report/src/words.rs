@@ -3,6 +3,7 @@
 //! Numbers with their units, names of stops, numbers of the design and whole sentences: what must
 //! not differ between the two. How it is laid out is the matter of each.
 
+use crate::angle::KnownPeak;
 use crate::codes;
 use crate::opening;
 use latchgate_document::Document;
@@ -391,11 +392,7 @@ pub(super) fn peak(document: &Document, run: &Run) -> String {
 
 /// As [`peak`], in a cell of a table.
 pub(super) fn short_peak(document: &Document, run: &Run) -> String {
-    match known_peak(document, run) {
-        KnownPeak::Beyond => "> 90°".into(),
-        KnownPeak::Within(angle) => angle.degrees,
-        KnownPeak::Open(words) => words.into(),
-    }
+    known_peak(document, run).short()
 }
 
 /// Tells whether a peak has a figure: its error is smaller than itself, or keeps it below the limit.
@@ -403,50 +400,15 @@ pub(super) fn has_figure(document: &Document, run: &Run) -> bool {
     !matches!(known_peak(document, run), KnownPeak::Open(_))
 }
 
-/// What is known of a peak.
-enum KnownPeak {
-    /// It lies beyond 90°, where no figure means anything.
-    Beyond,
-    /// It is known.
-    Within(AngleText),
-    /// Its error is as large as itself.
-    Open(&'static str),
-}
-
-/// An angle in both units.
-struct AngleText {
-    degrees: String,
-    radians: String,
-}
-
-/// Returns what is known of a peak: no error is shown that is as large as the peak itself. Where peak and
-/// error stay below the limit, they are shown as a bound.
+/// What is known of a peak: no error is shown that is as large as the peak itself.
 fn known_peak(document: &Document, run: &Run) -> KnownPeak {
-    let peak = run.peak_angle_rad;
-    if peak > FRAC_PI_2 {
-        return KnownPeak::Beyond;
-    }
-    let error = uncertainty(document, run);
-    let large = error.filter(|error| *error >= peak.abs() && *error > 0.0);
-    let Some(large) = large else {
-        return KnownPeak::Within(AngleText {
-            degrees: degrees(peak, error),
-            radians: format!("{}\u{00A0}rad", trimmed(peak, 3)),
-        });
-    };
-    let most = peak.max(0.0) + large;
-    if most <= document.threshold_rad {
-        // Rounded up, since it is a bound.
-        let bound = most * (1.0 + 5e-3);
-        return KnownPeak::Within(AngleText {
-            degrees: format!("at most {}°", trimmed(bound.to_degrees(), 3)),
-            radians: format!("{}\u{00A0}rad", trimmed(bound, 3)),
-        });
-    }
-    KnownPeak::Open(match document.verdict {
-        Answer::Fail if run.first_crossing_s.is_some() => "how far it opens cannot be computed",
-        _ => "whether it opens cannot be computed",
-    })
+    let opens = document.verdict == Answer::Fail && run.first_crossing_s.is_some();
+    KnownPeak::of(
+        run.peak_angle_rad,
+        uncertainty(document, run),
+        document.threshold_rad,
+        opens,
+    )
 }
 
 /// Returns an angle without known error, with its degrees; beyond 90° that alone.
@@ -474,27 +436,6 @@ pub(super) fn uncertainty(document: &Document, run: &Run) -> Option<f64> {
     let own =
         |answer: &&RunAnswer| answer.model == run.model && answer.opens_when == run.opens_when;
     document.answers.iter().find(own)?.uncertainty_rad
-}
-
-/// Returns an angle [rad] in degrees with its uncertainty, rounded up, and the digits that this allows, four
-/// at most: `2.9° ± 0.4°`.
-pub(super) fn degrees(radians: f64, error_rad: Option<f64>) -> String {
-    let (value, error) = (radians.to_degrees(), error_rad.map(f64::to_degrees));
-    let place = |number: f64| libm::log10(number.abs()).floor();
-    let most = if value == 0.0 {
-        4.0
-    } else {
-        3.0 - place(value)
-    };
-    let Some(error) = error.filter(|error| error.is_finite() && *error > 0.0) else {
-        return format!("{}°", trimmed(value, 4));
-    };
-    let decimals = (1.0 - place(error)).min(most).clamp(0.0, 9.0);
-    let unit = libm::pow(10.0, -decimals);
-    let error = (error / unit).ceil() * unit;
-    let digits = decimals as usize;
-    let text = format!("{value:.digits$}°\u{00A0}±\u{00A0}{error:.digits$}°");
-    text.replace('-', "\u{2212}")
 }
 
 /// Returns the limit angle with its degrees.

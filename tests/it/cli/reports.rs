@@ -207,6 +207,20 @@ fn cli_two_verdicts_are_compared() {
         "{}",
         several.out
     );
+    let three = [
+        "compare",
+        "a/verdict.json",
+        "a/verdict.json",
+        "b/verdict.json",
+        "--out",
+        "d",
+    ];
+    assert_eq!(run(&three).code, 1);
+    let page = fs::read_to_string(folder.path().join("d/compare.html")).unwrap();
+    assert!(
+        page.contains("<path class=\"verdict-c\"") && page.contains("C opens 14.4"),
+        "three curves"
+    );
     let done = run(&["compare", "a/verdict.json", "b/verdict.json", "-v"]);
     assert_eq!((done.code, done.err.as_str()), (1, ""));
     let at = |words: &str| {
@@ -263,6 +277,35 @@ fn cli_two_verdicts_are_compared() {
     assert_eq!(done.code, 4);
     assert!(done.out.contains("all else equal") && done.err.contains("make the report folder"));
     assert_eq!(run(&["compare", "a/verdict.json", "a/series.csv"]).code, 4);
+}
+
+/// Without a browser the verdict stands, its page too, and the message says what to do.
+#[test]
+fn cli_a_report_that_cannot_be_printed_costs_the_exit_code() {
+    let folder = Folder::new("unprinted");
+    let file = signal_file("surviving.csv");
+    let out = folder.path().join("out");
+    let asked = [
+        "replay",
+        &file,
+        "--members",
+        "0",
+        "--pdf",
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    for (variable, path) in [("/nowhere/chromium", "/usr/bin"), ("", "")] {
+        let mut command = program();
+        let command = command
+            .args(asked)
+            .env("CHROMIUM", variable)
+            .env("PATH", path);
+        let done = finish(command);
+        assert_eq!(done.code, 4, "{}", done.err);
+        assert!(done.out.starts_with("✓ PASS"), "{}", done.out);
+        assert!(done.err.contains("report.pdf: expected "), "{}", done.err);
+        assert!(out.join("report.html").exists() && !out.join("report.pdf").exists());
+    }
 }
 
 /// What is JSON but no verdict is refused, and so is a verdict that lost its keys; both ended in a panic.

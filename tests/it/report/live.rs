@@ -107,3 +107,38 @@ fn verif_the_page_holds_the_series_of_its_folder() {
         "time_s,acceleration_recorded_m_s2,acceleration_used_m_s2,velocity_m_s,angle_"
     ));
 }
+
+/// The report on paper: a PDF beside the page, by the browser that is found.
+#[test]
+fn cli_a_report_is_printed() {
+    let folder = crate::support::Folder::new("printed");
+    let out = folder.path().join("out");
+    let file = crate::support::signal_file("surviving.csv");
+    let out_text = out.to_str().unwrap();
+    let asked = [
+        "replay",
+        &file,
+        "--members",
+        "0",
+        "--pdf",
+        "--out",
+        out_text,
+    ];
+    let done = crate::support::latchgate(&asked);
+    assert_eq!((done.code, done.err.as_str()), (0, ""));
+    let printed = std::fs::read(out.join("report.pdf")).unwrap();
+    assert!(printed.starts_with(b"%PDF-") && printed.len() > 20_000);
+    // Another report in its place has none until it is printed.
+    let other = [
+        "replay",
+        &file,
+        "--members",
+        "0",
+        "--filter",
+        "none",
+        "--out",
+        out_text,
+    ];
+    assert_eq!(crate::support::latchgate(&other).code, 0);
+    assert!(!out.join("report.pdf").exists());
+}

@@ -186,11 +186,9 @@ fn curves<'a>(what: &str, first: usize, values: &'a [Vec<f64>]) -> Vec<EventCurv
 
 fn marks(documents: &[&Document], view: (f64, f64)) -> Vec<EventMark> {
     let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
-    for (document, name) in documents.into_iter().zip(["A", "B"]) {
-        marks.extend(EventMark::opening(
-            document.opens.as_ref(),
-            &format!("{name} "),
-        ));
+    for (place, document) in documents.iter().enumerate() {
+        let name = format!("{} ", letter(place));
+        marks.extend(EventMark::opening(document.opens.as_ref(), &name));
     }
     marks.retain(|mark| mark.seen(view).is_some());
     marks

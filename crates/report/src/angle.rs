@@ -1,0 +1,85 @@
+//! Angles as people read them: degrees first, no more digits than are known.
+
+use latchgate_document::number::trimmed;
+use std::f64::consts::FRAC_PI_2;
+
+/// What is known of a peak.
+#[derive(Debug, Clone, PartialEq)]
+pub enum KnownPeak {
+    /// It lies beyond 90°, where no figure means anything.
+    Beyond,
+    /// It is known.
+    Within(AngleText),
+    /// Its error is as large as itself.
+    Open(&'static str),
+}
+
+/// An angle in both units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AngleText {
+    /// In degrees, with its uncertainty.
+    pub degrees: String,
+    /// In radians.
+    pub radians: String,
+}
+
+impl KnownPeak {
+    /// Sorts a peak by its error: none is shown that is as large as the peak itself. Where peak and error stay
+    /// below the threshold, they are shown as a bound. `opens`: it is certain that the lever does.
+    pub fn of(peak_rad: f64, error_rad: Option<f64>, threshold_rad: f64, opens: bool) -> Self {
+        if peak_rad > FRAC_PI_2 {
+            return Self::Beyond;
+        }
+        let large = error_rad.filter(|error| *error >= peak_rad.abs() && *error > 0.0);
+        let Some(large) = large else {
+            return Self::Within(AngleText {
+                degrees: degrees(peak_rad, error_rad),
+                radians: format!("{}\u{00A0}rad", trimmed(peak_rad, 3)),
+            });
+        };
+        let most = peak_rad.max(0.0) + large;
+        if most <= threshold_rad {
+            // Rounded up, since it is a bound.
+            let bound = most * (1.0 + 5e-3);
+            return Self::Within(AngleText {
+                degrees: format!("at most {}°", trimmed(bound.to_degrees(), 3)),
+                radians: format!("{}\u{00A0}rad", trimmed(bound, 3)),
+            });
+        }
+        Self::Open(if opens {
+            "how far it opens cannot be computed"
+        } else {
+            "whether it opens cannot be computed"
+        })
+    }
+
+    /// Returns it in a few words.
+    pub fn short(self) -> String {
+        match self {
+            Self::Beyond => "> 90°".into(),
+            Self::Within(angle) => angle.degrees,
+            Self::Open(words) => words.into(),
+        }
+    }
+}
+
+/// Returns an angle [rad] in degrees with its uncertainty, rounded up, and the digits that this allows, four
+/// at most: `2.9° ± 0.4°`.
+fn degrees(radians: f64, error_rad: Option<f64>) -> String {
+    let (value, error) = (radians.to_degrees(), error_rad.map(f64::to_degrees));
+    let place = |number: f64| libm::log10(number.abs()).floor();
+    let most = if value == 0.0 {
+        4.0
+    } else {
+        3.0 - place(value)
+    };
+    let Some(error) = error.filter(|error| error.is_finite() && *error > 0.0) else {
+        return format!("{}°", trimmed(value, 4));
+    };
+    let decimals = (1.0 - place(error)).min(most).clamp(0.0, 9.0);
+    let unit = libm::pow(10.0, -decimals);
+    let error = (error / unit).ceil() * unit;
+    let digits = decimals as usize;
+    let text = format!("{value:.digits$}°\u{00A0}±\u{00A0}{error:.digits$}°");
+    text.replace('-', "\u{2212}")
+}
