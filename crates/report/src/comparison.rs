@@ -114,6 +114,7 @@ fn largest_angle(document: &Document) -> String {
 
 fn opens(document: &Document) -> String {
     match (&document.opens, document.verdict) {
+        (Some(opens), Answer::Undecided) => format!("perhaps {}", opening::cell(opens)),
         (Some(opens), _) => opening::cell(opens),
         (None, Answer::Unusable) => "–".into(),
         (None, _) => "stays".into(),

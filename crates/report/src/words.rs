@@ -266,6 +266,14 @@ pub(super) fn direction(recording: &RecordingBlock) -> String {
     }
 }
 
+/// Returns what stands before an instant of opening: it is not certain of an undecided verdict.
+pub(super) fn opens_or_may(document: &Document) -> &'static str {
+    match document.verdict {
+        Answer::Undecided => "may open",
+        _ => "opens",
+    }
+}
+
 /// Returns what each stop comes to, where both were run.
 pub(super) fn stops(document: &Document) -> Option<String> {
     if document.models.len() < 2 {
@@ -316,7 +324,8 @@ pub(super) fn share(ensemble: &Ensemble) -> String {
 /// largest influence that it does not count; nothing under a fail, which holds whatever the size of the peak.
 pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
     let error = uncertainty(document, run)?;
-    if document.verdict == Answer::Fail || error > FRAC_PI_2 || run.peak_angle_rad > FRAC_PI_2 {
+    let beyond = error > FRAC_PI_2 || run.peak_angle_rad > FRAC_PI_2;
+    if document.verdict == Answer::Fail || beyond || !has_figure(document, run) {
         return None;
     }
     let distance = (document.threshold_rad - run.peak_angle_rad).abs();

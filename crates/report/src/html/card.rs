@@ -70,7 +70,7 @@ fn key_figures(document: &Document) -> Markup {
             (item("Limit angle", &format!("{degrees}°"), &words::limit(document.threshold_rad)))
             @if let Some(opens) = document.opens.filter(|opens| opens.first_s.is_some()) {
                 @let place = words::place(opens.model, opens.opens_when);
-                (item("Opens", &opening::cell(&opens), &place))
+                (item(&words::capital(words::opens_or_may(document)), &opening::cell(&opens), &place))
             } @else {
                 (item("Opens", "not", "in the judged window"))
             }

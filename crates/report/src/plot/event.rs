@@ -7,10 +7,11 @@ use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
 use super::{Figure, PlotContext, WIDTH, acceleration, angle};
 use crate::{opening, words};
+use latchgate_document::Document;
 use latchgate_document::number::exact;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::Severity;
-use latchgate_verdict::{Answer, Opening, SeriesRun};
+use latchgate_verdict::{Answer, SeriesRun};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_PI_2;
 
@@ -51,10 +52,11 @@ impl EventMark {
     }
 
     /// Marks when a lever opens, if it does: the span of the varied levers, or one instant.
-    pub(super) fn opening(opens: Option<&Opening>, name: &str) -> Option<Self> {
-        let opens = opens?;
+    pub(super) fn opening(document: &Document, name: &str) -> Option<Self> {
+        let opens = document.opens.as_ref()?;
         let first_s = opens.first_s?;
-        let text = format!("{name}opens {}", opening::cell(opens));
+        let word = words::opens_or_may(document);
+        let text = format!("{name}{word} {}", opening::cell(opens));
         Some(match opening::span(opens) {
             Some(span) => Self::span((span.start_s, span.end_s), text, "crossing"),
             None => Self::at(first_s, text, "crossing"),
@@ -338,14 +340,14 @@ fn marks(context: &PlotContext, view: (f64, f64)) -> Vec<EventMark> {
         // What faulty samples come to is no event.
         _ if document.verdict == Answer::Unusable => marks.extend(bad_span(context)),
         Some(run) if run.peak_angle_rad > FRAC_PI_2 => {
-            marks.extend(EventMark::opening(document.opens.as_ref(), ""));
+            marks.extend(EventMark::opening(document, ""));
             marks.extend(past_a_right_angle(context).map(|at_s| {
                 let text = format!("> 90° from {}", opening::nominal_instant(at_s));
                 EventMark::at(at_s, text, "peak")
             }));
         }
         Some(run) => {
-            marks.extend(EventMark::opening(document.opens.as_ref(), ""));
+            marks.extend(EventMark::opening(document, ""));
             if run.peak_angle_rad > 0.0 && words::has_figure(document, run) {
                 let text = format!("largest angle {}", words::short_peak(document, run));
                 marks.push(EventMark::at(run.peak_time_s, text, "peak"));

@@ -188,7 +188,7 @@ fn marks(documents: &[&Document], view: (f64, f64)) -> Vec<EventMark> {
     let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
     for (place, document) in documents.iter().enumerate() {
         let name = format!("{} ", letter(place));
-        marks.extend(EventMark::opening(document.opens.as_ref(), &name));
+        marks.extend(EventMark::opening(document, &name));
     }
     marks.retain(|mark| mark.seen(view).is_some());
     marks
