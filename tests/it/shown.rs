@@ -5,6 +5,7 @@ use crate::support::{data, latchgate};
 use latchgate_document::Document;
 use latchgate_report::terminal::Look;
 use latchgate_report::{opening, text};
+use latchgate_verdict::Answer;
 use std::collections::BTreeSet;
 
 /// Columns of what is written to a file.
@@ -39,7 +40,30 @@ pub(crate) fn faults(document: &Document) -> Vec<String> {
         }
     }
     faults.extend(large_error(&whole));
+    faults.extend(pass_too_low(document, &whole));
     faults
+}
+
+/// Finds a pass that claims to stay further from the limit than some run with its error does.
+fn pass_too_low(document: &Document, whole: &str) -> Option<String> {
+    if document.verdict != Answer::Pass {
+        return None;
+    }
+    let said = whole.split("at most ").nth(1)?.split(' ').next()?;
+    let said: f64 = said.parse().ok()?;
+    let runs = document
+        .polarities
+        .values()
+        .flat_map(|stops| stops.values());
+    let runs: Vec<_> = document.models.values().chain(runs).collect();
+    let most = document.answers.iter().filter_map(|answer| {
+        let mut own = runs
+            .iter()
+            .filter(|run| (run.model, run.opens_when) == (answer.model, answer.opens_when));
+        Some(own.next()?.peak_angle_rad + answer.uncertainty_rad?)
+    });
+    let most = 100.0 * most.fold(0.0, f64::max) / document.threshold_rad;
+    (said < most).then(|| format!("at most {said} % is said, {most} % may be"))
 }
 
 /// Returns every instant of opening that may be shown, as it is shown.
@@ -91,11 +115,26 @@ fn verif_an_error_above_its_peak_is_found() {
 #[test]
 fn val_real_answers_are_shown_as_a_person_can_read_them() {
     let mut wrong = Vec::new();
-    for channel in ["145", "146", "147", "148", "149", "150"] {
+    // The second lever passes some of them, its stops with errors of different sizes.
+    let levers = ["0.1", "3.56"];
+    let channels = ["145", "146", "147", "148", "149", "150"];
+    let asked = channels
+        .iter()
+        .flat_map(|channel| levers.map(|preload| (channel, preload)));
+    for (channel, preload) in asked {
         for sign in ["negative", "positive", "both"] {
             let file = data(&format!("recordings/nhtsa_v07292.{channel}"));
             let file = file.to_str().unwrap();
-            let asked = ["replay", file, "--opens-when", sign, "--no-report"];
+            let set = format!("lever.preload_torque_nm={preload}");
+            let asked = [
+                "replay",
+                file,
+                "--opens-when",
+                sign,
+                "--set",
+                &set,
+                "--no-report",
+            ];
             let json = latchgate(&[&asked[..], &["--format", "json"]].concat());
             let document: Document = serde_json::from_str(&json.out).unwrap();
             if let Some(opens) = &document.opens {

@@ -30,7 +30,8 @@ impl KnownPeak {
         if peak_rad > FRAC_PI_2 {
             return Self::Beyond;
         }
-        let large = error_rad.filter(|error| *error >= peak_rad.abs() && *error > 0.0);
+        // An error is shown rounded up, by a tenth at most.
+        let large = error_rad.filter(|error| 1.1 * error >= peak_rad.abs() && *error > 0.0);
         let Some(large) = large else {
             return Self::Within(AngleText {
                 degrees: degrees(peak_rad, error_rad),

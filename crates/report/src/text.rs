@@ -82,7 +82,7 @@ fn judged(out: &mut TerminalLines, document: &Document) {
             out.line(row.sign, &format!("{}: {}", row.word, row.text));
         }
         out.line("limit", &words::limit_angle(document.threshold_rad));
-    } else if let Some(run) = &document.nominal {
+    } else if let Some(run) = words::leading_run(document) {
         let peak = words::peak(document, run);
         out.line(
             "peak",

@@ -54,12 +54,18 @@ pub(super) fn headline(document: &Document) -> String {
     };
     let first = document.why.first();
     match (document.verdict, &document.nominal) {
-        (Answer::Pass, Some(run)) => {
-            let share = trimmed(
-                100.0 * run.peak_angle_rad.max(0.0) / document.threshold_rad,
-                2,
-            );
-            format!("{lever} stays: it reaches {share}\u{00A0}% of the limit angle.")
+        (Answer::Pass, Some(_)) => {
+            let most = judged_runs(document).into_iter();
+            let most = most.map(|run| highest_rad(document, run));
+            let share = 100.0 * most.fold(0.0, f64::max) / document.threshold_rad;
+            // Rounded up, since it is a bound.
+            let share = if share > 10.0 {
+                share.ceil()
+            } else {
+                (10.0 * share).ceil() / 10.0
+            };
+            let share = trimmed(share, 3);
+            format!("{lever} stays: at most {share}\u{00A0}% of the limit angle, errors included.")
         }
         (Answer::Fail, Some(_)) => {
             let Some(opens) = &document.opens else {
@@ -77,6 +83,42 @@ pub(super) fn headline(document: &Document) -> String {
         // The findings tell it in full.
         _ => first.map_or_else(String::new, |reason| cause(document, reason)),
     }
+}
+
+/// Returns every nominal run that counts.
+fn judged_runs(document: &Document) -> Vec<&Run> {
+    let by_sign = document.polarities.values().flat_map(BTreeMap::values);
+    let by_sign: Vec<&Run> = by_sign.collect();
+    match (by_sign.is_empty(), document.models.is_empty()) {
+        (false, _) => by_sign,
+        (true, false) => document.models.values().collect(),
+        (true, true) => document.nominal.iter().collect(),
+    }
+}
+
+/// Returns the largest angle that a run may come to in the record or after it, errors included [rad].
+fn highest_rad(document: &Document, run: &Run) -> f64 {
+    let answer = document
+        .answers
+        .iter()
+        .find(|answer| (answer.model, answer.opens_when) == (run.model, run.opens_when));
+    let error = answer.and_then(|answer| answer.uncertainty_rad);
+    let coast_error = answer.and_then(|answer| answer.coast_uncertainty_rad);
+    let coast = run
+        .coast_peak_angle_rad
+        .map_or(0.0, |coast| coast + coast_error.unwrap_or(0.0));
+    (run.peak_angle_rad.max(0.0) + error.unwrap_or(0.0)).max(coast)
+}
+
+/// Returns the run whose angle is shown for all: of a pass the one that may come nearest to the limit, else the
+/// nominal one.
+pub(super) fn leading_run(document: &Document) -> Option<&Run> {
+    if document.verdict != Answer::Pass {
+        return document.nominal.as_ref();
+    }
+    let highest = |run: &&Run| highest_rad(document, run);
+    let runs = judged_runs(document).into_iter();
+    runs.max_by(|one, other| highest(one).total_cmp(&highest(other)))
 }
 
 /// Returns from when on a recording is unusable, where that is known, and the cause without its remedy.
@@ -230,9 +272,9 @@ pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
             [first, rest @ ..] if rest.iter().all(|other| other == first) => first.name(),
             _ => "undecided",
         };
-        let largest = stops
-            .values()
-            .max_by(|one, other| one.peak_angle_rad.total_cmp(&other.peak_angle_rad));
+        let largest = stops.values().max_by(|one, other| {
+            highest_rad(document, one).total_cmp(&highest_rad(document, other))
+        });
         let earliest = stops
             .values()
             .filter(|run| run.first_crossing_s.is_some())

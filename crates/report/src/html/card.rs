@@ -7,6 +7,7 @@ use latchgate_document::Document;
 use latchgate_document::number::{count, trimmed};
 use latchgate_verdict::Answer;
 use maud::{Markup, PreEscaped, html};
+use std::f64::consts::FRAC_PI_2;
 
 /// Returns the report's title and identity.
 pub(super) fn head(document: &Document, identity: &str) -> Markup {
@@ -55,14 +56,16 @@ fn directions(document: &Document) -> Markup {
 }
 
 fn key_figures(document: &Document) -> Markup {
-    let Some(run) = &document.nominal else {
+    let Some(run) = words::leading_run(document) else {
         return html! {};
     };
     let (time, stop) = (words::brief_time(run.peak_time_s), words::stop(run.model));
     let degrees = trimmed(document.threshold_rad.to_degrees(), 3);
     html! {
         dl.key {
-            @if words::has_figure(document, run) {
+            @if run.peak_angle_rad > FRAC_PI_2 {
+                (item("Largest angle", &words::short_peak(document, run), stop))
+            } @else if words::has_figure(document, run) {
                 (item("Largest angle", &words::short_peak(document, run), &format!("at {time}, {stop}")))
             } @else {
                 (item("Largest angle", "not known", &words::short_peak(document, run)))
@@ -107,7 +110,12 @@ fn rests_on(document: &Document) -> Markup {
         lines.extend(stops.map(|text| format!("{}.", words::capital(&text))));
     }
     lines.extend(run.and_then(|run| words::computation(document, run)));
-    if let Some(coast) = run.and_then(|run| run.coast_peak_angle_rad) {
+    // Where the record ends too early that is what decides.
+    let later = run.filter(|_| document.verdict != Answer::Fail);
+    let later = later.and_then(|run| {
+        Some(run.coast_peak_angle_rad?).filter(|coast| *coast > run.peak_angle_rad)
+    });
+    if let Some(coast) = later {
         let coast = words::bounded_angle(coast);
         lines.push(format!(
             "After the record ends the lever could still reach {coast}."

@@ -10,6 +10,7 @@ use latchgate_document::number::{ABSENT, count, milliseconds, significant};
 use latchgate_kernel::replay::Run;
 use latchgate_recording::{Finding, Severity};
 use maud::{Markup, html};
+use std::f64::consts::FRAC_PI_2;
 
 /// Rows of the impacts table that are always shown.
 const IMPACTS_SHOWN: usize = 20;
@@ -84,7 +85,15 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
         ("Verdict alone", verdict.into()),
         ("Peak angle [°]", degrees(run.peak_angle_rad)),
         ("Time of the peak [ms]", ms(run.peak_time_s)),
-        ("Margin, limit − peak [°]", degrees(margin)),
+        (
+            "Margin, limit − peak [°]",
+            // Beyond 90° it has no figure, and is none.
+            if run.peak_angle_rad > FRAC_PI_2 {
+                "none".into()
+            } else {
+                degrees(margin)
+            },
+        ),
         ("Uncertainty U of the peak [°]", error(uncertainty)),
         (
             "First crossing of the limit [ms]",

@@ -339,16 +339,10 @@ fn marks(context: &PlotContext, view: (f64, f64)) -> Vec<EventMark> {
     match &document.nominal {
         // What faulty samples come to is no event.
         _ if document.verdict == Answer::Unusable => marks.extend(bad_span(context)),
-        Some(run) if run.peak_angle_rad > FRAC_PI_2 => {
-            marks.extend(EventMark::opening(document, ""));
-            marks.extend(past_a_right_angle(context).map(|at_s| {
-                let text = format!("> 90° from {}", opening::nominal_instant(at_s));
-                EventMark::at(at_s, text, "peak")
-            }));
-        }
         Some(run) => {
             marks.extend(EventMark::opening(document, ""));
-            if run.peak_angle_rad > 0.0 && words::has_figure(document, run) {
+            let has_figure = words::has_figure(document, run);
+            if run.peak_angle_rad > 0.0 && run.peak_angle_rad <= FRAC_PI_2 && has_figure {
                 let text = format!("largest angle {}", words::short_peak(document, run));
                 marks.push(EventMark::at(run.peak_time_s, text, "peak"));
             }
