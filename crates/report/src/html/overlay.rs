@@ -81,7 +81,7 @@ pub(crate) fn page(
 fn rows(documents: &[&Document]) -> Markup {
     html! {
         table.compared {
-            (heads_of("", documents.len()))
+            (heads_of("What", documents.len()))
             tbody {
                 @for row in comparison::rows(documents) {
                     tr { th { (line(&words::capital(&row.name))) } @for value in &row.values { td { (line(value)) } } }
