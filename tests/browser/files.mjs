@@ -124,7 +124,8 @@ for (const [name, file] of Object.entries(pages)) {
 }
 await plain.close();
 
-// What decides is short, and a report is printed on two pages.
+// What decides is short. On paper page one holds verdict and plot, page two what was judged, the lever and the
+// signature; how sure it is may take a third.
 const desk = await browser.newContext(views.light);
 for (const name of ['fail', 'pass', 'undecided', 'unusable']) {
   const { page } = await open(desk, pages[name]);
@@ -136,7 +137,7 @@ for (const name of ['fail', 'pass', 'undecided', 'unusable']) {
   assert.ok(words <= 600, `${name}: ${words} words before the appendix`);
   const printed = (await page.pdf({ preferCSSPageSize: true })).toString('latin1');
   const sheets = printed.match(/\/Type\s*\/Page\b/g).length;
-  assert.ok(sheets <= 2, `${name}: ${sheets} sheets`);
+  assert.ok(sheets <= 3, `${name}: ${sheets} sheets`);
   console.log(`${name}: ${words} words before the appendix, ${sheets} sheets`);
   await page.close();
 }
