@@ -128,8 +128,10 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
                     "latchgate: {folder}: an earlier report was replaced"
                 ));
             }
-            if own.pdf {
-                judged.unwritten = pdf::print(&folder).err();
+            if own.pdf
+                && let Err(error) = pdf::print(&folder)
+            {
+                judged.unwritten = Some(error);
             }
             judged.report = Some(folder);
         }

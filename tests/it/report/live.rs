@@ -128,6 +128,12 @@ fn cli_a_report_is_printed() {
     assert_eq!((done.code, done.err.as_str()), (0, ""));
     let printed = std::fs::read(out.join("report.pdf")).unwrap();
     assert!(printed.starts_with(b"%PDF-") && printed.len() > 20_000);
+    // What could not be written before is still told.
+    let series = folder.path().join("no-such-folder/series.csv");
+    let unwritten = [&asked[..], &["--series", series.to_str().unwrap()]].concat();
+    let done = crate::support::latchgate(&unwritten);
+    assert_eq!(done.code, 4);
+    assert!(done.err.contains("no-such-folder"), "{}", done.err);
     // Another report in its place has none until it is printed.
     let other = [
         "replay",
