@@ -135,6 +135,17 @@ for (const name of ['fail', 'pass', 'undecided', 'unusable']) {
     return main.textContent.trim().split(/\s+/).length;
   });
   assert.ok(words <= 600, `${name}: ${words} words before the appendix`);
+  // On a sheet of A4 within its margins, in points of the screen.
+  const sheet = { width: 680, height: 1017 };
+  await page.emulateMedia({ media: 'print' });
+  await page.setViewportSize(sheet);
+  const [before, judged] = await page.evaluate(() => {
+    const top = document.querySelector('main').getBoundingClientRect().top;
+    const box = document.querySelector('#judged').getBoundingClientRect();
+    return [box.top - top, box.height];
+  });
+  assert.ok(before <= sheet.height, `${name}: page one takes ${before} of ${sheet.height}`);
+  assert.ok(judged <= sheet.height, `${name}: page two takes ${judged} of ${sheet.height}`);
   const printed = (await page.pdf({ preferCSSPageSize: true })).toString('latin1');
   const sheets = printed.match(/\/Type\s*\/Page\b/g).length;
   assert.ok(sheets <= 3, `${name}: ${sheets} sheets`);
