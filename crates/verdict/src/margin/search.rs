@@ -1,6 +1,6 @@
 //! The runs and rules at one value of a quantity, and the walk over its grid.
 
-use super::quantity::{GridBounds, Quantity, between};
+use super::quantity::{GridBounds, Quantity, between, tenths_between};
 use super::{Advice, Basis, Boundary, Change, Margin, MarginOptions, NominalAnswer, Scan};
 use crate::assess::assess_again;
 use crate::conditioning::{self, Conditioned};
@@ -494,13 +494,25 @@ impl<'w, 'a> Walk<'w, 'a> {
             order.reverse();
         }
         let until = order.first().copied().unwrap_or_default();
-        let (mut safe_from, mut does_not) = self.as_far_as_they_pass(&order)?;
+        let (passing, mut does_not) = self.as_far_as_they_pass(&order)?;
+        let mut safe_from = passing.last().copied();
         if let (Some(from), Some(end)) = (safe_from, does_not) {
             // Not by halves: what lies between need not pass where its end does.
             let values = between(from, end);
-            let (last, first) = self.as_far_as_they_pass(&values)?;
-            safe_from = last.or(safe_from);
+            let (passing, first) = self.as_far_as_they_pass(&values)?;
             does_not = first.or(does_not);
+            let steps: Vec<f64> = std::iter::once(from).chain(passing.to_vec()).collect();
+            safe_from = Some(from);
+            // What passes at three digits need not at four, and who follows the advice lands there.
+            for step in steps.windows(2).rev() {
+                let (safer, value) = (step[0], step[1]);
+                let (_, failing) = self.as_far_as_they_pass(&tenths_between(safer, value))?;
+                if failing.is_none() {
+                    safe_from = Some(value);
+                    break;
+                }
+                does_not = failing;
+            }
         }
         let reason = match safe_from {
             Some(_) => None,
@@ -530,19 +542,21 @@ impl<'w, 'a> Walk<'w, 'a> {
         Ok(advice)
     }
 
-    /// Returns the last of the values up to which each passes, and the first that does not.
-    fn as_far_as_they_pass(&self, values: &[f64]) -> Result<(Option<f64>, Option<f64>), Error> {
-        let mut last = None;
-        for values in values.chunks(SIDE_BY_SIDE) {
-            let found = self.passes(values)?;
-            let first = found.iter().position(|passes| !passes);
-            let passing = &values[..first.unwrap_or(values.len())];
-            last = passing.last().copied().or(last);
-            if let Some(first) = first {
-                return Ok((last, Some(values[first])));
+    /// Returns the values before the first that does not pass, and that one.
+    fn as_far_as_they_pass<'v>(
+        &self,
+        values: &'v [f64],
+    ) -> Result<(&'v [f64], Option<f64>), Error> {
+        let mut count = 0;
+        for values_side_by_side in values.chunks(SIDE_BY_SIDE) {
+            let answers = self.passes(values_side_by_side)?;
+            let first = answers.iter().position(|passes| !passes);
+            count += first.unwrap_or(answers.len());
+            if first.is_some() {
+                break;
             }
         }
-        Ok((last, None))
+        Ok((&values[..count], values.get(count).copied()))
     }
 
     /// Returns the nearest change, among neighbours of `points`, from the answer at present, `now`: halved
