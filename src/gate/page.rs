@@ -38,6 +38,7 @@ pub type ReportFolders = BTreeMap<usize, String>;
 pub fn render(summary: &GateSummary, reports: &ReportFolders) -> String {
     let frame = page::PageFrame {
         title: &format!("latchgate gate {}", summary.gate),
+        identity: "gate",
         style: STYLE,
         script: SCRIPT,
     };

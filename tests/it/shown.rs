@@ -80,8 +80,10 @@ fn instants(document: &Document) -> BTreeSet<String> {
     let nominal = runs
         .filter_map(|run| run.first_crossing_s)
         .map(|at| format!("at {}", opening::nominal_instant(at)));
-    let named = document.opens.iter().map(|opens| {
-        let sentence = opening::sentence(opens);
+    let openings = document.opens.iter();
+    let openings = openings.chain(document.opens_by_direction.values());
+    let named = openings.map(|opens| {
+        let sentence = opening::sentence(opens, opening::OPENS);
         let instant = sentence.trim_start_matches("opens ");
         instant.split(" (").next().unwrap_or(instant).to_string()
     });

@@ -609,7 +609,7 @@ fn verif_a_blocking_finding_after_the_crossing_keeps_the_fail() {
             "nominal-runs-only",
         ],
     );
-    let unusable = ["clipping", "threshold-crossed", "nominal-runs-only"];
+    let unusable = ["clipping"];
     check_answer(&with(Some(crossing)), Answer::Unusable, &unusable);
     check_answer(&with(Some(0.0)), Answer::Unusable, &unusable);
     check_answer(&with(Some(-0.05)), Answer::Unusable, &unusable);
@@ -624,6 +624,17 @@ fn verif_a_blocking_finding_after_the_crossing_keeps_the_fail() {
         &options(ModelChoice::Auto, NEGATIVE),
     );
     assert_eq!(both.answer, Answer::Unusable);
+    // Where the opening direction is not declared, the one that fails before the fault is named.
+    let undeclared = judge(
+        &signal,
+        &blocking(Some(crossing + 0.002)),
+        &Design::reference(),
+        &options(ModelChoice::Auto, Polarity::Undeclared),
+    );
+    let expected = ["clipping", "failed-before-fault"];
+    check_answer(&undeclared, Answer::Unusable, &expected);
+    let text = &undeclared.why[1].text;
+    assert!(text.starts_with("If negative acceleration opens"), "{text}");
 }
 
 #[test]

@@ -135,6 +135,9 @@ pub struct Document {
     /// When the lever opens; `None` where no run crosses, and where the recording is unusable.
     #[serde(default)]
     pub opens: Option<Opening>,
+    /// The same by opening direction, where two were judged.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub opens_by_direction: BTreeMap<OpensWhen, Opening>,
     /// The ensemble of the stop and polarity with the largest nominal peak; `None` where only
     /// nominal runs are judged.
     pub ensemble: Option<Ensemble>,

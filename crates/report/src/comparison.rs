@@ -51,7 +51,7 @@ pub fn subject(document: &Document) -> String {
     let channel = recording.channel.as_ref();
     let channel = channel.map_or_else(String::new, |channel| format!(", channel {channel}"));
     let design = words::design(&document.design);
-    format!("{}{channel}, design {design}", recording.file)
+    format!("{}{channel}, design: {design}", recording.file)
 }
 
 /// Says what was changed and what that did: `preload torque 0.1 → 5 N·m, all else equal: FAIL → PASS`.

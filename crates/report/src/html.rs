@@ -45,10 +45,10 @@ pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[
         words::answer(document.verdict),
         document.recording.file
     );
-    let style = sheet::of_report(&name);
     let frame = PageFrame {
         title: &title,
-        style: &style,
+        identity: &name,
+        style: sheet::REPORT,
         script: if data.is_some() { SCRIPT } else { "" },
     };
     let body = html! {
@@ -125,9 +125,11 @@ fn appendix(document: &Document, evidence: Option<&Evidence>, figures: &[Figure]
             }
             p.note { "Unfold what is to be printed with the report." }
             (fold("reasons", "Why", &card::why(document)))
-            (fold("runs", "Runs compared", &results::runs(document)))
-            (fold("impacts", "Impacts of the nominal run", &results::impacts(document)))
-            (fold("inputs", "What the peak is sensitive to", &ensemble::sensitivity(document, drivers)))
+            @if document.verdict != Answer::Unusable {
+                (fold("runs", "Runs compared", &results::runs(document)))
+                (fold("impacts", "Impacts of the nominal run", &results::impacts(document)))
+                (fold("inputs", "What the peak is sensitive to", &ensemble::sensitivity(document, drivers)))
+            }
             (fold("bounds", "Bounds that need no integration", &results::screens(document)))
             (fold("all-findings", "All findings", &results::findings(document)))
             (fold("plots", "Signal and response, all plots", &plots))

@@ -13,6 +13,7 @@
 //! - `html`: `report.html`: one file that opens offline, in light and dark, and prints on A4;
 //! - `margin`: what `latchgate margin` hands over: its text, and the files of its report;
 //! - `margin_words`: what the terminal and the page of a margin say of an answer in the same words;
+//! - `headline`: the first line of a verdict: what the lever does, or what would decide;
 //! - `opening`: the instant at which a lever opens, with the digits that its spread deserves;
 //! - `page`: what every page of ours begins and ends with;
 //! - `plot`: plots in SVG: the same drawing stands inline in the report and alone in a file;
@@ -28,6 +29,7 @@ pub mod codes;
 pub mod comparison;
 pub mod escape;
 mod folder;
+mod headline;
 pub mod html;
 pub mod margin;
 mod margin_words;

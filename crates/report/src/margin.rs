@@ -1,6 +1,6 @@
 //! What `latchgate margin` hands over: its text, and the files of its report.
 
-use super::margin_words::{advised, direction, never, preload_advice, titled};
+use super::margin_words::{advised, direction, headline, never, titled};
 use super::terminal::{Look, TerminalLines};
 use super::words;
 use super::{html, json, plot};
@@ -9,6 +9,7 @@ use latchgate_document::number::plain;
 use latchgate_kernel::units::shortest;
 use latchgate_recording::Severity;
 use latchgate_recording::error::Error;
+use latchgate_verdict::Answer;
 use latchgate_verdict::margin::{LimitPoint, Margins};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -104,7 +105,7 @@ fn limit_table(points: &[LimitPoint]) -> String {
 /// table, then what must be said of it. All boundaries and findings stand in the files.
 pub fn text(document: &MarginDocument, report: Option<&Path>, look: Look) -> String {
     let mut out = TerminalLines::new(look);
-    out.headline(document.verdict, &format!("{}.", preload_advice(document)));
+    out.headline(document.verdict, &headline(document));
     let recording = &document.recording;
     let channel = recording.channel.as_ref();
     let channel = channel.map_or(String::new(), |channel| format!(", channel {channel}"));
@@ -116,25 +117,8 @@ pub fn text(document: &MarginDocument, report: Option<&Path>, look: Look) -> Str
     let limit = words::limit_angle(document.threshold_rad);
     out.line("design", &format!("{design}; limit angle {limit}"));
     out.line("direction", &words::direction(recording));
-    out.blank();
-    out.table(&table(document));
-    out.blank();
-    for (index, note) in document.notes.iter().enumerate() {
-        out.line(if index == 0 { "notes" } else { "" }, note);
-    }
-    let never: Vec<String> = never(document)
-        .into_iter()
-        .map(|(title, _)| title)
-        .collect();
-    if !never.is_empty() {
-        let text = format!(
-            "{}: no value can be advised; the page says why",
-            never.join(", ")
-        );
-        out.line("never", &text);
-    }
-    if let Some(pulses) = half_sines(document) {
-        out.line("half-sine", &format!("just reaches the limit: {pulses}"));
+    if document.verdict != Answer::Unusable {
+        margins(&mut out, document);
     }
     let grave = document.findings.iter();
     let grave: Vec<_> = grave
@@ -157,6 +141,30 @@ pub fn text(document: &MarginDocument, report: Option<&Path>, look: Look) -> Str
         out.raw("report", &look.path(&report.join(PAGE_FILE)));
     }
     out.into_string()
+}
+
+/// Writes the table of margins and what must be said of it.
+fn margins(out: &mut TerminalLines, document: &MarginDocument) {
+    out.blank();
+    out.table(&table(document));
+    out.blank();
+    for (index, note) in document.notes.iter().enumerate() {
+        out.line(if index == 0 { "notes" } else { "" }, note);
+    }
+    let never: Vec<String> = never(document)
+        .into_iter()
+        .map(|(title, _)| title)
+        .collect();
+    if !never.is_empty() {
+        let text = format!(
+            "{}: no value can be advised; the page says why",
+            never.join(", ")
+        );
+        out.line("never", &text);
+    }
+    if let Some(pulses) = half_sines(document) {
+        out.line("half-sine", &format!("just reaches the limit: {pulses}"));
+    }
 }
 
 /// Findings that the terminal shows.

@@ -3,6 +3,7 @@
 use latchgate_document::margin_document::MarginDocument;
 use latchgate_document::number::plain;
 use latchgate_kernel::units::shortest;
+use latchgate_verdict::Answer;
 use latchgate_verdict::margin::{Margin, Quantity};
 
 /// Returns a bracket with as many digits as tell its ends apart, 17 at most.
@@ -20,11 +21,14 @@ pub(super) fn change(answer: &Margin) -> Option<String> {
     Some(format!("{sign}{} %", plain(percent, 3)))
 }
 
-/// Returns the advice on the preload, as a replay gives it.
-pub(super) fn preload_advice(document: &MarginDocument) -> &str {
+/// Returns the first sentence: the advice on the preload, as a replay gives it.
+pub(super) fn headline(document: &MarginDocument) -> String {
+    if document.verdict == Answer::Unusable {
+        return "No margin: a blocking finding makes the recording unusable.".into();
+    }
     let mut answers = document.answers.iter();
     let preload = answers.find(|answer| answer.quantity == Quantity::Preload);
-    preload.map_or("", |answer| &answer.advice.text)
+    preload.map_or_else(String::new, |answer| format!("{}.", answer.advice.text))
 }
 
 /// Returns the name of a quantity with its unit.

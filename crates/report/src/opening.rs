@@ -3,7 +3,7 @@
 use latchgate_document::Document;
 use latchgate_document::number::trimmed;
 use latchgate_kernel::replay::Run;
-use latchgate_verdict::Opening;
+use latchgate_verdict::{Answer, Opening};
 
 /// A spread above this part of the median, and above [`SPREAD_S`], is shown as a span [-].
 const SPREAD_PART: f64 = 0.02;
@@ -16,6 +16,20 @@ const FINEST_S: f64 = 1e-5;
 
 /// From here on an instant is shown in seconds [s].
 const LONG_S: f64 = 10.0;
+
+/// What stands before an instant of opening that is certain.
+pub const OPENS: &str = "opens";
+
+/// What stands before one that is not.
+pub const MAY_OPEN: &str = "may open";
+
+/// Returns what stands before an instant of opening under an answer.
+pub fn opens_or_may(answer: Answer) -> &'static str {
+    match answer {
+        Answer::Undecided => MAY_OPEN,
+        _ => OPENS,
+    }
+}
 
 /// First and last instant between which nine of ten varied levers that open do so.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,16 +49,21 @@ pub fn span(opens: &Opening) -> Option<OpeningSpan> {
 
 /// Says when the lever opens: `opens at 14.4 ms`, `opens between 77 and 104 ms (9 of 10 varied levers)`, or
 /// how many varied levers do where the nominal one does not.
-pub fn sentence(opens: &Opening) -> String {
+///
+/// `verb` is `opens` or `may open`.
+pub fn sentence(opens: &Opening, verb: &str) -> String {
     if opens.first_s.is_none() {
         return format!("{} of {} varied levers open", opens.exceeded, opens.members);
     }
     match span(opens) {
         Some(_) if opens.exceeded < opens.members => {
-            format!("opens {} (9 of 10 varied levers that open)", instant(opens))
+            format!(
+                "{verb} {} (9 of 10 varied levers that open)",
+                instant(opens)
+            )
         }
-        Some(_) => format!("opens {} (9 of 10 varied levers)", instant(opens)),
-        None => format!("opens {}", instant(opens)),
+        Some(_) => format!("{verb} {} (9 of 10 varied levers)", instant(opens)),
+        None => format!("{verb} {}", instant(opens)),
     }
 }
 
@@ -76,7 +95,7 @@ fn instant(opens: &Opening) -> String {
 /// As [`sentence`] in a cell of a table: `14.4 ms`, `77 … 104 ms`.
 pub fn cell(opens: &Opening) -> String {
     if opens.first_s.is_none() {
-        return sentence(opens);
+        return sentence(opens, OPENS);
     }
     let text = instant(opens);
     let text = text
@@ -95,12 +114,18 @@ pub fn nominal_instant(seconds: f64) -> String {
 /// crosses; `None` if it does not.
 pub fn of_run(document: &Document, run: &Run) -> Option<String> {
     let crossing = run.first_crossing_s?;
+    let of_run = |model, opens_when| (model, opens_when) == (run.model, run.opens_when);
     let named = document
         .opens
-        .filter(|opens| (opens.model, opens.opens_when) == (run.model, run.opens_when));
+        .iter()
+        .chain(document.opens_by_direction.values())
+        .find(|opens| of_run(opens.model, opens.opens_when) && opens.first_s.is_some());
+    let mut answers = document.answers.iter();
+    let own = answers.find(|answer| of_run(answer.model, answer.opens_when));
+    let verb = opens_or_may(own.map_or(document.verdict, |own| own.answer));
     Some(match named {
-        Some(opens) if opens.first_s.is_some() => sentence(&opens),
-        _ => format!("opens at {} (nominal lever)", nominal_instant(crossing)),
+        Some(opens) => sentence(opens, verb),
+        None => format!("{verb} at {} (nominal lever)", nominal_instant(crossing)),
     })
 }
 
@@ -154,7 +179,7 @@ mod tests {
             exceeded,
         };
         let plain = |text: String| text.replace('\u{00A0}', " ");
-        assert_eq!(plain(sentence(&opens)), expected);
+        assert_eq!(plain(sentence(&opens, "opens")), expected);
         assert_eq!(plain(cell(&opens)), expected_cell);
     }
 
@@ -189,7 +214,7 @@ mod tests {
             members: 512,
             exceeded: 7,
         };
-        assert_eq!(sentence(&opens), "7 of 512 varied levers open");
+        assert_eq!(sentence(&opens, "opens"), "7 of 512 varied levers open");
         assert_eq!(cell(&opens), "7 of 512 varied levers open");
     }
 }

@@ -12,6 +12,8 @@ use sha2::{Digest, Sha256};
 pub struct PageFrame<'a> {
     /// Title.
     pub title: &'a str,
+    /// What the foot of every printed page names; letters, digits, blanks, `-`, `_` and `.` alone.
+    pub identity: &'a str,
     /// Style rules.
     pub style: &'a str,
     /// Script; the page is to be complete without it.
@@ -22,7 +24,7 @@ impl PageFrame<'_> {
     /// Returns the page up to and with the opening of its body. A content security policy lets its
     /// own style and script run and nothing else.
     pub fn head(&self) -> String {
-        let style = format!("{}{}", sheet::style(""), self.style);
+        let style = format!("{}{}", sheet::style(self.identity), self.style);
         let (of_style, of_script) = (hash(&style), hash(self.script));
         let title = escape::markup(self.title);
         format!(

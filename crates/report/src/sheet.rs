@@ -16,11 +16,6 @@ pub(super) fn style(identity: &str) -> String {
     )
 }
 
-/// Returns the rules that a report adds to those of all pages.
-pub(super) fn of_report(identity: &str) -> String {
-    format!("{}{REPORT}", foot(identity))
-}
-
 fn foot(identity: &str) -> String {
     format!(
         "@page{{size:A4;margin:13mm 15mm 15mm;\
@@ -33,5 +28,5 @@ const PAGE: &str = include_str!("sheet/page.css");
 
 const PRINT: &str = include_str!("sheet/print.css");
 
-/// Rules of the report alone.
-const REPORT: &str = include_str!("sheet/report.css");
+/// Rules that reports and comparisons add.
+pub(super) const REPORT: &str = include_str!("sheet/report.css");

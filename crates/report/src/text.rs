@@ -2,7 +2,7 @@
 
 use super::terminal::{self, Look, TerminalLines};
 use super::{REPORT_FILE, VERDICT_FILE};
-use super::{opening, words};
+use super::{headline, opening, words};
 use latchgate_document::Document;
 use latchgate_document::number::plain;
 use latchgate_recording::{Finding, Severity};
@@ -26,7 +26,7 @@ pub fn render(document: &Document, report: Option<&Path>, look: Look) -> String 
 /// came about.
 pub fn answer(document: &Document, look: Look) -> String {
     let mut out = TerminalLines::new(look);
-    out.headline(document.verdict, &words::headline(document));
+    out.headline(document.verdict, &headline::headline(document));
     let recording = &document.recording;
     let channel = recording.channel.as_ref();
     let channel = channel.map_or(String::new(), |channel| format!(", channel {channel}"));
@@ -41,7 +41,11 @@ pub fn answer(document: &Document, look: Look) -> String {
         out.line("test", first);
     }
     out.line("design", &words::design(&document.design));
-    if document.verdict != Answer::Unusable {
+    if document.verdict == Answer::Unusable {
+        if let Some(text) = words::before_fault(document) {
+            out.line("before", text);
+        }
+    } else {
         judged(&mut out, document);
     }
     findings(&mut out, document, look.detail);
@@ -105,6 +109,11 @@ fn judged(out: &mut TerminalLines, document: &Document) {
         out.line("varied", &text);
     }
     out.line("direction", &words::direction(&document.recording));
+    if let Some(conditioning) = &document.conditioning {
+        let signal = words::conditioned(conditioning);
+        let without = words::without_filter(document).unwrap_or_default();
+        out.line("signal", &format!("{signal}{without}"));
+    }
     if document.verdict == Answer::Pass {
         out.line("not seen", words::UNSEEN);
     }
@@ -195,11 +204,13 @@ fn detail(out: &mut TerminalLines, document: &Document) {
         .iter()
         .filter_map(|row| {
             let peak = words::degrees_cell(row.peak_angle_rad?, 3);
-            Some(format!("{} {peak}°", filter_name(row.filter)))
+            let answer = row.verdict.map_or("not possible", Answer::name);
+            Some(format!("{} {peak}° ({answer})", filter_name(row.filter)))
         })
         .collect();
     if !filters.is_empty() {
-        out.line("by filter", &filters.join(", "));
+        let text = format!("nominal lever alone: {}", filters.join(", "));
+        out.line("by filter", &text);
     }
     out.line("report id", &document.report_id);
 }

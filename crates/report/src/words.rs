@@ -16,9 +16,9 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::{Finding, Severity, TestFacts};
-use latchgate_verdict::decision::{FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES};
-use latchgate_verdict::ensemble::Driver;
-use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget, Reason, RunAnswer};
+use latchgate_verdict::conditioning::Cfc;
+use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
+use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget, RunAnswer};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -45,48 +45,8 @@ pub(super) fn spared(document: &Document) -> Option<Bound> {
     document.answers.iter().find(of_run)?.bound
 }
 
-/// Returns what the verdict means in a sentence: what the lever does, or what would decide it, or
-/// why there is no answer. Without an ensemble it claims no more than the nominal lever does.
-pub(super) fn headline(document: &Document) -> String {
-    let lever = match document.ensemble {
-        None if spared(document).is_none() => "The nominal lever",
-        _ => "The lever",
-    };
-    let first = document.why.first();
-    match (document.verdict, &document.nominal) {
-        (Answer::Pass, Some(_)) => {
-            let most = judged_runs(document).into_iter();
-            let most = most.map(|run| highest_rad(document, run));
-            let share = 100.0 * most.fold(0.0, f64::max) / document.threshold_rad;
-            // Rounded up, since it is a bound.
-            let share = if share > 10.0 {
-                share.ceil()
-            } else {
-                (10.0 * share).ceil() / 10.0
-            };
-            let share = trimmed(share, 3);
-            format!("{lever} stays: at most {share}\u{00A0}% of the limit angle, errors included.")
-        }
-        (Answer::Fail, Some(_)) => {
-            let Some(opens) = &document.opens else {
-                return format!("{lever} opens.");
-            };
-            let place = place(opens.model, opens.opens_when);
-            let sentence = opening::sentence(opens);
-            match sentence.strip_suffix(')') {
-                Some(open) => format!("{lever} {open}; {place})."),
-                None if opens.first_s.is_none() => format!("{sentence} ({place})."),
-                None => format!("{lever} {sentence} ({place})."),
-            }
-        }
-        (Answer::Undecided, _) => would_decide(document),
-        // The findings tell it in full.
-        _ => first.map_or_else(String::new, |reason| cause(document, reason)),
-    }
-}
-
 /// Returns every nominal run that counts.
-fn judged_runs(document: &Document) -> Vec<&Run> {
+pub(super) fn judged_runs(document: &Document) -> Vec<&Run> {
     let by_sign = document.polarities.values().flat_map(BTreeMap::values);
     let by_sign: Vec<&Run> = by_sign.collect();
     match (by_sign.is_empty(), document.models.is_empty()) {
@@ -97,7 +57,7 @@ fn judged_runs(document: &Document) -> Vec<&Run> {
 }
 
 /// Returns the largest angle that a run may come to in the record or after it, errors included [rad].
-fn highest_rad(document: &Document, run: &Run) -> f64 {
+pub(super) fn highest_rad(document: &Document, run: &Run) -> f64 {
     let answer = document
         .answers
         .iter()
@@ -121,34 +81,8 @@ pub(super) fn leading_run(document: &Document) -> Option<&Run> {
     runs.max_by(|one, other| highest(one).total_cmp(&highest(other)))
 }
 
-/// Returns from when on a recording is unusable, where that is known, and the cause without its remedy.
-fn cause(document: &Document, reason: &Reason) -> String {
-    let finding = document
-        .findings
-        .iter()
-        .find(|finding| finding.code == reason.code && finding.severity == Severity::Blocking);
-    let from = finding.and_then(|finding| finding.at_s);
-    let from = from.map_or_else(String::new, |at| format!("From {}: ", instant(at)));
-    let cause = sentence(first_clause(&reason.text));
-    shortened(&format!("{from}{cause}"), HEADLINE_LETTERS)
-}
-
-/// Returns a text up to its first semicolon or full stop, those of quoted words aside.
-fn first_clause(text: &str) -> &str {
-    let mut quoted = false;
-    let end = text.char_indices().find_map(|(at, letter)| {
-        quoted ^= letter == '"';
-        let ends = matches!(letter, ';' | '.') && text[at + 1..].starts_with(' ');
-        (ends && !quoted).then_some(at)
-    });
-    &text[..end.unwrap_or(text.len())]
-}
-
 /// What a pass does not say, since the samples of a recording cannot show it.
 pub const UNSEEN: &str = "no tool can tell a wrong sign, half the scale, half the time, or a wrong axis under a right name";
-
-/// Letters of a headline, at most.
-const HEADLINE_LETTERS: usize = 240;
 
 /// Returns a text cut between two words, where it has more letters than `most`.
 pub(super) fn shortened(text: &str, most: usize) -> String {
@@ -176,82 +110,6 @@ pub(super) fn first_sentences(text: &str, most: usize) -> String {
     }
 }
 
-/// Says what would decide an undecided verdict.
-fn would_decide(document: &Document) -> String {
-    let Some(first) = document.why.first() else {
-        return "Nothing decides.".into();
-    };
-    match &*first.code {
-        "polarity-decides" | "polarity-undeclared" => {
-            let each: Vec<String> = directions(document)
-                .into_iter()
-                .map(|row| format!("{} if {} acceleration opens", row.word, row.sign))
-                .collect();
-            format!(
-                "State the opening direction, the setting `opens_when`: {}.",
-                each.join(", ")
-            )
-        }
-        "stop-model-decides" => {
-            "The stops answer differently: state which one the latch has by the setting `model`."
-                .into()
-        }
-        "members-cross" | "few-members-cross" | "most-members-cross" => remedy_of_scatter(document),
-        "coast-reaches-limit" | "members-coast-beyond" => {
-            "The lever still moves where the record ends: a longer recording would decide.".into()
-        }
-        "uncertainty-spans-threshold" => remedy_of_error(document).into(),
-        _ => sentence(&first.text),
-    }
-}
-
-/// Says what would decide where the error of the peak spans the limit: the remedy of its largest part.
-fn remedy_of_error(document: &Document) -> &'static str {
-    let ErrorBudget {
-        numerical,
-        interpolation,
-        noise,
-        ..
-    } = document.error_budget_rad;
-    let interpolation = interpolation.unwrap_or(0.0);
-    let noise = NOISE_TIMES * noise.unwrap_or(0.0);
-    let numerical = numerical.unwrap_or(0.0);
-    if interpolation >= noise.max(numerical) {
-        "What lies between the samples is not known: a higher sample rate would decide."
-    } else if noise >= numerical {
-        "The noise hides the answer: a quieter channel or a finer recorder would decide."
-    } else {
-        "Impacts amplify the smallest errors: a design farther from the limit angle would decide."
-    }
-}
-
-/// Says what would decide where neither few nor most varied levers open: the remedy of what drives the peak
-/// most.
-fn remedy_of_scatter(document: &Document) -> String {
-    let farther = "a design farther from the limit angle would decide.";
-    let drivers = document.ensemble.iter().flat_map(|ensemble| {
-        let chance = ensemble.rank_correlation_by_chance.unwrap_or(1.0);
-        let strong = move |driver: &&Driver| {
-            driver
-                .rank_correlation
-                .is_some_and(|own| own.abs() > chance)
-        };
-        ensemble.drivers.iter().filter(strong)
-    });
-    let share = |driver: &&Driver| driver.share.unwrap_or(0.0);
-    match drivers.max_by(|one, other| share(one).total_cmp(&share(other))) {
-        Some(driver) if driver.parameter == "input.bias_g" => format!(
-            "The sensor's zero is known to ±{}\u{00A0}g only: a longer quiet stretch before contact, or the setting `bias`, would decide.",
-            trimmed(driver.standard_deviation, 2)
-        ),
-        Some(driver) => format!(
-            "The tolerance of the {} counts most: a smaller one, or {farther}",
-            parameter(&driver.parameter)
-        ),
-        None => capital(farther),
-    }
-}
-
 /// What an opening direction comes to.
 pub(super) struct DirectionRow {
     /// The sign of the recorded acceleration that opens.
@@ -275,20 +133,15 @@ pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
         let largest = stops.values().max_by(|one, other| {
             highest_rad(document, one).total_cmp(&highest_rad(document, other))
         });
-        let earliest = stops
-            .values()
-            .filter(|run| run.first_crossing_s.is_some())
-            .min_by(|one, other| {
-                let [one, other] = [one, other].map(|run| run.first_crossing_s.unwrap_or(0.0));
-                one.total_cmp(&other)
-            });
+        let does = match document.opens_by_direction.get(sign) {
+            Some(opens) if word == Answer::Fail.name() => opening::sentence(opens, opening::OPENS),
+            Some(opens) => opening::sentence(opens, opening::MAY_OPEN),
+            None => "the nominal lever stays".into(),
+        };
         DirectionRow {
             sign: sign.name(),
             word,
             text: largest.map_or_else(String::new, |run| {
-                let does = earliest
-                    .and_then(|run| opening::of_run(document, run))
-                    .unwrap_or_else(|| "the nominal lever stays".into());
                 format!("{does}, {}", peak(document, run))
             }),
         }
@@ -305,14 +158,6 @@ pub(super) fn direction(recording: &RecordingBlock) -> String {
             recording.opens_when_source.name()
         ),
         None => "not declared; both signs were judged".into(),
-    }
-}
-
-/// Returns what stands before an instant of opening: it is not certain of an undecided verdict.
-pub(super) fn opens_or_may(document: &Document) -> &'static str {
-    match document.verdict {
-        Answer::Undecided => "may open",
-        _ => "opens",
     }
 }
 
@@ -411,6 +256,24 @@ pub(super) fn conditioned(block: &ConditioningBlock) -> String {
         format!(", peak {}\u{00A0}g", trimmed(peak, 4))
     });
     format!("{filter}, {bias}{peak}")
+}
+
+/// Returns what the samples before a fault give, where that is a fail in one opening direction.
+pub(super) fn before_fault(document: &Document) -> Option<&str> {
+    let mut why = document.why.iter();
+    let reason = why.find(|reason| reason.code == "failed-before-fault")?;
+    Some(&reason.text)
+}
+
+/// Says what the recording answers without its filter, where that differs.
+pub(super) fn without_filter(document: &Document) -> Option<String> {
+    let chosen = document.conditioning.as_ref()?.filter?;
+    let answer = |filter: Option<Cfc>| {
+        let row = document.filters.iter().find(|row| row.filter == filter)?;
+        Some(row.verdict)
+    };
+    let (with, without) = (answer(Some(chosen))??, answer(None)??);
+    (with != without).then(|| format!("; without the filter: {}", without.name()))
 }
 
 /// Returns what is known of the test, names with values.
@@ -646,8 +509,8 @@ pub(super) fn report_name(document: &Document) -> String {
     digits.filter(char::is_ascii_alphanumeric).take(8).collect()
 }
 
-/// Returns the design's name with the keys that were overridden, their values and what these took
-/// the place of: `paper, modified: preload torque 5 N m (0.1)`.
+/// Returns the design's name, or that it is the paper's example, with the keys that were overridden, their values and what these took
+/// the place of: `cable lever, modified: preload torque 5 N·m (0.1)`.
 pub(super) fn design(design: &Design) -> String {
     let keys: Vec<String> = design
         .modified
@@ -657,10 +520,12 @@ pub(super) fn design(design: &Design) -> String {
     if design.repeats_reference() {
         return format!("{} (all values as in the paper's example)", design.name);
     }
-    if keys.is_empty() {
-        return design.name.clone();
+    match (design.is_reference_overridden(), keys.is_empty()) {
+        (true, true) => "the paper's example lever, no vehicle's".into(),
+        (true, false) => format!("the paper's example lever, modified: {}", keys.join("; ")),
+        (false, true) => design.name.clone(),
+        (false, false) => format!("{}, modified: {}", design.name, keys.join("; ")),
     }
-    format!("{}, modified: {}", design.name, keys.join("; "))
 }
 
 fn modified(design: &Design, key: &str) -> String {

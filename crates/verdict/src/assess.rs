@@ -49,6 +49,8 @@ pub struct Assessment {
     pub ensemble: Option<Ensemble>,
     /// When the lever opens.
     pub opens: Option<Opening>,
+    /// The same by opening direction, where two were judged; none of a direction in which no lever opens.
+    pub openings: BTreeMap<OpensWhen, Opening>,
     /// That of each stop and polarity that was not left out, where there are several.
     pub ensembles: Vec<Ensemble>,
     /// The nominal runs with one input moved by one standard deviation.
@@ -257,10 +259,16 @@ impl Assessing<'_> {
             budget::budget(setup, self.conditioned, &results, nominal, unfiltered_peak)?
         };
         let filters: Vec<FilterRow> = filtered.into_iter().map(|filtered| filtered.row).collect();
-        let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), &runs);
+        // What comes of faulty samples says nothing.
+        let telling = if answer == Answer::Unusable {
+            &[]
+        } else {
+            &runs[..]
+        };
+        let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), telling);
         findings.extend(filters::filter_decides(&filters, setup.threshold_rad()));
         let outside = setup.crossing_outside(&runs)?;
-        findings.extend(outside.map(|at| crossing_outside_window(at, design)));
+        findings.extend(outside.map(|at| crossing_outside_window(at)));
         let window = policy.window_s.into_iter();
         findings
             .extend(window.filter_map(|span| window_in_milliseconds(span, setup.signal.end_s())));
@@ -270,15 +278,16 @@ impl Assessing<'_> {
         } else {
             self.what_if(&results)?
         };
-        let opens = match answer {
-            // What faulty samples come to is no event.
-            Answer::Unusable => None,
-            _ => opening::opening(
+        let openings = match answer {
+            // What comes of faulty samples is no event.
+            Answer::Unusable => BTreeMap::new(),
+            _ => opening::by_direction(
                 &self.usable(),
                 self.scatter.as_ref().filter(|_| !brief),
                 &results,
             )?,
         };
+        let opens = opening::earliest(openings.values());
         let evidence = self.evidence(&results, nominal)?;
         let work_limit = setup.work.limit_reached();
         findings.extend(work_limit.map(work_limit_reached));
@@ -295,6 +304,7 @@ impl Assessing<'_> {
             budget: &budget,
             noise: self.conditioned.noise,
             what_if: &[],
+            opens: opens.as_ref(),
         };
         if brief && reasons::inputs_may_come_first(&case) {
             what_if = self.what_if(&results)?;
@@ -311,6 +321,10 @@ impl Assessing<'_> {
             answers: runs.iter().map(of_each).collect(),
             ensemble: nominal.ensemble.clone(),
             opens,
+            openings: match policy.polarity.signs() {
+                [_, _, ..] => openings,
+                _ => BTreeMap::new(),
+            },
             word_missing: false,
             whole: self.span == UsableSpan::Whole,
             what_if,

@@ -13,6 +13,7 @@ pub mod bounds;
 pub mod draw;
 pub(super) mod drivers;
 
+use super::Answer;
 use super::decision::ShareBounds;
 use super::policy::Variant;
 pub use bounds::LOOKS;
@@ -73,6 +74,9 @@ pub struct Driver {
     pub rank_correlation: Option<f64>,
     /// Its square by the sum of all squares [-].
     pub share: Option<f64>,
+    /// What the rule says of the members alone whose draw lies within a quarter of a standard deviation: the
+    /// answer if this parameter were known so much better.
+    pub answer_if_known: Answer,
 }
 
 /// Why an ensemble ended.
@@ -148,14 +152,31 @@ impl Ensemble {
         }
     }
 
-    /// Works out how the peaks of its members are spread and what drives them.
-    pub(super) fn spread(&mut self, scatter: &Scatter, members: &MemberPeaks) {
+    /// Works out how the peaks of its members are spread and what drives them; `answer` is what the rule says
+    /// of a share.
+    pub(super) fn spread(
+        &mut self,
+        scatter: &Scatter,
+        members: &MemberPeaks,
+        threshold_rad: f64,
+        answer: impl Fn(ShareBounds) -> Answer,
+    ) {
+        /// How well a parameter is taken to be known instead [standard deviations].
+        const KNOWN: f64 = 0.25;
         let peaks = members.window_rad.as_slice();
         self.peak_angle_rad = drivers::quantiles(peaks);
         self.drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
             let member = u32::try_from(member).unwrap_or(u32::MAX);
             scatter.draw(member, &scatter.parameters[parameter])
         });
+        for driver in &mut self.drivers {
+            let mut parameters = scatter.parameters.iter();
+            let parameter = parameters.find(|parameter| parameter.name == driver.parameter);
+            let near = members.filtered(|member| {
+                parameter.is_some_and(|own| scatter.draw(member, own).abs() <= KNOWN)
+            });
+            driver.answer_if_known = answer(near.count(threshold_rad).share());
+        }
     }
 
     /// Returns the bounds of the share that exceeds the threshold.
@@ -443,6 +464,20 @@ pub(super) struct MemberPeaks {
 }
 
 impl MemberPeaks {
+    /// Returns the peaks of those members for which `keeps` holds.
+    fn filtered(&self, keeps: impl Fn(u32) -> bool) -> Self {
+        let indices = (0..self.window_rad.len())
+            .filter(|index| keeps(u32::try_from(*index).unwrap_or(u32::MAX)));
+        let (window_rad, highest_rad) = indices
+            .map(|index| (self.window_rad[index], self.highest_rad[index]))
+            .unzip();
+        Self {
+            window_rad,
+            highest_rad,
+            crossings_s: Vec::new(),
+        }
+    }
+
     /// Counts the members that exceed the threshold.
     pub(super) fn count(&self, threshold_rad: f64) -> Count {
         Count::with_coast(&self.window_rad, &self.highest_rad, threshold_rad)

@@ -86,7 +86,7 @@ impl Faults {
             Finding::warning(
                 "fault-after-window",
                 format!(
-                    "What blocks a verdict from {} on lies after the end of the judged window and does not count; the verdict says nothing about what follows the window.",
+                    "The recording is faulty from {} on, after the judged window. The verdict is about the window alone.",
                     instant(at)
                 ),
             )
@@ -96,7 +96,7 @@ impl Faults {
             Finding::warning(
                 "fault-reaches-window",
                 format!(
-                    "What blocks a verdict from {} on lies after the end of the judged window, but bias, filter or resampling carry it into the window; a filter without phase does so by {}. End the window earlier, or take the bias from other samples.",
+                    "The recording is faulty from {} on, after the judged window. Bias, filter or resampling carry the fault into it, the filter by {}. End the window earlier, or take the bias from other samples.",
                     instant(at),
                     instant(self.reach_s)
                 ),

@@ -2,7 +2,7 @@
 //! no longer change the answer.
 
 use super::Answer;
-use super::decision::{ShareBounds, VariantRun, reachable, settled};
+use super::decision::{ShareBounds, VariantRun, decide, reachable, settled};
 use super::ensemble::{self, Count, End, MemberPeaks, Scatter};
 use super::policy::{AssessDetail, Variant};
 use super::runs::RunSetup;
@@ -147,7 +147,10 @@ pub(super) fn run_ensembles(
             let mut summed =
                 ensemble::summarise(scatter, &of.peaks, threshold, result.variant, end, until_s);
             if setup.detail == AssessDetail::Whole {
-                summed.spread(scatter, &of.peaks);
+                let estimate = result.counted().estimate();
+                summed.spread(scatter, &of.peaks, threshold, |share| {
+                    decide(&estimate, threshold, Some(share))
+                });
             }
             summed
         });

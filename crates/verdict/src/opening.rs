@@ -10,6 +10,7 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// The instant at which the lever first exceeds the limit angle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -32,15 +33,43 @@ pub struct Opening {
     pub exceeded: u32,
 }
 
-/// Finds the earliest nominal run that crosses, or, where none does, the stop and sign of which most varied
-/// levers cross. A stop and sign whose ensemble was not needed for the verdict is asked here for as many
-/// levers as the first look takes.
-pub(super) fn opening(
+/// Returns when the lever opens in each opening direction in which a nominal or varied lever does.
+pub(super) fn by_direction(
     setup: &RunSetup<'_>,
     scatter: Option<&Scatter>,
     results: &[VariantResult],
+) -> Result<BTreeMap<OpensWhen, Opening>, Error> {
+    let mut openings = BTreeMap::new();
+    for sign in setup.policy.polarity.signs() {
+        let results = results.iter();
+        let of_sign: Vec<&VariantResult> = results
+            .filter(|result| result.variant.opens_when == *sign)
+            .collect();
+        let opening = opening(setup, scatter, &of_sign)?;
+        openings.extend(opening.map(|opening| (*sign, opening)));
+    }
+    Ok(openings)
+}
+
+/// Returns the opening of the earliest nominal run; where none crosses, that of most varied levers.
+pub(super) fn earliest<'a>(openings: impl Iterator<Item = &'a Opening>) -> Option<Opening> {
+    openings.copied().min_by(|one, other| {
+        let first = |opening: &Opening| opening.first_s.unwrap_or(f64::INFINITY);
+        first(one)
+            .total_cmp(&first(other))
+            .then(other.exceeded.cmp(&one.exceeded))
+    })
+}
+
+/// Finds the earliest nominal run that crosses, or, where none does, the stop of which most varied levers
+/// cross. A stop whose ensemble was not needed for the verdict is asked here for as many levers as the first
+/// look takes.
+fn opening(
+    setup: &RunSetup<'_>,
+    scatter: Option<&Scatter>,
+    results: &[&VariantResult],
 ) -> Result<Option<Opening>, Error> {
-    let crossing = |result: &&VariantResult| result.counted().run().first_crossing_s.is_some();
+    let crossing = |result: &&&VariantResult| result.counted().run().first_crossing_s.is_some();
     let instant = |result: &VariantResult| result.counted().run().first_crossing_s;
     let earliest = results.iter().filter(crossing).min_by(|one, other| {
         let [one, other] = [one, other].map(|result| instant(result).unwrap_or(f64::NAN));

@@ -4,19 +4,19 @@
 //! the order of their weight. They share the case that they explain.
 
 use super::decision::{
-    FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES, PASS_SHARE_MAX, VariantRun,
+    FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES, PASS_SHARE_MAX, VariantRun, unanimous,
 };
 use super::ensemble::Ensemble;
 use super::faults::Faults;
-use super::policy::{ModelChoice, Polarity, Policy};
+use super::opening::Opening;
+use super::policy::{ModelChoice, Polarity, Policy, Variant};
 use super::variant::VariantResult;
 use super::what_if::{Change, ChangedSide, WhatIf};
-use super::wording::{angle, angle_error, briefly, describe, instant, percent, sentence, signed};
+use super::wording::{angle, brief_instant, degrees, instant, percent, place, sentence, signed};
 use super::{Answer, ErrorBudget, Reason};
 use crate::conditioning::Noise;
 use latchgate_kernel::model::Design;
-use latchgate_kernel::replay::Run;
-use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, plain};
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, plain, short};
 use latchgate_recording::{Finding, Severity};
 use std::f64::consts::FRAC_PI_2;
 
@@ -38,11 +38,27 @@ pub(super) struct Explained<'a> {
     pub(super) budget: &'a ErrorBudget,
     pub(super) noise: Noise,
     pub(super) what_if: &'a [WhatIf],
+    /// When the lever opens; `None` of an unusable recording.
+    pub(super) opens: Option<&'a Opening>,
 }
 
 impl Explained<'_> {
     fn threshold_rad(&self) -> f64 {
         self.design.criterion.threshold_rad
+    }
+
+    /// The stop and opening direction that the figures speak of: of a pass that which comes nearest to the
+    /// limit angle, errors included, else the nominal one.
+    fn leading(&self) -> &VariantResult {
+        if self.answer != Answer::Pass {
+            return self.nominal;
+        }
+        let highest = |result: &VariantResult| {
+            result.run.run().peak_angle_rad.max(0.0) + result.run.uncertainty_rad()
+        };
+        let results = self.results.iter();
+        let leading = results.max_by(|one, other| highest(one).total_cmp(&highest(other)));
+        leading.unwrap_or(self.nominal)
     }
 }
 
@@ -57,7 +73,7 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
         reasons.extend(case.work_limit.map(|limit| Reason {
             code: "work-limit".into(),
             text: format!(
-                "An answer would take more than {limit} steps, the limit `work`. Ask for fewer levers with the setting `members`, or raise it with the setting `limit` = work={}.",
+                "An answer takes more than {limit} steps, the limit `work`. Raise it: the setting `limit` = work={}. Or ask for fewer varied levers with the setting `members`.",
                 limit.saturating_mul(10)
             ),
         }));
@@ -76,7 +92,10 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
     if by_members {
         reasons.extend(ensemble(case));
     }
-    reasons.push(peak(case));
+    // What comes of faulty samples is no event.
+    if case.answer != Answer::Unusable {
+        reasons.push(peak(case));
+    }
     if case.answer != Answer::Undecided {
         reasons.extend(others_not_followed(case));
     }
@@ -84,36 +103,32 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
     reasons.extend(case.outside.map(|at| Reason {
         code: "crossing-outside-window".into(),
         text: format!(
-            "Outside the judged window the lever crosses the limit, first at {}: this verdict is not about that.",
+            "Outside the judged window the lever opens, first at {}. This verdict is not about that.",
             instant(at)
         ),
     }));
     reasons.extend(case.faults.late.map(|at| Reason {
         code: "fault-after-window".into(),
         text: format!(
-            "From {} on, after the judged window, the recording is faulty: this verdict is not about what follows the window.",
+            "From {} on, after the judged window, the recording is faulty. This verdict is about the window alone.",
             instant(at)
         ),
     }));
-    if case.answer != Answer::Undecided {
+    if !matches!(case.answer, Answer::Undecided | Answer::Unusable) {
         if !by_members {
             reasons.extend(ensemble(case));
         }
         reasons.extend(deciding_inputs(case));
+        reasons.extend(coast(case));
+        reasons.extend(disagreement(case));
     }
     if case.answer != Answer::Unusable {
-        if case.answer != Answer::Undecided {
-            reasons.extend(coast(case));
-        }
-        if case.answer != Answer::Undecided {
-            reasons.extend(disagreement(case));
-        }
         reasons.extend(uncertainty(case));
     }
-    if case.policy.members == 0 {
+    if case.policy.members == 0 && case.answer != Answer::Unusable {
         reasons.push(Reason {
             code: "nominal-runs-only".into(),
-            text: "Only nominal runs were judged, as with the setting `members` = 0: the scatter of lever, stop and sensor is not part of this verdict.".into(),
+            text: "No varied lever was asked (the setting `members` = 0). The scatter of lever, stop and sensor is not judged.".into(),
         });
     }
     reasons
@@ -149,15 +164,12 @@ fn ensemble(case: &Explained<'_>) -> Option<Reason> {
         .map(|ensemble| who_cross(ensemble, case.answer))
         .collect();
     let until = own.judged_until_s.map_or_else(String::new, |at| {
-        format!(" on the samples up to {}", instant(at))
+        format!(" Judged on the samples up to {}.", instant(at))
     });
     let (code, rule) = rule_of_shares(case.answer, own, &named);
     Some(Reason {
         code: code.into(),
-        text: format!(
-            "Scattered as design and input are uncertain, the limit is crossed{until} by {}; {rule}.",
-            list.join("; by ")
-        ),
+        text: format!("{} {rule}.{until}", list.join(" ")),
     })
 }
 
@@ -167,9 +179,9 @@ fn spared(case: &Explained<'_>) -> Option<Reason> {
     Some(Reason {
         code: "no-member-can-cross".into(),
         text: format!(
-            "Scattered as design and input are uncertain, no lever can cross the limit: the loosest of them {} ({}).",
+            "No varied lever can open: the loosest of them {} ({}).",
             bound.name(),
-            briefly(case.nominal.variant)
+            place(case.nominal.variant)
         ),
     })
 }
@@ -187,10 +199,10 @@ fn who_cross(ensemble: &Ensemble, answer: Answer) -> String {
         Answer::Undecided | Answer::Unusable => format!("{lower} to {upper} %"),
     };
     format!(
-        "{} of {} levers{lost}, {share} of all such ({})",
+        "{} of {} varied levers open{lost}: {share} of all ({}).",
         ensemble.exceeded,
         ensemble.members,
-        briefly(ensemble.variant()),
+        place(ensemble.variant()),
     )
 }
 
@@ -199,22 +211,22 @@ fn rule_of_shares(answer: Answer, own: &Ensemble, named: &[&Ensemble]) -> (&'sta
     let (pass, fail) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_WITH_NOMINAL));
     let nearly_all = percent(FAIL_SHARE_MIN);
     match answer {
-        Answer::Pass => ("few-members-cross", format!("a pass allows {pass} %")),
+        Answer::Pass => ("few-members-cross", format!("A pass allows {pass} %")),
         Answer::Fail if own.p_lower >= FAIL_SHARE_MIN => {
-            ("most-members-cross", format!("a fail needs {nearly_all} %"))
+            ("most-members-cross", format!("A fail needs {nearly_all} %"))
         }
         Answer::Fail => (
             "most-members-cross",
-            format!("a fail needs more than {fail} % if the nominal lever crosses"),
+            format!("A fail needs more than {fail} % where the nominal lever opens"),
         ),
         Answer::Undecided if named.iter().all(|ensemble| few_cross(ensemble)) => (
             "few-members-cross",
-            format!("a pass allows {pass} %, but that is not all it asks"),
+            format!("A pass allows {pass} %, and asks for more than that"),
         ),
         Answer::Undecided | Answer::Unusable => (
             "members-cross",
             format!(
-                "a pass allows {pass} %, a fail needs more than {fail} % and a nominal lever that crosses, or {nearly_all} %"
+                "A pass allows {pass} %. A fail needs {nearly_all} %, or more than {fail} % and a nominal lever that opens"
             ),
         ),
     }
@@ -241,20 +253,20 @@ fn noise(case: &Explained<'_>) -> Option<Reason> {
     let (what, cure) = if case.noise.is_rounding() {
         (
             format!("The recorder's step of {} g", in_g(step_m_s2)),
-            "a finer recorder",
+            "finer recorder",
         )
     } else {
         (
             format!("The noise before contact, {} g,", in_g(deviation_m_s2)),
-            "a quieter channel",
+            "quieter channel",
         )
     };
     Some(Reason {
         code: "noise-decides".into(),
         text: format!(
-            "{what} decides here: it moves the peak by {} (one standard deviation; {}). This is not decidable from this recording; {cure} would tell.",
-            angle(decided.run.noise_rad, 2),
-            briefly(decided.variant)
+            "{what} decides: it moves the largest angle by {} (one standard deviation; {}). A {cure} would decide.",
+            degrees(decided.run.noise_rad, 2),
+            place(decided.variant)
         ),
     })
 }
@@ -269,8 +281,8 @@ fn undeclared(case: &Explained<'_>) -> Option<Reason> {
     Some(Reason {
         code: "polarity-undeclared".into(),
         text: format!(
-            "The sign that opens is not declared, and neither polarity answers by itself: {}. State it with the setting `opens_when`.",
-            each(case)
+            "The opening direction is not declared: {}. State it with the setting `opens_when`.",
+            each_direction(case)
         ),
     })
 }
@@ -293,11 +305,11 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
             };
             let (side, before) = side(case, what_if)?;
             Some(format!(
-                "{how} ({} g), {} instead of {} ({})",
+                "{how} ({} g) gives {} instead of {} ({})",
                 signed(what_if.change),
-                angle(side.peak_angle_rad, 4),
-                angle(before, 4),
-                briefly(side.variant()),
+                degrees(side.peak_angle_rad, 3),
+                degrees(before, 3),
+                place(side.variant()),
             ))
         })
         .collect();
@@ -306,7 +318,7 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
         reasons.push(Reason {
             code: "bias-decides".into(),
             text: format!(
-                "The bias decides on which side of the limit a nominal lever stays: {}.",
+                "The bias decides whether a nominal lever opens: {}.",
                 bias.join("; ")
             ),
         });
@@ -322,7 +334,7 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
                 "{} {} ({})",
                 what_if.input,
                 signed(what_if.change),
-                angle(side.peak_angle_rad, 4)
+                degrees(side.peak_angle_rad, 3)
             ))
         })
         .collect();
@@ -330,7 +342,7 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
         reasons.push(Reason {
             code: "tolerance-decides".into(),
             text: format!(
-                "One standard deviation of a single tolerance takes a nominal lever across the limit: {}.",
+                "One standard deviation of one tolerance decides whether a nominal lever opens: {}.",
                 others.join(", ")
             ),
         });
@@ -362,75 +374,69 @@ fn blocking(findings: &[Finding]) -> impl Iterator<Item = Reason> + '_ {
         })
 }
 
+/// Says when the lever opens, and the largest angle.
 fn peak(case: &Explained<'_>) -> Reason {
-    let nominal = &case.nominal.run;
-    let run = nominal.run();
-    let threshold = case.threshold_rad();
-    let place = describe(case.nominal.variant, case.policy);
-    if nominal.outcome.broke_down {
-        return not_followed(run.method.name(), &place);
+    let leading = case.leading();
+    let run = leading.run.run();
+    let largest_place = place(leading.variant);
+    if case.nominal.run.outcome.broke_down {
+        return not_followed(run.method.name(), &largest_place);
     }
-    // What is found on faulty samples is told, but not as if it were known.
-    let (lever, proviso) = if case.answer == Answer::Unusable {
+    let largest = if run.peak_angle_rad > FRAC_PI_2 {
+        format!("The largest angle is more than 90° ({largest_place})")
+    } else {
+        let ratio = run.peak_angle_rad / case.threshold_rad();
+        let share = if ratio > 1.0 {
+            format!("{} times", short(ratio, 2))
+        } else {
+            format!("{} % of", short(100.0 * ratio, 3))
+        };
+        format!(
+            "The largest angle is {} at {} ({largest_place}), {share} the limit angle",
+            angle(run.peak_angle_rad, 3),
+            brief_instant(run.peak_time_s),
+        )
+    };
+    let first = case.opens.filter(|opens| opens.first_s.is_some());
+    let (code, text) = if let Some(opens) = first {
+        let opening_place = place(Variant {
+            model: opens.model,
+            opens_when: opens.opens_when,
+        });
+        let instant = brief_instant(opens.first_s.unwrap_or(f64::NAN));
+        let verb = match case.answer {
+            Answer::Fail => "opens",
+            _ => "may open",
+        };
         (
-            "With the faulty samples taken as they are, the lever",
-            "; no verdict rests on that",
+            "threshold-crossed",
+            format!("The nominal lever {verb} first at {instant} ({opening_place}). {largest}."),
+        )
+    } else if run.peak_angle_rad > 0.0 {
+        (
+            "threshold-not-crossed",
+            format!("{largest}.{}", coast_words(run.coast_peak_angle_rad)),
         )
     } else {
-        ("The lever", "")
-    };
-    let (code, text) = match run.first_crossing_s {
-        Some(crossing) => (
-            "threshold-crossed",
-            format!(
-                "crosses the limit of {threshold} rad at {} and reaches {}{} ({place})",
-                instant(crossing),
-                angle(run.peak_angle_rad, 4),
-                how_far(run, threshold),
-            ),
-        ),
-        None if run.peak_angle_rad > 0.0 => (
-            "threshold-not-crossed",
-            format!(
-                "reaches at most {} rad, {} % of the limit of {threshold} rad, at {} ({place}){}",
-                plain(run.peak_angle_rad, 4),
-                plain(100.0 * run.peak_angle_rad / threshold, 3),
-                instant(run.peak_time_s),
-                coast_words(run.coast_peak_angle_rad),
-            ),
-        ),
-        None => (
+        (
             "never-released",
             format!(
-                "never leaves its stop ({place}){}",
+                "The lever never leaves its stop ({largest_place}).{}",
                 coast_words(run.coast_peak_angle_rad)
             ),
-        ),
+        )
     };
     Reason {
         code: code.into(),
-        text: format!("{lever} {text}{proviso}."),
+        text,
     }
-}
-
-/// Returns when a lever that crossed reached its peak, and how far above the limit; nothing beyond
-/// 90°, where only the crossing counts.
-fn how_far(run: &Run, threshold_rad: f64) -> String {
-    if run.peak_angle_rad > FRAC_PI_2 {
-        return String::new();
-    }
-    format!(
-        " at {}, {} times the limit",
-        instant(run.peak_time_s),
-        plain(run.peak_angle_rad / threshold_rad, 3),
-    )
 }
 
 fn not_followed(method: &str, places: &str) -> Reason {
     Reason {
         code: "method-broke-down".into(),
         text: format!(
-            "The {method} method could not follow the lever ({places}); its figures mean nothing."
+            "The {method} method could not follow the lever ({places}). Its figures mean nothing."
         ),
     }
 }
@@ -443,10 +449,7 @@ fn others_not_followed(case: &Explained<'_>) -> Option<Reason> {
         .filter(|result| result.run.outcome.broke_down && result.variant != case.nominal.variant)
         .collect();
     let first = lost.first()?;
-    let places: Vec<String> = lost
-        .iter()
-        .map(|result| describe(result.variant, case.policy))
-        .collect();
+    let places: Vec<String> = lost.iter().map(|result| place(result.variant)).collect();
     Some(not_followed(
         first.run.run().method.name(),
         &places.join("; "),
@@ -461,7 +464,7 @@ fn method_without_bound(case: &Explained<'_>) -> Option<Reason> {
     Some(Reason {
         code: "method-without-bound".into(),
         text: format!(
-            "The {} method only estimates its error: it may have stepped over what opens the lever, so it decides no pass. Judge by the event-driven method.",
+            "The {} method only estimates its error, so it decides no pass. Leave out the setting `method`.",
             held.run.run().method.name()
         ),
     })
@@ -470,33 +473,50 @@ fn method_without_bound(case: &Explained<'_>) -> Option<Reason> {
 fn coast_words(coast: Option<f64>) -> String {
     coast.map_or_else(String::new, |coast| {
         format!(
-            "; left to itself after the last judged sample it still reaches {}",
-            angle(coast, 4)
+            " After the last judged sample it still reaches {}.",
+            angle(coast, 3)
         )
     })
 }
 
-/// Says that a fault came too late to matter.
+/// Says what the samples before a fault give: the fail that they decide, or the direction that would fail.
 fn before_fault(case: &Explained<'_>) -> Option<Reason> {
-    let bad = case
-        .faults
-        .first_bad
-        .filter(|bad| case.answer == Answer::Fail && bad.is_finite())?;
-    let reach = case.faults.reach_s;
-    let mixed = if reach > 0.0 {
-        format!(
-            ", of which the filter mixes the last {} with faulty ones",
-            instant(reach)
-        )
-    } else {
-        String::new()
+    let bad = case.faults.first_bad.filter(|bad| bad.is_finite())?;
+    let bad = instant(bad);
+    let text = match case.answer {
+        Answer::Fail => {
+            let reach = case.faults.reach_s;
+            let mixed = if reach > 0.0 {
+                let reach = instant(reach);
+                format!(" The filter mixes faulty samples into the last {reach} before.")
+            } else {
+                String::new()
+            };
+            format!(
+                "From {bad} on the recording is faulty. The samples before give fail.{mixed} Figures of later instants rest on faulty samples."
+            )
+        }
+        Answer::Unusable => {
+            let failing = case.policy.polarity.signs().iter().find(|sign| {
+                let mut of_sign = case
+                    .results
+                    .iter()
+                    .filter(|result| result.variant.opens_when == **sign)
+                    .map(|result| result.before_fault.as_ref());
+                of_sign.all(|run| {
+                    run.is_some_and(|run| run.answer(case.threshold_rad()) == Answer::Fail)
+                })
+            })?;
+            format!(
+                "If {} acceleration opens, the samples before {bad} give fail. State the opening direction with the setting `opens_when`.",
+                failing.name()
+            )
+        }
+        Answer::Pass | Answer::Undecided => return None,
     };
     Some(Reason {
         code: "failed-before-fault".into(),
-        text: format!(
-            "From {} on the recording is faulty, but the samples before that alone give fail{mixed}; figures from later instants rest on faulty samples.",
-            instant(bad)
-        ),
+        text,
     })
 }
 
@@ -508,10 +528,10 @@ fn coast(case: &Explained<'_>) -> Option<Reason> {
     Some(Reason {
         code: "coast-reaches-limit".into(),
         text: format!(
-            "After the last judged sample the lever moves on and reaches {}, {}, with no further acceleration ({}): the record or window ends too early for a pass.",
-            angle(held.run.run().coast_peak_angle_rad.unwrap_or(0.0), 4),
-            angle_error(held.run.coast_uncertainty_rad(), 2),
-            describe(held.variant, case.policy),
+            "After the last judged sample the lever still reaches {} ± {} ({}). The record or window ends too early for a pass.",
+            angle(held.run.run().coast_peak_angle_rad.unwrap_or(0.0), 3),
+            degrees(held.run.coast_uncertainty_rad(), 2),
+            place(held.variant),
         ),
     })
 }
@@ -531,35 +551,33 @@ fn coast_of_members(case: &Explained<'_>) -> Option<Reason> {
     Some(Reason {
         code: "members-coast-beyond".into(),
         text: format!(
-            "After the last judged sample {} of {} scattered levers move on beyond the limit with no further acceleration; with those that cross before, up to {} % of all such do, and a pass allows {} % ({}): the record or window ends too early for a pass.",
+            "After the last judged sample {} of {} varied levers open. Up to {} % of all open in the end, and a pass allows {} % ({}). The record or window ends too early for a pass.",
             ensemble.exceeded_in_coast,
             ensemble.members,
             percent(ensemble.p_upper_with_coast),
             percent(PASS_SHARE_MAX),
-            briefly(ensemble.variant()),
+            place(ensemble.variant()),
         ),
     })
 }
 
-/// Returns the answer of each variant, in one list.
-fn each(case: &Explained<'_>) -> String {
-    let threshold = case.threshold_rad();
-    let of_each = case.results.iter().map(|result| {
-        let (name, run) = (briefly(result.variant), result.run.run());
-        let answer = result.run.answer(threshold).name();
-        if result.run.outcome.broke_down {
-            return format!("{name}: {answer}, since it could not be followed");
-        }
-        let coast = run
-            .coast_peak_angle_rad
-            .filter(|_| result.run.held_back_by_coast(threshold))
-            .map_or_else(String::new, |coast| {
-                format!(", coasting to {}", angle(coast, 4))
-            });
-        let peak = angle(run.peak_angle_rad, 4);
-        format!("{name}: {answer} with a peak of {peak}{coast}")
+/// Returns the answer of each stop, in one list.
+fn each_stop(case: &Explained<'_>) -> String {
+    let answers = case.results.iter().map(|result| {
+        let answer = result.run.answer(case.threshold_rad()).name();
+        format!("{}: {answer}", place(result.variant))
     });
-    of_each.collect::<Vec<_>>().join("; ")
+    answers.collect::<Vec<_>>().join("; ")
+}
+
+/// Returns the answer of each opening direction, in one list.
+fn each_direction(case: &Explained<'_>) -> String {
+    let signs = case.policy.polarity.signs().iter();
+    let answers = signs.map(|sign| {
+        let answer = unanimous(&of_sign(case, *sign)).name();
+        format!("{answer} if {} acceleration opens", sign.name())
+    });
+    answers.collect::<Vec<_>>().join(", ")
 }
 
 /// Returns what the stops say of one polarity.
@@ -590,12 +608,12 @@ fn disagreement(case: &Explained<'_>) -> Vec<Reason> {
     if signs_differ {
         let text = match case.policy.polarity {
             Polarity::Both => format!(
-                "The two polarities answer differently, and the worse counts: {}.",
-                each(case)
+                "The opening directions answer differently, and the worse counts: {}.",
+                each_direction(case)
             ),
             _ => format!(
-                "The sign that opens is not declared, and the two polarities answer differently: {}. State it with the setting `opens_when`.",
-                each(case)
+                "The opening direction is not declared, and it decides: {}. State it with the setting `opens_when`.",
+                each_direction(case)
             ),
         };
         reasons.push(Reason {
@@ -606,89 +624,76 @@ fn disagreement(case: &Explained<'_>) -> Vec<Reason> {
     if stops_differ && case.policy.model == ModelChoice::Auto && !signs_differ {
         reasons.push(Reason {
             code: "stop-model-decides".into(),
-            text: format!("The two stop models answer differently: {}.", each(case)),
+            text: format!("The two stops answer differently: {}.", each_stop(case)),
         });
     } else if stops_differ && signs_differ {
         reasons.push(Reason {
             code: "stop-model-decides".into(),
-            text: "The two stop models answer differently as well.".into(),
+            text: "The two stops answer differently as well.".into(),
         });
     }
     reasons
 }
 
-/// Sets the error of the peak beside the distance from peak to limit, and names the
-/// largest influence that the rule does not count.
+/// Compares the error of the largest angle with its distance to the limit angle, and names the largest
+/// influence that the rule does not count.
 fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
-    let nominal = &case.nominal.run;
+    let nominal = &case.leading().run;
     if nominal.outcome.broke_down {
         return None;
     }
     let run = nominal.run();
     let total = nominal.uncertainty_rad();
     let distance = (run.peak_angle_rad - case.threshold_rad()).abs();
-    let parts = format!(
-        "{} (integration {}, between samples {}, noise of the recording {})",
-        angle_error(total, 2),
-        angle(run.numerical_error_rad, 2),
-        angle(nominal.interpolation_error_rad, 2),
-        angle(NOISE_TIMES * nominal.noise_rad, 2)
-    );
-    let largest = case
-        .budget
-        .ranked()
-        .into_iter()
-        .find(|(name, value)| {
-            !matches!(*name, "numerical" | "interpolation" | "noise") && *value > 0.0
-        })
-        .map_or_else(String::new, |(name, value)| {
-            format!(
-                " Not counted in it, the largest influence measured is {}: {}{}.",
-                influence(name),
-                angle(value, 2),
-                if value > distance {
-                    ", more than that distance"
-                } else {
-                    ""
-                }
-            )
-        });
     let spans = distance <= total;
-    // Beyond 90° the peak has no figure, and so the distance has none.
-    let between = if run.peak_angle_rad > FRAC_PI_2 {
-        "distance".to_string()
+    let code = if spans {
+        "uncertainty-spans-threshold"
     } else {
-        format!("{} rad", plain(distance, 3))
+        "uncertainty"
     };
     let stays = run.peak_angle_rad + total <= case.threshold_rad();
     let text = if total < run.peak_angle_rad || stays {
-        let less = if spans { "no less" } else { "less" };
+        let less = if spans { "not less" } else { "less" };
+        // Beyond 90° the largest angle has no figure, and so the distance has none.
+        let to_limit = if run.peak_angle_rad > FRAC_PI_2 {
+            "its distance to the limit angle".to_string()
+        } else {
+            format!("the {} to the limit angle", degrees(distance, 3))
+        };
+        let influence = case.budget.ranked().into_iter().find(|(name, value)| {
+            !matches!(*name, "numerical" | "interpolation" | "noise") && *value > 0.0
+        });
+        let influence = influence.map_or_else(String::new, |(name, value)| {
+            format!(
+                " The largest influence not included is {}: {}.",
+                influence_name(name),
+                degrees(value, 2)
+            )
+        });
         format!(
-            "The error of the peak, {parts}, is {less} than the {between} between peak and limit.{largest}"
+            "The error of the largest angle is ±{}, {less} than {to_limit}. Its parts: integration {}, between samples {}, noise {}.{influence}",
+            degrees(total, 2),
+            degrees(run.numerical_error_rad, 2),
+            degrees(nominal.interpolation_error_rad, 2),
+            degrees(NOISE_TIMES * nominal.noise_rad, 2),
         )
     } else if case.answer == Answer::Fail {
-        "How far the lever opens cannot be computed, since impacts let the smallest differences grow; that it opens can.".into()
+        "How far the lever opens cannot be computed: impacts let the smallest differences grow. That it opens can.".into()
     } else {
-        format!(
-            "Whether the lever opens cannot be computed: impacts let the smallest differences between samples and of the noise grow beyond the peak itself.{largest}"
-        )
+        "Whether the lever opens cannot be computed: impacts let the smallest differences grow beyond the largest angle.".into()
     };
     Some(Reason {
-        code: if spans {
-            "uncertainty-spans-threshold".into()
-        } else {
-            "uncertainty".into()
-        },
+        code: code.into(),
         text,
     })
 }
 
-fn influence(name: &str) -> &str {
+fn influence_name(name: &str) -> &str {
     match name {
-        "model" => "the stop model (rigid against soft)",
+        "model" => "the stop (rigid against soft)",
         "filter" => "the filter (as chosen against none)",
-        "bias" => "the bias (one standard error more or less)",
-        "polarity" => "the polarity (reversed)",
+        "bias" => "the bias (one standard error)",
+        "polarity" => "the opening direction (reversed)",
         other => other,
     }
 }

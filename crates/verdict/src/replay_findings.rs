@@ -2,7 +2,7 @@
 
 use super::decision::VariantRun;
 use super::policy::{Polarity, Policy};
-use super::wording::instant;
+use super::wording::{degrees, instant};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Method;
@@ -10,12 +10,11 @@ use latchgate_kernel::units::{SampleInterval, plain, short};
 use latchgate_recording::Finding;
 
 /// Returns the finding of a crossing that the window leaves out.
-pub(super) fn crossing_outside_window(at_s: f64, design: &Design) -> Finding {
+pub(super) fn crossing_outside_window(at_s: f64) -> Finding {
     Finding::warning(
         "crossing-outside-window",
         format!(
-            "Outside the judged window the lever crosses the limit of {} rad, first at {}; with the setting `window` that does not count.",
-            design.criterion.threshold_rad,
+            "Outside the judged window the lever opens, first at {}. The setting `window` leaves that out.",
             instant(at_s)
         ),
     )
@@ -45,7 +44,7 @@ pub(super) fn work_limit_reached(limit: u64) -> Finding {
     Finding::warning(
         "work-limit",
         format!(
-            "The question would take more than {limit} steps, its limit `work`: runs were broken off or left out. Ask for fewer with the setting `members`, or raise it with the setting `limit` = work={}.",
+            "The answer takes more than {limit} steps, the limit `work`: runs were left out. Raise it: the setting `limit` = work={}. Or ask for fewer varied levers with the setting `members`.",
             limit.saturating_mul(10)
         ),
     )
@@ -62,7 +61,7 @@ pub(super) fn replay_findings(
     if policy.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
             "polarity-undeclared",
-            "Neither option nor card says which sign of the recorded acceleration opens the lever; both were judged. State it with the setting `opens_when` or in the card.",
+            "The opening direction is not declared, so both were judged. State it with the setting `opens_when`.",
         ));
     }
     if runs
@@ -71,13 +70,13 @@ pub(super) fn replay_findings(
     {
         findings.push(Finding::info(
             "beyond-geometry",
-            "The angle exceeds π/2, where a lever on a latch has long met other parts: the crossing of the threshold stands, the size of the peak does not.",
+            "The angle exceeds 90°, where a lever meets other parts. That it opens is valid; how far is not.",
         ));
     }
     if let Some(of) = runs.iter().find(|of| of.outcome.broke_down) {
         findings.push(Finding::warning(
             "method-broke-down",
-            format!("The {} method could not follow the lever on the {} stop{}; its numbers mean nothing.", of.run().method.name(), of.run().model.name(), of.outcome.breakdown.map_or_else(String::new, |why| format!(": {}", why.text()))),
+            format!("The {} method could not follow the lever on the {} stop{}. Its figures mean nothing.", of.run().method.name(), of.run().model.name(), of.outcome.breakdown.map_or_else(String::new, |why| format!(": {}", why.text()))),
         ));
     }
     findings.extend(method_findings(design, policy, interval, runs));
@@ -89,10 +88,10 @@ pub(super) fn replay_findings(
             findings.push(Finding::warning(
                 "rounding-amplified",
                 format!(
-                    "{} impacts on the {} stop have carried rounding to {:.1e} rad: the peak is not known better than that.",
+                    "{} impacts on the {} stop have carried rounding to {}: the largest angle is not known better.",
                     run.impacts,
                     run.model.name(),
-                    run.numerical_error_rad
+                    degrees(run.numerical_error_rad, 2)
                 ),
             ));
         }
@@ -100,7 +99,7 @@ pub(super) fn replay_findings(
             findings.push(
                 Finding::warning(
                     "crossing-before-contact",
-                    format!("On the {} stop the threshold is crossed before time zero, the instant of first contact: check bias, filter and time zero.", run.model.name()),
+                    format!("On the {} stop the lever opens before first contact, time zero. Check bias, filter and time zero.", run.model.name()),
                 )
                 .at(run.first_crossing_s.unwrap_or(0.0)),
             );
@@ -122,7 +121,7 @@ fn implausible(design: &Design) -> Vec<Finding> {
             Finding::warning(
                 "design-implausible",
                 format!(
-                    "The design's {} is {value}{unit}; a latch has {low} to {}{unit}: the verdict is about a lever of another world.",
+                    "The design's {} is {value}{unit}; a latch has {low} to {}{unit}. Check the design file.",
                     parameter.name,
                     plain(high, 4)
                 ),
@@ -144,12 +143,12 @@ fn method_findings(
         Method::EventDriven => return findings,
         Method::Rk4 { .. } => findings.push(Finding::warning(
             "fixed-step-method",
-            "The fixed-step method sees impacts only at the end of a step; it is for comparison, and its stated error is an estimate from halving the step.",
+            "The fixed-step method sees impacts only at the end of a step. Its error is an estimate from halving the step.",
         )),
         _ => findings.push(Finding::warning(
             "comparison-method",
             format!(
-                "The {} method is for comparison; its stated error is an estimate from a second run with {}.",
+                "The {} method is for comparison. Its error is an estimate from a second run with {}.",
                 method.name(),
                 if method.steps_per_period().is_some() { "half the step" } else { "a tenth of the tolerance" }
             ),

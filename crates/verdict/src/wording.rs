@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::policy::{Polarity, Policy, Variant};
+use super::policy::Variant;
 use crate::conditioning::{Cfc, bias};
 use latchgate_kernel::units::{plain, short};
 
@@ -19,25 +19,37 @@ pub fn bias_method() -> &'static str {
 /// Returns an instant with its unit: milliseconds below ten seconds, as in the report.
 pub(super) fn instant(seconds: f64) -> String {
     if seconds.abs() < 10.0 {
-        format!("{} ms", plain(1e3 * seconds, 5))
+        format!("{} ms", short(1e3 * seconds, 5))
     } else {
-        format!("{} s", plain(seconds, 7))
+        format!("{} s", short(seconds, 7))
     }
 }
 
-/// Returns an angle of the lever with its unit; beyond 90°, where the model of the lever means
+/// As [`instant`], with the digits that a nominal run's instant deserves.
+pub(super) fn brief_instant(seconds: f64) -> String {
+    if seconds.abs() < 10.0 {
+        format!("{} ms", short(1e3 * seconds, 3))
+    } else {
+        format!("{} s", short(seconds, 3))
+    }
+}
+
+/// Returns an angle of the lever, degrees first; beyond 90°, where the model of the lever means
 /// nothing, that alone.
 pub(crate) fn angle(radians: f64, digits: usize) -> String {
     if radians > FRAC_PI_2 {
         return "more than 90°".into();
     }
-    format!("{} rad", plain(radians, digits))
+    let radians_text = plain(radians, digits);
+    format!("{} ({radians_text} rad)", degrees(radians, digits))
 }
 
-/// Returns an error of an angle with its unit; beyond 90° that alone.
-pub(crate) fn angle_error(radians: f64, digits: usize) -> String {
-    let space = if radians > FRAC_PI_2 { " " } else { "" };
-    format!("±{space}{}", angle(radians, digits))
+/// Returns an angle, or an error of one, in degrees alone.
+pub(crate) fn degrees(radians: f64, digits: usize) -> String {
+    if radians > FRAC_PI_2 {
+        return "more than 90°".into();
+    }
+    format!("{}°", plain(radians.to_degrees(), digits))
 }
 
 /// Returns a share in percent, with the digits that matter at the bounds of the rule.
@@ -51,23 +63,10 @@ pub(super) fn signed(change: f64) -> String {
     format!("{sign}{}", plain(change, 3))
 }
 
-/// Names a variant in a list of several.
-pub(super) fn briefly(variant: Variant) -> String {
+/// Names a stop and an opening direction.
+pub(super) fn place(variant: Variant) -> String {
     format!(
-        "{} stop, {} opens",
-        variant.model.name(),
-        variant.opens_when.name()
-    )
-}
-
-/// Names a variant, and whether its sign is declared.
-pub(super) fn describe(variant: Variant, policy: &Policy) -> String {
-    let word = match policy.polarity {
-        Polarity::Declared(_) => "opens",
-        Polarity::Both | Polarity::Undeclared => "taken to open",
-    };
-    format!(
-        "{} stop, {} acceleration {word}",
+        "{} stop, {} acceleration",
         variant.model.name(),
         variant.opens_when.name()
     )

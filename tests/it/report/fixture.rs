@@ -67,6 +67,7 @@ fn with_ensemble(case: &mut Case) {
         standard_deviation,
         rank_correlation,
         share,
+        answer_if_known: Answer::Undecided,
     };
     document.ensembles = document
         .answers
@@ -361,8 +362,12 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             members: 0,
             exceeded: 0,
         });
+    let opens_by_direction = opens.filter(|_| by_polarity.len() > 1).into_iter();
     let document = Document {
         opens,
+        opens_by_direction: opens_by_direction
+            .map(|opens| (opens.opens_when, opens))
+            .collect(),
         test: latchgate_recording::TestFacts::default(),
         schema: "latchgate.verdict/1".into(),
         report_id: "5e1f".repeat(16),

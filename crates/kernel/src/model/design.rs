@@ -160,6 +160,14 @@ impl Design {
         is_renamed && *self == Self { name, ..reference }
     }
 
+    /// Tells whether it is the paper's example, overridden keys aside.
+    pub fn is_reference_overridden(&self) -> bool {
+        let mut base = self.clone();
+        let mut before = self.modified_from.iter();
+        before.all(|(key, value)| base.override_number(key, *value).is_ok())
+            && base == Self::reference()
+    }
+
     /// Gives the number of `key`, such as `lever.mass_kg`, another value and notes it as overridden.
     ///
     /// # Errors

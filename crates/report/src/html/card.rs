@@ -2,7 +2,7 @@
 
 use super::markup::channel_and_design;
 use crate::escape::terminal as line;
-use crate::{opening, words};
+use crate::{headline, opening, words};
 use latchgate_document::Document;
 use latchgate_document::number::{count, trimmed};
 use latchgate_verdict::Answer;
@@ -33,10 +33,12 @@ pub(super) fn verdict(document: &Document) -> Markup {
         section #verdict .card.(document.verdict.name()) {
             div.answer {
                 (icon(document.verdict))
-                div { strong { (words::answer(document.verdict)) } span { (line(&words::headline(document))) } }
+                div { strong { (words::answer(document.verdict)) } span { (line(&headline::headline(document))) } }
             }
             // Figures of a recording that carries no answer would be taken for one.
-            @if document.verdict != Answer::Unusable {
+            @if document.verdict == Answer::Unusable {
+                @if let Some(text) = words::before_fault(document) { p { (line(text)) } }
+            } @else {
                 @if document.polarities.len() > 1 { (directions(document)) } @else { (key_figures(document)) }
                 (rests_on(document))
             }
@@ -73,7 +75,7 @@ fn key_figures(document: &Document) -> Markup {
             (item("Limit angle", &format!("{degrees}°"), &words::limit(document.threshold_rad)))
             @if let Some(opens) = document.opens.filter(|opens| opens.first_s.is_some()) {
                 @let place = words::place(opens.model, opens.opens_when);
-                (item(&words::capital(words::opens_or_may(document)), &opening::cell(&opens), &place))
+                (item(&words::capital(opening::opens_or_may(document.verdict)), &opening::cell(&opens), &place))
             } @else {
                 (item("Opens", "not", "in the judged window"))
             }

@@ -6,6 +6,8 @@ use crate::plot::Figure;
 use crate::words;
 use latchgate_document::Document;
 use latchgate_document::number::{ABSENT, count, significant, trimmed};
+
+use latchgate_verdict::Answer;
 use latchgate_verdict::decision::{
     FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX, looks_in_words,
 };
@@ -256,12 +258,13 @@ pub(super) fn filters(document: &Document) -> Markup {
         section #filters {
             h2 { "After each filter" }
             table.filters {
-                (heads(&["Filter", "#Peak by filter [°]", "Remark"]))
+                (heads(&["Filter", "#Largest angle [°]", "Nominal lever alone", "Remark"]))
                 tbody {
                     @for row in &document.filters {
                         tr .nominal[row.chosen] {
                             th { (filter_name(row.filter)) }
                             (peak(row.peak_angle_rad, document.threshold_rad))
+                            td { (row.verdict.map_or("–", Answer::name)) }
                             td {
                                 @if let Some(reason) = &row.reason { (line(&words::sentence(reason))) }
                                 @else if row.chosen { "in use" }
@@ -271,7 +274,7 @@ pub(super) fn filters(document: &Document) -> Markup {
                 }
             }
             p.note {
-                "Nominal levers, limit angle " (words::limit_angle(document.threshold_rad)) ". Trust the lighter filter."
+                "Limit angle " (words::limit_angle(document.threshold_rad)) ". Trust the lighter filter."
             }
         }
     }

@@ -4,30 +4,28 @@ use super::markup::{channel_and_design, code_fact, figure, heads};
 use super::results::NO_FINDINGS;
 use super::sources::judged;
 use crate::escape::terminal as line;
-use crate::margin_words::{advised, bracket, change, direction, never, preload_advice, titled};
+use crate::margin_words::{advised, bracket, change, direction, headline, never, titled};
+use crate::page::PageFrame;
 use crate::plot::{Figure, MARGIN_RULES};
-use crate::sheet;
 use crate::words;
 use latchgate_document::MarginDocument;
 use latchgate_document::number::{ABSENT, significant};
 use latchgate_kernel::units::shortest;
+use latchgate_verdict::Answer;
 use latchgate_verdict::margin::{Change, Margin};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{Markup, html};
 
 /// Returns the page as one self-contained HTML document.
 pub(crate) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
     let recording = &document.recording;
-    let page = html! {
-        (DOCTYPE)
-        html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta name="color-scheme" content="light dark";
-                title { "margin · " (line(&recording.file)) " · latchgate" }
-                style { (PreEscaped(sheet::style("margin"))) (PreEscaped(MARGIN_RULES)) }
-            }
-            body {
+    let frame = PageFrame {
+        title: &format!("margin · {} · latchgate", line(&recording.file)),
+        identity: "margin",
+        style: MARGIN_RULES,
+        script: "",
+    };
+    let usable = document.verdict != Answer::Unusable;
+    let body = html! {
                 main {
                     header {
                         div {
@@ -39,9 +37,11 @@ pub(crate) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
                     }
                     (card(document))
                     (judged(&document.test, recording, &document.design, document.conditioning.as_ref()))
-                    (answers(document))
-                    (boundaries(document))
-                    section #charts { h2 { "Charts" } @for drawing in figures { (figure(drawing)) } }
+                    @if usable {
+                        (answers(document))
+                        (boundaries(document))
+                        section #charts { h2 { "Charts" } @for drawing in figures { (figure(drawing)) } }
+                    }
                     (findings(document))
                     section #provenance {
                         h2 { "Provenance" }
@@ -54,17 +54,15 @@ pub(crate) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
                         }
                     }
                 }
-            }
-        }
     };
-    page.into_string()
+    frame.head() + &body.into_string() + &frame.tail()
 }
 
 fn card(document: &MarginDocument) -> Markup {
-    let advice = words::sentence(preload_advice(document));
+    let headline = headline(document);
     html! {
         section #verdict .card.(document.verdict.name()) {
-            div.answer { div { strong { (words::answer(document.verdict)) } span { (line(&advice)) } } }
+            div.answer { div { strong { (words::answer(document.verdict)) } span { (line(&headline)) } } }
             ul.why { @for note in &document.notes { li { (line(note)) } } }
         }
     }

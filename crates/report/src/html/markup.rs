@@ -54,7 +54,7 @@ pub(super) fn code_fact(name: &str, value: &str) -> Markup {
 pub(super) fn channel_and_design(recording: &RecordingBlock, design: &Design) -> Markup {
     html! {
         @if let Some(channel) = &recording.channel { "channel " (line(channel)) " · " }
-        "design " (line(&words::design(design)))
+        "design: " (line(&words::design(design)))
     }
 }
 

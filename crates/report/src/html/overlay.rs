@@ -6,7 +6,7 @@ use crate::escape::terminal as line;
 use crate::page::PageFrame;
 use crate::plot::overlay;
 use crate::series::SeriesTable;
-use crate::{Document, comparison, sheet, words};
+use crate::{Document, comparison, headline, sheet, words};
 use maud::{Markup, html};
 
 /// A value that differs: the part it belongs to, its key, and what it is in each verdict.
@@ -30,7 +30,7 @@ pub(crate) fn page(
         .iter()
         .map(|document| words::report_name(document))
         .collect();
-    let style = format!("{}{}", sheet::of_report(&names.join(" ")), overlay::RULES);
+    let style = format!("{}{}", sheet::REPORT, overlay::RULES);
     let series = tables.and_then(overlay::CommonSeries::of);
     let drawn = series.map(|series| {
         let view = overlay::view(&series, documents);
@@ -41,6 +41,7 @@ pub(crate) fn page(
     let live = drawn.as_ref().is_some_and(|(_, _, table)| table.is_some());
     let frame = PageFrame {
         title: "Verdicts compared · latchgate",
+        identity: &names.join(" "),
         style: &style,
         script: if live { SCRIPT } else { "" },
     };
@@ -110,7 +111,7 @@ fn card(document: &Document, letter: char) -> Markup {
                 (letter) " · " (line(&comparison::subject(document))) " · report " (line(&words::report_name(document)))
             }
             div.answer {
-                div { strong { (words::answer(document.verdict)) } span { (line(&words::headline(document))) } }
+                div { strong { (words::answer(document.verdict)) } span { (line(&headline::headline(document))) } }
             }
         }
     }

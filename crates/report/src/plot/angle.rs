@@ -6,7 +6,7 @@ use super::frame::{LegendEntry, Sample, Scale};
 use crate::{opening, words};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::units::OpensWhen;
-use latchgate_verdict::Trace;
+use latchgate_verdict::{Answer, Trace};
 
 pub(super) const NAME: &str = "angle";
 
@@ -146,6 +146,9 @@ pub(super) fn legend(traces: &[&Trace], nominal: bool) -> Vec<LegendEntry> {
 }
 
 pub(super) fn result_sentence(context: &PlotContext) -> String {
+    if context.document.verdict == Answer::Unusable {
+        return "The recording is unusable: the curves rest on faulty samples.".into();
+    }
     let Some(run) = &context.document.nominal else {
         return "There is no nominal run.".into();
     };
@@ -188,7 +191,9 @@ fn impacts(context: &PlotContext, panel: Panel) -> Panel {
 
 /// Marks peak and first crossing of the nominal run, where this panel shows their angle best.
 fn marks(context: &PlotContext, panel: Panel, is_best: impl Fn(f64) -> bool) -> Panel {
-    let run = context.document.nominal.as_ref();
+    // What comes of faulty samples is no event.
+    let usable = context.document.verdict != Answer::Unusable;
+    let run = context.document.nominal.as_ref().filter(|_| usable);
     let scale = context.time_scale;
     let limit = context.document.threshold_rad;
     let crossing = run

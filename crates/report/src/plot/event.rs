@@ -55,7 +55,7 @@ impl EventMark {
     pub(super) fn opening(document: &Document, name: &str) -> Option<Self> {
         let opens = document.opens.as_ref()?;
         let first_s = opens.first_s?;
-        let word = words::opens_or_may(document);
+        let word = opening::opens_or_may(document.verdict);
         let text = format!("{name}{word} {}", opening::cell(opens));
         Some(match opening::span(opens) {
             Some(span) => Self::span((span.start_s, span.end_s), text, "crossing"),

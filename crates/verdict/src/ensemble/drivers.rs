@@ -1,6 +1,7 @@
 //! What drives the peak, and how it is spread.
 
 use super::{Driver, Parameter, PeakQuantiles};
+use crate::Answer;
 
 /// Returns quantiles of the peaks that could be followed; `None` if there is none.
 ///
@@ -56,6 +57,7 @@ pub(super) fn drivers(
             share: correlation
                 .filter(|_| sum > 0.0)
                 .map(|correlation| correlation * correlation / sum),
+            answer_if_known: Answer::Undecided,
         })
         .collect();
     let strength = |driver: &Driver| driver.rank_correlation.map_or(-1.0, f64::abs);
