@@ -143,14 +143,14 @@ fn cli_margin_of_a_spoiled_recording_ends_with_four() {
         "json",
     ]);
     assert_eq!(done.code, 4, "{}", done.err);
-    assert!(done.err.contains("no evidence"), "{}", done.err);
+    assert!(done.err.contains("prove nothing"), "{}", done.err);
     let document = done.document();
     assert_eq!(document["basis"], "nominal run");
     assert!(
         document["notes"][0]
             .as_str()
             .unwrap()
-            .contains("no evidence")
+            .contains("prove nothing")
     );
 }
 
