@@ -150,7 +150,7 @@ fn cli_margin_of_a_spoiled_recording_ends_with_four() {
         document["notes"][0]
             .as_str()
             .unwrap()
-            .contains("prove nothing")
+            .contains("no evidence")
     );
 }
 
