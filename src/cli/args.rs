@@ -9,8 +9,8 @@ use super::study::Study;
 use clap::{Args, Parser, Subcommand};
 use std::ffi::OsString;
 
-/// Replays measured crash accelerations through a model of a door-latch lever and says, with
-/// evidence, whether the door stays shut.
+/// Replays measured crash accelerations through a model of a door-latch lever and shows, with
+/// evidence, whether the lever stays or opens.
 ///
 /// Exit codes of replay: 0 pass, 1 fail, 2 wrong usage, 3 undecided, 4 unusable.
 #[derive(Debug, Parser)]
@@ -47,36 +47,35 @@ pub enum Command {
     Inspect(InspectArguments),
     /// How far the verdict is from changing, and what design would change it
     ///
-    /// Each quantity is varied alone over a range that the answer states: scale of the recording,
-    /// preload, unbalance, counterweight, restitution. The counterweight is one fixed to the lever;
-    /// a part that only touches the lever swings away on its own and is not covered. With --members
-    /// 0 the numbers are those of the nominal run's peak, else those of the verdict. Exit codes: 0
-    /// answered, 2 wrong usage, 4 could not answer, or a blocking finding spoils the recording.
+    /// Varies one quantity at a time: scale of the recording, preload, unbalance, counterweight,
+    /// restitution. The answer states each range. The counterweight is fixed to the lever; one that
+    /// only touches it is not covered. With --members 0 the numbers are those of the nominal lever,
+    /// else those of the verdict. Exit codes: 0 answered, 2 wrong usage, 4 could not answer, or the
+    /// recording has a blocking finding.
     Margin(Box<MarginArguments>),
-    /// Judge many recordings with many designs: one summary, one exit code
+    /// Judge many recordings with many designs: one summary, JUnit XML, one exit code
     ///
-    /// Writes summary.json, junit.xml, summary.md and index.html. Exit codes, over the pairs that are
-    /// not as required: 0 every pair stands, 1 fail (or a pass where a fail was required), 3 undecided,
-    /// 4 unusable, or something could not be done; 2 wrong usage.
+    /// Writes summary.json, junit.xml, summary.md and index.html. Exit codes, over the pairs that
+    /// are not as required: 0 none, 1 fail (or a pass where a fail was required), 3 undecided, 4
+    /// unusable or could not be done; 2 wrong usage.
     Gate(GateArguments),
-    /// Make the run inside a verdict again and compare
+    /// Rerun a verdict and compare: same numbers or a clear difference
     ///
-    /// What was asked, the design and the file's name stand in the verdict. Every key but the time
-    /// it took is compared, every number to its last digit. Exit codes: 0 same, 1 different, 4
-    /// could not.
+    /// The verdict holds the request, the design and the file name. Every key but the elapsed time
+    /// is compared, every number to its last digit. Exit codes: 0 same, 1 different, 4 could not.
     Verify(VerifyArguments),
-    /// Show what differs between two verdicts: settings, design, results; 0 same, 1 different
+    /// Show what differs between two to eight verdicts; exit code 0 same, 1 different
     Compare(CompareArguments),
-    /// What the methods cost and how far they are off, and where each of them fails
+    /// The paper's analyses, accuracy against speed, and where each method fails
     Study(StudyArguments),
-    /// Write a commented card, design or gate file to start from, never over an existing file
+    /// Write a commented card, design or gate file to start from; never replaces a file
     Init(InitArguments),
     /// List every limit on input, with its value and how to change it
     Limits,
-    /// Serve recordings and verdicts over HTTP, with a page for people
+    /// Serve recordings and verdicts over HTTP, with a web page
     ///
-    /// Starts latchgate-serve, a program of its own, which lies beside this one or on the path; every
-    /// option is that program's. It is built by: cargo build --release -p latchgate-service
+    /// Starts latchgate-serve, which lies beside this program or on the path. All options are
+    /// passed to it. Build it: cargo build --release -p latchgate-service
     Serve(ServeArguments),
     /// Print completions for a shell
     Completions(CompletionsArguments),
@@ -114,7 +113,6 @@ pub struct CompletionsArguments {
 /// Options of `man`.
 #[derive(Debug, Clone, Args)]
 pub struct ManArguments {
-    /// Command whose page to print, for example study bifurcation [default: the page of latchgate
-    /// itself]
+    /// Command whose page to print, for example study bifurcation [default: latchgate]
     pub command: Vec<String>,
 }

@@ -175,7 +175,7 @@ fn verdict(path: &Path) -> Result<Stored, Failure> {
         _ => Err(refused(
             "a verdict",
             "something else".into(),
-            "give the verdict.json that latchgate replay wrote",
+            "give a verdict.json that latchgate replay wrote",
         )),
     }
 }
@@ -260,7 +260,7 @@ fn text(verdicts: &[Stored], found: &[DifferingValue], common: &Common) -> Strin
     }
     out += &format!("\n{}", terminal::table(&rows, &[]));
     if common.verbose == 0 {
-        return out + &format!("\n{} keys differ; -v tells them\n", found.len());
+        return out + &format!("\n{} keys differ; -v lists them\n", found.len());
     }
     let head = ["part", "key"].map(String::from).into_iter().chain(letters);
     let mut rows = vec![head.collect::<Vec<_>>()];

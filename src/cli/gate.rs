@@ -32,44 +32,43 @@ pub struct GateArguments {
     /// Gate file: recordings, designs and what is required
     #[arg(value_name = "GATE.toml", required_unless_present_any = ["init", "schema"])]
     pub gate: Option<PathBuf>,
-    /// Folder of summary.json, junit.xml, summary.md, index.html and full reports; it is replaced
-    /// [default: reports/out/gate-NAME]
+    /// Folder of summary and reports; it is replaced [default: reports/out/gate-NAME]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Folder in which decisions are kept for the next run [default: .latchgate beside the gate file]
+    /// Folder of decisions for the next run [default: .latchgate beside the gate file]
     #[arg(long, value_name = "DIR")]
     pub store: Option<PathBuf>,
     /// Judge every pair again and keep nothing
     #[arg(long, conflicts_with = "store")]
     pub no_store: bool,
-    /// Full reports: of what is not as required, the worst five; of every pair; or none
+    /// Full reports: the worst five pairs not as required; every pair; or none
     #[arg(long, value_enum, default_value_t = ReportsArgument::Failing)]
     pub reports: ReportsArgument,
-    /// The summary.json of an earlier run, to compare with
+    /// The summary.json of an earlier run to compare with
     #[arg(long, value_name = "FILE")]
     pub baseline: Option<PathBuf>,
-    /// Pairs of the baseline may be gone
+    /// Allow pairs of the baseline to be missing
     #[arg(long, requires = "baseline")]
     pub allow_removed: bool,
-    /// Let stand what was not as required in the baseline and is no worse
+    /// Ignore pairs not as required that are no worse than in the baseline
     #[arg(long, requires = "baseline")]
     pub no_worse: bool,
-    /// The day against which exceptions are held [default: today, UTC]
+    /// Day for exceptions that expire [default: today, UTC]
     #[arg(long, value_name = "YYYY-MM-DD", value_parser = parse_date)]
     pub date: Option<String>,
-    /// Print the pairs with what is required of them, and judge none
+    /// Print the pairs and what is required; judge none
     #[arg(long, conflicts_with_all = ["sweep", "baseline"])]
     pub list: bool,
-    /// Judge the recordings of such a name alone, and write no files; may be given again
+    /// Judge only recordings that match, and write no files; may be repeated
     #[arg(long, value_name = "PATTERN", conflicts_with_all = ["sweep", "baseline", "out"])]
     pub only_recording: Vec<String>,
-    /// Judge with the designs of such a name alone, and write no files; may be given again
+    /// Judge only with designs that match, and write no files; may be repeated
     #[arg(long, value_name = "PATTERN", conflicts_with_all = ["sweep", "baseline", "out"])]
     pub only_design: Vec<String>,
-    /// Print what is not as required as annotations of a CI system, ten at most
+    /// Print pairs not as required as annotations of a CI system, at most ten
     #[arg(long, value_enum)]
     pub annotate: Option<Annotations>,
-    /// Write a first gate.toml into a folder of recordings; an existing one is left as it is
+    /// Write a first gate.toml into a folder of recordings; never replaces a file
     #[arg(long, value_name = "DIR", conflicts_with_all = ["gate", "schema"])]
     pub init: Option<PathBuf>,
     /// Print the JSON Schema of gate files
@@ -173,7 +172,7 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     let run = judged.map_err(Failure::of_data).inspect_err(|failure| {
         if matches!(failure, Failure::Interrupted) && !own.no_store {
             output::talk(&format!(
-                "latchgate: what was judged is kept in {}; the same command goes on from there",
+                "latchgate: judged pairs are kept in {}; the same command continues from there",
                 at.display()
             ));
         }
@@ -187,7 +186,7 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     let code = answer(own, common, &plan, summary, &folder);
     if plan.part {
         output::talk(&format!(
-            "latchgate: judged {judged} of {all} pairs, as chosen; the gate's answer takes all"
+            "latchgate: judged the {judged} chosen of {all} pairs; the gate's answer needs all"
         ));
     }
     if cached > 0 {
@@ -230,7 +229,7 @@ fn answer(
     printed.map_err(Failure::Data)?;
     if left_out > 0 {
         output::talk(&format!(
-            "latchgate: without a full report, since the worst have theirs: {}",
+            "latchgate: pairs without a full report, which the worst have: {}",
             gate::text::counted(left_out, "pair")
         ));
     }
@@ -350,9 +349,9 @@ fn check_baseline(own: &GateArguments, folder: &Path) -> Result<(), Failure> {
     }
     Err(Failure::Usage(
         Error::malformed(
-            "a baseline outside the folder that the gate writes",
+            "a baseline outside the gate's report folder",
             format!("it in {}", folder.display()),
-            "keep it elsewhere, or name another folder with the setting `out`",
+            "keep it elsewhere, or state another folder with the setting `out` = DIR",
         )
         .at(Place::file("--baseline")),
     ))

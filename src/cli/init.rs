@@ -22,7 +22,7 @@ pub struct InitArguments {
 /// A file to start from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Template {
-    /// What a recording's file does not say: RECORDING.toml.
+    /// What a recording's file does not state: RECORDING.toml.
     Card,
     /// A lever, its stop and the criterion.
     Design,

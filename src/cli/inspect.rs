@@ -148,7 +148,7 @@ fn choice(text: &mut String, listing: &Listing) {
             }
             let taken = listing.channels.iter().find(|entry| entry.name == *name);
             if let Some(hash) = taken.and_then(|entry| entry.content_sha256.as_ref()) {
-                let _ = writeln!(text, "signal: sha256 {hash}, whatever file it came from");
+                let _ = writeln!(text, "signal: sha256 {hash}, the same in any file format");
             }
         }
         (None, Some(reason)) => {
@@ -205,9 +205,6 @@ fn findings(text: &mut String, listing: &Listing, all: bool) {
     let passed_over = listing.channels.iter().filter(|entry| !shown(entry));
     let untold: usize = passed_over.map(|entry| entry.findings.len()).sum();
     if untold > 0 {
-        let _ = writeln!(
-            text,
-            "{untold} findings on channels that are passed over: -v shows them"
-        );
+        let _ = writeln!(text, "{untold} findings on other channels; -v shows them");
     }
 }

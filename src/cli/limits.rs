@@ -84,8 +84,8 @@ fn table(listing: &LimitList) -> String {
         );
     }
     text.push_str(
-        "\nChange one with --limit KEY=VALUE, for example --limit text_bytes=512MiB; the option may be \
-         given more than once and with every command. Higher limits cost memory.\n",
+        "\nChange one with --limit KEY=VALUE, for example --limit text_bytes=512MiB. Every command \
+         takes the option, more than once. Higher limits cost memory.\n",
     );
     text
 }

@@ -56,7 +56,7 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
     }
     if margins.spoiled {
         output::talk(&format!(
-            "latchgate: {}: a blocking finding spoils the recording; its margins are no evidence",
+            "latchgate: {}: the recording has a blocking finding; its margins prove nothing",
             document.recording.file
         ));
         return Ok(COULD_NOT);

@@ -35,7 +35,7 @@ fn count(least: u32, most: u32) -> impl Fn(&str) -> Result<u32, String> + Clone 
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Global")]
 pub struct Common {
-    /// Say how the answer came about, and more on stderr: -v info, -vv debug, -vvv trace
+    /// Show how the answer was found, and log more to stderr: -v info, -vv debug, -vvv trace
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
     /// Log to stderr as [text|json][:LEVEL], LEVEL one of error, warn, info, debug, trace
@@ -44,7 +44,7 @@ pub struct Common {
     /// Threads to use; the numbers do not depend on it [default: all cores]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), allow_hyphen_values = true)]
     pub threads: Option<u16>,
-    /// Form of the answer on stdout
+    /// Format of the answer on stdout
     #[arg(long, global = true, value_enum, ignore_case = true, default_value_t = OutputFormat::Text)]
     pub format: OutputFormat,
     /// When the answer is coloured
@@ -94,10 +94,10 @@ pub struct ReadArguments {
     /// Recording to read; - for standard input
     #[arg(value_name = "RECORDING")]
     pub recording: PathBuf,
-    /// Format of the recording, if it shall not be detected
+    /// Format of the recording [default: detected]
     #[arg(long, value_name = "FORMAT", value_parser = ValueWords::of(Setting::InputFormat, |text| Ok(text.to_string())))]
     pub input_format: Option<String>,
-    /// Column name or 1-based number, or MCAP topic:field.path [default: the one lateral acceleration]
+    /// Column name, 1-based number or MCAP topic:field.path [default: the one lateral acceleration]
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub channel: Option<String>,
     /// Column name or 1-based number of the time [default: found]
@@ -108,44 +108,40 @@ pub struct ReadArguments {
         allow_hyphen_values = true
     )]
     pub time_column: Option<String>,
-    /// Unit of the time column: s, ms, us, ns, min, h or day, also behind a number: 10us, 0.1ms [default: as the file states, else s]
+    /// Unit of the time column: s, ms, us, ns, min, h, day, or 10us [default: the file's, else s]
     #[arg(long, value_name = "UNIT", hide_possible_values = true, value_parser = ValueWords::of(Setting::TimeUnit, parse_time_unit))]
     pub time_unit: Option<TimeUnit>,
-    /// Whose clock tells the time of a log's messages: the stamp in them, or when they were logged or
-    /// published [default: header where the messages have stamps, else log]
+    /// Clock of a log's messages [default: header if the messages have stamps, else log]
     #[arg(long, value_name = words_shown(Setting::TimeSource), hide_possible_values = true, value_parser = ValueWords::of(Setting::TimeSource, MessageClock::from_word))]
     pub time_source: Option<MessageClock>,
-    /// Line of a text table that names its columns; lines above it are no samples [default: found]
+    /// Line of a text table that names its columns [default: found]
     #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_hyphen_values = true)]
     pub header_line: Option<u32>,
-    /// Line of a text table that holds the units of its columns, where it is not beside the names
+    /// Line of a text table that holds the units of its columns [default: found]
     #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), allow_hyphen_values = true)]
     pub unit_line: Option<u32>,
-    /// Last line of a text table; lines below it are no samples [default: the file's last line]
+    /// Last line of a text table [default: the file's last line]
     #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), allow_hyphen_values = true)]
     pub last_line: Option<u32>,
-    /// Lines at the start of a text table to pass over [default: found]
+    /// Lines to skip at the start of a text table [default: found]
     #[arg(long, value_name = "N", value_parser = count(0, u32::MAX), allow_hyphen_values = true)]
     pub skip_lines: Option<u32>,
-    /// Decimal mark of a text table; the other mark may then separate thousands [default: found]
+    /// Decimal mark of a text table; the other may separate thousands [default: found]
     #[arg(long, value_name = words_shown(Setting::Decimal), hide_possible_values = true, value_parser = ValueWords::of(Setting::Decimal, DecimalMark::from_word))]
     pub decimal: Option<DecimalMark>,
-    /// Sample rate where the file holds no time, or no unit of it; held against its steps [Hz]
+    /// Sample rate where the file holds no time or no unit of time [Hz]
     #[arg(long, value_name = "HZ", value_parser = parse_positive, allow_hyphen_values = true)]
     pub rate_hz: Option<f64>,
-    /// Instant of first contact on the file's clock [s]; MCAP: also from the first sample on, as times
-    /// are shown [default: 0 of that clock; MCAP: the first sample]
+    /// First contact on the file's clock [s] [default: 0; MCAP: the first sample]
     #[arg(long, value_name = "S", value_parser = parse_finite, allow_hyphen_values = true)]
     pub time_zero: Option<f64>,
-    /// Unit of acceleration [default: as header, units row, card or format states]
+    /// Unit of acceleration [default: that of header, units row, card or format]
     #[arg(long, value_name = words_shown(Setting::Unit), hide_possible_values = true, value_parser = ValueWords::of(Setting::Unit, AccelerationUnit::from_word))]
     pub unit: Option<AccelerationUnit>,
-    /// What one of the samples means as an acceleration, where they are volts, counts or another
-    /// quantity: '20 g/V', or '10 mV/g'
+    /// Sensitivity where samples are volts, counts or the like: '20 g/V' or '10 mV/g'
     #[arg(long, value_name = "NUMBER UNIT/UNIT", value_parser = parse_sensitivity, conflicts_with = "unit")]
     pub sensitivity: Option<SensorSensitivity>,
-    /// Remark that a person has read and accepts, by its text as it is shown; it does not block any
-    /// more, and that is told. May be given several times
+    /// Accept a remark by its text as shown, so that it does not block; may be repeated
     #[arg(long, value_name = "TEXT", allow_hyphen_values = true)]
     pub accept_remark: Vec<String>,
 }
@@ -204,63 +200,55 @@ pub struct ReplayArguments {
     /// How the recording is read.
     #[command(flatten)]
     pub read: ReadArguments,
-    /// Velocity change of the sensor's place in the event, from another source such as film, another
-    /// sensor or the test report [m/s]; the samples must give that within a factor of two
-    /// [default: the card]
+    /// Velocity change of the sensor's place, from another source [m/s] [default: the card]
     #[arg(help_heading = "Signal", long, value_name = "M/S", value_parser = parse_positive, allow_hyphen_values = true)]
     pub velocity_change: Option<f64>,
-    /// What a person has checked of a recording that is unlike a crash: clock, its sample rate and
-    /// length; several words with commas
+    /// Confirm what is unlike a crash: clock (sample rate and length)
     #[arg(help_heading = "Signal", long, value_name = "WORD", value_delimiter = ',', value_parser = ValueWords::of(Setting::Accept, AcceptedWord::from_word))]
     pub accept: Vec<AcceptedWord>,
-    /// Sign of the recorded acceleration that opens the lever; both: judge each, the worse counts
-    /// [default: the card; else both are judged and must agree]
+    /// Opening direction; both: the worse counts [default: the card, else both must agree]
     #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::OpensWhen), hide_possible_values = true, value_parser = ValueWords::of(Setting::OpensWhen, CardPolarity::from_word))]
     pub opens_when: Option<CardPolarity>,
-    /// Window whose mean is removed, START..END in s, or none [default: all samples at t <= -1 ms
-    /// if they span at least 5 ms]
+    /// Window in s whose mean is removed [default: t <= -1 ms if that spans at least 5 ms]
     #[arg(help_heading = "Signal", long, value_name = "START..END|none", hide_possible_values = true, value_parser = ValueWords::of(Setting::Bias, parse_bias), allow_hyphen_values = true)]
     pub bias: Option<BiasWindow>,
-    /// Channel frequency class [default: cfc1000 where the rate is at least 10 kHz, else none]
+    /// Channel frequency class [default: cfc1000 from 10 kHz on, else none]
     #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::Filter), hide_possible_values = true, value_parser = ValueWords::of(Setting::Filter, FilterChoice::from_word))]
     pub filter: Option<FilterChoice>,
     /// Filter constant and end treatment
     #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::FilterStandard), hide_possible_values = true, value_parser = ValueWords::of(Setting::FilterStandard, FilterStandard::from_word), default_value = "iso6487")]
     pub filter_standard: FilterStandard,
-    /// How the acceleration runs between samples: within their band, or by straight lines, which suit
-    /// pulses made with corners
+    /// How the acceleration runs between samples; linear suits pulses with corners
     #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::Between), hide_possible_values = true, value_parser = ValueWords::of(Setting::Between, Between::from_word), default_value = "band-limited")]
     pub between: Between,
     /// Rate fed to the model [Hz], or native
     #[arg(help_heading = "Signal", long, value_name = "HZ|native", hide_possible_values = true, value_parser = ValueWords::of(Setting::Resample, parse_resample), default_value = "native", allow_hyphen_values = true)]
     pub resample: Resample,
-    /// Judge only crossings inside START..END in s; the whole record drives the lever
+    /// Judge crossings in START..END only [s]; the whole record drives the lever
     #[arg(help_heading = "Signal", long, value_name = "START..END", value_parser = parse_window, allow_hyphen_values = true)]
     pub window: Option<(f64, f64)>,
     /// Design file (TOML) [default: the paper's lever]
     #[arg(help_heading = "Design", long, value_name = "FILE")]
     pub design: Option<PathBuf>,
-    /// Override of one design key, for example lever.preload_torque_nm=2.82
+    /// Override one design key, for example lever.preload_torque_nm=2.82
     #[arg(help_heading = "Design", long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Stop model; auto: the answer both give, undecided where they differ
+    /// Stop model; auto: both must agree, else undecided
     #[arg(help_heading = "Design", long, value_enum, ignore_case = true, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
-    /// Integrator; all but event-driven are there to be compared with
+    /// Integrator; all but event-driven are for comparison
     #[arg(help_heading = "Decision", long, value_enum, ignore_case = true, default_value_t = MethodArgument::EventDriven)]
     pub method: MethodArgument,
-    /// Steps of the fixed-step methods per natural period of the lever
+    /// Steps per natural period of the fixed-step methods
     #[arg(help_heading = "Decision", long, value_name = "N", value_parser = count(1, u32::MAX), default_value_t = STEPS_PER_PERIOD_DEFAULT, allow_hyphen_values = true)]
     pub steps_per_period: u32,
-    /// Error that event-driven and dopri5 let pass in a step [rad] [default: 1e-17; dopri5: 1e-9,
-    /// absolute and relative, 1e-14 at least]
+    /// Error per step of event-driven and dopri5 [rad] [default: 1e-17; dopri5: 1e-9]
     #[arg(help_heading = "Decision", long, value_name = "RAD", value_parser = parse_tolerance, allow_hyphen_values = true)]
     pub tolerance: Option<f64>,
-    /// Largest ensemble of levers scattered as design and input are uncertain; it ends earlier
-    /// where fewer decide; 0: the nominal runs alone
+    /// Largest number of varied levers; fewer if they decide; 0: the nominal lever alone
     #[arg(help_heading = "Decision", long, value_name = "N", default_value_t = MEMBERS_DEFAULT, value_parser = count(0, MEMBERS_MAX), allow_hyphen_values = true)]
     pub members: u32,
-    /// Seed of the ensemble
+    /// Seed of the varied levers
     #[arg(help_heading = "Decision", long, value_name = "N", default_value_t = SEED_DEFAULT, value_parser = parse_count, allow_hyphen_values = true)]
     pub seed: u64,
     /// Initial angle [rad] [default: at rest on the stop]
@@ -318,7 +306,7 @@ pub struct ReplayCommand {
     /// What is replayed.
     #[command(flatten)]
     pub replay: ReplayArguments,
-    /// Further recordings; each is judged by itself, and a table is printed
+    /// More recordings; each is judged alone, and a table is printed
     #[arg(value_name = "RECORDING")]
     pub further: Vec<PathBuf>,
     /// Write time, acceleration, velocity and each run's angle to this file, as CSV
@@ -329,10 +317,10 @@ pub struct ReplayCommand {
         conflicts_with = "further"
     )]
     pub series: Option<PathBuf>,
-    /// Open the report when it is written
+    /// Open the report
     #[arg(help_heading = "Output", long, conflicts_with = "no_report")]
     pub open: bool,
-    /// Write report.pdf too, by a Chromium or Chrome that is found
+    /// Write report.pdf too, with an installed Chromium or Chrome
     #[arg(help_heading = "Output", long, conflicts_with = "no_report")]
     pub pdf: bool,
 }
@@ -343,7 +331,7 @@ pub struct MarginArguments {
     /// What is replayed.
     #[command(flatten)]
     pub replay: ReplayArguments,
-    /// Distance from the pivot of the counterweight, fixed to the lever on the pivot's far side [m]
+    /// Distance of the counterweight from the pivot, opposite the lever's centre of mass [m]
     #[arg(long, value_name = "M", value_parser = parse_positive, default_value_t = 0.03, allow_hyphen_values = true)]
     pub counterweight_radius: f64,
 }
@@ -368,8 +356,7 @@ pub struct VerifyArguments {
     /// Verdict to verify: a verdict.json of latchgate replay, or its output with --format json
     #[arg(value_name = "VERDICT.json")]
     pub verdict: PathBuf,
-    /// The recording, under whatever name [default: that of the verdict's name, beside the verdict
-    /// or in the current folder]
+    /// The recording [default: by its name in the verdict, beside it or in the current folder]
     #[arg(long, value_name = "FILE", allow_hyphen_values = true)]
     pub recording: Option<PathBuf>,
 }
@@ -380,7 +367,7 @@ pub struct CompareArguments {
     /// Two to eight verdict.json of latchgate replay
     #[arg(value_name = "VERDICT.json", required = true, num_args = 2..=8)]
     pub verdicts: Vec<PathBuf>,
-    /// Folder of the page [default: reports/out/compare-A-B, by the ids of the reports]
+    /// Folder of the page [default: reports/out/compare-A-B, with the report ids]
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: Option<PathBuf>,
     /// Write no page
@@ -405,7 +392,7 @@ pub struct StudyCommon {
     /// Design file (TOML) [default: the paper's lever]
     #[arg(long, value_name = "FILE")]
     pub design: Option<PathBuf>,
-    /// Override of one design key, for example lever.preload_torque_nm=2.82
+    /// Override one design key, for example lever.preload_torque_nm=2.82
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }

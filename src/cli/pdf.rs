@@ -47,7 +47,7 @@ pub(super) fn print(folder: &Path) -> Result<PathBuf, Error> {
             &target,
             "a Chromium or Chrome to print the report",
             "none is installed",
-            &format!("install one, or name it in the variable {VARIABLE}"),
+            &format!("install one, or set the variable {VARIABLE} to its path"),
         ));
     };
     // An earlier one must not be taken for this report's.

@@ -21,10 +21,7 @@ pub(super) fn command(own: &ServeArguments) -> Result<u8, Failure> {
         Ok(code) => Ok(code),
         Err(error) => Err(Failure::Data(Error::io(
             "start the service, latchgate-serve",
-            &format!(
-                "{error}; build it with cargo build --release -p latchgate-service, or start it \
-                 with cargo run --release -p latchgate-service"
-            ),
+            &format!("{error}; start it: cargo run --release -p latchgate-service"),
         ))),
     }
 }

@@ -44,7 +44,7 @@ use std::path::PathBuf;
 /// The studies.
 #[derive(Debug, Clone, Subcommand)]
 pub enum Study {
-    /// Fig. 2: the damping ratio that stands for a restitution, and how far that holds
+    /// Fig. 2: damping ratio against restitution, and how far that holds
     Restitution(restitution::Arguments),
     /// Fig. 3: fixed-step Runge-Kutta on free impacts, and the limit where it fails
     StepSize(step_size::Arguments),
@@ -60,7 +60,7 @@ pub enum Study {
     Basins(basins::Arguments),
     /// Beyond the paper: what amplitude and frequency open the latch
     ExcitationMap(excitation_map::Arguments),
-    /// Fig. 10: where the lever ends up from different starts under one sine
+    /// Fig. 10: where the lever ends from three starts under one sine
     Histories(histories::Arguments),
     /// Fig. 11: response to the shock of a side impact
     Shock(shock::Arguments),
@@ -68,7 +68,7 @@ pub enum Study {
     WorkPrecision(work_precision::Arguments),
     /// Where each method fails: step against stiffness, grazing, chatter, events inside a sample
     Stability(stability::Arguments),
-    /// What damage to a recording is seen, and what cannot be: damages at random, judged
+    /// What damage to a recording is detected, by random damages
     Damages(damages::Arguments),
 }
 
@@ -127,7 +127,7 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
     .map_err(Failure::Data)?;
     if !complete {
         output::talk(&format!(
-            "{}; what was done until then is written",
+            "{}; what was computed until then is written",
             progress::WORD
         ));
         return Ok(INTERRUPTED);

@@ -126,7 +126,7 @@ fn recording(own: &VerifyArguments, stored: &Stored) -> Result<PathBuf, Error> {
     found.cloned().ok_or_else(|| {
         let absent = format!(
             "no file or folder {name:?} beside the verdict, where it was replayed or in the \
-             current folder; name it with --recording"
+             current folder; state it with --recording FILE"
         );
         Error::io("find the recording", &absent).at(place(&own.verdict))
     })

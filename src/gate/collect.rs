@@ -66,7 +66,7 @@ impl<'a> Collection<'a> {
             let error = Error::malformed(
                 "the folder of a store",
                 "none",
-                "name the store of the shares",
+                "state the store of the shares",
             );
             return Err(error.at(Place::path(folder)));
         }

@@ -102,8 +102,8 @@ impl GateFile {
             let hint = match error.message() {
                 // A key and tables of the same name, which TOML does not allow.
                 said if said.contains("duplicate key") => {
-                    "write each key of a table once; beside [[require]] tables, a [[require]] with \
-                     nothing but its `verdict`, before the others, speaks of all pairs"
+                    "write each key of a table once; for all pairs, put a [[require]] with only \
+                     its `verdict` before the others"
                 }
                 _ => "write tables such as [[recordings]] and [[designs]]",
             };
@@ -222,7 +222,7 @@ fn not_tables(kind: &str, found: &toml::Value) -> Error {
     Error::malformed(
         &expected,
         with_article(found.type_str()),
-        "mend the gate file",
+        "correct the gate file",
     )
 }
 
@@ -255,7 +255,7 @@ fn entry_of(
                 return Err(Error::malformed(
                     "a `reason`",
                     "none",
-                    "say why the pair is let through",
+                    "state why the pair is let through",
                 ));
             }
             gate.allow.push(Exception {
@@ -353,11 +353,7 @@ impl Entry {
             Some(toml::Value::String(text)) => text,
             Some(other) => return Err(wrong(key, expected, &other)),
             None => {
-                return Err(Error::malformed(
-                    "`until`",
-                    "none",
-                    "say until which day it holds",
-                ));
+                return Err(Error::malformed("`until`", "none", "state its last day"));
             }
         };
         if is_day(&text) {
@@ -448,7 +444,7 @@ fn wrong(key: &str, expected: &str, found: &toml::Value) -> Error {
     Error::malformed(
         format!("`{key}` to be {expected}"),
         &found,
-        "mend the gate file",
+        "correct the gate file",
     )
 }
 

@@ -123,8 +123,8 @@ fn full(
     if outcome.document.report_id != pair.row.report_id {
         let error = Error::malformed(
             "the recording as it was judged",
-            "another one, or another card, by the time of its report",
-            "run the gate again when nothing writes there",
+            "another one, or another card, when its report was written",
+            "run the gate again when no program writes there",
         );
         return Err(error.at(Place::file(pair.recording.as_str())));
     }
@@ -155,9 +155,9 @@ fn others(folder: &Path) -> Option<Result<(), Error>> {
         .collect();
     let other = names.iter().find(|name| !OURS.contains(&name.as_str()))?;
     let error = Error::malformed(
-        "a folder of a gate's own, since it is replaced",
+        "a folder for the gate alone, since it is replaced",
         format!("`{other}` in it"),
-        "name another folder with the setting `out`",
+        "state another folder with the setting `out` = DIR",
     );
     Some(Err(error.at(Place::path(folder))))
 }

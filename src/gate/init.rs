@@ -15,7 +15,7 @@ const DEPTH_MAX: usize = 16;
 
 /// What the file begins with.
 const HEAD: &str = "\
-# What is judged, with which levers, and what is required of the answers; docs/gate.md tells the words.
+# Recordings, designs and required answers; docs/gate.md lists the keys.
 
 require = \"pass\"
 ";
@@ -91,7 +91,7 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
         );
     }
     if !left.is_empty() {
-        out.push_str("\n# Not judged as they are; take in what a setting mends:\n");
+        out.push_str("\n# Not judged as they are; include those that a setting fixes:\n");
     }
     for (name, reason) in left {
         let reason = reason.replace(|c: char| c.is_control(), " ");

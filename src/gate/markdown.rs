@@ -223,10 +223,7 @@ fn cut(text: String) -> String {
         .nth(CHARACTERS_MAX - 100)
         .map_or(text.len(), |(at, _)| at);
     let end = text[..end].rfind('\n').unwrap_or(end);
-    format!(
-        "{}\n\nCut here; summary.json holds the rest.\n",
-        &text[..end]
-    )
+    format!("{}\n\nCut here; summary.json has the rest.\n", &text[..end])
 }
 
 /// Returns annotations as GitHub Actions reads them from a step's output, ten at most, in the gate file at

@@ -214,7 +214,7 @@ fn matrix(summary: &GateSummary, reports: &ReportFolders) -> Markup {
         return html! {
             section #matrix {
                 h2 { "Recordings and designs" }
-                p.note { "Too many pairs to be shown at once; summary.csv holds every one." }
+                p.note { "Too many pairs to show at once; summary.csv has all." }
             }
         };
     }
@@ -224,7 +224,8 @@ fn matrix(summary: &GateSummary, reports: &ReportFolders) -> Markup {
         section #matrix .wide[designs > UPRIGHT_DESIGNS_MAX] {
             h2 { "Recordings and designs" }
             p.note {
-                "Each cell holds the answer and the margin: how far the nominal peak stays below the limit angle, its error taken off, "
+                "Each cell shows the answer and the margin: how far the nominal lever's largest \
+                 angle plus its error stays below the limit angle, "
                 "in percent of the limit. A ring marks what is not as required."
             }
             div.tools hidden {
@@ -235,7 +236,7 @@ fn matrix(summary: &GateSummary, reports: &ReportFolders) -> Markup {
                 span #shown role="status" {}
             }
             @if many {
-                p.paper.note { "The matrix is too wide to be printed; summary.csv holds every pair." }
+                p.paper.note { "The matrix is too wide to print; summary.csv has every pair." }
             }
             div.scroll.unprinted[many] tabindex="0" role="region" aria-label="Matrix of recordings and designs" {
                 table.matrix {

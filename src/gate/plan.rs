@@ -114,7 +114,7 @@ fn chosen<'a>(
     patterns: &[String],
     means: fn(&Pattern, &str) -> bool,
 ) -> Result<Vec<bool>, Error> {
-    const HINT: &str = "mend the pattern; the list of pairs shows the names";
+    const HINT: &str = "correct the pattern; the list of pairs shows the names";
     let names: Vec<&str> = names.collect();
     let mut chosen = vec![patterns.is_empty(); names.len()];
     for text in patterns {
@@ -177,7 +177,7 @@ impl Plan {
             (file.designs.is_empty(), "[[designs]]"),
         ] {
             if missing {
-                let hint = "a gate that judges nothing lets everything through; add it";
+                let hint = "add one; an empty gate would let everything through";
                 errors.push(Error::malformed(what, "none", hint).at(Place::file(gate)));
             }
         }
@@ -285,11 +285,11 @@ impl Plan {
 }
 
 /// What to do about a pattern of an entry that names nothing.
-const OF_ENTRY: &str = "mend the pattern, or take the entry out";
+const OF_ENTRY: &str = "correct the pattern, or remove the entry";
 
 fn matches_nothing(what: &str, key: &str, pattern: &str, hint: &str) -> Error {
     Error::malformed(
-        format!("one of the {key} to be named `{pattern}` by this {what}"),
+        format!("one of the {key} with the name `{pattern}` for this {what}"),
         "none",
         hint,
     )
@@ -351,7 +351,7 @@ fn recordings(
                         let error = Error::malformed(
                             format!("`{name}` with one setting"),
                             "two entries that judge it differently",
-                            "let one entry match it, or give it a channel in both",
+                            "let only one entry match it, or state a channel in both",
                         );
                         errors.push(error.at(entry.place.clone()));
                     }
@@ -379,8 +379,8 @@ fn paths(files: &str, folder: &Path, own: &[PathBuf]) -> Result<Vec<PathBuf>, Er
         Error::malformed(
             format!("a recording at `{files}`"),
             "none",
-            "mend the path or pattern; it is relative to the gate file, ** stands for folders (so \
-             **/* for all files below), and [[] for the letter [",
+            "correct the path or pattern; it is relative to the gate file; **/* matches all files \
+             below it; [[] matches the letter [",
         )
     };
     let plain = folder.join(files);
@@ -442,9 +442,9 @@ fn unnameable(folder: &Path, files: &str) -> Result<(), Error> {
             if name.to_str().is_none() {
                 let found = format!("`{}` in {}", name.to_string_lossy(), folder.display());
                 return Err(Error::malformed(
-                    "names in UTF-8 where a pattern looks",
+                    "names in UTF-8 where the pattern searches",
                     &found,
-                    "give the file another name; no pattern matches this one",
+                    "rename the file; no pattern matches this name",
                 ));
             }
             if depth > 1 && entry.file_type().is_ok_and(|kind| kind.is_dir()) {

@@ -62,8 +62,8 @@ pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> Gate
             code: "pair-vanished".into(),
             line: None,
             text: format!(
-                "{recording} with {design} stands in the baseline and was not judged; put it \
-                 back, or say that pairs may be gone with the setting `allow_removed`"
+                "{recording} with {design} is in the baseline, but was not judged; restore it, or \
+                 allow it with the setting `allow_removed`"
             ),
         }));
     }
@@ -71,7 +71,7 @@ pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> Gate
         problems.push(GateProblem {
             code: "nothing-judged".into(),
             line: None,
-            text: "no pair was judged: this is never a pass".into(),
+            text: "no pair was judged, which is never a pass".into(),
         });
     }
     let worst = if problems.is_empty() && counts.pairs > 0 {
@@ -140,8 +140,8 @@ fn exceptions(plan: &Plan, needed: &[bool], date: &str) -> Vec<GateProblem> {
                 code: "exception-expired".into(),
                 line: place.line,
                 text: format!(
-                    "{place}: the exception \"{reason}\" held until {}, this is {date}; decide the \
-                     pair, or extend it",
+                    "{place}: the exception \"{reason}\" ended on {}, today is {date}; decide the \
+                     pair, or extend the exception",
                     exception.until
                 ),
             });
@@ -150,8 +150,8 @@ fn exceptions(plan: &Plan, needed: &[bool], date: &str) -> Vec<GateProblem> {
                 code: "exception-not-needed".into(),
                 line: place.line,
                 text: format!(
-                    "{place}: no pair that the exception \"{reason}\" names is undecided and without \
-                     an earlier exception; take it out"
+                    "{place}: the exception \"{reason}\" matches no undecided pair without an \
+                     earlier exception; remove it"
                 ),
             });
         }

@@ -192,7 +192,7 @@ fn facts(read: &RecordingBlock) -> ReadFacts {
 
 pub(super) fn changed(recording: &PlannedRecording, when: &str) -> Error {
     let found = format!("another one, or another card: its hash changed {when}");
-    let hint = "run the gate, or submit it, again when nothing writes there";
+    let hint = "run or submit the gate again when no program writes there";
     Error::malformed("the recording as it was", &found, hint)
         .at(Place::file(recording.name.clone()))
 }
@@ -215,8 +215,8 @@ impl Plan {
             let (recording, design) = (&self.recordings[recording], &self.designs[design]);
             let error = Error::malformed(
                 format!("one decision of {} with {}", recording.name, design.name),
-                "two that differ: a file changed unseen, or one of the machines does not work as it should",
-                "keep the store for whoever looks into it, and judge into another one",
+                "two that differ: a file changed unnoticed, or a machine is faulty",
+                "keep this store as evidence, and judge into another one",
             );
             return Err(error.at(Place::file(file.as_str())));
         }

@@ -32,7 +32,7 @@ pub fn schema() -> Value {
     let [recordings_key, designs_key, require_key, allow_key] = TABLES;
     let require = array(&OF_REQUIRE, &["verdict"], &|key| match key {
         "verdict" => verdict.clone(),
-        _ => described(&text, "Pattern of names; every one where it is left out"),
+        _ => described(&text, "Pattern of names; all if left out"),
     });
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -44,8 +44,9 @@ pub fn schema() -> Value {
             recordings_key: {"type": "array", "minItems": 1, "items": table(&Value::Object(recordings), &[FILES])},
             designs_key: {"type": "array", "minItems": 1, "items": array(&OF_DESIGNS, &[], &|key| match key {
                 "set" => described(&set, "Overrides of design keys"),
-                "file" => described(&text, "Design file, relative to the gate file; the paper's lever where none is named"),
-                _ => described(&text, "Name; the design file's where none is given"),
+                "file" => described(&text, "Design file, relative to the gate file; the paper's \
+                                            lever if left out"),
+                _ => described(&text, "Name; that of the design file if left out"),
             })},
             require_key: {"anyOf": [verdict, {"type": "array", "items": require}]},
             allow_key: {"type": "array", "items": array(&OF_ALLOW, &OF_ALLOW, &|key| match key {

@@ -170,10 +170,9 @@ impl Sharing<'_> {
 
 /// Says why a recording is not judged.
 fn left(recording: &PlannedRecording) -> Error {
-    let expected = "a recording that does not end the process that judges it";
-    let found = format!("one that was begun {BEGUN_MAX} times and never ended");
-    let hint = "look for what is odd in it, or give the process more memory; the gate without \
-                shares judges it all the same";
+    let expected = "a recording that does not end its process";
+    let found = format!("one that was begun {BEGUN_MAX} times and never finished");
+    let hint = "inspect it, or give the process more memory; the gate without shares judges it too";
     Error::malformed(expected, found, hint).at(Place::file(recording.name.clone()))
 }
 

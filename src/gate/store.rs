@@ -407,7 +407,7 @@ impl Known {
         if damaged > 0 {
             let lines = super::text::counted(damaged, "line");
             self.damages.push(format!(
-                "{name}: {lines} without a checksum that fits; what stood there is judged again"
+                "{name}: {lines} with a wrong checksum; those pairs are judged again"
             ));
         }
         self.files.insert(name, length);

@@ -176,8 +176,7 @@ impl Submission {
             Some(submission) if submission.id() == id => Ok(submission),
             other => {
                 let found = other.map_or("none".into(), |other| other.id());
-                let hint =
-                    "the sweep was submitted again since; let the tasks of the newer one work";
+                let hint = "the sweep was submitted again since; let the newer tasks run";
                 let error = Error::malformed(format!("the submission {id}"), &found, hint);
                 Err(error.at(Place::file(Self::path(folder, gate).display().to_string())))
             }

@@ -192,8 +192,8 @@ impl PairGroup<'_> {
 pub(super) fn headline(summary: &GateSummary) -> String {
     let counts = &summary.counts;
     let mut text = match counts.not_as_required {
-        0 if counts.pairs == 1 => "the one pair stands".into(),
-        0 => format!("all {} pairs stand", counts.pairs),
+        0 if counts.pairs == 1 => "the one pair is as required".into(),
+        0 => format!("all {} pairs are as required", counts.pairs),
         some => {
             let are = if some == 1 { "is" } else { "are" };
             let pairs = counted(counts.pairs, "pair");
@@ -222,7 +222,7 @@ pub(super) fn headline(summary: &GateSummary) -> String {
         let _ = write!(text, "; {}", counted(summary.problems.len(), "problem"));
     }
     if summary.is_part() {
-        text.push_str("; not the gate's answer, which takes every pair");
+        text.push_str("; not the gate's answer, which needs every pair");
     }
     let _ = write!(text, " (exit {})", summary.exit_code);
     text
@@ -268,7 +268,7 @@ fn share(row: &DecisionRow) -> Option<String> {
     let tells = apart > row.uncertainty_rad?;
     (!tells).then(|| {
         format!(
-            "{} to {} % of scattered levers cross; ",
+            "{} to {} % of varied levers open; ",
             number::plain(100.0 * lower, 3),
             number::plain(100.0 * upper, 3)
         )

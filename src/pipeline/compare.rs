@@ -158,25 +158,28 @@ fn told(
         "recording.sha256" => (
             DifferenceKind::File,
             format!(
-                "The recording is another file: its SHA-256 is {after}, that in the verdict {before}."
+                "The recording is another file: its SHA-256 is {after}, in the verdict {before}."
             ),
         ),
         part if part.starts_with("recording.parts") => (
             DifferenceKind::File,
             format!(
-                "A file that is read with the recording is another, first in {at}: {before} in the verdict, {after} now."
+                "A file beside the recording has changed, first in {at}: {before} in the verdict, \
+                 {after} now."
             ),
         ),
         "recording.card_sha256" => (
             DifferenceKind::Card,
             format!(
-                "The card beside the recording is another: its SHA-256 is {after}, that in the verdict {before}."
+                "The card beside the recording has changed: its SHA-256 is {after}, in the verdict \
+                 {before}."
             ),
         ),
         _ if versions.0 != versions.1 => (
             DifferenceKind::Version,
             format!(
-                "The verdict is by version {}, this is {}, and they differ first in {at}: {before} in the verdict, {after} now.",
+                "The verdict is by version {}, this is {}. The first difference is {at}: {before} \
+                 in the verdict, {after} now.",
                 versions.0, versions.1
             ),
         ),

@@ -129,7 +129,8 @@ impl Prepared {
         let named = if alone.is_empty() { all } else { alone };
         let names: Vec<&str> = named.iter().map(|of| of.name.as_str()).collect();
         let text = format!(
-            "By {} as asked for the answer is pass, by the defaults it is {}.",
+            "By {} the answer is pass, by the defaults it is {}. Judge by the defaults, or state \
+             in the report why the setting is right.",
             names.join(" and "),
             answer.name()
         );
@@ -187,7 +188,8 @@ fn bias_decides(answer: Answer) -> Reason {
     Reason {
         code: "bias-decides".into(),
         text: format!(
-            "The bias that was removed is doubtful, so the recording is judged without it as well: that gives {}, and a pass needs both. Name a quiet window before the event with the setting `bias`.",
+            "Without the doubtful bias the answer is {}. A pass must hold with and without it. \
+             Name a quiet window before contact with the setting `bias` = START..END.",
             answer.name()
         ),
     }

@@ -373,7 +373,7 @@ fn listed(
             Ok(odd) => findings.extend(odd),
             Err(error) => findings.push(Finding::warning(
                 "samples-unusable",
-                format!("replay would refuse the channel: {error}"),
+                format!("replay refuses this channel: {error}"),
             )),
         }
     }

@@ -392,7 +392,7 @@ fn neighbours(channel: &Channel, every: Result<&[Channel], &Error>, several: boo
         Err(error) => {
             return vec![Finding::info(
                 "neighbours-unread",
-                format!("the other channels were not held against this one: {error}"),
+                format!("the other channels were not compared with this one: {error}"),
             )];
         }
     };

@@ -64,7 +64,7 @@ fn malformed(expected: impl Into<String>, found: impl Into<String>) -> Error {
     Error::malformed(
         expected,
         found,
-        "give the verdict.json that latchgate replay wrote",
+        "give a verdict.json that latchgate replay wrote",
     )
 }
 
@@ -161,7 +161,7 @@ impl Stored {
         Err(Error::malformed(
             "the report_id that recording, request and design of the verdict give",
             "another one",
-            "they belong together; the verdict was changed by hand, or put together from two",
+            "replay the recording again; the verdict was changed by hand, or made of two",
         ))
     }
 }

@@ -335,12 +335,12 @@ fn cli_bad_tables_are_refused_at_their_place() {
     t.add(
         "starts.csv",
         table(|t| weak(t) + half_sine(t, -0.06, 0.02, -4.0)),
-        &["unusable: ", "what came before is missing"],
+        &["unusable: ", "the start of the event is missing"],
     );
     t.add(
         "ends.csv",
         table(|t| weak(t) + half_sine(t, 0.24, 0.02, -4.0)),
-        &["unusable: ", "what came after is missing"],
+        &["unusable: ", "the end of the event is missing"],
     );
     t.add(
         "slow.csv",
@@ -470,7 +470,7 @@ fn cli_bad_logs_are_refused_with_the_reason() {
     t.add(
         "cut.mcap",
         &whole[..end / 2],
-        &["the file is cut or contradicts itself"],
+        &["the file is cut or damaged"],
     );
     t.add("no-footer.mcap", &whole[..end - 37], &["footer"]);
     t.add("no-magic.mcap", &whole[..end - 8], &["end magic"]);

@@ -185,25 +185,25 @@ fn val_bad_time() {
         "time_s",
         "x_s",
         "",
-        "no time column by name; `x_s` rises by 0.0001 from row to row, 10000 Hz if in seconds",
+        "no time column by name; `x_s` rises by 0.0001 a row, 10000 Hz if in seconds",
     );
     check_refused_after(
         "time_s",
         "Time (ticks)",
         "",
-        "expected a time in a unit that is read, such as s, ms, 10 us or day, found `Time (ticks)`; state its unit with the setting `time_unit` = s|ms|us|ns|min|h|day, behind a number if need be, as in 10us, or its rate with the setting `rate_hz`",
+        "expected a known unit of time, such as s, ms, 10 us or day, found `Time (ticks)`; state its unit with the setting `time_unit` = s|ms|us|ns|min|h|day, or with a number before it, such as 10us, or the rate with the setting `rate_hz` = HZ",
     );
     check_refused(
         "date_time,a_g\n2020-01-01 10:00:00,1\n2020-01-01 10:00:01,2\n2020-01-32 10:00:02,2\n",
         &none(),
         ":4, column 1",
-        "expected a time as it is read here, found `2020-01-32 10:00:02`; times are read as seconds, as 10:00:00.0001",
+        "expected a time that latchgate reads, found `2020-01-32 10:00:02`; export times as seconds, 10:00:00.0001",
     );
     check_refused(
         "date_time,a_g\n1 o'clock,1\n2 o'clock,2\n",
         &none(),
         ":2, column 1",
-        "expected a time as it is read here, found `1 o'clock`",
+        "expected a time that latchgate reads, found `1 o'clock`",
     );
     check_refused(
         "time_1,a_g,time_2\n0,1,0\n1,2,1\n",
@@ -222,7 +222,7 @@ fn val_bad_time() {
         GOOD,
         &rate(5000.0),
         "",
-        "expected a rate of 5000 Hz, as option or card say, found 10000 Hz by the time column `time_s`",
+        "expected the stated rate of 5000 Hz, found 10000 Hz by the time column `time_s`",
     );
     check_refused(
         "a\n1\n2\n",
@@ -280,7 +280,7 @@ fn val_bad_shape() {
         "0.0002,0.3",
         "0.0002",
         ":4",
-        "expected 2 cells as in the rows before, found 1; a row is ragged",
+        "expected 2 cells as in the rows before, found 1; correct the row",
     );
     check_refused_after(
         "0.0002,0.3",
@@ -292,7 +292,7 @@ fn val_bad_shape() {
         "# one\n\n  # two\ntime_s,a_g\n0.0,1\n\n# three\n0.1\n",
         &none(),
         ":8",
-        "found 1; mend the export; if the table ends on line 5, state the setting `last_line` = 5",
+        "found 1; correct the export; if the table ends on line 5, state the setting `last_line` = 5",
     );
     check_refused(
         "time_s,a_g,b_g\n0.0,1\n0.1,2\n",
@@ -322,7 +322,7 @@ fn val_bad_shape() {
         "Test 7\n\nwhen,a_g\n0.0,1\n",
         &none(),
         ":3",
-        "expected numbers or a row of units after the header, found `when`; the columns seem to be named on line 3",
+        "expected numbers or a row of units after the header, found `when`; the column names seem to be on line 3",
     );
     check_refused(
         "time,a\ns,g\nleft,right\n0.0,1\n",
@@ -334,7 +334,7 @@ fn val_bad_shape() {
         "time_s,a_g\ns,m/s2\n0.0,1\n0.1,1\n",
         &none(),
         ", channel a_g",
-        "no unit of acceleration beyond doubt",
+        "no unit of acceleration is clear from header, units row or card",
     );
     check_refused(
         "0,5\n1,7\n2,6\n",
@@ -431,7 +431,7 @@ fn val_bad_content() {
         b"\x7FELF\x02\x01\x01\x00".to_vec(),
         &none(),
         "",
-        "the format is not recognised",
+        "unknown format (",
     );
     check_refused(
         b"t\x00i\x00m\x00e\x00".to_vec(),
@@ -517,7 +517,7 @@ fn val_bad_choice() {
         "time_s,p,q\n0.0,1,2\n0.1,4,5\n",
         &in_g(),
         "",
-        "each with what raises the doubt: p (`p`), q (`q`)",
+        "each with its doubt: p (`p`), q (`q`)",
     );
     check_refused(
         "time_s\n0.0\n0.1\n",
@@ -529,7 +529,7 @@ fn val_bad_choice() {
         "# unit: g\nt,a\n0.0,1\n0.1,4\n",
         &none(),
         ", channel a",
-        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = g|mg|m/s2|cm/s2|mm/s2|mm/ms2|ft/s2|in/s2|kilo-g",
+        "no unit of acceleration is clear from header, units row or card; state the setting `unit` = g|mg|m/s2|cm/s2|mm/s2|mm/ms2|ft/s2|in/s2|kilo-g",
     );
     check_refused(
         "0.0 1.5\n0.1 2.5\n",

@@ -103,7 +103,7 @@ fn cli_a_gate_that_stands_says_so() {
     assert_eq!(done.code, 0, "{}{}", done.out, done.err);
     assert!(
         done.out
-            .starts_with("GATE PASSED  all 2 pairs stand (exit 0)\n"),
+            .starts_with("GATE PASSED  all 2 pairs are as required (exit 0)\n"),
         "{}",
         done.out
     );
@@ -175,7 +175,7 @@ fn cli_some_pairs_of_a_gate_are_listed_or_judged() {
     assert_eq!(done.code, 0, "{}{}", done.out, done.err);
     assert!(
         done.out.starts_with(
-            "CHOSEN PAIRS PASSED  the one pair stands; not the gate's answer, which takes every pair (exit 0)\n"
+            "CHOSEN PAIRS PASSED  the one pair is as required; not the gate's answer, which needs every pair (exit 0)\n"
         ),
         "{}",
         done.out
@@ -326,7 +326,7 @@ fn cli_a_first_gate_file_is_one_that_runs() {
     assert!(text.contains("\"pass.csv\",\n"), "{text}");
     assert!(text.contains("# files = [\"notes.txt\"]"), "{text}");
     assert!(
-        text.contains("is not plainly a lateral acceleration")
+        text.contains("is not clearly a lateral acceleration")
             && text.contains("# files = [\"along.csv\"]"),
         "{text}"
     );
@@ -380,6 +380,10 @@ fn cli_the_sample_gate_stands() {
         "out",
     ]));
     assert_eq!(done.code, 0, "{}{}", done.out, done.err);
-    assert!(done.out.contains("all 6 pairs stand"), "{}", done.out);
+    assert!(
+        done.out.contains("all 6 pairs are as required"),
+        "{}",
+        done.out
+    );
     assert!(done.out.contains("pass 4, fail 2"), "{}", done.out);
 }

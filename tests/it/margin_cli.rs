@@ -143,7 +143,7 @@ fn cli_margin_of_a_spoiled_recording_ends_with_four() {
         "json",
     ]);
     assert_eq!(done.code, 4, "{}", done.err);
-    assert!(done.err.contains("no evidence"), "{}", done.err);
+    assert!(done.err.contains("prove nothing"), "{}", done.err);
     let document = done.document();
     assert_eq!(document["basis"], "nominal run");
     assert!(

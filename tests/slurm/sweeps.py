@@ -262,7 +262,7 @@ class OnSlurm(Sweep):
         self.assertEqual(done.returncode, 4, done.stderr + self.printed())
         printed = self.printed()
         self.assertIn("SIGABRT", printed)
-        self.assertIn("recordings/r0001.csv: begun twice and never ended", printed)
+        self.assertIn("recordings/r0001.csv: begun twice and never finished", printed)
         status = json.loads(self.gate("--store", "store", "--status", "--format", "json").stdout)
         self.assertEqual((status["done"], status["missing"]), (9, 3))
         self.assertEqual(status["never_ended"], ["recordings/r0001.csv"])

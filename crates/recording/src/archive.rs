@@ -189,7 +189,7 @@ impl<'a> Unpacker<'a> {
             }
             if !packed_plainly {
                 return Err(ErrorKind::RefusedFormat {
-                    format: "a .zip that is encrypted, or packed in a way that is not read here",
+                    format: "a .zip that is encrypted, or packed in an unknown way",
                     way_out: "unpack it and name the folder",
                 }
                 .into());
@@ -202,9 +202,8 @@ impl<'a> Unpacker<'a> {
         if archive.offset() > 0 || (first > 0 && !archive.is_empty()) {
             return Err(Error::malformed(
                 "one zip archive, from the first byte on",
-                "files before those that its list names, as where two archives stand one behind \
-                 the other",
-                "which of them hold is not known; pack the test again",
+                "files before those in its list, as if two archives were joined",
+                "pack the test again",
             ));
         }
         Ok(is_workbook)
@@ -311,7 +310,7 @@ fn not_unzipped(error: zip::result::ZipError) -> Error {
 
 fn odd_entry(name: &str) -> Error {
     Error::malformed(
-        "the files of the test themselves in the archive, under short names",
+        "the test's files in the archive, under short names",
         format!("{} as a link or another kind of entry", text::shown(name)),
         "unpack the archive and name the folder, or pack it without links",
     )
@@ -321,7 +320,7 @@ fn twice(name: &str) -> Error {
     Error::malformed(
         "each file once in the archive",
         format!("{} twice", text::shown(name)),
-        "which of the two holds is not known; pack the test again",
+        "pack the test again with one of the two",
     )
 }
 

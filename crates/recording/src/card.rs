@@ -35,7 +35,7 @@ const KEYS: [&str; 16] = [
 ];
 
 /// What to do where a value is wrong.
-const MEND: &str = "mend the card";
+const MEND: &str = "correct the card";
 
 /// What a card says about the recording beside it. Every key is optional.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -313,9 +313,7 @@ impl ChannelName {
             return Some(format!("the unit `{unit}`"));
         }
         if let Some(unit) = self.ambiguous_unit() {
-            return Some(format!(
-                "the unit `{unit}`, which other quantities have as well"
-            ));
+            return Some(format!("the unit `{unit}`, which other quantities share"));
         }
         if let Some(rival) = &self.rival {
             return Some(format!(
@@ -342,7 +340,7 @@ impl ChannelName {
             let lateral = words.iter().any(|word| is_lateral(word));
             let missing = match (lateral, self.accelerates(&words)) {
                 (false, _) => "no word for lateral",
-                (true, false) => "neither unit nor word of acceleration",
+                (true, false) => "no unit and no word of acceleration",
                 (true, true) => return None,
             };
             Some(missing.to_string())
@@ -393,7 +391,7 @@ impl ChannelName {
         let unclassed = self.filter() == Some(Filtered::Unclassed);
         let name = &self.name;
         let by = format!(
-            "the name of `{name}` says that the channel was filtered, not with which class"
+            "the name of `{name}` says that the channel was filtered, but not with which class"
         );
         let filtered = unclassed.then(|| Finding::filtered(&by));
         let sign = code_in(self.words()).and_then(|code| code.sign_finding());

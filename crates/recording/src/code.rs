@@ -60,8 +60,8 @@ impl Code {
     /// Says that the sign diverges from SAE J211, as it does in directions 1, 2 and 3.
     pub(super) fn sign_finding(&self) -> Option<Finding> {
         let text = format!(
-            "{} has a direction whose sign diverges from SAE J211: state with the setting \
-             `opens_when` which sign of these samples opens",
+            "the sign of {} differs from SAE J211, by its direction. State the opening direction \
+             of these samples with the setting `opens_when`",
             self.text()
         );
         let diverges = matches!(self.0[14], b'1' | b'2' | b'3');

@@ -240,7 +240,8 @@ impl<'a> TableText<'a> {
         if self.lines.more_words {
             findings.push(Finding::blocking(
                 "laboratory-remark",
-                "the file holds more comments than are read for what they say of the samples",
+                "the file has more comments than latchgate can check for remarks. Read them, and \
+                 export with fewer",
             ));
         }
         let lines = self.lines.words.iter().chain(&self.lines.above);
@@ -318,11 +319,10 @@ impl<'a> TableText<'a> {
             let error = Error::malformed(
                 "a number in the first cell, or a comment",
                 format!(
-                    "`{cell}`, as spreadsheets write for a number that does not fit into its \
-                     column or could not be computed"
+                    "`{cell}`, as spreadsheets show a number too wide for its column or one not \
+                     computed"
                 ),
-                "widen the column or mend the cell there, and export again; the sample of this row \
-                 would be missing",
+                "widen the column or correct the cell in the spreadsheet, and export again",
             );
             return Err(error.at(Place::default().line(line).column(1)));
         }
@@ -332,14 +332,14 @@ impl<'a> TableText<'a> {
         let lost = numbers.or(broken.map(|line| (line, "a line that is empty or a comment")));
         if let (TimeSource::Rate(_), Some((line, what))) = (time, lost) {
             let expected = "rows of samples without a break, since no column tells their time";
-            let hint = "a sample may be missing there; export with a time column";
+            let hint = "export with a time column; a sample may be missing there";
             let error = Error::malformed(expected, what, hint);
             return Err(error.at(Place::default().line(line)));
         }
         let told = |line| {
             let text = format!(
-                "{} comments hold as many numbers as a row, the first on line {line}; samples may \
-                 have been taken out by hand",
+                "{} comments hold as many numbers as a row, the first on line {line}. Samples may \
+                 have been removed by hand. Look at these lines",
                 found.numbers
             );
             Finding::warning("rows-made-comments", text)
@@ -368,7 +368,7 @@ impl<'a> TableText<'a> {
             match counts {
                 Ok(counts) => counter::finding(name, &counts, named, stated_hz, place),
                 Err(why) => (named && !stamped).then(|| {
-                    let text = format!("`{name}` could not be held against the rows: {why}");
+                    let text = format!("`{name}` could not be compared with the rows: {why}");
                     Finding::warning("index-gap", text)
                 }),
             }
@@ -382,7 +382,7 @@ impl<'a> TableText<'a> {
             TimeSource::Column { index, .. } => {
                 format!("the time column `{}`", self.layout.columns[*index].name)
             }
-            TimeSource::Rate(_) => "what option or card say".to_string(),
+            TimeSource::Rate(_) => "the stated rate".to_string(),
         };
         let interval_s = base.rate.interval().seconds();
         HeldAgainst {
@@ -401,20 +401,20 @@ impl<'a> TableText<'a> {
     fn row_findings(&self, rows: &Rows, time: &TimeSource) -> Vec<Finding> {
         let mut findings = Vec::new();
         if rows.decimal_comma {
-            let text = "the numbers are written with a decimal comma";
+            let text = "the numbers have a decimal comma";
             findings.push(Finding::info("decimal-comma", text));
         }
         if let (Some(index), true) = (time.column(), rows.stamp_facts.is_absolute) {
             let name = &self.layout.columns[index].name;
             let text = format!(
-                "the stamps of `{name}` are dates or times of day; time was counted from the first \
-                 of them, and the setting `time_zero` is meant so as well"
+                "the stamps of `{name}` are dates or times of day. Time counts from the first of \
+                 them, and so does the setting `time_zero`"
             );
             findings.push(Finding::info("time-absolute", text));
             if rows.stamp_facts.order_is_assumed {
                 let text = format!(
-                    "the dates of `{name}` do not say whether the day or the month comes first; it \
-                     was read so that the next date follows sooner"
+                    "the dates of `{name}` do not show whether day or month comes first. They were \
+                     read so that the next date follows sooner. Check the dates"
                 );
                 findings.push(Finding::warning("date-order-assumed", text));
             }
@@ -426,7 +426,7 @@ impl<'a> TableText<'a> {
         );
         if self.lines.rows_below > 0 {
             let text = format!(
-                "{} rows of numbers behind the last line of the table, as {} has it, were left out",
+                "{} rows of numbers after the table's last line were left out. Check {}",
                 self.lines.rows_below,
                 Setting::LastLine
             );
@@ -434,8 +434,8 @@ impl<'a> TableText<'a> {
         }
         if let Some((count, line)) = rows.repeated {
             let text = format!(
-                "{count} rows repeat the one before to the last cell, the first on line {line}; \
-                 each was taken once"
+                "{count} rows repeat the one before in every cell, the first on line {line}. Each \
+                 was used once. Look at the recorder's buffer"
             );
             findings.push(Finding::warning("rows-repeated", text));
         }
@@ -485,8 +485,8 @@ impl<'a> TableText<'a> {
                 rows.count_days_from_first(1.0 / unit_s);
                 fitted = TimeBase::fit(&rows.stamps_s, rows.printed_digit_s, limits)?;
                 let text = format!(
-                    "no unit of the time column `{name}` is read; by the stated rate one of it is \
-                     {} s",
+                    "the unit of the time column `{name}` is not known. By the stated rate it is \
+                     {} s. Check it, or state the setting `time_unit` = UNIT",
                     time_base::brief(unit_s)
                 );
                 findings.push(Finding::warning("time-unit-assumed", text));
@@ -606,22 +606,22 @@ fn coarse_base(
     let Some(start_s) = start_s else {
         return Err(Error::malformed(
             format!(
-                "stamps that follow {} Hz to a printed digit, as option or card say",
+                "stamps that follow the stated {} Hz to a printed digit",
                 rate.hertz()
             ),
             format!(
                 "stamps of `{name}` that repeat and are off by up to {} s",
                 latchgate_kernel::units::plain(off_s + coarsest, 3)
             ),
-            "rows are doubled or missing, or the rate is another; state the right one with the \
-             setting `rate_hz`",
+            "rows are doubled or missing, or the rate is wrong; state the right one with the \
+             setting `rate_hz` = HZ",
         )
         .at(Place::default().channel(name.to_string())));
     };
     let start_s = if from_first { 0.0 } else { start_s };
     let text = format!(
-        "the stamps of `{name}` have too few digits and repeat; the stated {} Hz was used, which \
-         they follow to their printed digits, so that the start is known to {} s",
+        "the stamps of `{name}` have too few digits and repeat. The stated {} Hz was used, which \
+         fits them. The start is known to {} s. Export the stamps with more digits",
         rate.hertz(),
         latchgate_kernel::units::plain((high - low).max(0.0), 3)
     );

@@ -135,8 +135,8 @@ impl UnitStatement<'_> {
             "a unit of acceleration",
             format!("`{quantity}` in {}{by}", self.place),
             format!(
-                "choose another channel, or say what one of that unit means: the setting \
-                 `sensitivity` = '20 g/{quantity}', with the sensor's own number for 20"
+                "choose another channel, or state the sensitivity, with the sensor's number for \
+                 20: the setting `sensitivity` = '20 g/{quantity}'"
             ),
         )
     }
@@ -145,7 +145,7 @@ impl UnitStatement<'_> {
     fn not_of(&self, found: &str, sensitivity: &SensorSensitivity) -> Error {
         Error::malformed(
             format!(
-                "samples in {}, as the setting `sensitivity` = '{sensitivity}' is for",
+                "samples in {}, as the setting `sensitivity` = '{sensitivity}' needs",
                 sensitivity.quantity()
             ),
             format!("`{}` in {}", text::shown(found), self.place),
@@ -209,7 +209,8 @@ impl Unit {
                     && statement.unit != Some(said)
                 {
                     let text = format!(
-                        "{} says `{}`, the {source} says `{}`, which was used",
+                        "{} states `{}`, but the {source} states `{}`. The {source} was used. \
+                         Check which is right",
                         statement.place,
                         text::shown(text),
                         said.name()
@@ -224,7 +225,7 @@ impl Unit {
             }
             (said, Some(quantity)) if is_meant => {
                 let by = said.map_or(String::new(), |said| {
-                    format!(", which no {} is, as the {source} says", said.name())
+                    format!(", though the {source} states {}", said.name())
                 });
                 Err(statement.refused(quantity, &by))
             }
@@ -270,8 +271,8 @@ fn sensitivity_finding(
         format!("`{}`", text::shown(found))
     });
     let text = format!(
-        "{} says {stated}; each number was turned into an acceleration by {sensitivity}, as the \
-         {source} says",
+        "{} states {stated}. The numbers were converted by {sensitivity}, as the {source} states. \
+         Compare that with the sensor's calibration",
         statement.place
     );
     Finding::info("sensitivity-used", text)
@@ -356,5 +357,5 @@ pub(super) fn deliver(
 
 /// Says that a channel is not among those delivered.
 pub(super) fn left_out(name: &str, error: &impl std::fmt::Display) -> Finding {
-    Finding::warning("channel-left-out", format!("{name} is left out: {error}"))
+    Finding::warning("channel-left-out", format!("{name} was left out: {error}"))
 }

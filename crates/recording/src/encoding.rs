@@ -40,8 +40,8 @@ pub(super) fn decode(bytes: Vec<u8>, limits: &Limits) -> Result<(Vec<u8>, Vec<Fi
     } else {
         findings.push(Finding::info(
             "encoding-assumed",
-            "the text is not UTF-8 and was read as Windows-1252; only names and comments depend on \
-             it",
+            "the text is not UTF-8. It was read as Windows-1252. Only names and comments depend on \
+             that",
         ));
         decoded(&bytes, WINDOWS_1252, 0, limits)?
     };

@@ -65,8 +65,8 @@ impl Candidates {
     /// Says why there is a choice.
     fn why(&self) -> &'static str {
         if self.0.iter().all(|candidate| candidate.doubt.is_some()) {
-            "no channel is plainly the lateral acceleration of the struck vehicle's structure; \
-             these could be, each with what raises the doubt"
+            "no channel is clearly the lateral acceleration of the struck vehicle's structure; \
+             candidates, each with its doubt"
         } else {
             "several channels could be the lateral acceleration"
         }
@@ -264,7 +264,7 @@ pub enum ErrorKind {
     },
     /// A file whose format was not recognised.
     #[error(
-        "the format is not recognised ({found}); expected {expected}; name it with the setting `input_format`"
+        "unknown format ({found}); expected {expected}; state it with the setting `input_format`"
     )]
     UnknownFormat {
         /// What the first bytes look like.
@@ -284,7 +284,8 @@ pub enum ErrorKind {
     },
     /// A row with another number of cells than the rows before it.
     #[error(
-        "expected {expected} cells as in the rows before, found {found}; a row is ragged, mend the export"
+        "expected {expected} cells as in the rows before, found {found}; correct the row, or \
+         export again"
     )]
     RaggedRow {
         /// The number of cells of the first data row.
@@ -298,7 +299,8 @@ pub enum ErrorKind {
         if found < previous {
             "sort or cut the recording"
         } else {
-            "remove the row that came twice, or export the stamps with more digits; in a text table the setting `rate_hz` = HZ stands in for digits that are missing"
+            "remove the doubled row, or export the stamps with more digits; if digits are missing \
+             in a text table, state the setting `rate_hz` = HZ"
         }
     )]
     TimeNotIncreasing {
@@ -320,13 +322,15 @@ pub enum ErrorKind {
     },
     /// Nothing states the unit of acceleration.
     #[error(
-        "no unit of acceleration beyond doubt in header, units row or card; state it with the setting `unit` = {}",
+        "no unit of acceleration is clear from header, units row or card; state the setting `unit` \
+         = {}",
         AccelerationUnit::ALL.map(|(_, name)| name).join("|")
     )]
     MissingUnit,
     /// Nothing states the time of the samples.
     #[error(
-        "no time column and no sample rate; name one with the setting `time_column` = NAME or state the setting `rate_hz` = HZ"
+        "no time column and no sample rate; state the setting `time_column` = NAME or the setting \
+         `rate_hz` = HZ"
     )]
     MissingTime,
     /// A channel that was asked for does not exist.
@@ -356,7 +360,7 @@ pub enum ErrorKind {
     },
     /// The file ends, or contradicts itself, before its own end.
     #[error(
-        "the file is cut or contradicts itself: expected {expected}, found {found}; copy or record it again"
+        "the file is cut or damaged: expected {expected}, found {found}; copy or record it again"
     )]
     Truncated {
         /// What should stand there.
@@ -365,7 +369,10 @@ pub enum ErrorKind {
         found: String,
     },
     /// A limit on input was crossed.
-    #[error("limit {limit} of {value} crossed: found {found}; cut the input to what is needed")]
+    #[error(
+        "limit {limit} of {value} crossed: found {found}; cut the input, or raise it with the \
+         setting `limit` = {limit}=VALUE"
+    )]
     LimitExceeded {
         /// The limit's name.
         limit: &'static str,

@@ -90,7 +90,7 @@ pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
 }
 
 fn missing(what: &str) -> Error {
-    Error::io("read the test", &format!("{what} is not there"))
+    Error::io("read the test", &format!("{what} is missing"))
 }
 
 /// Reads a curve file, with the `.EV5` beside it if there is one.
@@ -106,17 +106,19 @@ fn read_bare(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
         .and_then(|(_, test)| test.find(number?).cloned());
     outcome.findings.push(match (&beside, &entry) {
         (Some((header, _)), Some(_)) => {
-            let text = format!("what the curve is stands in {header} beside it");
+            let text = format!("{header} beside the curve describes it");
             Finding::info("header-beside", text)
         }
         (Some((header, _)), None) => {
-            let text = format!("{header} beside the curve has no line for it");
+            let text = format!(
+                "{header} beside the curve has no line for it. Check that both are of one test"
+            );
             Finding::warning("header-lacks-curve", text)
         }
         (None, _) => Finding::warning(
             "header-missing",
-            "no .EV5 lies beside the curve: unit, axis, range and the laboratory's word on the data \
-             are not known",
+            "no .EV5 lies beside the curve. Unit, axis, range and the laboratory's status are \
+             unknown. Put the test's .EV5 beside it",
         ),
     });
     outcome.parts.extend(beside.map(|(header, _)| header));
@@ -232,7 +234,9 @@ fn selected(
     let there: Vec<usize> = (0..all).filter(is_there).collect();
     if there.len() < all {
         let absent = all - there.len();
-        let text = format!("{absent} of {all} curves have no file beside the .EV5");
+        let text = format!(
+            "{absent} of {all} curves have no file beside the .EV5. Fetch those of interest"
+        );
         findings.push(Finding::info("curves-without-file", text));
     }
     Ok(there)
@@ -282,7 +286,7 @@ impl CurveFiles {
             several => Err(Error::malformed(
                 format!("one file of curve {number}"),
                 several.join(", "),
-                "which of them holds is not known; keep the one that belongs to the test",
+                "keep the one that belongs to the test",
             )),
         }
     }
@@ -302,7 +306,7 @@ fn choose(
         entry.is_redundant() && others.any(primary)
     };
     let one = |entry: &CurveEntry| {
-        let second = || "it is redundant, its place has a primary one".to_string();
+        let second = || "it is redundant; its place has a primary one".to_string();
         let doubt = entry.doubt();
         let doubt = doubt.or_else(|| is_second(entry).then(second));
         let is_acceleration = entry.of(header::SENSOR) == "AC" && is_there(entry);

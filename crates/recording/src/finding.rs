@@ -78,14 +78,17 @@ impl Finding {
     /// Warns of a channel that is not plainly a lateral acceleration of the structure.
     pub(super) fn not_lateral(name: &str, doubt: &str) -> Self {
         let text = format!(
-            "`{name}` is not plainly a lateral acceleration of the struck vehicle's structure: {doubt}"
+            "`{name}` is not clearly a lateral acceleration of the struck vehicle's structure: \
+             {doubt}. Check the channel"
         );
         Self::warning("channel-not-lateral", text)
     }
 
     /// Warns of a channel that was filtered before it was stored, as `by` says.
     pub(super) fn filtered(by: &str) -> Self {
-        let text = format!("{by}; what that took away no choice of filter brings back");
+        let text = format!(
+            "{by}. No filter setting brings back what that removed. Use the unfiltered channel"
+        );
         Self::warning("already-filtered", text)
     }
 

@@ -29,7 +29,8 @@ impl Statement<'_> {
     /// Says that the statement is there and says nothing that is understood here.
     pub(super) fn unread(self) -> Finding {
         let said = format!(
-            "{} in the header is `{}`, which is not understood here: nothing was held against it",
+            "{} in the header is `{}`, which latchgate cannot read. It was not compared with the \
+             samples. Check it",
             self.key,
             text::shown(self.text)
         );
@@ -39,8 +40,8 @@ impl Statement<'_> {
     /// Says that another statement of the file contradicts this one.
     pub(super) fn contradicts(self, other: &str) -> Finding {
         let said = format!(
-            "{} in the header is `{}`, and {other}: what the channel is, or what its samples are \
-             worth, is not known",
+            "{} in the header is `{}`, but {other}. What the channel measured is unknown. Find out \
+             which is right",
             self.key,
             text::shown(self.text)
         );
@@ -76,8 +77,8 @@ impl Statement<'_> {
         };
         if (found - stated).abs() > slack + text::last_digit(self.text) {
             let said = format!(
-                "{} in the header is {stated}, the samples have {found}: unit, scale or samples \
-                 are not what the header says, or the samples were cut off",
+                "{} in the header is {stated}, but the samples have {found}. Unit or scale is \
+                 wrong, or samples are cut off or not of this header. Check unit and files",
                 self.key
             );
             findings.push(Finding::blocking("peak-contradicted", said));
@@ -95,14 +96,15 @@ pub(super) fn count(
     end_s: f64,
 ) -> Option<Finding> {
     let holds = found as f64;
-    let text = format!("{by} announces {stated} samples, the file holds {found}");
+    let text = format!("{by} states {stated} samples, but the file holds {found}");
     if holds < stated {
-        let said = format!("{text}; what the others were is not known");
+        let said = format!("{text}. The others are missing. Copy or export the file again");
         let missing = Finding::blocking("samples-missing", said);
         // Without stamps they may be missing anywhere.
         return Some(if stamped { missing.at(end_s) } else { missing });
     }
-    let unknown = format!("{text}, and no stamp says which of them belong to it");
+    let unknown =
+        format!("{text}. No stamp tells which of them belong to the record. Export again");
     (holds > stated).then(|| match stamped {
         true => Finding::warning("count-contradicted", text),
         false => Finding::blocking("count-contradicted", unknown),
@@ -123,8 +125,9 @@ pub(super) fn clock(
     let off_s = stamps_s.iter().enumerate().map(off).fold(0.0, f64::max);
     (off_s > slack).then(|| {
         let text = format!(
-            "the stamps differ by up to {off_s:.3e} s from the clock that {by} states (the first \
-             sample at {start_s} s, {hertz} Hz); one of the two is wrong, the stamps were used"
+            "the stamps differ by up to {off_s:.3e} s from the clock that {by} states (first \
+             sample at {start_s} s, {hertz} Hz). One of the two is wrong. Find out which, and \
+             export again"
         );
         Finding::blocking("time-contradicted", text)
     })
@@ -155,7 +158,10 @@ pub(super) fn cut_line(content: &str) -> Option<Finding> {
     let cut = Some(cells) < least(|(cells, _)| cells) || Some(decimals) < least(|(_, d)| d);
     cut.then(|| {
         let shown = text::shown(last);
-        let text = format!("the last line, `{shown}`, is cut: what came after it is missing");
+        let text = format!(
+            "the last line, `{shown}`, is cut. Later samples are missing. Copy or export the file \
+             again"
+        );
         Finding::blocking("samples-missing", text)
     })
 }

@@ -115,8 +115,8 @@ pub(super) fn take(
         // What was filtered does not stand in for what was not.
         [only] if !filtered(only) || offered.iter().all(filtered) => {
             let text = format!(
-                "`{}` was chosen among {rivals} channels, since it alone is plainly a lateral \
-                 acceleration of the structure",
+                "`{}` was chosen of {rivals} channels: it alone is clearly a lateral acceleration \
+                 of the structure",
                 all[*only].candidate.name
             );
             let finding = (rivals > 1).then(|| Finding::info("channel-chosen", text));
@@ -129,8 +129,8 @@ pub(super) fn take(
         let why = match all {
             [] => "",
             _ => {
-                " (by its unit or code none is an acceleration; of volts, counts and their like \
-                 the setting `sensitivity` = '20 g/V' makes one)"
+                " (by unit or code none is an acceleration; for volts, counts and the like, state \
+                 the setting `sensitivity` = '20 g/V')"
             }
         };
         let known = format!("{known}{why}");

@@ -128,7 +128,7 @@ impl ReadOptions {
     fn refuse_settings_of_others(&self, format: &str) -> Result<(), Error> {
         if format != "mcap" && self.time_source.is_some() {
             return Err(Error::malformed(
-                format!("a log of messages, as {} is for", Setting::TimeSource),
+                format!("a log of messages, as {} needs", Setting::TimeSource),
                 format!("the format {format}"),
                 format!("leave out {}", Setting::TimeSource),
             ));
@@ -146,7 +146,7 @@ impl ReadOptions {
             return Ok(());
         }
         Err(Error::malformed(
-            "a text table, as settings of lines and decimal marks are for",
+            "a text table, as settings of lines and decimal marks need",
             format!("the format {format}"),
             format!("leave out {}", stated.join(" and ")),
         ))
@@ -157,8 +157,8 @@ impl ReadOptions {
         if self.time_column.is_none() {
             return Ok(());
         }
-        let expected = format!("{format}, which says where its times are");
-        let (found, setting) = ("an option that says otherwise", Setting::TimeColumn);
+        let expected = format!("{format}, which states where its times are");
+        let (found, setting) = ("another statement", Setting::TimeColumn);
         Err(Error::malformed(
             expected,
             found,
@@ -174,8 +174,8 @@ impl ReadOptions {
             return Ok(());
         }
         Err(Error::malformed(
-            format!("{format}, which says where its times are, in seconds"),
-            "options that say otherwise",
+            format!("{format}, which states where its times are, in seconds"),
+            "another statement",
             format!("leave out the setting `time_column` and the setting `time_unit`{way_out}"),
         ))
     }
@@ -402,7 +402,7 @@ const LEAST_PREFILTER_HZ: f64 = 1000.0;
 impl Stated {
     /// Says that a channel frequency class was applied before the samples were stored.
     fn class_finding(class: &str) -> Finding {
-        let by = format!("the laboratory has already filtered the channel with CFC {class}");
+        let by = format!("the laboratory filtered the channel with CFC {class}");
         let mut finding = Finding::filtered(&by);
         if !HEAVY_CLASSES.contains(&class) {
             finding.severity = Severity::Info;
@@ -420,8 +420,8 @@ impl Stated {
         };
         if corner >= 0.5 * rate.hertz() {
             let text = format!(
-                "the analogue filter ends at {corner} Hz, beyond half the sample rate of {} Hz: \
-                 motion above that half shows as another, lower one",
+                "the analogue filter ends at {corner} Hz, beyond half the sample rate of {} Hz. \
+                 Motion above that half shows as a slower one. Record at a higher rate",
                 rate.hertz()
             );
             found.push(Finding::warning("aliasing-suspected", text));

@@ -81,27 +81,33 @@ macro_rules! limits {
 }
 
 limits! {
-    text_bytes = 192 << 20, "bytes", "Bytes of a text recording, which is held in memory, and of what it decodes to; of another encoding than UTF-8 both together; of any recording on standard input that is read twice.";
+    text_bytes = 192 << 20, "bytes", "Bytes of a text recording in memory, plus its decoded text \
+                                      unless UTF-8; of standard input that is read twice.";
     line_bytes = 1 << 20, "bytes", "Bytes of one line of text.";
     lines = 8_200_000, "lines", "Lines of a text recording, headers and comments included.";
     samples = 8_000_000, "samples", "Samples kept per channel.";
-    columns = 4096, "columns", "Columns of a table, that is channels of a text file.";
+    columns = 4096, "columns", "Columns of a table: channels of a text file.";
     table_cells = 48_000_000, "cells", "Cells of a table kept as numbers when every channel is read.";
     settings_bytes = 1 << 20, "bytes", "Bytes of a card, design or gate file.";
-    archive_bytes = 64 << 20, "bytes", "Bytes of an archive (.zip, .tar.gz, .tar), which is held in memory.";
+    archive_bytes = 64 << 20, "bytes", "Bytes of an archive (.zip, .tar.gz, .tar) in memory.";
     archive_entries = 20_000, "entries", "Entries of an archive, files of a folder, or channels of a test header.";
-    unpacked_bytes = 192 << 20, "bytes", "Bytes of the files of a test in an archive after decompression, all held together.";
-    unpacked_stream_bytes = 1 << 30, "bytes", "Bytes of an archive's stream after decompression, those passed over included.";
+    unpacked_bytes = 192 << 20, "bytes", "Bytes of all files of a test in an archive, after \
+                                          decompression.";
+    unpacked_stream_bytes = 1 << 30, "bytes", "Bytes of an archive's stream after decompression, \
+                                               skipped ones included.";
     unpacked_ratio = 200, "bytes per byte", "Ratio of bytes after decompression to bytes before it, past the first 4 MiB.";
     header_bytes = 64 << 10, "bytes", "Bytes of the header of an ISO-MME channel file.";
-    headers_bytes = 8 << 20, "bytes", "Bytes of the headers of an ISO-MME test, all that are kept together, with 64 for each line; of its test header, and of its list of channels.";
+    headers_bytes = 8 << 20, "bytes", "Bytes of all headers of an ISO-MME test, plus 64 a line; of \
+                                       its test header; of its list of channels.";
     test_samples = 16_000_000, "samples", "Samples kept of all channels of an ISO-MME test when every channel is read.";
     mcap_record_bytes = 64 << 20, "bytes", "Bytes of one MCAP record, a chunk included; of all schemas together.";
     mcap_chunk_bytes = 64 << 20, "bytes", "Bytes of one MCAP chunk after decompression.";
     mcap_string_bytes = 16 << 20, "bytes", "Bytes of one string in an MCAP record or message.";
-    mcap_fields = 1 << 20, "fields", "Fields of an MCAP file's message types looked at together, each wherever it is nested.";
+    mcap_fields = 1 << 20, "fields", "Fields of all message types of an MCAP file, nested ones \
+                                      included.";
     mcap_channels = 4096, "topics", "Topics of an MCAP file.";
-    work = 100_000_000, "steps", "Steps of all runs of one question; of four samples that levers take side by side one is counted.";
+    work = 100_000_000, "steps", "Steps of all runs of one question; four levers side by side \
+                                  count as one.";
 }
 
 impl Limits {

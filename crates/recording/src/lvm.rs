@@ -158,8 +158,8 @@ impl ColumnNumbers {
             Some(declared) => declared || marks.decimal,
             None => !marks.may_be_thousands(),
         };
-        let hint = "the mark may separate thousands or decimals; declare it as Decimal_Separator \
-                    if it is the decimal one, else export without marks between thousands";
+        let hint = "the mark may separate thousands or decimals; state the decimal mark as \
+                    Decimal_Separator, or export without thousands marks";
         self.marks.check(is_clear, hint)
     }
 }
@@ -298,14 +298,13 @@ fn check_shape(header: &Header, number: u64, cells: &[&str]) -> Result<(), Error
     };
     let shown = |cell: &str| format!("`{}`", text::shown(cell));
     if Header::begins_again(cells) {
-        let hint = "which samples belong together is not known; write each section to a file of \
-                    its own, or export as CSV";
+        let hint = "write each section to a separate file, or export as CSV";
         return malformed("one section of data", "a second header".into(), hint, 0);
     }
     if header.time == TimeColumns::No && !cells[0].is_empty() {
         let expected = "an empty X_Value column, as X_Columns No says";
-        let hint = "whether the column holds the time is not known; read the rows as a table with \
-                    the setting `input_format` = csv";
+        let hint = "correct the header, or read the rows as a table with the setting \
+                    `input_format` = csv";
         return malformed(expected, shown(cells[0]), hint, 0);
     }
     let beyond = header.comment_column + 1;
@@ -313,7 +312,7 @@ fn check_shape(header: &Header, number: u64, cells: &[&str]) -> Result<(), Error
         None => Ok(()),
         Some(cell) => {
             let expected = "nothing after the Comment column";
-            malformed(expected, shown(cell), "mend the export", beyond)
+            malformed(expected, shown(cell), "export again", beyond)
         }
     }
 }
@@ -322,7 +321,7 @@ fn missing_cell(name: &str, place: Place) -> Error {
     Error::malformed(
         format!("samples of {name} without a break"),
         "one after an empty cell",
-        "a missing sample is not taken for zero; export the channels one by one",
+        "export the channels one by one; a missing sample is not zero",
     )
     .at(place)
 }
@@ -439,14 +438,14 @@ impl LabviewFile<'_> {
         let setting = Setting::RateHz;
         let (rate, used) = match self.asked.options.rate_hz {
             Some(hertz) => {
-                let used = format!("the stated {hertz} Hz were used");
+                let used = format!("The stated {hertz} Hz was used");
                 (SampleRate::from_hertz(hertz)?, used)
             }
-            None => (by_file, format!("state the rate with {setting} = HZ")),
+            None => (by_file, format!("State the rate with {setting} = HZ")),
         };
         let text = format!(
-            "Delta_X in the header is 1, as LabVIEW writes it where no timing is attached to the \
-             samples; {used}"
+            "Delta_X in the header is 1, as LabVIEW writes it where the samples have no timing. \
+             {used}"
         );
         Ok((rate, Finding::warning("timing-absent", text)))
     }
@@ -496,8 +495,8 @@ impl header::Described {
     fn interval_finding(&self, found: SampleRate) -> Option<Finding> {
         let (stated, found) = (self.interval()?.hertz(), found.hertz());
         let text = format!(
-            "Delta_X in the header means {stated} Hz, the time column runs at {found} Hz; the time \
-             column was used"
+            "Delta_X in the header means {stated} Hz, but the time column runs at {found} Hz. The \
+             time column was used. Check the rate"
         );
         let differs = (stated - found).abs() > 0.01 * found;
         differs.then(|| Finding::warning("rate-contradicted", text))

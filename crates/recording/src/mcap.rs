@@ -85,7 +85,7 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`NonFinite`](latchgate_kernel::error::Error::NonFinite), [`ErrorKind::TimeNotIncreasing`] and
 ///   [`ErrorKind::MissingUnit`] for the channel itself.
 pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
-    let way_out = ", or say whose clock counts with the setting `time_source`";
+    let way_out = ", or state the clock with the setting `time_source`";
     asked.options.refuse_other_clock("an MCAP log", way_out)?;
     let mut log = LogReader::new(asked);
     stream(source, &mut log, asked.limits)?;
@@ -570,8 +570,8 @@ impl<'a> LogReader<'a> {
         if self.messages > 0 && !self.account.vouched {
             outcome.findings.push(Finding::warning(
                 "mcap-unverified",
-                "the file has neither statistics nor a checksum of its data; messages that were \
-                 lost would not show",
+                "the file has neither statistics nor a checksum. Lost messages would not show. \
+                 Write the file with a summary",
             ));
         }
         let mut read = Vec::new();
@@ -695,8 +695,8 @@ impl<'a> LogReader<'a> {
         draft::check_unit(&channel, self.asked.options).map_err(|error| error.at(place()))?;
         if named.is_none() {
             let text = format!(
-                "{name} is the one lateral acceleration in the file; its y axis points to the left \
-                 by REP 103 unless the sensor is mounted otherwise"
+                "{name} is the one lateral acceleration in the file. By REP 103 its y axis points \
+                 left unless the sensor is mounted otherwise"
             );
             let chosen = Finding::info("channel-chosen", text);
             channel.findings.insert(0, chosen);

@@ -142,7 +142,8 @@ fn selected(
         .code()
         .and_then(|code| sides.get(&code.object()).zip(code.side()));
     let far = side.filter(|(struck, own)| *struck != own).map(|_| {
-        let text = "the test's header says that the other side was struck, which moved more";
+        let text = "the test's header says that the other side was struck. Choose a channel there \
+                    with the setting `channel` = NAME, or confirm that this side is meant";
         let said = format!("{}: {text}", channels[index].label);
         Finding::warning("side-not-struck", said)
     });
@@ -276,8 +277,8 @@ fn channel_of_times<'a>(
         several => Err(Error::malformed(
             format!("one channel of times named {}", text::shown(name)),
             Candidates::named(several.iter().map(|entry| &*entry.label)).to_string(),
-            "which of them holds is not known; leave the right one in the test, or name it by its \
-             file's number in the channel's header",
+            "keep the right one in the test, or name it by its file's number in the channel's \
+             header",
         )),
     }
 }
@@ -287,7 +288,7 @@ impl UniformSamples {
     fn hole(&self, (from, to): (usize, usize)) -> Finding {
         let all = self.values.len();
         let text = format!(
-            "samples {} to {to} of {all} are NOVALUE; what happened there is not known",
+            "samples {} to {to} of {all} are NOVALUE: they are missing. Record or export again",
             from + 1
         );
         let last = from.saturating_sub(1) as f64;
@@ -311,7 +312,8 @@ impl TestReader<'_, '_> {
                 let clock = self.explicit_clock(times, header, samples, outcome, findings)?;
                 let assumed = times.header.value("Unit").is_none();
                 if assumed {
-                    let text = "the channel of times states no unit; seconds were assumed";
+                    let text = "the channel of times states no unit. Seconds were assumed. Check \
+                                the rate";
                     findings.push(Finding::info("time-unit-assumed", text));
                 }
                 let by = ("the channel of times", assumed);
@@ -320,7 +322,7 @@ impl TestReader<'_, '_> {
                 return Ok((clock, true));
             }
             let text = format!(
-                "the header names {} as the channel of times, which is not there",
+                "the header names {} as the channel of times, which is missing. Fetch its file",
                 text::shown(name)
             );
             findings.push(Finding::warning("time-reference-missing", text));
@@ -339,8 +341,8 @@ impl TestReader<'_, '_> {
         if start_s.is_none() {
             findings.push(Finding::warning(
                 "time-start-assumed",
-                "the header does not state the time of the first sample; 0 was taken, so that \
-                 first contact may be elsewhere",
+                "the header does not state the time of the first sample. 0 was assumed, so first \
+                 contact may lie elsewhere. State the setting `time_zero` = S",
             ));
         }
         let start_s = start_s.unwrap_or(0.0);
@@ -363,9 +365,9 @@ impl TestReader<'_, '_> {
         let unit = times.header.value("Unit").unwrap_or("s");
         let Some(unit) = TimeUnit::from_spelling(unit) else {
             return Err(placed(Error::malformed(
-                "a time in a unit that is read, such as s, ms or 10 us",
+                "a known unit of time, such as s, ms or 10 us",
                 format!("`{}`", text::shown(unit)),
-                "mend the header of the channel of times",
+                "correct the header of the channel of times",
             )));
         };
         let stamps = self.samples(&times.file, outcome)?.map_err(placed)?;

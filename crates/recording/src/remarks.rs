@@ -116,10 +116,10 @@ impl Remark {
         };
         let doubt = match (read.fault, self.place) {
             (Some(fault), _) => format!("\"{fault}\" is a fault word"),
-            (None, RemarkPlace::State(_)) => "that is no word for a good sample".into(),
+            (None, RemarkPlace::State(_)) => "That does not mean a good sample".into(),
             (None, RemarkPlace::Apart) => return None,
             (None, _) if read.instant.is_none() => return None,
-            _ => "it names an instant".into(),
+            _ => "It names an instant".into(),
         };
         Some((doubt, from))
     }
@@ -147,21 +147,23 @@ impl Remark {
         let finding = match accepted {
             Some(accepted) => {
                 let by = accepted.by();
-                let text =
-                    format!("{says}; {doubt}, and a person has accepted the remark, by {by}");
+                let text = format!(
+                    "{says}. {doubt}. A person accepted the remark, by {by}. Read it before you \
+                     use the verdict"
+                );
                 Finding::warning("remark-accepted", text)
             }
             None => {
                 let bad = match (at_s, outside) {
                     (Some(_), _) => "no sample from there on counts".into(),
                     (None, Some(at_s)) => {
-                        format!("no sample counts, since {at_s} s lies outside of the record")
+                        format!("no sample counts, since {at_s} s lies outside the record")
                     }
                     (None, None) => "no sample counts".to_string(),
                 };
                 let said = format!(
-                    "{says}; {doubt}, so {bad}. If you have checked the samples, accept this \
-                     remark: {} = {}, or in the card {} = [{}]",
+                    "{says}. {doubt}: {bad}. If you have checked the samples, accept this remark: \
+                     {} = {}, or in the card {} = [{}]",
                     Setting::AcceptedRemarks,
                     quoted_for_a_shell(&quoted),
                     Setting::AcceptedRemarks.key(),
@@ -270,7 +272,7 @@ pub(super) fn findings(
         last.at_s = last.at_s.zip(finding.at_s).map(|(a, b)| a.min(b));
     }
     found.extend(more.into_iter().flatten().map(|(count, last)| Finding {
-        text: format!("{count} more remarks, told when those that block are accepted"),
+        text: format!("{count} more remarks, shown when those that block are accepted"),
         ..last
     }));
     found
@@ -301,7 +303,8 @@ pub(super) fn tell_of_filters(
                 stated.filter_class.get_or_insert(class);
             }
             Some(Filtered::Unclassed) => findings.push(Finding::filtered(&format!(
-                "the laboratory says that the channel was filtered, not with which class (\"{}\")",
+                "the laboratory says that the channel was filtered, but not with which class \
+                 (\"{}\")",
                 remark.shown()
             ))),
             None => {}
@@ -321,12 +324,13 @@ pub(super) fn not_found(accepted: &[AcceptedRemark], remarks: &[String]) -> Vec<
     absent
         .map(|one| {
             let nearest = match nearest_name(&one.text, &known) {
-                Some(nearest) => format!("the nearest is \"{nearest}\""),
-                None if known.is_empty() => "no remark is there".into(),
-                None => "none is like it".into(),
+                Some(nearest) => format!("The nearest is \"{nearest}\""),
+                None if known.is_empty() => "There is no remark".into(),
+                None => "None is like it".into(),
             };
             let said = format!(
-                "{} accepts the remark \"{}\", which is not there; {nearest}",
+                "{} accepts the remark \"{}\", which is not there. {nearest}. Remove the \
+                 acceptance",
                 one.by(),
                 one.text
             );

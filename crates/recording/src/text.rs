@@ -41,7 +41,7 @@ pub(super) fn bad_cell(cell: &[u8], fault: NumberFault) -> Error {
         NumberFault::Empty => Error::malformed(
             "a number",
             "an empty cell",
-            "remove the row or fill the cell; a missing sample is not taken for zero",
+            "remove the row or fill the cell; a missing sample is not zero",
         ),
         NumberFault::Text => {
             let hint = hint_for(&found);
@@ -65,15 +65,17 @@ fn hint_for(cell: &str) -> &'static str {
     } else if cell.replacen(['D', 'd'], "e", 1).parse::<f64>().is_ok() {
         "write the exponent with E, as in 1.0E+00"
     } else {
-        "mend the cell; lines of words begin with #"
+        "correct the cell; lines of words must begin with #"
     }
 }
 
 /// What to do where a stamp is of a form that is not read.
-pub(super) const STAMPS: &str = "times are read as seconds, as 10:00:00.0001 and as 2024-05-01T10:00:00.0001, date and time in one column; export them so";
+pub(super) const STAMPS: &str = "export times as seconds, 10:00:00.0001 or \
+                                 2024-05-01T10:00:00.0001, with date and time in one column";
 
 /// What to do where a row is one cell.
-pub(super) const ONE_CELL: &str = "the row is one cell: export with a comma, a semicolon or a tab between cells, and without quotes around whole rows";
+pub(super) const ONE_CELL: &str = "the row is one cell; export with a comma, semicolon or tab \
+                                   between cells, and no quotes around rows";
 
 /// Names the characters of a cell that cannot be seen or are taken for others.
 fn hidden(cell: &str) -> String {
@@ -93,7 +95,7 @@ fn hidden(cell: &str) -> String {
 /// Says that a cell of a column of stamps as words holds none.
 pub(super) fn no_stamp(cell: &[u8]) -> Error {
     Error::malformed(
-        "a time as it is read here",
+        "a time that latchgate reads",
         format!("`{}`", shown(cell)),
         STAMPS,
     )
@@ -135,9 +137,7 @@ impl ColumnMarks {
         let doubtful = self.first.as_ref();
         let doubtful = doubtful.filter(|(_, cell)| !is_clear(cell, self.marks));
         doubtful.map_or(Ok(()), |(place, cell)| {
-            let found = format!(
-                "`{cell}`, and no number in the column whose mark can only be a decimal one"
-            );
+            let found = format!("`{cell}`, and no number in the column with a clear decimal mark");
             Err(Error::malformed("numbers whose mark is clear", found, hint).at(place.clone()))
         })
     }

@@ -151,7 +151,7 @@ impl TimeBase {
             return Err(Error::malformed(
                 format!("{count} values, one for each stamp"),
                 format!("{}", values.len()),
-                "mend the recording",
+                "correct the recording",
             ));
         }
         let place = |stamp: &f64| (stamp - self.start_s) * self.rate.hertz();
@@ -174,7 +174,7 @@ fn check_stamps(stamps_s: &[f64]) -> Result<(), Error> {
     stamps_s.windows(2).try_for_each(check_rising)?;
     match (stamps_s[stamps_s.len() - 1] - stamps_s[0]).is_finite() {
         true => Ok(()),
-        false => Err(non_finite("a span of time beyond all numbers")),
+        false => Err(non_finite("a span of time too large to count")),
     }
 }
 
@@ -211,7 +211,7 @@ const LEAST_ASSUMED: f64 = 0.2;
 const RATE_AGREEMENT: f64 = 1e-3;
 
 /// What to do where a file of which the format fixes the unit of times gives a wrong rate.
-pub(super) const MEND: &str = "mend the file";
+pub(super) const MEND: &str = "correct the file";
 
 /// Tells whether a stated rate is that of the file, but for its digits.
 pub(super) fn rates_agree(stated_hz: f64, hertz: f64) -> bool {
@@ -238,8 +238,8 @@ impl ReadOptions {
         if let Some(stated) = self.rate_hz
             && !rates_agree(stated, rate)
         {
-            let expected = format!("a rate of {stated} Hz, as option or card say");
-            let hint = format!("{mend}, or leave out the rate");
+            let expected = format!("the stated rate of {stated} Hz");
+            let hint = format!("{mend}, or leave out the setting `rate_hz`");
             return Err(Error::malformed(expected, found, hint));
         }
         let (low, high) = match assumed {
@@ -249,10 +249,10 @@ impl ReadOptions {
         let incredible = rate > INCREDIBLE || (rate < LEAST_ASSUMED && assumed);
         if incredible && self.rate_hz.is_none() {
             let expected = "a rate that crash recordings have";
-            let hint = format!("{mend}, or confirm the rate with the setting `rate_hz`");
+            let hint = format!("{mend}, or confirm the rate with the setting `rate_hz` = HZ");
             return Err(Error::malformed(expected, found, hint));
         }
-        let text = format!("{found}, which no crash recording has; if it is wrong, {mend}");
+        let text = format!("{found}, which no crash recording has. If that is wrong, {mend}");
         let odd = !(low..=high).contains(&rate);
         Ok(odd.then(|| Finding::warning("time-unit-implausible", text)))
     }
@@ -391,8 +391,8 @@ impl ClockEstimate {
             }
         });
         let mut text = format!(
-            "{} in time: after {} s on the file's clock the next sample comes {} s later, the \
-             median step being {} s",
+            "{} in time: after {} s on the file's clock the next sample comes {} s later. The \
+             median step is {} s",
             match self.long_steps {
                 1 => "a gap".into(),
                 count => format!("{count} gaps"),
@@ -403,12 +403,12 @@ impl ClockEstimate {
         );
         if self.long_steps > 1 {
             text.push_str(&format!(
-                "; the longest, {} s, begins at {} s",
+                ". The longest, {} s, begins at {} s",
                 brief(longest[1] - longest[0]),
                 brief(longest[0])
             ));
         }
-        text.push_str("; what happened in between is not known");
+        text.push_str(". What happened in between is unknown. Record or export again");
         Some(Finding::blocking("gap", text).at(first[0]))
     }
 
@@ -417,7 +417,8 @@ impl ClockEstimate {
         let deviation = (longest - self.median).max(self.median - shortest);
         let text = format!(
             "the stamps follow no uniform clock: steps of {} to {} s (gaps left out) around a \
-             median of {} s, off by up to {:.1} %; the samples were interpolated at {} Hz",
+             median of {} s, off by up to {:.1} %. The samples were interpolated at {} Hz. Export \
+             at the recorder's rate",
             brief(shortest),
             brief(longest),
             brief(self.median),
@@ -461,7 +462,7 @@ impl ClockLine {
 /// number that every limit refuses.
 fn count_samples(steps: f64) -> Result<usize, Error> {
     if !steps.is_finite() || steps < 0.0 {
-        return Err(non_finite("a number of samples beyond all numbers"));
+        return Err(non_finite("a number of samples too large to count"));
     }
     let count = steps.min(1e15) as usize;
     Ok(count + 1)

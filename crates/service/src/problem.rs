@@ -176,7 +176,9 @@ impl Problem {
                 value,
                 found,
             } => {
-                detail += &format!(", or raise it with `request.limit.{limit}`");
+                // A limit is a field of its name here.
+                let assigned = format!("the field `request.limit` = {limit}=VALUE");
+                detail = detail.replace(&assigned, &format!("`request.limit.{limit}`"));
                 Some(ProblemLimit {
                     name: (*limit).into(),
                     value: *value,

@@ -351,7 +351,7 @@ fn from_raw(
                 findings.extend(peak_near_end(
                     &used,
                     resample::end_padding_s(raw.rate, rate),
-                    "the resampling kernel reaches beyond the record",
+                    "The resampling reaches beyond the record",
                 ));
                 Some(rate.hertz())
             }
@@ -372,7 +372,7 @@ fn from_raw(
         findings.extend(peak_near_end(
             &used,
             filter_padding_s(&used),
-            "the filter rests on assumed samples there",
+            "The filter uses assumed samples there",
         ));
         findings.extend(filter_not_causal(class, options.filter_standard));
     }
@@ -531,9 +531,9 @@ fn choose_filter(choice: FilterChoice, rate: SampleRate) -> (Option<Cfc>, Option
             Some(Finding::warning(
                 "rate-below-default-filter",
                 format!(
-                    "{} Hz does not carry CFC {}, the default filter, which needs {} Hz: the samples \
-                     were used unfiltered, and what lies beyond their Nyquist frequency may be \
-                     folded into them. Name a class with the setting `filter`, or the setting `filter` = none",
+                    "{} Hz is too slow for CFC {}, the default filter, which needs {} Hz. The \
+                     samples were used unfiltered. Motion above half the rate may show as a slower \
+                     one. State a class with the setting `filter`, or the setting `filter` = none",
                     rate.rounded(),
                     class.class(),
                     cfc::least_rate_hz(class)
@@ -556,8 +556,9 @@ fn peak_near_end(signal: &Signal, padding_s: f64, why: &str) -> Option<Finding> 
         Finding::warning(
             "peak-in-end-padding",
             format!(
-                "the peak of {:.4} g at {time_s:.5} s lies within {:.2} ms of an end of the record; \
-                 {why}, so the peak is partly assumed. Record more before and after the event",
+                "the peak of {:.4} g at {time_s:.5} s lies within {:.2} ms of an end of the \
+                 record. {why}, so the peak is partly assumed. Record more before and after the \
+                 event",
                 value / STANDARD_GRAVITY,
                 1e3 * padding_s
             ),
@@ -571,8 +572,8 @@ fn filter_not_causal(class: Cfc, standard: FilterStandard) -> Option<Finding> {
         Finding::info(
             "filter-not-causal",
             format!(
-                "CFC {} has no phase and smears each instant by about ±{:.2} ms: motion may precede \
-                 its cause by that much, and short peaks are weakened",
+                "CFC {} smears each instant by about ±{:.2} ms. Motion may precede its cause by \
+                 that much. Short peaks are weakened",
                 class.class(),
                 1e3 / (2.0 * cfc::design_frequency_hz(class, standard))
             ),

@@ -33,7 +33,7 @@ pub(super) fn ask(program: &str, arguments: &[String], within: Duration) -> Resu
         .spawn();
     let mut child = begun.map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => failed(format!(
-            "{program} is not installed here, or not on the path; run this where the cluster takes jobs"
+            "{program} is not installed or not on the path; run this where the cluster takes jobs"
         )),
         _ => failed(format!("{program} cannot be started: {error}")),
     })?;
@@ -51,8 +51,8 @@ pub(super) fn ask(program: &str, arguments: &[String], within: Duration) -> Resu
                 return Err(failed(match other {
                     Err(error) => format!("{program} cannot be watched: {error}"),
                     Ok(_) => format!(
-                        "{program} did not answer in {} s; its controller may be away, or the \
-                         configuration wrong: try scontrol ping",
+                        "{program} did not answer in {} s; its controller may be down or the \
+                         configuration wrong; try scontrol ping",
                         within.as_secs()
                     ),
                 }));
@@ -97,11 +97,11 @@ fn reason(program: &str, err: &str) -> String {
     let known = [
         (
             "configuration source",
-            "it finds no configuration; set SLURM_CONF, or run this where the cluster takes jobs",
+            "it has no configuration; set SLURM_CONF, or run this where the cluster takes jobs",
         ),
         (
             "contact slurm controller",
-            "the controller is away; try again once scontrol ping says that it is up",
+            "its controller is down; try again when scontrol ping says it is up",
         ),
     ];
     match known.iter().find(|(words, _)| said.contains(words)) {

@@ -82,14 +82,14 @@ impl Slurm<'_> {
             self.shares
         );
         script(
-            "Judges one share of a gate; what is in the store is not judged again.",
+            "Judges one share of a gate; pairs in the store are not judged again.",
             &command,
         )
     }
 
     fn collect_script(&self, answer: u64) -> String {
         script(
-            "Collects the shares of a gate, and submits again what is missing.",
+            "Collects the shares of a gate, and submits missing ones again.",
             &format!("{} --answer {answer}", line(&self.collect_command)),
         )
     }

@@ -47,7 +47,7 @@ pub(super) fn watch(store: &Path, share: Share, threads: usize) -> Result<u8, Fa
         let how = match status.code() {
             Some(code) if code != PANIC => return Ok(u8::try_from(code).unwrap_or(COULD_NOT)),
             Some(_) => "a panic".to_string(),
-            None if asked => "a limit on time: it did not end when it was asked to".to_string(),
+            None if asked => "a time limit: it did not end on request".to_string(),
             None => signal(status),
         };
         output::talk(&format!(

@@ -62,10 +62,10 @@ const NAMED: usize = 20;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Shares of a gate, for a cluster")]
 pub struct SweepArguments {
-    /// Judge the I-th of N shares into the store, and write no report; 0 once all of it is there
+    /// Judge share I of N into the store, without a report; exit code 0 when complete
     #[arg(long, value_name = "I/N", value_parser = Share::parse, group = "sweep", conflicts_with = "no_store")]
     pub part: Option<Share>,
-    /// Hand the shares to an engine, and a job behind them that collects
+    /// Submit the shares to an engine, with a job that collects them
     #[arg(
         long,
         value_enum,
@@ -75,22 +75,22 @@ pub struct SweepArguments {
         conflicts_with = "no_store"
     )]
     pub submit: Option<Engine>,
-    /// How many shares
+    /// Number of shares
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), requires = "submit")]
     pub parts: Option<u32>,
-    /// Print the script of a share, or the manifest, and submit nothing
+    /// Print the script of a share, or the manifest; submit nothing
     #[arg(long, requires = "submit")]
     pub print: bool,
-    /// Wait for the collecting job, and end with its exit code
+    /// Wait for the collecting job, and exit with its code
     #[arg(long, requires = "submit", conflicts_with = "print")]
     pub wait: bool,
-    /// Say what is done and missing, and what the engine has of it
+    /// Show what is done and missing, and what the engine is doing
     #[arg(long, group = "sweep", conflicts_with = "no_store")]
     pub status: bool,
     /// Submit the missing shares again
     #[arg(long, group = "sweep", conflicts_with = "no_store")]
     pub resubmit: bool,
-    /// Read the store of all shares into one summary; a missing pair is an error
+    /// Collect the shares into one summary; a missing pair is an error
     #[arg(long, group = "sweep", conflicts_with = "no_store")]
     pub collect: bool,
     /// The submission that the share is of.
@@ -117,7 +117,7 @@ pub struct SweepArguments {
     /// Seconds for which programs of the engine and late files are waited for.
     #[arg(long, hide = true)]
     pub patience: Option<u64>,
-    /// Options of the engine's own, for example -- --partition=short --time=04:00:00
+    /// Options passed to the engine, for example -- --partition=short --time=04:00:00
     #[arg(
         last = true,
         value_name = "OPTIONS",
@@ -287,7 +287,7 @@ impl SweepCommand<'_> {
                 }
                 if absent >= 5 {
                     if begun == COLLECTING_MAX {
-                        let why = "the collecting job ended without an answer; see what it printed";
+                        let why = "the collecting job ended without an answer; see its output";
                         output::talk(&format!("latchgate: {why} in {}", slurm.folder.display()));
                         return Ok(COULD_NOT);
                     }
@@ -323,7 +323,8 @@ impl SweepCommand<'_> {
         let text = tried.map_or_else(|_| Vec::new(), |tried| tried.stdout);
         let Ok(seconds) = String::from_utf8_lossy(&text).trim().parse::<f64>() else {
             output::talk(
-                "latchgate: what a pair takes could not be tried: one of five ended its process",
+                "latchgate: the time of a pair is unknown: one of five trial pairs ended its \
+                 process",
             );
             return Ok(());
         };
@@ -331,7 +332,8 @@ impl SweepCommand<'_> {
         let whole_s = seconds * pairs as f64;
         let minutes = whole_s / 60.0 / f64::from(shares);
         output::talk(&format!(
-            "latchgate: {}: about {:.2} hours of a processor, {:.1} MB in the store, {minutes:.1} minutes for each of {}",
+            "latchgate: {}: about {:.2} processor hours, {:.1} MB in the store, {minutes:.1} \
+             minutes for each of {}",
             counted(pairs, "pair"),
             whole_s / 3600.0,
             pairs as f64 * BYTES_A_PAIR / 1e6,
@@ -339,7 +341,8 @@ impl SweepCommand<'_> {
         ));
         if minutes < MINUTES_MIN {
             output::talk(&format!(
-                "latchgate: a task costs about a second of scheduling, and sites ask for 10 minutes and more; with {} a task takes about {MINUTES_MIN} minutes",
+                "latchgate: a task costs about a second of scheduling, and sites expect 10 minutes \
+                 or more; with {} a task takes about {MINUTES_MIN} minutes",
                 counted(
                     (whole_s / 60.0 / MINUTES_MIN).ceil().max(1.0) as usize,
                     "share"
@@ -568,7 +571,7 @@ impl SweepCommand<'_> {
         }
         for file in late {
             output::talk(&format!(
-                "latchgate: {file} is said to be finished and is not there, or is too short"
+                "latchgate: {file} is marked as finished, but is missing or too short"
             ));
         }
         self.print(&standing, submission.as_ref())
@@ -643,7 +646,7 @@ fn text(standing: &Standing, submission: Option<&Submission>) -> String {
         let recording = escape::terminal(recording);
         let _ = writeln!(
             text,
-            "  {:<10} {recording}: begun twice and never ended, so that shares pass over it",
+            "  {:<10} {recording}: begun twice and never finished; shares skip it",
             "left"
         );
     }

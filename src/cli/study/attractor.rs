@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Number of amplitudes, if there are several
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 401, allow_hyphen_values = true)]
     pub points: u32,
-    /// Periods left out
+    /// Periods discarded
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1_000_000), default_value_t = 200, allow_hyphen_values = true)]
     pub transient: u32,
     /// Periods kept
@@ -38,8 +38,7 @@ pub struct Arguments {
     /// Where the lever starts.
     #[command(flatten)]
     pub start: StartArguments,
-    /// Show beside it what fixed-step Runge-Kutta with this many steps per period of the excitation
-    /// and events on its grid makes of the same, as in the paper
+    /// Compare with fixed-step Runge-Kutta of this many steps per period, as in the paper
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000), allow_hyphen_values = true)]
     pub compare_steps: Option<u32>,
 }

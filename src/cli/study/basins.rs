@@ -35,7 +35,7 @@ pub struct Arguments {
     /// Initial states: angles × velocities
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "200x200", allow_hyphen_values = true)]
     pub grid: (u32, u32),
-    /// Periods after which motion is taken for settled
+    /// Periods until motion counts as settled
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(10..=100_000), default_value_t = 300, allow_hyphen_values = true)]
     pub transient: u32,
 }

@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Number of amplitudes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 500, allow_hyphen_values = true)]
     pub points: u32,
-    /// Periods left out at each amplitude
+    /// Periods discarded at each amplitude
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=100_000), default_value_t = 100, allow_hyphen_values = true)]
     pub transient: u32,
     /// Periods kept at each amplitude
@@ -38,10 +38,10 @@ pub struct Arguments {
     /// Where every amplitude starts.
     #[command(flatten)]
     pub start: StartArguments,
-    /// Carry the state along from one amplitude to the next
+    /// Carry the state from one amplitude to the next
     #[arg(long, value_enum, default_value_t = SweepArgument::None)]
     pub sweep: SweepArgument,
-    /// Doublings looked for on each branch of periodic orbits; 0 to follow none
+    /// Doublings searched on each branch of periodic orbits; 0: follow none
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8), default_value_t = 6, allow_hyphen_values = true)]
     pub doublings: u32,
 }

@@ -28,7 +28,7 @@ pub struct Arguments {
     /// Number of damages
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000), default_value_t = 10_400, allow_negative_numbers = true)]
     pub points: u32,
-    /// Seed of chance
+    /// Seed of the random damages
     #[arg(
         long,
         value_name = "N",
@@ -36,7 +36,7 @@ pub struct Arguments {
         allow_negative_numbers = true
     )]
     pub seed: u64,
-    /// A recording of one's own to damage, whose negative side opens, in place of made ones
+    /// A recording to damage, negative opens [default: recordings by formula]
     #[arg(long, value_name = "FILE")]
     pub recording: Option<PathBuf>,
     /// Its channel

@@ -24,13 +24,13 @@ pub struct Arguments {
     /// Amplitudes [g]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitude_range, default_value = "0..10", allow_hyphen_values = true)]
     pub amplitude: ValueSpan,
-    /// Angular frequencies [rad/s], by their logarithm
+    /// Angular frequencies [rad/s], on a logarithmic scale
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_frequencies, default_value = "5..1000", allow_hyphen_values = true)]
     pub omega: ValueSpan,
     /// Amplitudes × frequencies
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "100x160", allow_hyphen_values = true)]
     pub grid: (u32, u32),
-    /// Periods of the excitation that each lever is followed from rest
+    /// Excitation periods of each run, from rest
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000), default_value_t = 30, allow_hyphen_values = true)]
     pub periods: u32,
     /// What one g is [m/s²]

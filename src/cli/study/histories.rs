@@ -28,7 +28,7 @@ pub struct Arguments {
     /// Angular frequency of the sine [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 100.0, allow_hyphen_values = true)]
     pub omega: f64,
-    /// Initial angle of one start in place of the paper's three [rad]
+    /// Initial angle of one start [rad] [default: the paper's three]
     #[arg(long, value_name = "RAD", value_parser = parse_phi0, allow_hyphen_values = true)]
     pub phi0: Option<f64>,
     /// Initial angular velocity [rad/s]
@@ -37,7 +37,7 @@ pub struct Arguments {
     /// Periods shown
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 40, allow_hyphen_values = true)]
     pub periods: u32,
-    /// Periods before the motion is taken to have settled
+    /// Periods until the motion counts as settled
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000_000), default_value_t = 1000, allow_hyphen_values = true)]
     pub transient: u32,
     /// What one g is [m/s²]

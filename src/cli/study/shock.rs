@@ -22,10 +22,10 @@ pub struct Arguments {
     /// Stop model; auto: both
     #[arg(long, value_enum, default_value_t = ModelArgument::Auto)]
     pub model: ModelArgument,
-    /// Peak of the shock, nearly [g]
+    /// Approximate peak of the shock [g]
     #[arg(long, value_name = "A", value_parser = sweep::parse_positive_amplitude, default_value_t = 1000.0, allow_hyphen_values = true)]
     pub amplitude: f64,
-    /// How long the lever is watched [s]
+    /// Length of the run [s]
     #[arg(long, value_name = "S", value_parser = parse_duration, default_value_t = 0.3, allow_hyphen_values = true)]
     pub duration: f64,
     /// What one g is [m/s²]

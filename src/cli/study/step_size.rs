@@ -17,7 +17,7 @@ pub struct Arguments {
     /// Lever and files.
     #[command(flatten)]
     pub study: StudyCommon,
-    /// Angular frequency of the excitation whose period is cut into steps [rad/s]
+    /// Angular frequency of the excitation [rad/s]
     #[arg(long, value_name = "RAD_S", value_parser = parse_positive, default_value_t = 20.0, allow_hyphen_values = true)]
     pub omega: f64,
     /// Steps per period of each run

@@ -109,7 +109,7 @@ pub(super) fn parse_amplitudes(text: &str) -> Result<ValueSpan, String> {
             Ok(span)
         } else {
             Err(format!(
-                "an amplitude lies within 0 and {AMPLITUDE_MAX_G} g"
+                "expected an amplitude from 0 to {AMPLITUDE_MAX_G} g"
             ))
         }
     })
@@ -137,7 +137,7 @@ pub(super) fn parse_frequencies(text: &str) -> Result<ValueSpan, String> {
         if span.low > 0.0 {
             Ok(span)
         } else {
-            Err("an angular frequency must lie above 0".into())
+            Err("expected an angular frequency above 0".into())
         }
     })
 }

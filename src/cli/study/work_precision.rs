@@ -33,7 +33,7 @@ pub struct Arguments {
     /// Settings of each method, from coarse to fine
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=50), default_value_t = 6, allow_hyphen_values = true)]
     pub points: u32,
-    /// Repetitions of each run, of which the fastest counts
+    /// Repetitions of each run; the fastest counts
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 5, allow_hyphen_values = true)]
     pub repetitions: u32,
     /// What one g is [m/s²]

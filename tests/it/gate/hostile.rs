@@ -54,7 +54,7 @@ fn cli_what_matches_nothing_is_an_error() {
             format!(
                 "{STANDS}[[allow]]\nrecordings = \"pass.csv\"\ndesigns = \"*\"\nreason = \"r\"\nuntil = 2027-01-01\n"
             ),
-            "no pair that the exception",
+            "matches no undecided pair",
         ),
     ] {
         check(&yard, &gate, &[], 4, message);
@@ -121,7 +121,7 @@ fn cli_words_of_a_gate_file_that_are_not_known_are_errors() {
             format!(
                 "{STANDS}[[allow]]\nrecordings = \"*\"\ndesigns = \"*\"\nreason = \" \"\nuntil = 2027-02-03\n"
             ),
-            "say why",
+            "state why",
         ),
         ("[[recordings]\n".into(), "gate.toml:1"),
         (
@@ -130,13 +130,13 @@ fn cli_words_of_a_gate_file_that_are_not_known_are_errors() {
         ),
         (
             format!("require = \"pass\"\n{STANDS}"),
-            "a [[require]] with nothing but its `verdict`",
+            "a [[require]] with only its `verdict`",
         ),
         (
             STANDS.replace("\"paper\"", "\" \""),
             "name the design, or leave `name` out",
         ),
-        (gate_of("\"designs[1]/*\""), "[[] for the letter ["),
+        (gate_of("\"designs[1]/*\""), "[[] matches the letter ["),
         // In a gate file a setting is a key, no option.
         (
             STANDS.replace("members = 128", "filter = \"cfc77\""),
@@ -176,7 +176,7 @@ fn cli_two_meanings_are_errors() {
     let same = format!(
         "{STANDS}[[recordings]]\nfiles = \"p*.csv\"\nopens_when = \"negative\"\nmembers = 128\n"
     );
-    check(&yard, &same, &[], 0, "all 2 pairs stand");
+    check(&yard, &same, &[], 0, "all 2 pairs are as required");
 }
 
 #[test]
@@ -236,14 +236,14 @@ fn cli_what_surrounds_a_gate_can_fail_it() {
         STANDS,
         &["--baseline", &gone],
         4,
-        "other.csv with paper stands in the baseline",
+        "other.csv with paper is in the baseline",
     );
     check(
         &yard,
         STANDS,
         &["--baseline", &gone, "--allow-removed"],
         0,
-        "all 2 pairs stand",
+        "all 2 pairs are as required",
     );
     check(&yard, STANDS, &["--baseline", "gone.json"], 4, "gone.json");
     let wrong = yard.folder.write("wrong.json", "{}");
@@ -300,7 +300,7 @@ fn cli_a_full_disk_is_no_pass() {
     let said = format!("{}{}", done.out, done.err);
     assert!(
         done.out
-            .starts_with("GATE NOT PASSED  all 2 pairs stand; 1 problem (exit 4)\n"),
+            .starts_with("GATE NOT PASSED  all 2 pairs are as required; 1 problem (exit 4)\n"),
         "{said}"
     );
     assert!(done.err.contains("No space left"), "{said}");
@@ -335,7 +335,7 @@ fn regress_no_worse_lets_nothing_stand_that_was_not_judged() {
         &gate,
         &["--baseline", &own, "--no-worse"],
         2,
-        "outside the folder",
+        "outside the gate's report folder",
     );
 }
 
@@ -372,7 +372,7 @@ fn regress_names_that_no_pattern_matches_are_an_error() {
             &gate_of(files),
             &[],
             4,
-            "names in UTF-8 where a pattern looks",
+            "names in UTF-8 where the pattern searches",
         );
     }
 }
@@ -388,7 +388,13 @@ fn regress_one_file_under_two_names_is_one_recording() {
         )
     };
     check(&yard, &twice("positive"), &[], 4, "with one setting");
-    check(&yard, &twice("negative"), &[], 0, "the one pair stands");
+    check(
+        &yard,
+        &twice("negative"),
+        &[],
+        0,
+        "the one pair is as required",
+    );
 }
 
 /// What the gate wrote is no recording of the next run; a pipe is none at all.
@@ -398,8 +404,8 @@ fn regress_own_folders_and_pipes_are_no_recordings() {
     let yard = Yard::new("own-folders");
     let gate = gate_of("\"**/pass.csv\"").replace("pass.csv", "*s*.csv");
     let more = ["--reports", "all"];
-    check(&yard, &gate, &more, 0, "the one pair stands");
-    check(&yard, &gate, &more, 0, "the one pair stands");
+    check(&yard, &gate, &more, 0, "the one pair is as required");
+    check(&yard, &gate, &more, 0, "the one pair is as required");
     let pipe = yard.folder.path().join("s-pipe.csv");
     let made = finish(std::process::Command::new("mkfifo").arg(&pipe));
     assert_eq!(made.code, 0, "{}", made.err);
@@ -448,7 +454,7 @@ fn cli_an_exception_behind_another_is_not_needed() {
         &(gate + &allow("paper")),
         &[],
         4,
-        "the exception \"paper waits\" names is undecided and without",
+        "the exception \"paper waits\" matches no undecided pair without",
     );
 }
 
@@ -459,7 +465,7 @@ fn cli_a_limit_that_moved_is_a_margin_that_moved() {
     let gate = |limit: &str| {
         gate_of("\"pass.csv\"") + &format!("set = {{ \"criterion.threshold_rad\" = {limit} }}\n")
     };
-    check(&yard, &gate("0.1"), &[], 0, "the one pair stands");
+    check(&yard, &gate("0.1"), &[], 0, "the one pair is as required");
     let before = yard.folder.write("before.json", yard.text("summary.json"));
     let more = ["--baseline", &before];
     check(&yard, &gate("0.1"), &more, 0, "0 margins moved");

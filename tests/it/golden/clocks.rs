@@ -280,7 +280,7 @@ fn words_of_few_digits() -> Vec<Case> {
 /// Words that no form fits: where they change from row to row, a rate alone would hide rows that are lost.
 fn words_not_read() -> Vec<Case> {
     let rated = ["--rate-hz", "10000", "--time-zero", "0.02"];
-    let says = ["a column of times that is read", "10:00:00.0001"];
+    let says = ["times that latchgate reads", "10:00:00.0001"];
     let spelled = |k: i64| of_day(TEN, k).replacen(':', "h", 1).replacen(':', "m", 1);
     let mut cases: Vec<Case> = [
         ("words-not-read.csv", rows_lost("Time", spelled)),
@@ -432,7 +432,7 @@ fn rates() -> Vec<Case> {
         cases.push(refused(
             &file(""),
             text.clone(),
-            &["a unit that is read", "--time-unit", "--rate-hz"],
+            &["a known unit of time", "--time-unit", "--rate-hz"],
         ));
         cases.push(good(&file("rate-"), text).options(&rated).finds(&assumed));
         cases.push(
@@ -705,7 +705,7 @@ fn beside() -> Vec<Case> {
         .finds(&["info channel-chosen"])
         .unusable(
             &["blocking time-contradicted"],
-            &["Sample (10 kHz)", "stated rate"],
+            &["Sample (10 kHz)", "the stated rate"],
         ),
     ]);
     cases

@@ -374,7 +374,7 @@ fn tables() -> Vec<Case> {
         .channel("acc y")
         .unusable(
             &["blocking laboratory-remark"],
-            &["lies outside of the record"],
+            &["lies outside the record"],
         ),
         // What is not understood is passed on.
         read(

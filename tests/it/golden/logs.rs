@@ -190,7 +190,7 @@ fn whose_clock() -> Vec<Case> {
         super::refused(
             "no-stamp.mcap",
             SOUND.of_float(),
-            &["a stamp of their own", "state --time-source log or publish"],
+            &["messages with stamps", "state --time-source log or publish"],
         )
         .options(&["--channel", "/door/ay_g:data", "--time-source", "header"]),
         refused(
@@ -243,7 +243,7 @@ fn whose_clock() -> Vec<Case> {
 fn disagreeing() -> Vec<Case> {
     let blocked = |name: &str, clocks: Clocks| {
         imu_log(name, clocks.of_imu())
-            .unusable(&["blocking time-contradicted"], &["one of the two clocks"])
+            .unusable(&["blocking time-contradicted"], &["One of the two clocks"])
     };
     vec![
         blocked(

@@ -337,7 +337,7 @@ fn readings() -> Vec<Case> {
             &[
                 "777 Hz",
                 "10000 Hz by the channel of times",
-                "leave out the rate",
+                "leave out --rate-hz",
             ],
         )
         .options(&["--rate-hz", "777"]),
@@ -539,7 +539,7 @@ fn readings() -> Vec<Case> {
                 file.rows = (FROM..TO).map(|k| thousands(k, ',')).collect();
                 file.text()
             },
-            &["thousands marks", "beside whole numbers"],
+            &["thousands marks", "a factor of 1000"],
         ),
         refused_text(
             "thousands by point",
@@ -548,7 +548,7 @@ fn readings() -> Vec<Case> {
                 file.rows = (FROM..TO).map(|k| thousands(k, '.')).collect();
                 file.text()
             },
-            &["thousands marks", "beside whole numbers"],
+            &["thousands marks", "a factor of 1000"],
         ),
         // Keys that come twice.
         one("a key twice, alike", &twice("Sampling interval", "0.0001")),
@@ -562,7 +562,7 @@ fn readings() -> Vec<Case> {
             &[
                 "one `Sampling interval`",
                 "`1.0E-4` and `1.0E-5`",
-                "mend the header",
+                "keep the right one in the header",
             ],
         ),
         refused_text(
@@ -604,7 +604,7 @@ fn readings() -> Vec<Case> {
         remarked(
             "an instant outside of the record",
             &cut_comment(&["no valid data after 300 ms"]),
-            "outside of the record",
+            "outside the record",
         ),
         remarked(
             "an instant that is not understood",

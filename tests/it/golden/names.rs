@@ -243,7 +243,7 @@ fn plausible() -> Vec<Case> {
     let mut cases = Vec::new();
     for (index, name) in DOUBTED.iter().enumerate() {
         let text = table(&format!("time_s,{name}"));
-        let says = ["what raises the doubt", name, "--channel"];
+        let says = ["each with its doubt", name, "--channel"];
         cases.push(refused(&format!("doubted-{index}.csv"), text, &says));
     }
     for (index, line) in PLAUSIBLE
@@ -263,7 +263,7 @@ fn plausible() -> Vec<Case> {
         cases.push(refused(
             &file(""),
             text.clone(),
-            &["what raises the doubt", name, &choose],
+            &["each with its doubt", name, &choose],
         ));
         cases.push(
             good(&file("chosen-"), text)

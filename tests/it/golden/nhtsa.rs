@@ -461,7 +461,7 @@ fn readings() -> Vec<Case> {
                 comment: "NO VALID DATA AFTER 1 SECOND",
                 ..PLAIN
             },
-            "outside of the record",
+            "outside the record",
         ),
         remarked(
             "an instant that is not understood",

@@ -98,7 +98,7 @@ fn stretches() -> Vec<Case> {
                 push(k)
             }
         })
-        .unusable(&["blocking frozen"], &["by chance"]),
+        .unusable(&["blocking frozen"], &["a chance below 1e-9"]),
         case("drop-out.csv", "", |k| {
             if (90..110).contains(&k) { 0.0 } else { push(k) }
         })
@@ -120,7 +120,7 @@ fn stretches() -> Vec<Case> {
                 "warning ends-early",
                 "warning implausible-velocity",
             ],
-            &["what came after is missing"],
+            &["the end of the event is missing"],
         ),
     ]
 }

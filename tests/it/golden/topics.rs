@@ -139,7 +139,7 @@ fn nothing_to_choose() -> Vec<Case> {
     };
     let plain = |encoding: &str| of(schema(1, "Door", encoding, ""), encoding, |_| vec![1, 2, 3]);
     let batch = |text: &'static str| json(move |k| text.replace("Y", &push(k).to_string()));
-    let one = "one sample in each message is read";
+    let one = "latchgate reads one sample a message";
     vec![
         refused(
             "float.mcap",
@@ -428,7 +428,7 @@ fn doubts() -> Vec<Case> {
         refused(
             "two-frames.mcap",
             imu_log(|k| imu(k, if k % 2 == 0 { "door" } else { "roof" }, 0.0)),
-            &["another frame_id", "a topic of its own"],
+            &["another frame_id", "a separate topic"],
         ),
         refused("map.mcap", in_map, &["no channel `/door:acc[0].value`"]).options(&[
             "--channel",

@@ -189,7 +189,7 @@ fn cli_a_file_that_never_comes_is_named() {
         }
         let done = collect();
         assert_eq!(done.code, 4, "{}", done.err);
-        let told = format!("{name} is said to be finished and is not there, or is too short");
+        let told = format!("{name} is marked as finished, but is missing or too short");
         assert!(done.err.contains(&told), "{}", done.err);
         assert!(!yard.path("collected").exists());
         fs::write(&file, &bytes).unwrap();
@@ -244,8 +244,7 @@ fn cli_foreign_files_in_a_store_change_nothing() {
     let done = yard.collect(&[]);
     assert_eq!(done.code, code, "{}", done.err);
     assert!(
-        done.err.contains("noise.jsonl: ")
-            && done.err.contains(" lines without a checksum that fits"),
+        done.err.contains("noise.jsonl: ") && done.err.contains(" lines with a wrong checksum"),
         "{}",
         done.err
     );

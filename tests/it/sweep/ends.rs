@@ -70,7 +70,7 @@ fn cli_a_process_that_is_deaf_is_ended() {
     assert_eq!(output.status.code(), Some(4), "{err}");
     assert!(began.elapsed() < Duration::from_secs(20), "{err}");
     assert!(
-        err.contains("was ended by a limit on time: it did not end when it was asked to"),
+        err.contains("was ended by a time limit: it did not end on request"),
         "{err}"
     );
     assert!(!PathBuf::from(format!("/proc/{worker}")).exists());
@@ -140,7 +140,7 @@ fn cli_a_recording_that_ends_its_process_is_passed_over_and_named() {
     );
     assert!(
         done.err.contains("recordings/r0002.csv: ")
-            && done.err.contains("begun 2 times and never ended"),
+            && done.err.contains("begun 2 times and never finished"),
         "{}",
         done.err
     );
@@ -151,7 +151,7 @@ fn cli_a_recording_that_ends_its_process_is_passed_over_and_named() {
     assert!(!yard.path("collected").exists());
     for line in [
         "recordings/r0002.csv: 3 pairs",
-        "recordings/r0002.csv: begun twice and never ended",
+        "recordings/r0002.csv: begun twice and never finished",
     ] {
         assert!(collected.out.contains(line), "{}", collected.out);
     }

@@ -42,14 +42,15 @@ fn cli_an_engine_that_does_not_answer_is_told_of() {
     let done = submit("/nowhere");
     assert_eq!(done.code, 4);
     assert!(
-        done.err.contains("scontrol is not installed here"),
+        done.err
+            .contains("scontrol is not installed or not on the path"),
         "{}",
         done.err
     );
     for (said, told) in [
         (
             "slurm_load_ctl_conf error: Unable to contact slurm controller (connect failure)",
-            "the controller is away",
+            "its controller is down",
         ),
         (
             "error: Could not establish a configuration source",

@@ -204,7 +204,7 @@ fn cli_an_engine_that_hangs_is_not_waited_for_for_ever() {
         let began = Instant::now();
         let done = slurm.submit("1", &["--wait", "--patience", "2"]);
         assert_eq!(done.code, 4, "{}", done.err);
-        let told = format!("{program} did not answer in 2 s; its controller may be away");
+        let told = format!("{program} did not answer in 2 s; its controller may be down");
         assert!(done.err.contains(&told), "{}", done.err);
         assert!(began.elapsed() < Duration::from_secs(20));
     }

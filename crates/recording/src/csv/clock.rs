@@ -16,7 +16,8 @@ static UNIT_KEYS: Words = word_list!("time-unit-keys");
 
 /// What to do about a unit of time that is missing or wrong.
 pub(super) const STATE_UNIT: &str = "state its unit with the setting `time_unit` = \
-                                     s|ms|us|ns|min|h|day, behind a number if need be, as in 10us";
+                                     s|ms|us|ns|min|h|day, or with a number before it, such as \
+                                     10us";
 
 /// Rates of recorders [Hz]: a column without a name that rises so is offered as the clock.
 const RECORDERS_HZ: std::ops::RangeInclusive<f64> = 250.0..=500e3;
@@ -77,7 +78,8 @@ pub(super) fn unit_contradiction(
     let first = first_s / unit.seconds();
     let counted = absolute_clock(first, rate_hz * unit.seconds())?;
     let text = format!(
-        "`{name}` counts {counted} from a date, by the size of its stamps; in {unit} they would be none"
+        "`{name}` counts {counted} from a date, by the size of its stamps, but {unit} is stated. \
+         Check the setting `time_unit`"
     );
     (first_s > LONGEST_RUN_S && counted != unit)
         .then(|| Finding::blocking("time-contradicted", text))
@@ -137,7 +139,8 @@ impl TableLayout {
         }
         if let Some(rate) = self.preamble.rate_hz() {
             let text = format!(
-                "no column holds the time; the rows above the table state {rate} Hz, which was used"
+                "no column holds the time. The {rate} Hz of the rows above the table was used. \
+                 Check it"
             );
             findings.push(Finding::info("rate-above-table", text));
             return Ok(Some(TimeSource::Rate(SampleRate::from_hertz(rate)?)));
@@ -149,9 +152,8 @@ impl TableLayout {
         let text = match offer {
             Some(offer) => offer.to_string(),
             None => format!(
-                "no time column and no sample rate, so no channel can be read; the columns are: \
-                 {}; name the time with the setting `time_column` = NAME or state the setting \
-                 `rate_hz` = HZ",
+                "no channel can be read: there is no time column and no sample rate. The columns \
+                 are: {}. State the setting `time_column` = NAME or the setting `rate_hz` = HZ",
                 self.list(0..self.columns.len())
             ),
         };
@@ -186,7 +188,7 @@ impl TableLayout {
             several => Err(Error::malformed(
                 "one time column",
                 self.list(several.iter().copied()),
-                "choose one with the setting `time_column` = NAME: each may be the clock of the \
+                "choose one with the setting `time_column` = NAME; each may be the clock of the \
                  channels beside it",
             )),
         }
@@ -271,13 +273,13 @@ impl TableLayout {
         Some(Error::malformed(
             "a time column or a sample rate",
             format!(
-                "no time column by name; `{name}` rises by {} from row to row, {} Hz if in seconds",
+                "no time column by name; `{name}` rises by {} a row, {} Hz if in seconds",
                 brief(step),
                 brief(1.0 / step)
             ),
             format!(
-                "if it is the time, state the setting `time_column` = {chosen}; in another unit, \
-                 the setting `time_unit` as well; if it is none, the setting `rate_hz` = HZ"
+                "if that is the time, state the setting `time_column` = {chosen}, and the setting \
+                 `time_unit` unless in seconds; else the setting `rate_hz` = HZ"
             ),
         ))
     }
@@ -301,7 +303,8 @@ impl TableLayout {
             && stated != own
         {
             let text = format!(
-                "the {} says `{own}` for `{}`, the option says `{stated}`, which was used",
+                "the {} states `{own}` for `{}`, but the setting `time_unit` is `{stated}`. The \
+                 setting was used. Check which is right",
                 column.unit_source, column.name,
             );
             findings.push(Finding::warning("time-unit-overridden", text));
@@ -313,9 +316,9 @@ impl TableLayout {
             let text = column.unit_text.as_ref();
             let text = text.map_or(String::new(), |text| format!(" in `{text}`"));
             return Err(Error::malformed(
-                "a time in a unit that is read, such as s, ms, 10 us or day",
+                "a known unit of time, such as s, ms, 10 us or day",
                 format!("`{}`{text}", column.name),
-                format!("{STATE_UNIT}, or its rate with the setting `rate_hz`"),
+                format!("{STATE_UNIT}, or the rate with the setting `rate_hz` = HZ"),
             ));
         }
         if unit.is_none() && options.rate_hz.is_none() {
@@ -337,7 +340,7 @@ impl TableLayout {
 
 /// Says that stamps were taken for seconds.
 pub(super) fn seconds_assumed(name: &str) -> Finding {
-    let text = format!("nothing states the unit of the time column `{name}`; seconds were assumed");
+    let text = format!("nothing states the unit of the time column `{name}`. Seconds were assumed");
     Finding::info("time-unit-assumed", text)
 }
 

@@ -167,7 +167,8 @@ impl Clocks<'_> {
         let ratio = |rate: &f64| (rate * self.interval_s).max(1.0 / (rate * self.interval_s));
         let nearest = rates.iter().map(ratio).fold(f64::INFINITY, f64::min);
         let text = format!(
-            "`{}` is {} in every row, {} gives {} Hz: one of the two is wrong",
+            "`{}` is {} in every row, but {} gives {} Hz. One of the two is wrong. Find out which, \
+             and export again",
             column.name,
             brief(clock.last.1),
             self.used(),
@@ -256,7 +257,7 @@ impl Clocks<'_> {
             None => slips && (named || is_even) && (step - 1.0).abs() > ALIKE,
         };
         let text = format!(
-            "`{}` spans {}{}, {} {} s over the same rows",
+            "`{}` spans {}{}, but {} {} s over the same rows",
             column.name,
             brief(span * unit.unwrap_or(1.0)),
             if unit.is_some() { " s" } else { "" },
@@ -268,7 +269,9 @@ impl Clocks<'_> {
             // As pandas leaves its index where it keeps every tenth row.
             (true, true) => compared.doubts.push(text),
             (true, false) => {
-                let text = format!("{text}: one of the two clocks is wrong");
+                let text = format!(
+                    "{text}. One of the two clocks is wrong. Find out which, and export again"
+                );
                 let finding = Finding::blocking("time-contradicted", text);
                 compared.findings.push(finding);
             }
@@ -337,8 +340,11 @@ pub(super) fn refuse_unread(
         let named = column.says_time() || column.says_other_clock();
         if let Some((line, cell)) = words.changing(named) {
             let error = Error::malformed(
-                "a column of times that is read: where one is there, a rate alone shows no missing row",
-                format!("`{cell}` in `{}`, as in the rows beside", column.name),
+                "times that latchgate reads, since a rate alone shows no missing row",
+                format!(
+                    "`{cell}` in `{}`, and the like in the rows beside",
+                    column.name
+                ),
                 STAMPS,
             );
             return Err(error.at(Place::default().line(line).column(index as u64 + 1)));

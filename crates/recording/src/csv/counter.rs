@@ -47,14 +47,14 @@ pub(super) fn finding(
             // A clock in another unit, which the rate confirms.
             true if natural_unit(1.0 / (stated_hz * usual), None).is_some() => return None,
             true => format!(
-                "`{name}` rises by {} from row to row, which no count does; in seconds that is {} \
-                 Hz, the stated rate is {stated_hz} Hz",
+                "`{name}` rises by {} a row, which no count does. In seconds that is {} Hz, but \
+                 {stated_hz} Hz is stated. Check the rate",
                 brief(usual),
                 brief(1.0 / usual)
             ),
             false => format!(
-                "`{name}` counts by {}; if samples were left out, the stated rate is that many \
-                 times too high",
+                "`{name}` counts by {} a row. If samples were left out, the stated rate is that \
+                 many times too high. Check the rate",
                 brief(usual)
             ),
         };
@@ -62,7 +62,7 @@ pub(super) fn finding(
     };
     let (line, at_s) = place(row);
     let text = format!(
-        "`{name}` goes from {} to {}{}, where its usual step is {}, at {} places in all; rows \
+        "`{name}` goes from {} to {}{}, but its usual step is {}; there are {} such places. Rows \
          are missing, doubled or out of order",
         counts[row],
         counts[row + 1],
@@ -71,8 +71,16 @@ pub(super) fn finding(
         faults.len()
     );
     let finding = match stamped {
-        true => Finding::warning("index-gap", format!("{text}, or the stamps were made anew")),
-        false => Finding::blocking("index-gap", format!("{text}, and no column tells the time")),
+        true => Finding::warning(
+            "index-gap",
+            format!("{text}, or the stamps were made afterwards. Look at the rows there"),
+        ),
+        false => Finding::blocking(
+            "index-gap",
+            format!(
+                "{text}, and no column holds the time. Look at the rows there, and export again"
+            ),
+        ),
     };
     Some(finding.since(at_s))
 }

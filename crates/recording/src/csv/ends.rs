@@ -36,7 +36,9 @@ pub(super) fn named(error: Error, text: &[u8], layout: &TableLayout) -> Error {
     let hint = match seems_clear {
         true => format!("the table seems to end on line {last}; if so, state {setting} = {last}"),
         false => {
-            format!("mend the export; if the table ends on line {last}, state {setting} = {last}")
+            format!(
+                "correct the export; if the table ends on line {last}, state {setting} = {last}"
+            )
         }
     };
     Error::malformed(expected, found, hint).at(error.place().clone())

@@ -297,7 +297,8 @@ impl TableLayout {
                 return Err(Error::malformed(
                     "a channel of acceleration",
                     format!("the time column `{}`", self.columns[index].name),
-                    "choose another column, or name the time with the setting `time_column`",
+                    "choose another column, or state the time column with the setting \
+                     `time_column` = NAME",
                 ));
             }
             let findings = self.columns[index].not_lateral_finding().into_iter();
@@ -375,8 +376,8 @@ impl TableLayout {
         let number: usize = wanted.trim().parse().ok()?;
         let other = self.columns.get(number.checked_sub(1)?)?;
         let text = format!(
-            "`{number}` is the name of column {}, which was taken; column number {number} is called \
-             `{}`",
+            "`{number}` is the name of column {}, which was used. Column number {number} is named \
+             `{}`. State the name of the one you mean",
             index + 1,
             shown(&other.name)
         );
@@ -476,10 +477,9 @@ fn check_one_column(text: &[u8], names: &ByteRecord, first: &ByteRecord) -> Resu
         return Ok(());
     }
     let error = Error::malformed(
-        format!("rows of {} cells, as the header names them", names.len()),
+        format!("rows of {} cells, as the header has names", names.len()),
         format!("rows of one cell, such as `{}`", shown(&first[0])),
-        "the samples are missing below the other names: export them, or the one column with its \
-         own name alone",
+        "export the columns of the other names as well, or only the one column with its name",
     );
     Err(error.at(line_of(text, first)))
 }
@@ -545,11 +545,11 @@ fn where_it_begins(text: &[u8], row: &ByteRecord, expected: &str, found: &str) -
         Some(Begin {
             header: Some(line), ..
         }) => format!(
-            "the columns seem to be named on line {line}; if so, state the setting `header_line` = \
+            "the column names seem to be on line {line}; if so, state the setting `header_line` = \
              {line}"
         ),
         Some(Begin { data, .. }) => format!(
-            "the samples seem to begin on line {data} without names; if so, state the setting \
+            "samples without names seem to begin on line {data}; if so, state the setting \
              `skip_lines` = {}",
             data - 1
         ),

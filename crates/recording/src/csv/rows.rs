@@ -80,8 +80,8 @@ impl DoubledStamp {
             .line
             .map_or(String::new(), |line| format!(" on line {line}"));
         let text = format!(
-            "`{name}` holds {} s twice, the second time{line}: what was recorded from there on has no \
-             known time, and was left out. If only digits are missing, state {} = HZ",
+            "`{name}` holds {} s twice, the second time{line}. Samples from there on have no known \
+             time and were left out. Export again; if only digits are missing, state {} = HZ",
             self.at_s,
             Setting::RateHz
         );
@@ -454,7 +454,8 @@ impl<'a> Gathering<'a> {
 }
 
 /// What to do where marks may separate thousands.
-const THOUSANDS: &str = "state the setting `decimal` = . or the setting `decimal` = , ; the other mark then separates thousands";
+const THOUSANDS: &str = "state the setting `decimal` = . or the setting `decimal` = , ; the other \
+                         mark then separates thousands";
 
 /// Tells whether a number is a date and a time of day without marks between them, `20240501100000.0002`, of
 /// which no floating-point number holds all digits.

@@ -177,7 +177,8 @@ pub(super) fn of_columns(
         remarks.extend(own.into_iter().map(|remark| (of, remark)));
         findings.extend(column.bad.as_ref().map(|(row, flag)| {
             let text = format!(
-                "the column `{name}` says \"{flag}\" from row {} on",
+                "the column `{name}` says \"{flag}\" from row {} on. Use another channel, or \
+                 samples before that",
                 row + 1
             );
             let blocking = Finding::blocking("invalid-by-laboratory", text);

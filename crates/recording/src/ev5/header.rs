@@ -89,7 +89,7 @@ impl TestInstruments {
                 return Err(Error::malformed(
                     "one line for each curve",
                     format!("curve {} twice", entry.number),
-                    "which of the two holds is not known; mend the .EV5",
+                    "keep the right one in the .EV5",
                 )
                 .at(place));
             }
@@ -319,13 +319,16 @@ impl CurveEntry {
             return None;
         }
         let seen = format!(
-            "the header states `{}` as the unit of time (XUNITS); the stamps were read as seconds, \
-             as this format has them, and indices and interval",
+            "the header states `{}` as the unit of time (XUNITS), but this format has seconds. The \
+             stamps were read as seconds. Indices and interval",
             text::shown(self.of(X_UNIT))
         );
         Some(match confirmed {
             true => Finding::warning("time-unit-overridden", format!("{seen} confirm that")),
-            false => Finding::blocking("time-contradicted", format!("{seen} do not confirm that")),
+            false => Finding::blocking(
+                "time-contradicted",
+                format!("{seen} do not confirm that. Correct the .EV5"),
+            ),
         })
     }
 
@@ -354,7 +357,7 @@ impl CurveEntry {
             "it sits in a dummy, not on the vehicle's structure".into()
         } else if !STRUCTURE.iter().any(is_plain) {
             let place = self.of(ATTACHMENT);
-            format!("its attachment {place} is none of the structure that is known here")
+            format!("its attachment {place} is not known as part of the structure")
         } else {
             return None;
         })
@@ -374,18 +377,22 @@ impl CurveEntry {
         let (word, part_way) = match self.of(STATUS) {
             "" | "AM" => return None,
             "CM" => {
-                let text = "the laboratory computed this channel from others";
+                let text = "the laboratory computed this channel from others. Prefer a measured \
+                            one";
                 return Some(Finding::info("channel-computed", text));
             }
             "QD" => ("questionable data", true),
             "CF" => ("data that become invalid part-way", true),
             "MN" => ("meaningless data", false),
             "NO" => ("no data", false),
-            _ => ("what is not known here", false),
+            _ => ("an unknown status", false),
         };
         let from = remarks::plainly_bad_from(&[self.remark()]);
         let from = from.filter(|at_s| part_way && span.holds(*at_s));
-        let text = format!("the laboratory states {word} (status {})", self.of(STATUS));
+        let text = format!(
+            "the laboratory states {word} (status {}). Use another channel",
+            self.of(STATUS)
+        );
         Some(Finding::blocking("invalid-by-laboratory", text).since(from))
     }
 
@@ -422,9 +429,9 @@ impl CurveEntry {
         // The percentage is printed whole; a shortened or filtered copy is further off.
         ((found - stated).abs() > 1.0 + 0.02 * stated.abs()).then(|| {
             let text = format!(
-                "the header says that the channel reached {stated} % of its range of {rating} \
-                 (CHLMAX), the samples reach {found:.1} %: unit, range or samples are not what the \
-                 header says, or the samples were cut off"
+                "the header states a peak of {stated} % of the range of {rating} (CHLMAX), but the \
+                 samples reach {found:.1} %. Unit or range is wrong, or samples are cut off or not \
+                 of this header. Check unit and files"
             );
             Finding::blocking("peak-contradicted", text)
         })

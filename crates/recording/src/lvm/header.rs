@@ -151,8 +151,8 @@ impl Header {
             return Err(Error::malformed(
                 "a second header, and after it a line X_Value with the channels' names",
                 found,
-                "which column is what is not written in the file; write it again with headings, or \
-                 read its rows as a table with the setting `input_format` = csv",
+                "the file does not name its columns; write it again with headings, or read its \
+                 rows as a table with the setting `input_format` = csv",
             )
             .at(Place::default().line(line)));
         };
@@ -187,7 +187,8 @@ impl Header {
         }
         self.findings.extend(overridden.map(|(label, used)| {
             let text = format!(
-                "X_Unit_Label says `{}`, the option says `{}`, which was used",
+                "X_Unit_Label is `{}`, but the setting `time_unit` is `{}`. The setting was used. \
+                 Check which is right",
                 text::shown(&label),
                 used
             );
@@ -269,7 +270,11 @@ impl Header {
             let start_text = cell("X0", index).unwrap_or_else(|| "0".into());
             let Some(start) = text::header_number(&start_text) else {
                 let found = format!("`{}`", text::shown(&start_text));
-                return Err(Error::malformed("X0 as a number", found, "mend the header"));
+                return Err(Error::malformed(
+                    "X0 as a number",
+                    found,
+                    "correct the header",
+                ));
             };
             self.channels.push(Described {
                 index,
@@ -285,7 +290,7 @@ impl Header {
         let mut dimensions = (1..columns).filter_map(|index| cell("X_Dimension", index));
         if let Some(other) = dimensions.find(|one| !one.eq_ignore_ascii_case("Time")) {
             let found = format!("`{}`", text::shown(&other));
-            let hint = "this is no signal over time; choose another export";
+            let hint = "export a signal over time";
             return Err(Error::malformed("X_Dimension Time", found, hint));
         }
         let (key, text) = ("Channels", cell("Channels", 1));
@@ -295,8 +300,8 @@ impl Header {
         });
         let found = self.channels.len();
         if let Some(stated) = stated.filter(|stated| stated.total_cmp(&(found as f64)).is_ne()) {
-            let expected = format!("{stated} channel names, as the header says");
-            let hint = "which column is which is not known; mend the header";
+            let expected = format!("{stated} channel names, as the header states");
+            let hint = "correct the names in the header";
             return Err(Error::malformed(expected, found.to_string(), hint));
         }
         if found == 0 {
@@ -317,12 +322,13 @@ impl Header {
             Some(stated) if stated != mark => Some(Finding::warning(
                 "decimal-contradicted",
                 format!(
-                    "the header declares `{stated}` as decimal mark, the numbers have `{mark}`"
+                    "the header states the decimal mark `{stated}`, but the numbers have `{mark}`. \
+                     Check the values"
                 ),
             )),
             _ if mark == ',' => Some(Finding::info(
                 "decimal-comma",
-                "the numbers are written with a decimal comma",
+                "the numbers have a decimal comma",
             )),
             _ => None,
         }

@@ -123,10 +123,10 @@ impl MessageTimes {
         if let Some(clock) = options.time_source {
             if clock == MessageClock::Header && !stamped {
                 let hint = format!("state {} = log or publish", Setting::TimeSource);
-                let expected = "messages with a stamp of their own";
+                let expected = "messages with stamps";
                 return Err(Error::malformed(expected, "none in them", hint));
             }
-            let text = format!("{} is used, as option or card say", words(clock));
+            let text = format!("{} is used, as stated", words(clock));
             return Ok((clock, vec![Finding::info("time-source", text)]));
         }
         if self.bad_stamp.is_some() || self.header.iter().any(|stamp| *stamp != 0) {
@@ -136,8 +136,9 @@ impl MessageTimes {
             true => ("stamp-zero", "header.stamp is 0 in every message"),
             false => ("log-time", "the messages have no header.stamp"),
         };
-        let used = "the time of logging is used, which carries the delays of transport";
-        let finding = Finding::warning(code, format!("{seen}; {used}"));
+        let used = "The time of logging is used, which includes delays of transport. Set the \
+                    stamps when recording";
+        let finding = Finding::warning(code, format!("{seen}. {used}"));
         Ok((MessageClock::Log, vec![finding]))
     }
 
@@ -151,7 +152,7 @@ impl MessageTimes {
         let refused = |index: usize, expected: String, found: String, why: &str| {
             let way_out = self.way_out(clock, limits, "is sound");
             let way_out = match way_out.is_empty() {
-                true => "; no clock of the log is sound: record it again",
+                true => "; no clock of the log is sound; record it again",
                 false => &way_out,
             };
             let place = format!("{topic}, message {}", index + 1);
@@ -161,7 +162,7 @@ impl MessageTimes {
         if let (MessageClock::Header, Some((index, [sec, nanosec]))) = (clock, self.bad_stamp) {
             let expected = "a stamp of whole seconds, and nanoseconds below 10^9".to_string();
             let found = format!("{sec} s and {nanosec} ns");
-            return refused(index, expected, found, "the stamp is none");
+            return refused(index, expected, found, "the stamp is not a time");
         }
         let Some(index) = self.fault(clock) else {
             return Ok(());
@@ -213,8 +214,8 @@ impl MessageTimes {
             let differ = long as f64 > SPANS_DIFFER * short as f64 && long - short > step;
             differ.then(|| {
                 let text = format!(
-                    "{} spans {} s, {} {} s: one of the two clocks is wrong, and which is not \
-                     known; export the topic as CSV with the times that are right",
+                    "{} spans {} s, but {} {} s. One of the two clocks is wrong. Find out which, \
+                     and export the topic as CSV with the right times",
                     words(used),
                     seconds_text(used_span),
                     words(other),
@@ -254,7 +255,7 @@ impl MessageTimes {
         let base = TimeBase::fit(&times_s, NANOSECOND, limits).ok()?;
         let gap = base.findings.into_iter().find(|one| one.code == "gap")?;
         let text = format!(
-            "{}, which is not used, has {}",
+            "{}, which is not used, has {}. Compare the two clocks",
             words(header),
             gap.text
                 .replace("on the file's clock", "from the first message on")
@@ -277,8 +278,8 @@ impl MessageTimes {
         let (from, to) = (seconds_text(first), seconds_text(last));
         let Some(stated_s) = options.time_zero_s else {
             let text = format!(
-                "time 0 is the first message, at {from} s of {}. State the instant of first contact \
-                 with {} = S, on that clock or as times are shown here",
+                "time 0 is the first message, at {from} s of {}. State first contact with {} = S, \
+                 on that clock or as times are shown here",
                 words(clock),
                 Setting::TimeZero
             );
@@ -290,18 +291,19 @@ impl MessageTimes {
             return Ok(stated);
         }
         let outside = format!(
-            "time zero, {stated_s} s, is not between the first and the last message, which are at \
-             {from} s and {to} s of {}",
+            "time zero, {stated_s} s, lies outside the messages, which run from {from} s to {to} s \
+             of {}",
             words(clock)
         );
         if (0..=span).contains(&stated) {
-            let text = format!("{outside}; it was counted from the first message");
+            let text = format!("{outside}. It was counted from the first message");
             findings.push(Finding::info("time-zero-outside", text));
             return Ok(first + stated);
         }
         // Farther off it is an instant of another clock, or of another day.
         if (first - span..=last + span).contains(&stated) {
-            findings.push(Finding::warning("time-zero-outside", outside));
+            let text = format!("{outside}. Check the setting `time_zero`");
+            findings.push(Finding::warning("time-zero-outside", text));
             return Ok(stated);
         }
         Err(ErrorKind::BadSetting {

@@ -456,7 +456,7 @@ impl Contents {
         let (arrays, quoted) = (of(&self.arrays), of(&self.quoted));
         if !arrays.is_empty() {
             return Some(format!(
-                "arrays of numbers, {arrays}: one sample in each message is read"
+                "arrays of numbers, {arrays}: latchgate reads one sample a message"
             ));
         }
         (!quoted.is_empty()).then(|| format!("numbers in quotes, {quoted}, are not read"))

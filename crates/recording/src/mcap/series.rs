@@ -215,7 +215,7 @@ impl TopicSeries {
         }
         let mut rest = self.slots.iter().skip(self.columns.len()).copied();
         if layout.estimate && rest.next() == Some(-1.0) {
-            let found = format!("-1 in {ESTIMATE}, by which the sensor says that it has none");
+            let found = format!("-1 in {ESTIMATE}, by which the sensor states that it has none");
             let error = damaged_message("an estimate of the acceleration", &found);
             return Err(error.at(place("")));
         }
@@ -225,7 +225,7 @@ impl TopicSeries {
                 return Err(Error::malformed(
                     "the messages of one sensor, with one frame_id",
                     "another frame_id than before",
-                    "write each sensor to a topic of its own",
+                    "write each sensor to a separate topic",
                 )
                 .at(place("header.frame_id")));
             }
@@ -333,7 +333,7 @@ impl TopicSeries {
                 "the fields of the first message",
                 "other fields, of which one may be another lateral acceleration",
                 "choose one with the setting `channel` = TOPIC:FIELD, or write each sensor to a \
-                 topic of its own",
+                 separate topic",
             );
             self.further.get_or_insert(error);
         }

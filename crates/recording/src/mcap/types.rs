@@ -52,7 +52,7 @@ pub(super) fn unreadable(expected: &str, found: &str) -> Error {
 
 /// Says what is wrong with a message.
 pub(super) fn damaged_message(expected: &str, found: &str) -> Error {
-    let hint = "the message and its schema contradict one another; record it again";
+    let hint = "the message does not fit its schema; record it again";
     Error::malformed(expected, found, hint)
 }
 

@@ -158,7 +158,7 @@ impl ChannelHeader {
                 return Err(Error::malformed(
                     format!("one `{key}` in the channel's header"),
                     format!("`{}` and `{}`", text::shown(first), text::shown(other)),
-                    "which of them holds is not known; mend the header",
+                    "keep the right one in the header",
                 ));
             }
         }
@@ -207,7 +207,7 @@ impl ChannelHeader {
             let mut words: Vec<ChannelName> = words.collect();
             words.retain(|word| !word.label.is_empty());
             let says = words.iter().any(ChannelName::says_lateral_acceleration);
-            let silent = || "neither a code nor a name says a lateral acceleration".to_string();
+            let silent = || "neither code nor name says lateral acceleration".to_string();
             let doubt = words.iter().find_map(ChannelName::contradiction);
             return doubt.or_else(|| (!says).then(silent));
         };
@@ -216,7 +216,7 @@ impl ChannelHeader {
         } else if !code.is_lateral() {
             "its direction is not Y"
         } else if !code.is_structure() {
-            "its place is none of the vehicle's structure that is known here"
+            "its place is not known as part of the vehicle's structure"
         } else {
             // What stands for the code is the code, in whichever letters.
             let named = |word: &ChannelName| Code::new(&word.label).is_none();
@@ -246,7 +246,7 @@ impl ChannelHeader {
             Err(Error::malformed(
                 "`Reference channel` implicit or explicit",
                 format!("`{}`", text::shown(kind)),
-                "whether a channel of times holds is not known; mend the header",
+                "correct the header",
             ))
         }
     }
@@ -273,7 +273,7 @@ impl ChannelHeader {
     }
 
     pub(super) fn first_time(&self) -> Result<Option<f64>, Error> {
-        let stated = self.clock_number("Time of first sample", "mend the header")?;
+        let stated = self.clock_number("Time of first sample", "correct the header")?;
         Ok(stated.map(|(first_s, _)| first_s))
     }
 
@@ -520,8 +520,8 @@ fn instant_finding(
     });
     (!there).then(|| {
         let said = format!(
-            "{} in the header is {time_s} s, and the samples do not have it there: the time base \
-             is not what the header says, or samples are missing",
+            "{} in the header is {time_s} s, but the samples differ there. The time base is wrong, \
+             or samples are missing. Check header and file",
             stated.key
         );
         Finding::blocking("peak-contradicted", said)
@@ -531,7 +531,7 @@ fn instant_finding(
 /// Returns what a status says of the samples; `from` is the instant from which on a comment says
 /// that they are bad [s].
 fn status_finding(status: &str, from: Option<f64>) -> Option<Finding> {
-    let text = format!("the laboratory's word on the data: {}", text::shown(status));
+    let text = format!("the laboratory's data status is: {}", text::shown(status));
     match status.to_ascii_lowercase().as_str() {
         "ok" | "o.k." | "as measured" => None,
         "linearised data" | "linearized data" | "scaling factor applied" => {
@@ -594,8 +594,8 @@ impl Samples {
             digits.count(cell.as_bytes());
             marks.look(cell.as_bytes(), || place);
         }
-        let hint = "beside whole numbers a factor of 1000 is not clear; export again without \
-                    thousands marks, or with the same decimals in all numbers";
+        let hint = "export again without thousands marks, or with the same decimals in all \
+                    numbers; a factor of 1000 is unclear here";
         marks.check(|_, marks| !marks.may_be_thousands(), hint)?;
         if values.is_empty() || holes.first() == Some(&(0, values.len())) {
             let found = "the channel file holds no sample";
@@ -614,7 +614,6 @@ fn empty_line() -> Error {
     Error::malformed(
         "a value in each line up to the last sample",
         "an empty line",
-        "a missing sample is not left out, it would move those after it; write NOVALUE there, or \
-         export again",
+        "write NOVALUE there, or export again; a sample left out moves those after it",
     )
 }

@@ -57,7 +57,7 @@ fn check_one_test(names: &[String]) -> Result<(), Error> {
             return Err(Error::malformed(
                 "one file for each channel's number",
                 format!("{} and {}", text::shown(other), text::shown(name)),
-                "which of the two holds is not known; leave out one of them",
+                "keep the one that belongs to the test",
             ));
         }
     }
@@ -160,7 +160,7 @@ impl Package {
             // It is needed once, for it is no channel of times of its own.
             Some((_, bytes)) => std::mem::take(bytes),
             None => {
-                let absent = || Error::io("read the test", &format!("{name} is not there"));
+                let absent = || Error::io("read the test", &format!("{name} is missing"));
                 let read = source.read_beside(name, limits);
                 let read = read.and_then(|bytes| bytes.ok_or_else(absent));
                 read.map_err(|error| error.at(self.place_of(name)))?
@@ -267,7 +267,7 @@ impl Package {
         let inner = inner.filter(|(folder, _)| !folder.eq_ignore_ascii_case("channel"));
         let known = match inner {
             Some((folder, _)) => format!(
-                "no channel file, but the test lies in {}: name the folder",
+                "no channel file, but the test lies in {}: name that folder",
                 text::shown(folder)
             ),
             None => "no channel file of the test's stem".into(),
@@ -292,8 +292,8 @@ impl Package {
         differences.extend((more > 0).then(|| format!("{more} more")));
         Ok((!differences.is_empty()).then(|| {
             let text = format!(
-                "{} and the channel files differ in {}; the files were believed, but list and \
-                 files may be of different tests",
+                "{} and the channel files differ in {}. The files were used. Check that list and \
+                 files are of one test",
                 text::shown(&list),
                 differences.join(", ")
             );

@@ -570,7 +570,7 @@ fn cli_what_the_cluster_does_not_do_is_told() {
     sbatch("#!/bin/sh\necho 'sbatch: error: Invalid account' >&2\nexit 1\n");
     check(&service, "Invalid account");
     sbatch("#!/bin/sh\necho 'Unable to contact slurm controller (connect failure)' >&2\nexit 1\n");
-    check(&service, "the controller is away");
+    check(&service, "its controller is down");
     sbatch("#!/bin/sh\nexec sleep 5\n");
     check(&service, "did not end in `engine_s` of 1 s");
     drop(service);

@@ -50,8 +50,9 @@ pub(super) fn finding(
     let limit = if wide { EMPTY_DB } else { EMPTY_UNSTATED_DB };
     (level_db < limit).then(|| {
         let text = format!(
-            "the channel holds nothing above {} Hz ({} dB against {} to {} Hz). It was filtered, or \
-             interpolated by curves from a slow clock, and nothing says so. Export it as it was recorded",
+            "the channel has no content above {} Hz ({} dB against {} to {} Hz). It was filtered, \
+             or interpolated by curves from a slow clock. The file does not say so. Export it as \
+             it was recorded",
             HIGH_HZ.start(),
             plain(level_db, 2),
             LOW_HZ.start(),

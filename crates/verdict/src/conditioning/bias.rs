@@ -57,9 +57,10 @@ pub fn bias(signal: &Signal, window: BiasWindow) -> Result<(Bias, Vec<Finding>),
                 Bias::default(),
                 vec![Finding::warning(
                     "no-pre-event-data",
-                    "fewer than 5 ms of samples before -1 ms, so no bias was removed; an unknown \
-                     bias adds velocity over the whole record. Name a quiet window with the setting `bias` = \
-                     START..END, or the instant of first contact with the setting `time_zero`",
+                    "no bias was removed: fewer than 5 ms of samples lie before -1 ms. An unknown \
+                     bias adds velocity over the whole record. Name a quiet window with the \
+                     setting `bias` = START..END, or first contact with the setting `time_zero` = \
+                     S",
                 )],
             ),
         }),
@@ -196,8 +197,9 @@ fn doubtful(signal: &Signal, bias: &Bias) -> Option<Finding> {
         Finding::warning(
             "bias-window-doubtful",
             format!(
-                "the bias of {} g that is removed comes from {} to {} s, which {where_it_lies}: its \
-                 samples lie up to {} % of the peak away from it",
+                "the removed bias of {} g is the mean from {} to {} s. That window \
+                 {where_it_lies}. Its samples lie up to {} % of the peak off the mean. Name a \
+                 quiet window before contact with the setting `bias` = START..END",
                 plain(bias.mean_m_s2 / STANDARD_GRAVITY, 4),
                 plain(signal.time_s(first), 6),
                 plain(end_s, 6),
@@ -226,8 +228,9 @@ fn too_short(signal: &Signal, bias: &Bias) -> Option<Finding> {
         Finding::warning(
             "bias-uncertain",
             format!(
-                "the bias is known to {} g only (one standard error): the samples it is taken from \
-                 move slowly, and what moves more slowly than their window is long cannot be seen in it",
+                "the sensor's zero is uncertain by ±{} g (one standard error). Its samples drift \
+                 slowly, and a drift slower than their window does not show. Record a longer quiet \
+                 stretch before contact",
                 plain(error_g, 2)
             ),
         )
@@ -263,7 +266,7 @@ fn named(signal: &Signal, from_s: f64, to_s: f64) -> Result<Bias, Error> {
     if count < 2 {
         return Err(refuse(
             format!(
-                "an interval that holds at least two samples of the record, which runs from {} to {}",
+                "an interval with at least two samples of the record, which runs from {} to {}",
                 signal.start_s,
                 signal.end_s()
             ),

@@ -61,13 +61,13 @@ fn velocity_finding(unbiased: &Signal, options: &ConditioningOptions) -> Option<
         let alike = (stated / STATED_FACTOR..=stated * STATED_FACTOR).contains(&velocity);
         if !alike {
             let text = format!(
-                "the samples give a velocity change of {shown} m/s, {stated} m/s is stated: unit, \
-                 scale, clock or channel is wrong, or the stated value"
+                "the samples give a velocity change of {shown} m/s, but {stated} m/s is stated. \
+                 Check unit, scale, clock and channel, and the setting `velocity_change`"
             );
             return Some(Finding::blocking("velocity-contradicted", text));
         }
         let text = format!(
-            "the velocity change is {shown} m/s; crashes give {low} to {high} m/s. A person states \
+            "the velocity change is {shown} m/s. Crashes give {low} to {high} m/s. A person states \
              {stated} m/s from another source"
         );
         let odd = !CRASH_VELOCITY.contains(&velocity);
@@ -77,9 +77,9 @@ fn velocity_finding(unbiased: &Signal, options: &ConditioningOptions) -> Option<
     let odd = !CRASH_VELOCITY.contains(&velocity) && moves;
     (odd && !options.synthetic).then(|| {
         let text = format!(
-            "the velocity change is {shown} m/s; crashes give {low} to {high} m/s. Check unit, scale, \
-             channel and bias; a pass needs the velocity change from another source, by the setting \
-             `velocity_change`"
+            "the velocity change is {shown} m/s. Crashes give {low} to {high} m/s. Check unit, \
+             scale, channel and bias. A pass needs the value from another source: the setting \
+             `velocity_change` = M/S"
         );
         Finding::warning("implausible-velocity", text).needing_word()
     })
@@ -106,7 +106,7 @@ fn clock_finding(
     let unlike: Vec<String> = fast.into_iter().chain(short).collect();
     let unlike = (!unlike.is_empty() && stated.clock_confirmed_by.is_none()).then(|| {
         format!(
-            "{}; crash recorders take at most {} kHz, and at least {} ms after contact",
+            "{}. Crash recorders sample at {} kHz at most, and for at least {} ms after contact",
             unlike.join(", and "),
             FASTEST_HZ / 1e3,
             SHORTEST_S * 1e3
@@ -121,11 +121,12 @@ fn clock_finding(
     }
     let text = seen.join(". ");
     if options.clock_accepted {
-        let text = format!("{text}. A person accepts the clock");
+        let text = format!("{text}. A person has accepted the clock");
         return Some(Finding::info("clock-accepted", text));
     }
     let text = format!(
-        "{text}. Check sample rate and unit of time; a pass needs the setting `accept` = clock"
+        "{text}. Check the sample rate and the unit of time. If both are right, a pass needs the \
+         setting `accept` = clock"
     );
     Some(Finding::warning("clock-implausible", text).needing_word())
 }

@@ -109,8 +109,8 @@ pub fn gravity(channels: &[Channel], index: usize) -> Option<Finding> {
     let (_, meant) = units.find(|(other, _)| is_gravity(*other))?;
     let gravity = STANDARD_GRAVITY / unit.metres_per_second_squared();
     let text = format!(
-        "at rest the three axes read {} {}, and gravity is {} {}: they seem to be in {meant}. If so, say \
-         the setting `unit` = {meant}",
+        "at rest the three axes read {} {}, but gravity is {} {}. They seem to be in {meant}. If \
+         so, state the setting `unit` = {meant}",
         plain(norm, 3),
         unit.name(),
         plain(gravity, 3),
@@ -188,8 +188,9 @@ fn compare(one: &Neighbour<'_>, two: &Neighbour<'_>) -> Option<Saying> {
             Finding::warning(
                 "sign-suspected",
                 format!(
-                    "the channel runs against {other}, sample by sample (correlation \
-                     {correlation:.2}): one of them has the wrong sign"
+                    "the channel moves opposite to {other}, sample by sample (correlation \
+                     {correlation:.2}). One of the two has the wrong sign. Check the setting \
+                     `opens_when`"
                 ),
             )
         }));
@@ -201,8 +202,8 @@ fn compare(one: &Neighbour<'_>, two: &Neighbour<'_>) -> Option<Saying> {
             Finding::warning(
                 "neighbours-disagree",
                 format!(
-                    "{other} at the same place moves alike and ends at another velocity: {v1:.2} \
-                     and {v2:.2} m/s; one of them is wrong"
+                    "{other} at the same place moves alike but ends at another velocity: {v1:.2} \
+                     and {v2:.2} m/s. One of the two is wrong. Compare units, scales and zeros"
                 ),
             )
         })

@@ -80,8 +80,8 @@ pub fn examine(raw: &Signal, options: &ConditioningOptions) -> RawQuality {
     if options.synthetic {
         found.push(Finding::info(
             "synthetic",
-            "the card says that the signal was made by a formula: clipping, frozen and dead \
-             sensors were not looked for",
+            "the card says that a formula made the signal. Clipping, frozen and dead sensors were \
+             not checked",
         ));
     } else if is_dead {
         found.extend(dead);
@@ -222,16 +222,16 @@ fn turns_like_noise(samples: &[f64], least: f64) -> bool {
 /// teaches nothing of its noise.
 fn noise_unknown(facts: &SignalFacts<'_>) -> Option<Finding> {
     let how = match facts.noise {
-        None if facts.silent_before() == Some(true) => "are one and the same number",
+        None if facts.silent_before() == Some(true) => "are all equal",
         Some(noise) if !noise.is_explained() => {
-            "hold one value for longer than their spread explains"
+            "repeat one value for longer than their spread explains"
         }
         _ => return None,
     };
     let text = format!(
-        "the {} samples before the event {how}, so nothing tells the noise of the channel: held, \
-         filled and cut stretches were looked for by shape and long runs alone. If a formula made \
-         the signal, say `synthetic = true` in a card",
+        "the {} samples before the event {how}, so the channel's noise is unknown. Held, filled \
+         and cut stretches were checked by shape and long runs alone. If a formula made the \
+         signal, write `synthetic = true` in the card",
         facts.pre_event
     );
     Some(Finding::warning("noise-unknown", text))
@@ -241,8 +241,8 @@ fn low_rate(raw: &Signal) -> Option<Finding> {
     let rate = raw.rate.rounded();
     (rate < LEAST_RATE_HZ).then(|| {
         let text = format!(
-            "the sample rate is {rate} Hz; below {LEAST_RATE_HZ} Hz this is no crash recording: an \
-             impact falls between its samples"
+            "the sample rate of {rate} Hz is below {LEAST_RATE_HZ} Hz: an impact falls between two \
+             samples. Use a channel at a crash recorder's rate"
         );
         Finding::blocking("low-rate", text)
     })
@@ -259,14 +259,14 @@ fn interpolated_finding(clock: SlowClock) -> Finding {
     );
     if clock.is_at_most(LEAST_RATE_HZ) {
         let text = format!(
-            "{seen}. At {LEAST_RATE_HZ} Hz and below this is no crash recording: an impact falls \
-             between its samples. Fetch a channel that was recorded at a crash recorder's rate"
+            "{seen}. At {LEAST_RATE_HZ} Hz or less an impact falls between two samples. Use a \
+             channel that was recorded at a crash recorder's rate"
         );
         return Finding::blocking("low-rate", text);
     }
     let text = format!(
-        "{seen}. Nothing above {} Hz was measured. Export it on its own clock, or fetch a channel that \
-         was recorded at the full rate",
+        "{seen}. Nothing above {} Hz was measured. Export it on its recorder's clock, or use a \
+         channel that was recorded at the full rate",
         plain(0.5 * clock.rate_hz, 3)
     );
     Finding::warning("interpolated", text)
@@ -287,7 +287,7 @@ fn dead_sensor(facts: &SignalFacts<'_>) -> Option<Finding> {
         }
         _ => return None,
     };
-    let said = format!("{text}: the channel measured no motion; check sensor and cable");
+    let said = format!("{text}: the channel measured no motion. Check sensor and cable");
     Some(Finding::blocking("dead-sensor", said))
 }
 
@@ -346,13 +346,13 @@ pub fn before_event(raw: &Signal) -> Option<Finding> {
 
 fn starts_inside_event(facts: &SignalFacts<'_>) -> Option<Finding> {
     let head = &facts.samples[..facts.samples.len().min(3)];
-    let text = inside_event(facts, head, "first", "before")?;
+    let text = inside_event(facts, head, "first", "start")?;
     Some(Finding::blocking("starts-inside-event", text))
 }
 
 fn ends_inside_event(facts: &SignalFacts<'_>) -> Option<Finding> {
     let tail = &facts.samples[facts.samples.len().saturating_sub(3)..];
-    let text = inside_event(facts, tail, "last", "after")?;
+    let text = inside_event(facts, tail, "last", "end")?;
     Some(Finding::blocking("ends-inside-event", text).at(facts.raw.end_s()))
 }
 
@@ -360,8 +360,8 @@ fn inside_event(facts: &SignalFacts<'_>, ends: &[f64], which: &str, side: &str) 
     let level = median_magnitude(ends, facts.bias);
     let (shown, peak) = (in_g(level), in_g(facts.peak));
     let text = format!(
-        "the {which} three samples are at {shown} (median, without the bias), more than a tenth of \
-         the peak of {peak}: what came {side} is missing"
+        "the {side} of the event is missing. The {which} three samples are at {shown} (median, \
+         bias removed), above a tenth of the peak of {peak}. Export the whole event"
     );
     (level > EVENT_PART * facts.peak).then_some(text)
 }

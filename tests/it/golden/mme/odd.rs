@@ -394,13 +394,13 @@ fn packings() -> Vec<Case> {
         refused(
             "t.zip",
             zip_saying(8, 10, 12),
-            &["packed in a way", "unpack"],
+            &["packed in an unknown way", "unpack"],
         )
         .named("a zip of bzip2"),
         refused(
             "t.zip",
             zip_saying(8, 10, 14),
-            &["packed in a way", "unpack"],
+            &["packed in an unknown way", "unpack"],
         )
         .named("a zip of lzma"),
         lateral(good("t7.001", utf_16), "utf-16"),
@@ -419,7 +419,7 @@ fn packings() -> Vec<Case> {
             let mut case = refused_folder(
                 "the folder above a test",
                 &[File::new()],
-                &["the test lies in T7", "name the folder"],
+                &["the test lies in T7", "name that folder"],
             );
             case.files = case.files.into_iter().map(inner).collect();
             case

@@ -77,7 +77,11 @@ pub(super) fn lost_rows() -> Vec<Case> {
     .iter()
     .enumerate()
     {
-        let says = [":302, column 1", cell, "widen the column or mend the cell"];
+        let says = [
+            ":302, column 1",
+            cell,
+            "widen the column or correct the cell",
+        ];
         cases.push(refused(
             &format!("damaged-stamp-{index}.csv"),
             with_row(&format!("{cell},{}", g(100))),
@@ -113,7 +117,7 @@ pub(super) fn lost_rows() -> Vec<Case> {
                 refused(
                     &format!("damaged-{place}-{index}.csv"),
                     alone,
-                    &[&line, "widen the column or mend the cell"],
+                    &[&line, "widen the column or correct the cell"],
                 )
                 .options(&rate),
             );
@@ -372,12 +376,12 @@ pub(super) fn odd_cells() -> Vec<Case> {
         refused(
             "rows-quoted.csv",
             table("\"time_s,acc_y_g\"", |k| format!("\"{},{}\"", s(k), g(k))),
-            &["without quotes around whole rows"],
+            &["no quotes around rows"],
         ),
         refused(
             "bars.csv",
             plain("time_s,acc_y_g").replace(',', "|"),
-            &["a semicolon or a tab between cells"],
+            &["a comma, semicolon or tab between cells"],
         ),
     ]
 }

@@ -524,7 +524,7 @@ fn footers() -> Vec<Case> {
                 &format!("{},{}\n", s(100), g(100)),
                 &format!("{},bad\n", s(100)),
             ),
-            &[":302", "mend the cell"],
+            &[":302", "correct the cell"],
         ),
         refused(
             "ragged-among-rows.csv",

@@ -60,7 +60,7 @@ fn ambiguous() -> Vec<Case> {
         refused(
             &format!("ambiguous-{index}.csv"),
             text,
-            &[name, "other quantities have as well"],
+            &[name, "other quantities share"],
         )
     };
     names.iter().enumerate().map(case).collect()

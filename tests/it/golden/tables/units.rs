@@ -42,7 +42,11 @@ pub(super) fn doubtful_units() -> Vec<Case> {
             true => "--sensitivity",
             false => "--unit",
         };
-        cases.push(refused(&file(""), text.clone(), &[]).says(&[name, "could be", "--channel"]));
+        cases.push(refused(&file(""), text.clone(), &[]).says(&[
+            name,
+            "each with its doubt",
+            "--channel",
+        ]));
         cases.push(
             refused(&file("told-"), text, &["unit of acceleration", way_on])
                 .options(&["--channel", "2"]),
@@ -93,7 +97,7 @@ pub(super) fn doubtful_times() -> Vec<Case> {
         cases.push(refused(
             &format!("doubtful-time-{index}.csv"),
             plain(&format!("{name},acc_y_g")),
-            &["a time in a unit that is read", "--time-unit"],
+            &["a known unit of time", "--time-unit"],
         ));
     }
     // Seconds that the header calls nanoseconds.

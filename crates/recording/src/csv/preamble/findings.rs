@@ -44,7 +44,7 @@ impl Preamble {
             match read {
                 Some(Filtered::Class(_)) => {}
                 Some(Filtered::Unclassed) if row.corner_hz(text).is_none() => {
-                    let by = format!("{} is `{}`, not with which class", row.named(), shown(text));
+                    let by = format!("{} is `{}`, without its class", row.named(), shown(text));
                     findings.push(Finding::filtered(&by));
                 }
                 _ if row.corner_hz(text).is_none() => findings.push(row.statement(text).unread()),
@@ -100,7 +100,7 @@ impl Preamble {
                     ratio.max(1.0 / ratio)
                 };
                 let text = format!(
-                    "{} is `{}`, by {} it is {} s",
+                    "{} is `{}`, but by {} it is {} s",
                     row.named(),
                     shown(text),
                     samples.by,
@@ -129,10 +129,10 @@ impl Preamble {
             })
             .collect();
         let found = self.found.map_or(String::new(), |line| {
-            format!("the columns are named on line {line}; ")
+            format!("the columns are named on line {line}. ")
         });
         let text = format!(
-            "{found}the rows above say of this channel: {}",
+            "{found}The rows above say of this channel: {}",
             cut(&said.join("; "))
         );
         Some(Finding::info("preamble", text))
@@ -149,8 +149,8 @@ impl Preamble {
             let stated_si = stated.scale_of(used.quantity())? * si(&stated);
             let ratio = stated_si / (used.scale() * si(used));
             let text = format!(
-                "{} is `{}`, {used} was stated and used; what lies between sensor and recorder must \
-                 account for a factor of {}",
+                "{} is `{}`, but {used} was stated and used. Check that an amplifier between them \
+                 makes the factor of {}",
                 row.named(),
                 shown(text),
                 latchgate_kernel::units::short(ratio, 3)
@@ -166,8 +166,8 @@ impl Preamble {
         let stated_s = samples.start_s + before * interval_s;
         let zero_s = samples.zero_s.unwrap_or(0.0);
         let text = format!(
-            "{} puts time zero at {} s on the file's clock, where it is {zero_s} s; state the right \
-             one with {} = S",
+            "{} puts time zero at {} s on the file's clock, but it is at {zero_s} s. State the \
+             right one with {} = S",
             row.named(),
             latchgate_kernel::units::short(stated_s, 7),
             Setting::TimeZero
@@ -225,7 +225,7 @@ fn rate_finding(
     let ratio = |rate: &f64| (rate / samples.rate.hertz()).max(samples.rate.hertz() / rate);
     let nearest = rates.iter().map(ratio).fold(f64::INFINITY, f64::min);
     let text = format!(
-        "{} is `{}`, and {} gives {} Hz: one of the two is wrong",
+        "{} is `{}`, but {} gives {} Hz. One of the two is wrong. Find out which is right",
         row.named(),
         shown(text),
         samples.by,

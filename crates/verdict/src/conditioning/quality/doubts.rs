@@ -68,8 +68,8 @@ fn aliasing(facts: &SignalFacts<'_>) -> Option<Finding> {
     let part = differences / (4.0 * power);
     (event.len() >= 32 && part > ALIASED_PART).then(|| {
         let text = format!(
-            "most of the signal's power lies above a quarter of the sample rate of {} Hz: what \
-             lies beyond half of it may be folded into the samples as another, lower motion",
+            "most of the signal's power lies above a quarter of the sample rate of {} Hz. Motion \
+             above half the rate may show as a slower one. Record at a higher rate",
             facts.raw.rate.rounded()
         );
         Finding::warning("aliasing-suspected", text)
@@ -85,9 +85,9 @@ fn gravity(facts: &SignalFacts<'_>) -> Option<Finding> {
         && facts.pre_mean_error <= GRAVITY_ERROR_G * STANDARD_GRAVITY)
         .then(|| {
             let text = format!(
-                "the mean before the event is {mean_g:.4} g, as of a sensor that feels gravity: a \
-                 lateral axis does not; check that the channel is not a vertical one, and that the \
-                 sensor was not tilted"
+                "the mean before the event is {mean_g:.4} g, as if from gravity. A lateral axis \
+                 reads none. Check that the channel is not vertical and that the sensor was not \
+                 tilted"
             );
             Finding::warning("gravity-suspected", text)
         })
@@ -121,8 +121,8 @@ fn sign_suspicion(facts: &SignalFacts<'_>) -> Option<Finding> {
     let at_s = facts.raw.time_s(facts.pre_event + first);
     let text = format!(
         "the first push, at {at_s:.5} s, has the opposite sign of the velocity of {velocity:.3} \
-         m/s that the record adds up to: check the polarity of the channel (the setting \
-         `opens_when`), and that it is not a rotating or a rebounding part"
+         m/s that the record adds up to. Check the setting `opens_when`, and that the part neither \
+         rotates nor rebounds"
     );
     Some(Finding::warning("sign-suspected", text).at(at_s))
 }
@@ -135,8 +135,8 @@ fn ends_early(facts: &SignalFacts<'_>) -> Option<Finding> {
     let largest = super::reach(tail, facts.bias);
     (calm > 0 && largest > CALM_PART * facts.peak).then(|| {
         let text = format!(
-            "the last {:.0} ms still reach {}, more than a quarter of the peak: what came after \
-             may be missing; export to the end of the event",
+            "the last {:.0} ms still reach {}, more than a quarter of the peak. The end of the \
+             event may be missing. Export the whole event",
             1e3 * CALM_S,
             in_g(largest)
         );
@@ -149,7 +149,7 @@ fn implausible_peak(facts: &SignalFacts<'_>) -> Option<Finding> {
     let (least, most) = PLAUSIBLE_PEAK_G;
     (!(least..=most).contains(&peak_g)).then(|| {
         let text = format!(
-            "the peak is {peak_g:.4} g; channels near a door reach {least} to {most} g in a crash. \
+            "the peak is {peak_g:.4} g. Channels near a door reach {least} to {most} g in a crash. \
              Check the unit and the channel"
         );
         Finding::warning("implausible-peak", text)
@@ -168,8 +168,8 @@ fn spike(facts: &SignalFacts<'_>) -> Option<Finding> {
     })? + 1;
     let at_s = facts.raw.time_s(index);
     let text = format!(
-        "the sample at {at_s:.5} s jumps to {} and back within one interval: a drop-out or \
-         disturbance rather than motion",
+        "the sample at {at_s:.5} s jumps to {} and back within one interval. That looks like a \
+         drop-out or a disturbance. Look at the sample",
         in_g(facts.samples[index])
     );
     Some(Finding::warning("spike", text).at(at_s))
@@ -179,9 +179,9 @@ fn pre_event_not_quiet(facts: &SignalFacts<'_>) -> Option<Finding> {
     let largest = facts.loudest_before();
     (largest > QUIET_PART * facts.peak).then(|| {
         let text = format!(
-            "samples before -1 ms reach {} beside their mean, more than a quarter of the peak: \
-                 their mean may be no bias, or time zero may be wrong (the setting `time_zero`, \
-                 the setting `bias`)",
+            "samples before -1 ms lie up to {} off their mean, more than a quarter of the peak. \
+             The bias or time zero may be wrong. Check the setting `bias` and the setting \
+             `time_zero`",
             in_g(largest)
         );
         Finding::warning("pre-event-not-quiet", text)
@@ -213,8 +213,8 @@ fn drift(facts: &SignalFacts<'_>) -> Option<Finding> {
     let matters = left > ADDED_VELOCITY;
     (matters && change.abs() > (5.0 * error).max(0.1 * STANDARD_GRAVITY)).then(|| {
         let text = format!(
-            "the samples before the event drift by {} while the bias is taken: it may not hold for \
-             the event, and what is left adds up to {left:.2} m/s",
+            "the samples before the event drift by {} while the bias is taken. The bias may not \
+             fit the event: the rest adds up to {left:.2} m/s. Check the sensor's warm-up",
             in_g(change)
         );
         Finding::warning("drift", text)
@@ -239,8 +239,9 @@ fn zero_shift(facts: &SignalFacts<'_>) -> Option<Finding> {
     let matters = steady && added > ADDED_VELOCITY;
     (matters && shift.abs() > (5.0 * error).max(0.01 * facts.peak)).then(|| {
         let text = format!(
-            "the mean of the last {:.1} ms lies {} from the mean before the event, and that of as \
-             many before them as well: the zero may have shifted in the impact",
+            "the mean of the last {:.1} ms lies {} off the mean before the event, and so does that \
+             of the same length before. The zero may have shifted in the impact. Look at the end \
+             of the recording",
             1e3 * length as f64 / facts.raw.rate.hertz(),
             in_g(shift)
         );
@@ -262,8 +263,8 @@ fn velocity_returns(facts: &SignalFacts<'_>) -> Option<Finding> {
     (facts.pre_event > 0 && returned && largest > RETURNING_VELOCITY).then(|| {
         let text = format!(
             "the velocity reaches {:.2} m/s and ends at {:.3} m/s, as behind a high pass (AC \
-             coupling), which hides a lasting push: check amplifier and filter, unless the body \
-             came to rest where it started",
+             coupling). A high pass hides a lasting push. Check amplifier and filter, unless the \
+             body came to rest again",
             largest, end
         );
         Finding::warning("velocity-returns", text)

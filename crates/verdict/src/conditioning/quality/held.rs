@@ -44,13 +44,13 @@ pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
     let (begin, end) = (facts.samples[first], facts.samples[first + length - 1]);
     let from_s = facts.raw.time_s(first);
     let to_s = facts.raw.time_s(first + length - 1);
-    let rest = "which the channel's own noise does not make by chance (below 1e-9): sensor, cable or \
-         recorder failed, or the samples were filled in. If an export put them behind the record, \
-         judge what comes before with the setting `window`";
+    let rest = "The channel's noise does this with a chance below 1e-9. Sensor, cable or recorder \
+                failed, or the samples were filled in. If an export added them after the record, \
+                judge the part before with the setting `window` = START..END";
     let finding = if (begin - end).abs() > 2.0 * facts.quantum {
         let text = format!(
             "{length} samples from {from_s:.5} s to {to_s:.5} s lie on a straight line from {} to \
-             {}, {rest}",
+             {}. {rest}",
             in_g(begin),
             in_g(end)
         );
@@ -63,7 +63,7 @@ pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
             "differ by no more than the last digit"
         };
         let said = format!(
-            "{length} samples from {from_s:.5} s to {to_s:.5} s {how}, at {}, {rest}",
+            "{length} samples from {from_s:.5} s to {to_s:.5} s {how}, at {}. {rest}",
             in_g(begin)
         );
         Finding::blocking("frozen", said)
@@ -125,14 +125,15 @@ pub(super) fn stands_still(facts: &SignalFacts<'_>) -> Option<Finding> {
     })?;
     let at_s = facts.raw.time_s(first);
     let seen = format!(
-        "{length} equal samples of {} from {at_s:.5} s to {:.5} s: a body in motion does not stand \
-         still for longer than {} ms",
+        "{length} equal samples of {} from {at_s:.5} s to {:.5} s: a moving body does not stand \
+         still for more than {} ms",
         in_g(facts.samples[first]),
         facts.raw.time_s(first + length - 1),
         1e3 * FROZEN_S
     );
     let text = format!(
-        "{seen}; sensor, cable or recorder failed, or a formula made it (`synthetic = true` in a card)"
+        "{seen}. Check sensor, cable and recorder. If a formula made the signal, write `synthetic \
+         = true` in the card"
     );
     let finding = Finding::blocking("frozen", text);
     Some(finding.at(at_s))
@@ -169,8 +170,8 @@ pub(super) fn drop_out(facts: &SignalFacts<'_>) -> Option<Finding> {
     let first = begin.filter(|_| longest >= 2 || again)?;
     let at_s = facts.raw.time_s(first);
     let text = format!(
-        "{lost} samples from {at_s:.5} s on are zero between loud ones of one sign: the values \
-         were lost there"
+        "{lost} samples from {at_s:.5} s on are zero between loud ones of one sign: their values \
+         were lost. Record or export again"
     );
     Some(Finding::blocking("drop-out", text).at(at_s))
 }

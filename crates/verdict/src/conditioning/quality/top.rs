@@ -75,8 +75,8 @@ fn beyond_range(facts: &SignalFacts<'_>, range_g: Option<f64>) -> Option<Finding
         .position(|value| value.abs() >= limit)?;
     let at_s = facts.raw.time_s(first);
     let text = format!(
-        "{} at {at_s:.5} s reaches {:.0} % of the declared full scale of {range} g; what lay \
-         beyond full scale is lost from there on",
+        "the channel was saturated: {} at {at_s:.5} s reaches {:.0} % of the declared full scale \
+         of {range} g. Motion beyond full scale is lost from there on. Record with a wider range",
         in_g(facts.samples[first]),
         100.0 * SATURATED_PART
     );
@@ -117,16 +117,16 @@ fn flat_top(facts: &SignalFacts<'_>, extreme: f64, range_g: Option<f64>) -> Opti
     let inside = |range: &f64| extreme.abs() < WELL_INSIDE_PART * range * STANDARD_GRAVITY;
     let finding = match range_g.filter(inside) {
         Some(range) if length < CLIPPED_BEYOND_DOUBT => {
-            let doubt = format!("the declared full scale of {range} g lies well above");
+            let doubt = format!("The declared full scale of {range} g is far above that");
             Finding::warning(
                 "flat-top",
-                format!("{seen}; {doubt}, so this may be chance"),
+                format!("{seen}. {doubt}, so this may be chance. Look at the peak"),
             )
         }
         _ => {
             let text = format!(
-                "{seen}: the channel was saturated, and what lay beyond is lost. A pulse made by a \
-                 formula may be meant so (`synthetic = true` in a card)"
+                "the channel was saturated: {seen}. Motion beyond that is lost. Record with a \
+                 wider range. If a formula made the signal, write `synthetic = true` in the card"
             );
             Finding::blocking("clipping", text)
         }
@@ -155,8 +155,8 @@ fn cut_side(facts: &SignalFacts<'_>, extreme: f64) -> Option<Finding> {
     let (first, _) = *cut.first()?;
     let at_s = facts.raw.time_s(first);
     let text = format!(
-        "{count} samples in {} runs lie at exactly {}, the record's extreme, between steep flanks: \
-         the channel shows nothing beyond, so that the motion of that side is lost",
+        "the channel was saturated: {count} samples in {} runs lie at exactly {}, the record's \
+         extreme, between steep flanks. Motion beyond that is lost. Record with a wider range",
         cut.len(),
         in_g(extreme)
     );
@@ -188,8 +188,8 @@ pub(super) fn flickering(facts: &SignalFacts<'_>) -> Option<Finding> {
             let at_s = facts.raw.time_s(first);
             let text = format!(
                 "{length} samples from {at_s:.5} s on lie within {} of the record's extreme of {}, \
-                 entered or left steeply: the channel may have been saturated, with a flicker on \
-                 it; declare the range (`range_g`)",
+                 entered or left steeply. The channel may have been saturated, with a flicker on \
+                 it. Declare its full scale, `range_g` in the card",
                 in_g(quanta * facts.quantum),
                 in_g(extreme)
             );
@@ -224,8 +224,8 @@ fn converter_limit(facts: &SignalFacts<'_>) -> Option<Finding> {
     let first = facts.samples.iter().position(|value| value.abs() >= most)?;
     let at_s = facts.raw.time_s(first);
     let text = format!(
-        "the largest sample, {} at {at_s:.5} s, is the last code of a converter ({limit} quanta of \
-         {:.5} g): the channel was saturated",
+        "the channel was saturated: its largest sample, {} at {at_s:.5} s, is the last code of a \
+         converter ({limit} quanta of {:.5} g). Record with a wider range",
         in_g(facts.samples[first]),
         quantum / STANDARD_GRAVITY
     );
@@ -256,17 +256,17 @@ pub(super) fn one_signed(facts: &SignalFacts<'_>) -> Option<Finding> {
         return None;
     }
     let seen = format!(
-        "no sample is {}, and {count} times the samples come down to zero and turn there",
+        "no sample is {}, and the samples turn at zero {count} times",
         if sign > 0.0 { "negative" } else { "positive" }
     );
     Some(if count >= TURNS {
         let text = format!(
-            "{seen}: the channel was rectified or cannot show the other sign, so that the \
-             direction of the motion is lost"
+            "the channel was rectified or cannot show the other sign: {seen}. The direction of the \
+             motion is lost. Use the channel as it was measured"
         );
         Finding::blocking("one-signed", text)
     } else {
-        let said = format!("{seen}: check that the channel was not rectified and shows both signs");
+        let said = format!("{seen}. Check that the channel was not rectified and shows both signs");
         Finding::warning("one-signed", said)
     })
 }
@@ -306,9 +306,9 @@ pub(super) fn wrap_around(facts: &SignalFacts<'_>) -> Option<Finding> {
     }
     let at_s = facts.raw.time_s(first);
     let text = format!(
-        "the samples step from {} to {} at {at_s:.5} s, from one end of all values to the other, \
-         {wraps} such steps in all, and the signal is smooth where they are undone: the converter \
-         ran over, and from there on the values are none",
+        "the converter overflowed: the samples step from {} to {} at {at_s:.5} s, from one end of \
+         all values to the other. With {wraps} such steps undone the signal is smooth. Values from \
+         there on are wrong. Record with a wider range",
         in_g(facts.samples[first - 1]),
         in_g(facts.samples[first])
     );
