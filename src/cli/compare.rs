@@ -234,13 +234,15 @@ fn text(verdicts: &[Stored], found: &[DifferingValue], common: &Common) -> Strin
         return format!("SAME  {}\n", comparison::subject(documents[0]));
     }
     let shown = |text: &str| escape::terminal(text).replace('\u{00A0}', " ");
-    let mut out = format!("{}\n\n", shown(&comparison::sentence(&documents)));
+    let width = output::look(common).width;
+    let sentence = shown(&comparison::sentence(&documents));
+    let mut out = format!("{}\n\n", terminal::wrapped(&sentence, width, 0));
     for (place, document) in documents.iter().enumerate() {
         let (letter, id) = (comparison::letter(place), short(&document.report_id));
-        out += &format!(
-            "  {letter}  {}, report {id}\n",
-            shown(&comparison::subject(document))
-        );
+        let subject = shown(&comparison::subject(document));
+        let line = format!("  {letter}  {subject}, report {id}");
+        out += &terminal::wrapped(&line, width, 5);
+        out.push('\n');
     }
     let letters = (0..documents.len()).map(|place| comparison::letter(place).to_string());
     let mut rows = vec![
@@ -258,7 +260,7 @@ fn text(verdicts: &[Stored], found: &[DifferingValue], common: &Common) -> Strin
                 .collect(),
         );
     }
-    out += &format!("\n{}", terminal::table(&rows, &[]));
+    out += &format!("\n{}", terminal::fitted_table(&rows, 1, width));
     if common.verbose == 0 {
         return out + &format!("\n{} keys differ; -v lists them\n", found.len());
     }
@@ -279,7 +281,7 @@ fn text(verdicts: &[Stored], found: &[DifferingValue], common: &Common) -> Strin
                 .collect(),
         );
     }
-    out + "\n" + &terminal::table(&rows, &[])
+    out + "\n" + &terminal::fitted_table(&rows, 2, width)
 }
 
 /// Letters of a value in a cell of a terminal, and of the page.

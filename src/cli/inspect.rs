@@ -12,6 +12,7 @@ use latchgate_kernel::units::AccelerationUnit;
 use latchgate_kernel::units::short;
 use latchgate_recording::error::Error;
 use latchgate_recording::{Finding, Limits};
+use latchgate_report::terminal::{self, Look};
 use latchgate_report::{escape, test_facts};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -36,14 +37,14 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
             output::document(&text)
         }
         OutputFormat::Text => {
-            output::text(&table(&listing, &own.read.recording, common.verbose > 0))
+            output::text(&table(&listing, &own.read.recording, output::look(common)))
         }
     }
     .map_err(Failure::Data)?;
     Ok(0)
 }
 
-fn table(listing: &Listing, asked: &Path, all: bool) -> String {
+fn table(listing: &Listing, asked: &Path, look: Look) -> String {
     let source = &listing.recording;
     let mut text = format!(
         "{}  ({}, sha256 {})\n",
@@ -51,34 +52,40 @@ fn table(listing: &Listing, asked: &Path, all: bool) -> String {
         source.format,
         source.sha256
     );
-    test(&mut text, listing, all);
-    channels(&mut text, &listing.channels);
-    choice(&mut text, listing);
+    test(&mut text, listing, look);
+    channels(&mut text, &listing.channels, look.width);
+    choice(&mut text, listing, look.width);
     text += &offers(asked, &listing.replay.offers);
-    findings(&mut text, listing, all);
+    findings(&mut text, listing, look);
     text
 }
 
 /// Writes what the file says of the test, then what it says of single channels; unless all are wanted,
 /// those that a replay passes over are left out.
-fn test(text: &mut String, listing: &Listing, all: bool) {
+fn test(text: &mut String, listing: &Listing, look: Look) {
     for (name, value) in test_facts(&listing.test) {
-        let _ = writeln!(
-            text,
-            "{}: {}",
-            name.to_lowercase(),
-            escape::terminal(&value)
-        );
+        let line = format!("{}: {}", name.to_lowercase(), escape::terminal(&value));
+        push_wrapped(text, &line, look.width);
     }
-    for entry in listing.channels.iter().filter(|entry| is_shown(entry, all)) {
+    for entry in listing
+        .channels
+        .iter()
+        .filter(|entry| is_shown(entry, look.detail))
+    {
         let facts = test_facts(&entry.stated.test.beyond(&listing.test));
         let facts: Vec<String> = facts.into_iter().map(|(_, value)| value).collect();
         if !facts.is_empty() {
             let (name, facts) = (&entry.name, facts.join("; "));
             let (name, facts) = (escape::terminal(name), escape::terminal(&facts));
-            let _ = writeln!(text, "{name}: {facts}");
+            push_wrapped(text, &format!("{name}: {facts}"), look.width);
         }
     }
+}
+
+/// Writes a line, wrapped with a hanging indent.
+fn push_wrapped(text: &mut String, line: &str, width: Option<usize>) {
+    text.push_str(&terminal::wrapped(line, width, 4));
+    text.push('\n');
 }
 
 /// Tells whether a replay takes or offers a channel, or all are wanted.
@@ -86,8 +93,8 @@ fn is_shown(entry: &ListedChannel, all: bool) -> bool {
     all || entry.status != ChannelStatus::PassedOver
 }
 
-/// Writes a line for each channel, in columns.
-fn channels(text: &mut String, channels: &[ListedChannel]) {
+/// Writes a line for each channel, in columns; without its shape where that does not fit.
+fn channels(text: &mut String, channels: &[ListedChannel], width: Option<usize>) {
     let mut rows = vec![
         [
             "channel", "status", "unit", "samples", "rate Hz", "from s", "to s", "peak", "at s",
@@ -123,8 +130,11 @@ fn channels(text: &mut String, channels: &[ListedChannel]) {
                 .unwrap_or(0)
         })
         .collect();
+    let whole = widths.iter().sum::<usize>() + 2 * (widths.len() - 1);
+    let shape_fits = width.is_none_or(|width| whole <= width);
+    let shown = if shape_fits { 10 } else { 9 };
     for row in &rows {
-        for (column, cell) in row.iter().enumerate() {
+        for (column, cell) in row.iter().take(shown).enumerate() {
             let pad = " ".repeat(widths[column].saturating_sub(cell.chars().count()));
             // Words to the left, numbers to the right.
             let _ = match column {
@@ -139,12 +149,16 @@ fn channels(text: &mut String, channels: &[ListedChannel]) {
 }
 
 /// Writes which channel a replay takes, and why.
-fn choice(text: &mut String, listing: &Listing) {
+fn choice(text: &mut String, listing: &Listing, width: Option<usize>) {
     match (&listing.replay.channel, &listing.replay.reason) {
         (Some(name), reason) => {
             let _ = writeln!(text, "replay takes: {}", escape::terminal(name));
             if let Some(reason) = reason {
-                let _ = writeln!(text, "because {}", escape::terminal(reason));
+                push_wrapped(
+                    text,
+                    &format!("because {}", escape::terminal(reason)),
+                    width,
+                );
             }
             let taken = listing.channels.iter().find(|entry| entry.name == *name);
             if let Some(hash) = taken.and_then(|entry| entry.content_sha256.as_ref()) {
@@ -152,7 +166,8 @@ fn choice(text: &mut String, listing: &Listing) {
             }
         }
         (None, Some(reason)) => {
-            let _ = writeln!(text, "replay takes none: {}", escape::terminal(reason));
+            let line = format!("replay takes none: {}", escape::terminal(reason));
+            push_wrapped(text, &line, width);
         }
         (None, None) => {}
     }
@@ -160,8 +175,8 @@ fn choice(text: &mut String, listing: &Listing) {
 
 /// Writes the findings, the gravest first; what several channels share, such as a clock, once.
 /// Unless all are wanted, those of channels that a replay passes over are left out, and that is said.
-fn findings(text: &mut String, listing: &Listing, all: bool) {
-    let shown = |entry: &&ListedChannel| is_shown(entry, all);
+fn findings(text: &mut String, listing: &Listing, look: Look) {
+    let shown = |entry: &&ListedChannel| is_shown(entry, look.detail);
     let of_channels = listing.channels.iter().filter(shown).flat_map(|entry| {
         let own = entry.findings.iter();
         own.map(move |finding| (Some(&entry.name), finding))
@@ -195,12 +210,10 @@ fn findings(text: &mut String, listing: &Listing, all: bool) {
                 escape::terminal(last)
             ),
         };
-        let _ = writeln!(
-            text,
-            "{severity} {}{place}: {owner}{}",
-            finding.code,
-            escape::terminal(&finding.text)
-        );
+        let finding_text = (look.worded)(&finding.text);
+        let finding_text = escape::terminal(&finding_text);
+        let line = format!("{severity} {}{place}: {owner}{finding_text}", finding.code);
+        push_wrapped(text, &line, look.width);
     }
     let passed_over = listing.channels.iter().filter(|entry| !shown(entry));
     let untold: usize = passed_over.map(|entry| entry.findings.len()).sum();

@@ -21,6 +21,8 @@ use std::time::Instant;
 struct ReplayedFile {
     outcome: Outcome,
     report: Option<PathBuf>,
+    /// Its print.
+    pdf: Option<PathBuf>,
     /// Why its report could not be written.
     unwritten: Option<Error>,
 }
@@ -98,6 +100,7 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
     let mut judged = ReplayedFile {
         outcome,
         report: None,
+        pdf: None,
         unwritten: None,
     };
     if let (Some(path), Some(evidence)) = (&own.series, &judged.outcome.evidence) {
@@ -128,10 +131,11 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
                     "latchgate: {folder}: an earlier report was replaced"
                 ));
             }
-            if own.pdf
-                && let Err(error) = pdf::print(&folder)
-            {
-                judged.unwritten = Some(error);
+            if own.pdf {
+                match pdf::print(&folder) {
+                    Ok(path) => judged.pdf = Some(path),
+                    Err(error) => judged.unwritten = Some(error),
+                }
             }
             judged.report = Some(folder);
         }

@@ -335,12 +335,12 @@ fn cli_bad_tables_are_refused_at_their_place() {
     t.add(
         "starts.csv",
         table(|t| weak(t) + half_sine(t, -0.06, 0.02, -4.0)),
-        &["unusable: ", "the start of the event is missing"],
+        &["unusable: ", "The start of the event is missing"],
     );
     t.add(
         "ends.csv",
         table(|t| weak(t) + half_sine(t, 0.24, 0.02, -4.0)),
-        &["unusable: ", "the end of the event is missing"],
+        &["unusable: ", "The end of the event is missing"],
     );
     t.add(
         "slow.csv",
@@ -355,7 +355,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
     t.add(
         "undeclared.csv",
         table(|t| half_sine(t, 0.0, 0.03, 12.0)),
-        &["of the recorded acceleration opens"],
+        &["The opening direction is not declared"],
     )
     .code = 3;
     t.0.last_mut().unwrap().options = &[];
@@ -403,7 +403,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
         ),
         (b"unit = \"g\nrate = 3\n", ".toml:1: expected TOML"),
         (b"notes = \"\xff\"\n", ".toml:1: expected a card in UTF-8"),
-        (b"rate = 1000.0\n", "expected a rate of 1000 Hz"),
+        (b"rate = 1000.0\n", "expected the stated rate of 1000 Hz"),
         (b"channel = \"acc_x_g\"\n", "no channel `acc_x_g`"),
     ] {
         t.add("carded.csv", table(weak), &[fragment]).card = Some(card.to_vec());

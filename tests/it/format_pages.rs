@@ -57,7 +57,8 @@ fn cli_messages_on_the_page_of_troubles_come_and_go() {
         }
         for (index, line) in lines.iter().enumerate() {
             let done = run(line, &folder);
-            let said = format!("{}{}", done.out, done.err);
+            // Lines are wrapped with a hanging indent.
+            let said = format!("{}{}", done.out, done.err).replace("\n    ", " ");
             let comes = said.contains(message.unwrap());
             assert_eq!(comes, index == 0, "{line}\n{said}");
             sections += usize::from(index == 0);

@@ -320,7 +320,7 @@ fn verif_an_ensemble_is_shown_with_all_that_it_rests_on() {
         &[
             "varied       1731 of 2048 varied levers open (at least 82.73 % of all)",
             "sensitive    to bias of the acceleration (-0.83), restitution of the stop (0.24)",
-            "by filter    none 7.45°, cfc1000 ",
+            "by filter    nominal lever alone: none 7.45° (",
         ],
     );
     // What goes with the peak no more than chance gives is not called a driver.

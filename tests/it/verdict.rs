@@ -232,12 +232,12 @@ fn verif_noise_that_decides_is_named() {
             0.0,
             [
                 "The noise before contact, 0.31 g, decides",
-                "a quieter channel",
+                "A quieter channel",
             ],
         ),
         (
             10.4,
-            ["The recorder's step of 1.1 g decides", "a finer recorder"],
+            ["The recorder's step of 1.1 g decides", "A finer recorder"],
         ),
     ] {
         let noisy = Conditioned {
@@ -471,7 +471,7 @@ fn verif_stops_that_differ_leave_it_undecided() {
     );
     let text = &both.why[0].text;
     assert!(
-        text.contains("rigid stop, negative opens: ")
+        text.contains("rigid stop, negative acceleration: ")
             && text.contains("pass")
             && text.contains("fail"),
         "{text}"
@@ -651,11 +651,7 @@ fn verif_a_blocking_finding_forbids_a_pass_and_an_undecided() {
             );
             assert_eq!(assessment.answer, Answer::Unusable, "{threshold} {at_s:?}");
             assert_eq!(assessment.why[0].text, "The channel was saturated.");
-            assert!(
-                assessment.why[1]
-                    .text
-                    .ends_with("no verdict rests on that.")
-            );
+            assert_eq!(assessment.why.len(), 1, "{:?}", assessment.why);
         }
     }
     let harmless = [Finding::info("a", "b"), Finding::warning("c", "d").at(0.0)];

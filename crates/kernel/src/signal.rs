@@ -101,6 +101,17 @@ impl<'a> Reading<'a> {
         }
     }
 
+    /// Returns the reading of every sample times `scale` plus `offset_m_s2`.
+    pub fn scaled(&self, scale: f64, offset_m_s2: f64) -> Reading<'static> {
+        let times = |values: &[f64]| values.iter().map(|value| scale * value).collect();
+        let samples = self.signal.samples.iter();
+        let signal = Signal {
+            samples: samples.map(|a| scale * a + offset_m_s2).collect(),
+            ..*self.signal
+        };
+        Reading::of_parts(Cow::Owned(signal), times(&self.slopes), times(&self.bends))
+    }
+
     /// Reads the same samples and first derivatives by polynomials of third degree.
     pub fn cubic(&self) -> Reading<'_> {
         Reading {

@@ -178,30 +178,70 @@ impl TerminalLines {
     fn wrapped_from(&mut self, head: &str, indent: usize, taken: usize, text: &str) {
         let text = self.worded(text);
         let text = escape::terminal(&text);
-        let width = self.look.width.map_or(usize::MAX, |width| {
-            width.saturating_sub(indent).max(NARROWEST)
-        });
         self.out.push_str(head);
-        let mut column = taken;
-        let mut first = true;
-        for word in text.split(' ') {
-            let letters = word.chars().count();
-            if !first && column + 1 + letters > width {
-                let _ = write!(self.out, "\n{:indent$}", "");
-                column = 0;
-            } else if !first {
-                self.out.push(' ');
-                column += 1;
-            }
-            self.out.extend(word.chars().map(|c| match c {
-                '\u{00A0}' | '\u{202F}' => ' ',
-                other => other,
-            }));
-            column += letters;
-            first = false;
-        }
+        wrap(&mut self.out, &text, self.look.width, indent, taken);
         self.out.push('\n');
     }
+}
+
+/// Returns a text wrapped to `width` columns; further lines begin at `indent`.
+pub fn wrapped(text: &str, width: Option<usize>, indent: usize) -> String {
+    let mut out = String::with_capacity(text.len() + 64);
+    // The first line begins at the margin.
+    match width {
+        Some(width) => wrap(&mut out, text, Some(width), indent, 0),
+        None => out.push_str(text),
+    }
+    out
+}
+
+/// Writes words up to the width; further lines begin at `indent`, the first holds `taken` columns beyond it
+/// already.
+fn wrap(out: &mut String, text: &str, width: Option<usize>, indent: usize, taken: usize) {
+    let width = width.map_or(usize::MAX, |width| {
+        width.saturating_sub(indent).max(NARROWEST)
+    });
+    let mut column = taken;
+    let mut first = true;
+    for word in text.split(' ') {
+        let letters = word.chars().count();
+        if !first && column + 1 + letters > width {
+            let _ = write!(out, "\n{:indent$}", "");
+            column = 0;
+        } else if !first {
+            out.push(' ');
+            column += 1;
+        }
+        out.extend(word.chars().map(|c| match c {
+            '\u{00A0}' | '\u{202F}' => ' ',
+            other => other,
+        }));
+        column += letters;
+        first = false;
+    }
+}
+
+/// Returns [`table`] where it fits `width` columns; else a paragraph for each row under its first `names`
+/// cells, with a line for each further cell after the head of its column.
+pub fn fitted_table(rows: &[Vec<String>], names: usize, width: Option<usize>) -> String {
+    let table = table(rows, &[]);
+    let Some(width) = width.filter(|width| widest(&table) > *width) else {
+        return table;
+    };
+    let Some((head, rows)) = rows.split_first() else {
+        return table;
+    };
+    let mut out = String::new();
+    for row in rows {
+        let name = row[..names].join(" ");
+        let _ = writeln!(out, "{}", name.trim());
+        for (title, cell) in head.iter().zip(row).skip(names) {
+            let indent = letters(title) + 4;
+            let line = wrapped(&format!("  {title}  {cell}"), Some(width), indent);
+            let _ = writeln!(out, "{line}");
+        }
+    }
+    out
 }
 
 /// Returns a table, columns as wide as their widest cell; cells of `right` columns stand at the

@@ -18,7 +18,7 @@ const LETTERS: usize = 140;
 
 /// Returns the verdict in a few lines: [`answer`] and [`afterwards`].
 pub fn render(document: &Document, report: Option<&Path>, look: Look) -> String {
-    answer(document, look) + &afterwards(document, report, look)
+    answer(document, look) + &afterwards(document, report, None, look)
 }
 
 /// Returns what is known at once: what the verdict is and what that means, what was judged, peak and
@@ -56,8 +56,13 @@ pub fn answer(document: &Document, look: Look) -> String {
 }
 
 /// Returns what takes longer than the verdict: the advice, where the report is, if one was written into
-/// `report`, and how to verify it.
-pub fn afterwards(document: &Document, report: Option<&Path>, look: Look) -> String {
+/// `report`, and its `pdf`, and how to verify it.
+pub fn afterwards(
+    document: &Document,
+    report: Option<&Path>,
+    pdf: Option<&Path>,
+    look: Look,
+) -> String {
     let mut out = TerminalLines::new(look);
     if let Some(preload) = &document.preload_answer {
         out.line("advice", &format!("{}.", preload.text));
@@ -69,6 +74,9 @@ pub fn afterwards(document: &Document, report: Option<&Path>, look: Look) -> Str
     }
     if let Some(report) = report {
         out.raw("report", &look.path(&report.join(REPORT_FILE)));
+        if let Some(pdf) = pdf {
+            out.raw("pdf", &look.path(pdf));
+        }
         let verdict = report.join(VERDICT_FILE).display().to_string();
         out.raw(
             "verify",

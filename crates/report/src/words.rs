@@ -471,33 +471,27 @@ pub(super) fn opens(polarity: OpensWhen) -> &'static str {
     }
 }
 
-/// Returns which recorded sign opens the lever, who says so, and how it enters the model.
+/// Returns the opening direction, who declares it, and how the recording enters the model.
 pub(super) fn polarity_sentence(document: &Document) -> String {
-    let entered = "A positive model acceleration holds the lever.";
     let source = document.recording.opens_when_source.name();
     let Some(nominal) = &document.nominal else {
-        return format!("Nothing was replayed, so no sign was applied. {entered}");
+        return "Nothing was replayed.".into();
     };
     if source == "undeclared" {
-        return format!(
-            "Neither an option nor a card declares which sign of the recorded acceleration opens \
-             the lever, so both were judged; only where they agree is there an answer. {entered}"
-        );
+        return "The opening direction is not declared, so both were judged. An answer needs both to agree."
+            .into();
     }
     if document.polarities.len() > 1 {
         return format!(
-            "Both signs of the recorded acceleration were asked for (by {source}) and judged; the \
-             worse counts. {entered}"
+            "Both opening directions were requested (by {source}) and judged. The worse counts."
         );
     }
     match nominal.opens_when {
         OpensWhen::Negative => format!(
-            "A negative recorded acceleration opens the lever (declared by {source}); the \
-             recording enters the model with its sign as it is. {entered}"
+            "Negative recorded acceleration opens the lever (declared by {source}). It enters the model as it is."
         ),
         OpensWhen::Positive => format!(
-            "A positive recorded acceleration opens the lever (declared by {source}); the \
-             recording enters the model with its sign changed. {entered}"
+            "Positive recorded acceleration opens the lever (declared by {source}). It enters the model with its sign changed."
         ),
     }
 }

@@ -7,7 +7,6 @@ use super::runs::RunSetup;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::{self, Method, RunOptions, TracePoint};
-use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
 
@@ -62,16 +61,10 @@ pub(super) fn around(
         .clamp(MEMBERS_MIN, MEMBERS_MAX)
         .min(most);
     let members: Vec<u32> = (0..).take(shown).collect();
+    let reading = setup.readings.own()?;
     let paths = setup.share(1, &members, |index| {
         let member = scatter.member(*index);
-        let seen = Signal {
-            samples: signal
-                .samples
-                .iter()
-                .map(|a| member.scale * a + member.bias_m_s2)
-                .collect(),
-            ..*signal
-        };
+        let seen = reading.scaled(member.scale, member.bias_m_s2);
         let design = Design {
             lever: member.lever,
             stop: member.stop,
@@ -85,7 +78,7 @@ pub(super) fn around(
             error_bound: false,
             ..RunOptions::new(model, opens_when)
         };
-        replay::run_within(&seen, &design, &options, &setup.work.within(setup.control))
+        replay::run_within(seen, &design, &options, &setup.work.within(setup.control))
             .map(|outcome| (!outcome.broke_down).then(|| sampled(&outcome.trace, &time_s)))
             .map_err(Error::from)
     })?;

@@ -55,7 +55,8 @@ pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Erro
         (OutputFormat::Text, [one]) if one.outcome.refusal.is_some() => Ok(()),
         (OutputFormat::Text, [one]) => {
             let document = &one.outcome.document;
-            output::document(&text::afterwards(document, one.report.as_deref(), look))
+            let (report, pdf) = (one.report.as_deref(), one.pdf.as_deref());
+            output::document(&text::afterwards(document, report, pdf, look))
         }
         (OutputFormat::Text, several) => {
             let rows: Vec<text::TableRow> = several

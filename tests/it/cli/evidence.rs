@@ -66,7 +66,7 @@ fn cli_a_fault_after_the_crossing_does_not_save_the_door() {
     );
     let document = check_unusable(
         &["replay", &late, "--opens-when", "negative"],
-        "the channel was saturated",
+        "The channel was saturated",
     );
     assert!(document["nominal"]["first_crossing_s"].as_f64().unwrap() > 0.1);
 }

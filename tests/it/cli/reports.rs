@@ -78,14 +78,17 @@ fn cli_reports_go_where_they_are_asked_to_and_nowhere_else() {
     // Another question has another folder, and names what is modified.
     let heavier = run(&["replay", &file, "--set", "lever.mass_kg=0.16"]);
     assert_eq!(listing(&out).len(), 2);
-    let modified = "design       paper, modified: mass 0.16 kg (0.1475)\n";
+    let modified = "design       the paper's example lever, modified: mass 0.16 kg (0.1475)\n";
     assert!(heavier.out.contains(modified), "{}", heavier.out);
     let other = listing(&out)
         .into_iter()
         .find(|other| other != name)
         .unwrap();
     let page = fs::read_to_string(out.join(&other).join("report.html")).unwrap();
-    assert!(page.contains("paper, modified: mass 0.16") && page.contains("Mass, modified"));
+    assert!(
+        page.contains("the paper's example lever, modified: mass 0.16")
+            && page.contains("Mass, modified")
+    );
 
     let there = folder.path().join("there/it is");
     let set = ["--set", "name=../a/b c", "--format", "json"];
@@ -192,7 +195,7 @@ fn cli_two_verdicts_are_compared() {
     assert!(
         brief
             .out
-            .contains("channel acceleration y (g), design paper")
+            .contains("channel acceleration y (g), design: the paper's example lever")
     );
     assert!(!brief.out.contains("nominal."), "{}", brief.out);
     let several = run(&[

@@ -211,7 +211,7 @@ fn words() -> Vec<Case> {
                 .finds(marks)
                 .unusable(&["blocking gap"], &["gap in time"]),
         );
-        let says = ["expected a rate of 100000 Hz", "10000 Hz by"];
+        let says = ["expected the stated rate of 100000 Hz", "10000 Hz by"];
         cases.push(refused(&file("fast-"), text, &says).options(&["--rate-hz", "100000"]));
     }
     // The 4th of March or the 3rd of April: the day that follows sooner is meant.
@@ -463,14 +463,14 @@ fn rates() -> Vec<Case> {
         refused(
             "ms-by-a-rate-too-high.csv",
             stamped("time", |k| format!("{:.1}", k as f64 / 10.0)),
-            &["expected a rate of 100000 Hz", "--time-unit"],
+            &["expected the stated rate of 100000 Hz", "--time-unit"],
         )
         .options(&["--rate-hz", "100000"]),
         // An unknown word is no unit: seconds contradict the rate.
         refused(
             "word-by-a-rate-too-high.csv",
             stamped("Engine time", s),
-            &["expected a rate of 100000 Hz", "10000 Hz by"],
+            &["expected the stated rate of 100000 Hz", "10000 Hz by"],
         )
         .options(&["--rate-hz", "100000"]),
         // 100 ns since 1601 are known by their size.
@@ -495,13 +495,13 @@ fn rates() -> Vec<Case> {
         refused(
             "filetime-by-a-rate-too-high.csv",
             stamped("Full Timestamp (ticks)", filetime),
-            &["expected a rate of 100000 Hz"],
+            &["expected the stated rate of 100000 Hz"],
         )
         .options(&["--rate-hz", "100000"]),
         refused(
             "s-by-a-rate-too-high.csv",
             stamped("time", s),
-            &["expected a rate of 100000 Hz", "10000 Hz by"],
+            &["expected the stated rate of 100000 Hz", "10000 Hz by"],
         )
         .options(&["--rate-hz", "100000"]),
     ]);
@@ -541,7 +541,7 @@ fn unnamed() -> Vec<Case> {
             refused(
                 &file("fast-"),
                 text,
-                &["expected a rate of 100000 Hz", "10000 Hz by"],
+                &["expected the stated rate of 100000 Hz", "10000 Hz by"],
             )
             .options(&["--rate-hz", "100000"]),
         );
@@ -562,7 +562,7 @@ fn unnamed() -> Vec<Case> {
         refused(
             "index-ms-fast.csv",
             stamped("", ms),
-            &["expected a rate of 100000 Hz"],
+            &["expected the stated rate of 100000 Hz"],
         )
         .options(&["--rate-hz", "100000"]),
         good("index-us.csv", stamped("", |k| (100 * k).to_string()))

@@ -316,8 +316,8 @@ pub(super) fn limits(document: &Document) -> Markup {
                     "and UN Regulation No. 11."
                 }
                 p {
-                    "The results relate only to the recording " (line(&document.recording.file))
-                    " and the design " (line(&words::design(&document.design))) " named above."
+                    "The results hold for the recording " (line(&document.recording.file))
+                    " and this design alone: " (line(&words::design(&document.design))) "."
                 }
             }
         }
