@@ -709,7 +709,7 @@ fn verif_a_spoiled_recording_is_marked() {
         scale
             .advice
             .text
-            .ends_with("a blocking finding spoils the recording")
+            .ends_with("a blocking finding makes the recording unusable")
     );
 }
 

@@ -441,7 +441,7 @@ fn verif_margins_are_judged_as_with_a_persons_word() {
         assert_eq!(without[key], with[key], "{key}");
     }
     let notes = without["notes"].to_string();
-    assert!(notes.contains("waits for a person's word"), "{notes}");
+    assert!(notes.contains("needs a person's word"), "{notes}");
     assert!(!with["notes"].to_string().contains("word"), "{with}");
 }
 

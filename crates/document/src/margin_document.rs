@@ -219,24 +219,24 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
     }
     if margins.spoiled {
         notes.push(
-            "A blocking finding spoils the recording: these numbers are no evidence that anything passes.".to_string(),
+            "A blocking finding makes the recording unusable: these numbers are no evidence that anything passes.".to_string(),
         );
     }
     notes.push(
         "Use a value of \"passes from\" or beyond, and replay it: it was tried, not proven.".into(),
     );
     notes.push(match margins.basis {
-        Basis::NominalRun => "The nearest change is where the nominal peak meets the limit angle, without errors and tolerances.".to_string(),
+        Basis::NominalRun => "The nearest change is where the nominal lever meets the limit angle, without errors and tolerances.".to_string(),
         Basis::Verdict => "The nearest change is where the verdict changes on the grid; it is no advice.".to_string(),
     });
     if context.word_missing {
-        notes.push("The verdict waits for a person's word on the recording; the margins count as if it were given.".into());
+        notes.push("The verdict needs a person's word on the recording; the margins are judged as if it were given.".into());
     }
     let passes = margins.state == NominalAnswer::Pass;
     let verdict_passes = context.verdict == Answer::Pass || context.word_missing;
     if verdict_passes != passes && !margins.spoiled {
         notes.push(format!(
-            "The verdict is {}, while the nominal peak alone is {} the threshold: the doubt counted by the rule lies between them.",
+            "The verdict is {}, while the nominal largest angle is {} the limit angle. The errors and tolerances of the rule make the difference.",
             context.verdict.name(),
             if passes { "at or below" } else { "above" }
         ));

@@ -584,11 +584,9 @@ pub(super) fn drivers_sentence(ensemble: &Ensemble) -> String {
         .filter_map(|driver| Some((driver, driver.rank_correlation?, driver.share?)))
         .collect();
     match strong.first() {
-        None => {
-            "No parameter drives the peak: either nothing is scattered, or the peak is the same \
+        None => "No parameter drives the peak: either none is varied, or the peak is the same \
                  for all members."
-                .into()
-        }
+            .into(),
         Some((_, correlation, _)) if correlation.abs() <= chance => {
             "No parameter goes with the peak beyond what chance gives among so many members: what \
              moves it are their combinations, as when a chain of impacts falls out differently."

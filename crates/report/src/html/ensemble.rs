@@ -111,7 +111,7 @@ fn share_sentence(ensemble: &Ensemble) -> String {
         ),
     };
     format!(
-        "Levers that cross the limit{}: {} of {}{lost}; of all such levers {} ({}), each bound \
+        "Varied levers that open{}: {} of {}{lost}; of all such levers {} ({}), each bound \
          at {}\u{00A0}% confidence.{}",
         words::until(ensemble),
         count(u64::from(ensemble.exceeded)),

@@ -74,7 +74,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         panels: vec![panel],
         caption: words::drivers_sentence(ensemble),
         description: format!(
-            "Spearman’s rank correlation of each scattered parameter with the peak angle. {}.",
+            "Spearman’s rank correlation of each varied parameter with the largest angle. {}.",
             list.join("; ")
         ),
         ..context.chart()

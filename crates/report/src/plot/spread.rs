@@ -52,7 +52,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     );
     Some(Chart {
         name: NAME,
-        title: "Spread of the scattered levers".into(),
+        title: "Spread of the varied levers".into(),
         legend: vec![
             LegendEntry::new(Sample::Patch(ribbon), "9 of 10 levers at each instant"),
             LegendEntry::line("median", "median"),
@@ -67,7 +67,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
              the band."
         ),
         description: format!(
-            "Band between the 5 % and 95 % quantile of the angle of {members} scattered levers \
+            "Band between the 5 % and 95 % quantile of the angle of {members} varied levers \
              over time ({which}), with their median and the nominal run. {}",
             result_sentence(context)
         ),

@@ -387,7 +387,7 @@ impl<'a> MarginSearch<'a> {
         control: &Control<'_>,
     ) -> Result<String, Error> {
         if self.spoiled {
-            return Ok("a blocking finding spoils the recording".into());
+            return Ok("a blocking finding makes the recording unusable".into());
         }
         let at = quantity.shown(value);
         let own = (self.conditioned, &self.readings);
