@@ -5,33 +5,21 @@ use super::options::{Common, CompareArguments};
 use super::output;
 use super::values::OutputFormat;
 use super::verify::{place, read};
-use latchgate_document::{Document, number};
+use latchgate_document::Document;
 use latchgate_recording::error::{Error, ErrorKind};
 use latchgate_recording::{Limits, read_within};
-use latchgate_report::html::DifferenceRow;
-use latchgate_report::series::SeriesTable;
-use latchgate_report::{comparison, escape, terminal};
+use latchgate_report::differences::{self, DifferingValue, short_value};
+use latchgate_report::{comparison, escape, series, terminal};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::borrow::Cow;
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Exit code for verdicts that differ.
 const DIFFERENT: u8 = 1;
 
-/// What is shown, in this order: the head of a part, and the keys of a verdict that belong to it.
-const PARTS: [(&str, &[&str]); 4] = [
-    ("recording", &["recording", "test", "conditioning"]),
-    ("settings", &["request"]),
-    ("design", &["design", "threshold_rad"]),
-    (
-        "results",
-        &[
-            "verdict", "why", "nominal", "models", "ensemble", "findings",
-        ],
-    ),
-];
+/// Letters of a value in a cell of a terminal.
+const CELL: usize = 36;
 
 /// The document that `compare --format json` prints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,17 +32,6 @@ pub struct VerdictComparison {
     pub same: bool,
     /// `latchgate.compare/1`.
     pub schema: Cow<'static, str>,
-}
-
-/// A value that differs.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct DifferingValue {
-    /// Its key, from the document's root.
-    pub key: String,
-    /// The part it belongs to: `recording`, `settings`, `design` or `results`.
-    pub part: Cow<'static, str>,
-    /// In each verdict; null where the key is absent.
-    pub values: Vec<Value>,
 }
 
 /// A verdict as it was read.
@@ -70,16 +47,8 @@ pub(super) fn command(own: &CompareArguments, common: &Common) -> Result<u8, Fai
         .iter()
         .map(|path| verdict(path))
         .collect::<Result<_, _>>()?;
-    let mut found = Vec::new();
-    for (part, keys) in PARTS {
-        for key in keys {
-            let values = verdicts
-                .iter()
-                .map(|verdict| verdict.keys.get(*key))
-                .collect();
-            walk(part, key, values, &mut found);
-        }
-    }
+    let keys: Vec<&Map<String, Value>> = verdicts.iter().map(|verdict| &verdict.keys).collect();
+    let found = differences::between(&keys);
     let written = (!own.no_report).then(|| page(own, &verdicts, &found));
     let text = match common.format {
         OutputFormat::Json => latchgate_document::json::render(&VerdictComparison {
@@ -117,21 +86,9 @@ fn page(
             let shown = beside.display().to_string();
             let most = ("text_bytes", Limits::default().text_bytes);
             let text = read_within(&beside, &shown, "read the series", most)?;
-            tables.push(SeriesTable::from_csv(&text).map_err(|error| error.at(place(&beside)))?);
+            tables.push(series::from_csv(&text).map_err(|error| error.at(place(&beside)))?);
         }
     }
-    let rows: Vec<DifferenceRow> = found
-        .iter()
-        .map(|row| DifferenceRow {
-            part: row.part.to_string(),
-            key: row.key.clone(),
-            values: row
-                .values
-                .iter()
-                .map(|value| short_value(value, PAGE_CELL))
-                .collect(),
-        })
-        .collect();
     let documents: Vec<&Document> = verdicts.iter().map(|verdict| &verdict.document).collect();
     let ids: Vec<String> = documents
         .iter()
@@ -140,7 +97,7 @@ fn page(
     let default = || Path::new("reports/out").join(format!("compare-{}", ids.join("-")));
     let folder = own.out.clone().unwrap_or_else(default);
     let tables = (tables.len() == documents.len()).then_some(&*tables);
-    latchgate_report::write_comparison(&folder, &documents, tables, &rows)
+    latchgate_report::write_comparison(&folder, &documents, tables, found)
 }
 
 fn short(id: &str) -> String {
@@ -178,52 +135,6 @@ fn verdict(path: &Path) -> Result<Stored, Failure> {
             "give a verdict.json that latchgate replay wrote",
         )),
     }
-}
-
-/// Notes the values that differ; lists are taken whole, but for those of what has a code.
-fn walk(
-    part: &'static str,
-    key: &str,
-    values: Vec<Option<&Value>>,
-    found: &mut Vec<DifferingValue>,
-) {
-    let coded: Option<Vec<Value>> = values.iter().map(|value| by_code((*value)?)).collect();
-    if let Some(coded) = coded {
-        return walk(part, key, coded.iter().map(Some).collect(), found);
-    }
-    let objects: Option<Vec<&Map<String, Value>>> =
-        values.iter().map(|value| (*value)?.as_object()).collect();
-    if let Some(objects) = objects {
-        let keys: BTreeSet<&String> = objects.iter().flat_map(|object| object.keys()).collect();
-        for inner in keys {
-            let name = format!("{key}.{inner}");
-            let values = objects.iter().map(|object| object.get(inner)).collect();
-            walk(part, &name, values, found);
-        }
-    } else if values.iter().any(|value| *value != values[0]) {
-        found.push(DifferingValue {
-            key: key.to_string(),
-            part: part.into(),
-            values: values
-                .into_iter()
-                .map(|value| value.cloned().unwrap_or_default())
-                .collect(),
-        });
-    }
-}
-
-/// Returns a list of reasons or findings as a table of their texts by code.
-fn by_code(list: &Value) -> Option<Value> {
-    let mut texts: Map<String, Value> = Map::new();
-    for entry in list.as_array()? {
-        let (code, text) = (entry.get("code")?.as_str()?, entry.get("text")?.as_str()?);
-        let all = match texts.get(code).and_then(Value::as_str) {
-            Some(earlier) => format!("{earlier} {text}"),
-            None => text.to_string(),
-        };
-        texts.insert(code.into(), all.into());
-    }
-    Some(Value::Object(texts))
 }
 
 /// Returns what was changed and what that did, a row for each answer and each input that differs, and, if asked
@@ -282,27 +193,4 @@ fn text(verdicts: &[Stored], found: &[DifferingValue], common: &Common) -> Strin
         );
     }
     out + "\n" + &terminal::fitted_table(&rows, 2, width)
-}
-
-/// Letters of a value in a cell of a terminal, and of the page.
-const CELL: usize = 36;
-const PAGE_CELL: usize = 400;
-
-/// Returns a value in at most so many letters: numbers in six digits, long lists by their length.
-fn short_value(value: &Value, letters: usize) -> String {
-    let text = match value {
-        Value::Null => "–".into(),
-        Value::Number(number) => match number.as_f64() {
-            Some(number) if number.fract() != 0.0 => number::plain(number, 6),
-            _ => number.to_string(),
-        },
-        Value::String(text) => text.clone(),
-        Value::Array(list) if list.len() > 3 => format!("{} entries", list.len()),
-        other => other.to_string(),
-    };
-    let mut short: String = text.chars().take(letters).collect();
-    if short.len() < text.len() {
-        short.push('…');
-    }
-    short
 }

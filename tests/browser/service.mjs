@@ -1,5 +1,5 @@
-// The page of the service as a browser shows it: upload, channel, verdict, cursors, what-if, compare,
-// permalink, download; in light and dark, checked for accessibility, without any request elsewhere.
+// The page of the service as a browser shows it: upload, channel, verdict, cursors, link,
+// download, what-if, compare; in light and dark, checked for accessibility, without any request elsewhere.
 //
 //     tests/browser/run      needs Node.js, Chromium, and latchgate-serve as built
 //
@@ -7,7 +7,7 @@
 
 import { execFileSync, spawn } from 'node:child_process';
 import { strict as assert } from 'node:assert';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
@@ -127,103 +127,78 @@ async function walk(colorScheme) {
   await page.locator('input[name=set]').fill('lever.preload_torque_nm=2.5');
   await page.locator('input[name=set]').press('Enter');
   await page.waitForURL(/verdicts/, { timeout: 120_000 });
-  await page.waitForSelector('#plots[data-ready=yes]');
+  await page.waitForSelector('#event .live');
   const first = page.url().split('/').at(-1);
   if (colorScheme === 'light') await sameByEveryDoor(page, first);
 
-  // Cursors, moved by keys.
-  const motion = page.locator('#motion');
-  const box = await page.locator('#plot-angle .u-over').boundingBox();
-  await page.mouse.move(box.x + box.width * 0.3, box.y + 40);
-  await motion.focus();
-  await page.keyboard.press('a');
-  await page.mouse.move(box.x + box.width * 0.5, box.y + 40);
-  await page.keyboard.press('b');
-  await page.waitForFunction(() => /Δt/.test(document.getElementById('d-time').textContent));
-  const apart = await page.locator('#d-time').textContent();
-  await page.keyboard.press('Shift+ArrowRight');
-  await page.waitForFunction((was) => document.getElementById('d-time').textContent !== was, apart);
-  assert.match(await page.locator('#d-angle').textContent(), /Δφ/);
+  // The card is the report's.
+  const card = page.locator('#verdict');
+  const report = await context.newPage();
+  await report.goto(`${base}/v1/verdicts/${first}/report.html`);
+  assert.equal(await card.innerText(), await report.locator('#verdict').innerText());
+  await report.close();
 
-  // A permalink keeps range, cursors and channels.
+  // Cursors by mouse and keys; a link keeps what is seen and read off.
+  const plot = page.locator('#event > svg');
+  const read = page.locator('#event output');
+  const point = async () => {
+    await plot.scrollIntoViewIfNeeded();
+    const box = await plot.boundingBox();
+    await page.mouse.move(box.x + box.width * 0.4, box.y + box.height * 0.5);
+  };
+  await point();
+  assert.match(await read.innerText(), /^t .*φ .* rad/);
+  await page.mouse.down();
+  await page.mouse.up();
+  await page.keyboard.press('Shift+ArrowRight');
+  const apart = await read.innerText();
+  assert.match(apart, /Δt .*Δφ/s);
   await page.keyboard.press('+');
-  await page.waitForFunction(() => new URLSearchParams(location.search).has('t0'));
-  await page.locator('#columns input').first().uncheck();
-  await page.waitForFunction(() => new URLSearchParams(location.search).has('hide'));
+  const drawn = await plot.locator('.drawn').textContent();
   const link = page.url();
-  const times = await page.locator('#cursors').innerText();
+  assert.match(link, /#t=[-0-9.]+&a=[-0-9.]+&b=[-0-9.]+$/);
+  await look(page, `${colorScheme}-verdict`);
   await page.goto('about:blank');
   await page.goto(link);
-  await page.waitForSelector('#plots[data-ready=yes]');
-  assert.equal(page.url(), link);
-  assert.equal(await page.locator('#cursors').innerText(), times);
-  assert.equal(await page.locator('#columns input').first().isChecked(), false);
-  await look(page, `${colorScheme}-verdict`);
+  await page.waitForSelector('#event .live');
+  assert.equal(await read.innerText(), apart);
+  assert.equal(await plot.locator('.drawn').textContent(), drawn);
 
-  // Downloads of what is visible, and of the whole.
-  const query = new URLSearchParams(new URL(link).search);
-  const table = await downloaded(page, () => page.locator('[data-do=csv]').click());
-  assert.match(table.name, /^burst\.csv-.*\.csv$/);
-  const rows = String(table.bytes).trim().split('\n').slice(1).map((line) => Number(line.split(',')[0]));
-  assert(rows.length > 10 && rows[0] >= Number(query.get('t0')) && rows.at(-1) <= Number(query.get('t1')));
-  const svg = await downloaded(page, () => page.locator('[data-do=svg]').click());
-  assert.match(String(svg.bytes), /^<svg .*polyline/s);
-  writeFileSync(path.join(pictures, `service-${colorScheme}-export.svg`), svg.bytes);
-  for (const label of ['Acceleration [m/s²]', 'Angle [rad]', 'limit 0.1 rad']) assert(String(svg.bytes).includes(label), `${label} in the SVG`);
-  const png = await downloaded(page, () => page.locator('[data-do=png]').click());
-  assert.equal(png.bytes.subarray(1, 4).toString(), 'PNG');
-  const report = await downloaded(page, () => page.getByRole('link', { name: 'download it (HTML)' }).click());
-  assert(report.bytes.length > 100_000);
+  // Downloads.
+  const table = await downloaded(page, () => page.getByRole('link', { name: 'Download series' }).click());
+  assert.match(String(table.bytes), /^time_s,.*\n/);
+  const whole = await downloaded(page, () => page.getByRole('link', { name: 'download it (HTML)' }).click());
+  assert(whole.bytes.length > 100_000);
 
-  // What if: nominal until the ensemble has answered.
+  // What if: the nominal lever until the varied levers have answered.
   const slider = page.locator('[data-key="lever.preload_torque_nm"]');
   await slider.focus();
   for (let step = 0; step < 5; step += 1) await page.keyboard.press('ArrowRight');
-  await page.waitForFunction(() => /^Nominal/.test(document.getElementById('what-if-told').textContent));
+  await page.waitForFunction(() => /the nominal lever alone/.test(document.getElementById('what-if-told').textContent));
+  await look(page, `${colorScheme}-what-if`);
   await page.locator('#what-if-judge').click();
   await page.waitForURL((url) => /verdicts/.test(url.pathname) && !url.pathname.includes(first), { timeout: 120_000 });
-  await page.waitForSelector('#plots[data-ready=yes]');
+  await page.waitForSelector('#event .live');
 
-  // Compare: what differs, and nothing else.
+  // Compare: what differs, and curves of both.
   await page.goto(base);
   await look(page, `${colorScheme}-home`);
   const boxes = page.locator('input[name=id][aria-label*="preload torque"]');
   await boxes.nth(0).check();
   await boxes.nth(1).check();
   await page.getByRole('button', { name: 'Compare the chosen ones' }).click();
-  await page.waitForSelector('#compare[data-ready=yes]');
-  const visible = await page.locator('#differences tbody tr:visible th').allInnerTexts();
-  assert(visible.includes('design.lever.preload_torque_nm') && !visible.includes('design.lever.mass_kg'), visible.join());
-  // Both cursors, on an axis that begins where each run is triggered.
-  await page.locator('#align').selectOption('trigger');
-  await page.locator('#level').fill('40');
-  await page.locator('#level').press('Enter');
-  await page.waitForFunction(() => new URLSearchParams(location.search).get('level') === '40');
-  await page.waitForSelector('#compare[data-ready=yes]');
-  const lane = await page.locator('#plot-angle .u-over').boundingBox();
-  for (const [key, part] of [['a', 0.4], ['b', 0.6]]) {
-    await page.mouse.move(lane.x + lane.width * part, lane.y + 40);
-    await page.locator('#motion').focus();
-    await page.keyboard.press(key);
-  }
-  await page.waitForFunction(() => /rad/.test(document.getElementById('d-angle-1').textContent));
-  await page.keyboard.press('+');
-  await page.waitForFunction(() => new URLSearchParams(location.search).has('t0'));
-  const compared = page.url(); const angles = await page.locator('#cursors').innerText();
-  await page.reload();
-  await page.waitForSelector('#compare[data-ready=yes]');
-  assert.equal(page.url(), compared);
-  assert.equal(await page.locator('#cursors').innerText(), angles);
-  assert.match(await page.locator('#plot-angle .u-legend').innerText(), /burst\.csv · .*, modified: preload torque [0-9.]+.N·m \([0-9.]+\) · [0-9a-f]{8}/);
+  await page.waitForSelector('#event .live');
+  assert.match(await page.locator('h1').innerText(), /^Preload torque .* → .*; all else equal: /);
+  await page.locator('#differences summary').click();
+  const keys = await page.locator('.differences code').allInnerTexts();
+  assert(keys.includes('design.lever.preload_torque_nm') && !keys.includes('design.lever.mass_kg'), keys.join());
+  await point();
+  assert.match(await read.innerText(), /φ .* A · φ .* B/);
   await look(page, `${colorScheme}-compare`);
-  await page.locator('select[name=baseline]').selectOption({ index: 1 });
-  await page.getByRole('button', { name: 'Compare' }).click();
-  await page.waitForSelector('#compare[data-ready=yes]');
-  assert.match(await page.locator('#differences').innerText(), /\((\+|−)/);
-  await page.locator('#show-all').check();
-  assert(await page.locator('#differences tr.same').first().isVisible());
-  await page.reload();
-  assert(await page.locator('#show-all').isChecked(), 'the switch stays as it was set');
+  const [before] = await page.locator('main').getByText(/^A · /).allInnerTexts();
+  await page.getByRole('link', { name: 'put it first' }).click();
+  await page.waitForSelector('#event .live');
+  assert.notEqual((await page.locator('main').getByText(/^A · /).allInnerTexts())[0], before);
 
   // The margin over designs: a point leads to its run.
   await page.goto(base);

@@ -18,14 +18,14 @@ mod sources;
 
 pub(super) use self::margin::page as margin_page;
 use self::markup::{figure, fold};
-pub use self::overlay::DifferenceRow;
+pub use self::overlay::compared;
 pub(super) use self::overlay::page as overlay_page;
 use super::escape::terminal as line;
 use super::page::PageFrame;
 use super::plot::{self, Figure};
 use super::{series, sheet, words};
 use latchgate_document::Document;
-use latchgate_verdict::{Answer, Evidence};
+use latchgate_verdict::{Answer, Evidence, SampledSeries};
 use maud::{Markup, PreEscaped, html};
 
 /// Returns the report as one self-contained HTML document.
@@ -37,8 +37,8 @@ pub fn render(document: &Document, evidence: Option<&Evidence>) -> String {
 pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[Figure]) -> String {
     let name = words::report_name(document);
     let data = evidence.and_then(|evidence| {
-        let data = plot::event_data(document, evidence)?;
-        Some((data, series::csv(&evidence.series)))
+        let (_, data) = plot::event::draw(document, &evidence.series)?;
+        Some((data.to_string(), series::csv(&evidence.series)))
     });
     let title = format!(
         "{} · {} · latchgate",
@@ -71,7 +71,7 @@ pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[
 pub(super) const SERIES_BYTES: usize = 6 << 20;
 
 /// What lets the first plot be read off and zoomed.
-const SCRIPT: &str = include_str!("html/event.js");
+pub const SCRIPT: &str = include_str!("html/event.js");
 
 /// Returns a block of data that nothing runs.
 fn block(id: &str, kind: &str, text: &str) -> Markup {
@@ -82,13 +82,46 @@ fn block(id: &str, kind: &str, text: &str) -> Markup {
 
 /// Returns what decides.
 fn first_page(document: &Document, figures: &[Figure], name: &str) -> Markup {
+    let event = figures.iter().find(|drawing| drawing.name == plot::EVENT);
+    html! {
+        (deciding(document, event, name))
+        (sources::judged(&document.test, &document.recording, &document.design, document.conditioning.as_ref()))
+    }
+}
+
+fn deciding(document: &Document, event: Option<&Figure>, name: &str) -> Markup {
     html! {
         (card::head(document, name))
         (card::verdict(document))
-        @for drawing in figures.iter().filter(|drawing| drawing.name == plot::EVENT) { (figure(drawing)) }
+        @if let Some(event) = event { (figure(event)) }
         (results::main_findings(document))
-        (sources::judged(&document.test, &document.recording, &document.design, document.conditioning.as_ref()))
     }
+}
+
+/// Returns head, card, plot and findings, which the first page begins with, for a page that holds [`style`] and
+/// loads [`SCRIPT`]; the folded findings stand behind. The script takes the samples from an element `#series`.
+pub fn first_block(document: &Document, series: Option<&SampledSeries>) -> Markup {
+    let drawn = series.and_then(|series| plot::event::draw(document, series));
+    let event = drawn.as_ref().map(|(event, _)| event);
+    html! {
+        (deciding(document, event, &words::report_name(document)))
+        (all_findings(document))
+        @if let Some((_, data)) = &drawn { (block("event-data", "application/json", &data.to_string())) }
+    }
+}
+
+/// Returns the card with answer and figures alone.
+pub fn answer(document: &Document) -> Markup {
+    html! { div.card.(document.verdict.name()) { (card::answer(document)) } }
+}
+
+/// Returns the rules of reports and comparisons, without what identifies one.
+pub fn style() -> String {
+    sheet::plain() + plot::overlay::RULES
+}
+
+fn all_findings(document: &Document) -> Markup {
+    fold("all-findings", "All findings", &results::findings(document))
 }
 
 /// Returns how sure the answer is.
@@ -131,7 +164,7 @@ fn appendix(document: &Document, evidence: Option<&Evidence>, figures: &[Figure]
                 (fold("inputs", "What the peak is sensitive to", &ensemble::sensitivity(document, drivers)))
             }
             (fold("bounds", "Bounds that need no integration", &results::screens(document)))
-            (fold("all-findings", "All findings", &results::findings(document)))
+            (all_findings(document))
             (fold("plots", "Signal and response, all plots", &plots))
             (fold("recording", "Recording and conditioning", &recording))
             (fold("design", "Design", &sources::design(document)))

@@ -8,6 +8,7 @@
 //! - `angle`: angles as people read them: degrees first, no more digits than are known;
 //! - `codes`: places and axes of sensors spelt out, by tables beside it;
 //! - `comparison`: what differs between verdicts, in a sentence and a few rows;
+//! - `differences`: every key in which verdicts differ;
 //! - `escape`: makes text from files safe to show: in markup and on a terminal;
 //! - `folder`: a report's folder: its name; it holds the earlier report, the new one or none;
 //! - `html`: `report.html`: one file that opens offline, in light and dark, and prints on A4;
@@ -27,6 +28,7 @@
 pub mod angle;
 pub mod codes;
 pub mod comparison;
+pub mod differences;
 pub mod escape;
 mod folder;
 mod headline;
@@ -48,7 +50,7 @@ use latchgate_recording::error::Error;
 pub use words::{UNSEEN, test_facts};
 
 pub use latchgate_document::{Document, json};
-use latchgate_verdict::Evidence;
+use latchgate_verdict::{Evidence, SampledSeries};
 use std::path::{Path, PathBuf};
 
 /// Returns the design's name with the keys that were overridden, their values and what these took
@@ -154,8 +156,8 @@ pub const COMPARE_FILE: &str = "compare.html";
 pub fn write_comparison(
     dir: &Path,
     documents: &[&Document],
-    tables: Option<&[series::SeriesTable]>,
-    differences: &[html::DifferenceRow],
+    tables: Option<&[SampledSeries]>,
+    differences: &[differences::DifferingValue],
 ) -> Result<PathBuf, Error> {
     let page = html::overlay_page(documents, tables, differences);
     let files = [(COMPARE_FILE.to_string(), page.into_bytes())];

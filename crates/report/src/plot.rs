@@ -15,7 +15,7 @@ pub mod axis;
 pub mod canvas;
 pub mod chart;
 mod drivers;
-mod event;
+pub(crate) mod event;
 pub mod frame;
 pub mod heat;
 mod margin;
@@ -123,12 +123,6 @@ impl Figure {
     }
 }
 
-/// Returns what a script needs to draw the first page's plot anew, as JSON.
-pub(super) fn event_data(document: &Document, evidence: &Evidence) -> Option<String> {
-    let (_, data) = event::draw(&PlotContext::new(document, evidence))?;
-    Some(data.to_string())
-}
-
 /// Draws every plot that the evidence has data for, in the order of [`NAMES`].
 pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> {
     let Some(evidence) = evidence else {
@@ -136,7 +130,7 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     };
     let context = PlotContext::new(document, evidence);
     [
-        event::draw(&context).map(|(figure, _)| figure),
+        event::draw(document, &evidence.series).map(|(figure, _)| figure),
         acceleration::chart(&context).map(Chart::draw),
         angle::chart(&context).map(Chart::draw),
         spread::chart(&context).map(Chart::draw),
@@ -188,13 +182,13 @@ impl<'a> PlotContext<'a> {
         if span.0 > span.1 {
             span = (0.0, 1.0);
         }
-        let long = span.1 - span.0 > 2.0;
+        let (time_scale, time_unit) = time_unit(span);
         Self {
             document,
             evidence,
             span_s: span,
-            time_scale: if long { 1.0 } else { 1e3 },
-            time_unit: if long { "s" } else { "ms" },
+            time_scale,
+            time_unit,
             origin: origin(document),
         }
     }
@@ -241,6 +235,15 @@ impl<'a> PlotContext<'a> {
     fn angles(&self, trace: &Trace) -> impl Iterator<Item = (f64, f64)> {
         let (points, scale) = (trace.points.iter(), self.time_scale);
         points.map(move |point| (point.time_s * scale, point.angle_rad))
+    }
+}
+
+/// Returns the factor from seconds to the time that a plot of a span shows, and its unit.
+fn time_unit((start_s, end_s): (f64, f64)) -> (f64, &'static str) {
+    if end_s - start_s > 2.0 {
+        (1.0, "s")
+    } else {
+        (1e3, "ms")
     }
 }
 

@@ -1,7 +1,10 @@
 //! Signal and trajectories as a table, sample by sample, with all digits.
 
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
-use latchgate_verdict::SampledSeries;
+pub use latchgate_verdict::SampledSeries;
+use latchgate_verdict::SeriesRun;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -37,62 +40,71 @@ pub fn csv(series: &SampledSeries) -> String {
     out
 }
 
-/// The series of a report as far as two verdicts are compared by them.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct SeriesTable {
-    /// Instants, at least two, ascending [s].
-    pub time_s: Vec<f64>,
-    /// Acceleration as used [m/s²].
-    pub used_m_s2: Vec<f64>,
-    /// Its integral [m/s].
-    pub velocity_m_s: Vec<f64>,
-    /// Angle of the first run, which is the nominal one [rad].
-    pub angle_rad: Vec<f64>,
+/// Reads back what [`csv`] wrote.
+///
+/// # Errors
+///
+/// [`latchgate_recording::error::ErrorKind::Malformed`] if it is no such table.
+pub fn from_csv(text: &[u8]) -> Result<SampledSeries, Error> {
+    let malformed = |found: String| {
+        Error::malformed(
+            "the series of a report",
+            found,
+            "replay the recording again; its report holds the series",
+        )
+    };
+    let mut reader = csv::Reader::from_reader(text);
+    let heads = reader
+        .headers()
+        .map_err(|error| malformed(error.to_string()))?
+        .clone();
+    let mut columns = vec![Vec::new(); heads.len()];
+    for record in reader.records() {
+        let record = record.map_err(|error| malformed(error.to_string()))?;
+        for ((name, cell), values) in heads.iter().zip(&record).zip(&mut columns) {
+            // What is not finite is written as nothing.
+            let value = if cell.is_empty() { "NaN" } else { cell };
+            let line = || record.position().map_or(0, csv::Position::line);
+            let value = value.parse();
+            values.push(value.map_err(|_| malformed(format!("no {name} in line {}", line())))?);
+        }
+    }
+    let mut columns = heads.iter().zip(columns);
+    let mut column = |expected: &str| match columns.next() {
+        Some((name, values)) if name == expected => Ok(values),
+        _ => Err(malformed(format!("no column {expected}"))),
+    };
+    let mut series = SampledSeries {
+        time_s: column("time_s")?,
+        recorded_m_s2: column("acceleration_recorded_m_s2")?,
+        used_m_s2: column("acceleration_used_m_s2")?,
+        velocity_m_s: column("velocity_m_s")?,
+        runs: Vec::new(),
+    };
+    while let Some((name, angle_rad)) = columns.next() {
+        let odd = || malformed(format!("a column {name}"));
+        let (model, opens_when) = run_of(name).ok_or_else(odd)?;
+        let (_, velocity_rad_s) = columns.next().ok_or_else(odd)?;
+        series.runs.push(SeriesRun {
+            model,
+            opens_when,
+            angle_rad,
+            velocity_rad_s,
+        });
+    }
+    let time_s = &series.time_s;
+    if time_s.len() < 2 || !time_s.is_sorted_by(|a, b| a < b) {
+        return Err(malformed("instants that do not ascend".into()));
+    }
+    Ok(series)
 }
 
-impl SeriesTable {
-    /// Reads back what [`csv`] wrote.
-    ///
-    /// # Errors
-    ///
-    /// [`latchgate_recording::error::ErrorKind::Malformed`] if it is no such table.
-    pub fn from_csv(text: &[u8]) -> Result<Self, Error> {
-        let malformed = |found: String| {
-            Error::malformed(
-                "the series of a report",
-                found,
-                "replay the recording again; its report holds the series",
-            )
-        };
-        let mut reader = csv::Reader::from_reader(text);
-        let heads = reader
-            .headers()
-            .map_err(|error| malformed(error.to_string()))?;
-        let of = |name: &str| heads.iter().position(|head| head.starts_with(name));
-        let names = ["time_s", "acceleration_used_m_s2", "velocity_m_s", "angle_"];
-        let columns = names.map(of);
-        let mut read = names.map(|_| Vec::new());
-        for record in reader.records() {
-            let record = record.map_err(|error| malformed(error.to_string()))?;
-            for ((column, name), values) in columns.iter().zip(names).zip(&mut read) {
-                let cell = column.and_then(|column| record.get(column));
-                let value = cell.and_then(|cell| cell.parse::<f64>().ok());
-                let line = || record.position().map_or(0, csv::Position::line);
-                values
-                    .push(value.ok_or_else(|| malformed(format!("no {name} in line {}", line())))?);
-            }
-        }
-        let [time_s, used_m_s2, velocity_m_s, angle_rad] = read;
-        if time_s.len() < 2 || !time_s.is_sorted_by(|a, b| a < b) {
-            return Err(malformed("instants that do not ascend".into()));
-        }
-        Ok(Self {
-            time_s,
-            used_m_s2,
-            velocity_m_s,
-            angle_rad,
-        })
-    }
+/// Returns whose angle stands in a column, by its name.
+fn run_of(name: &str) -> Option<(StopModel, OpensWhen)> {
+    let words = name.strip_prefix("angle_")?.strip_suffix("_rad")?;
+    let (model, opens_when) = words.split_once('_')?;
+    let model = serde_json::from_value(model.into()).ok()?;
+    Some((model, serde_json::from_value(opens_when.into()).ok()?))
 }
 
 /// Writes [`csv`] to a file.

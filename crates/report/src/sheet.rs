@@ -5,10 +5,18 @@ use crate::plot::style;
 /// Returns the rules of all pages. `identity` stands at the foot of every printed page; it holds
 /// nothing but letters, digits, `-`, `_` and `.`.
 pub(super) fn style(identity: &str) -> String {
+    rules(&foot(identity))
+}
+
+/// Returns the rules of all pages with those of the report, but for the foot.
+pub(super) fn plain() -> String {
+    rules("") + REPORT
+}
+
+fn rules(foot: &str) -> String {
     let light = style::variables(false);
     let dark = style::variables(true);
     let plots = style::RULES;
-    let foot = foot(identity);
     format!(
         ":root{{color-scheme:light dark;{light}}}\n\
          @media screen and (prefers-color-scheme:dark){{:root{{{dark}}}}}\n\

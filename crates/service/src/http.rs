@@ -71,7 +71,6 @@ const INTERFACE: &[(&str, &str, Option<Scope>)] = &[
     ("POST", "/v1/verdicts", Some(Scope::Submit)),
     ("POST", "/v1/what-if", Some(Scope::Submit)),
     ("GET", "/v1/verdicts/{report_id}", Some(Scope::Read)),
-    ("GET", "/v1/verdicts/{report_id}/series", Some(Scope::Read)),
     ("GET", "/v1/verdicts/{report_id}/{file}", Some(Scope::Read)),
     ("GET", "/v1/jobs/{id}", Some(Scope::Read)),
     ("GET", "/v1/jobs/{id}/events", Some(Scope::Read)),
@@ -112,7 +111,6 @@ fn interface() -> OpenApiRouter<App> {
         .routes(routes!(verdicts::list, verdicts::submit))
         .routes(routes!(verdicts::what_if))
         .routes(routes!(verdicts::get))
-        .routes(routes!(verdicts::series))
         .routes(routes!(verdicts::file))
         .routes(routes!(jobs::get))
         .routes(routes!(jobs::events))

@@ -31,17 +31,26 @@ pub(super) fn head(document: &Document, identity: &str) -> Markup {
 pub(super) fn verdict(document: &Document) -> Markup {
     html! {
         section #verdict .card.(document.verdict.name()) {
-            div.answer {
-                (icon(document.verdict))
-                div { strong { (words::answer(document.verdict)) } span { (line(&headline::headline(document))) } }
-            }
-            // Figures of a recording that carries no answer would be taken for one.
+            (answer(document))
             @if document.verdict == Answer::Unusable {
                 @if let Some(text) = words::before_fault(document) { p { (line(text)) } }
             } @else {
-                @if document.polarities.len() > 1 { (directions(document)) } @else { (key_figures(document)) }
                 (rests_on(document))
             }
+        }
+    }
+}
+
+/// Returns the word, what it means, and the figures it rests on.
+pub(super) fn answer(document: &Document) -> Markup {
+    html! {
+        div.answer {
+            (icon(document.verdict))
+            div { strong { (words::answer(document.verdict)) } span { (line(&headline::headline(document))) } }
+        }
+        // Figures of a recording that carries no answer would be taken for one.
+        @if document.verdict != Answer::Unusable {
+            @if document.polarities.len() > 1 { (directions(document)) } @else { (key_figures(document)) }
         }
     }
 }

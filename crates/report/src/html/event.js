@@ -1,6 +1,6 @@
 // Lets the first plot be read off, zoomed and moved. The page is complete without it. No sign that
 // markup would take for its own stands here.
-(function () {
+(async function () {
   "use strict";
   const figure = document.getElementById("event");
   const block = document.getElementById("event-data");
@@ -10,7 +10,6 @@
   const svg = figure.querySelector("svg");
   const drawn = svg.querySelector(".drawn");
   const data = JSON.parse(block.textContent);
-  const csv = table.textContent;
   const bar = document.createElement("div");
   bar.className = "live";
   figure.insertBefore(bar, svg.nextSibling);
@@ -22,6 +21,9 @@
     a.textContent = "Download series";
     bar.append(a);
   }
+  // A page that is served fetches its samples; in others they are text.
+  const from = table.dataset.from;
+  const csv = from ? await (await fetch(from)).text() : table.textContent;
   if (csv.length === 0) {
     // Too long for the page: it stands beside it.
     link("series.csv");
@@ -320,7 +322,7 @@
     element(sample, "line", { class: curve.class, x1: 0, y1: 2, x2: 26, y2: 2 });
     toggle.prepend(sample);
   }));
-  link(URL.createObjectURL(new Blob([csv], { type: "text/csv" })));
+  link(from || URL.createObjectURL(new Blob([csv], { type: "text/csv" })));
   const readout = document.createElement("output");
   readout.setAttribute("aria-live", "off");
   bar.append(readout);
@@ -410,5 +412,23 @@
     }
     point();
   });
-  draw();
+
+  // The address keeps what is seen and both cursors, so that it can be handed on.
+  function keep() {
+    const seen = new URLSearchParams();
+    seen.set("t", view.map((at) => Number(at.toFixed(7))).join(".."));
+    if (second !== null) seen.set("a", Number(time[second].toFixed(7)));
+    if (cursor !== null) seen.set("b", Number(time[cursor].toFixed(7)));
+    history.replaceState(null, "", "#" + seen);
+  }
+  function recall() {
+    const seen = new URLSearchParams(location.hash.slice(1));
+    const at = (name) => seen.has(name) ? Number(seen.get(name)) : NaN;
+    const [start, end] = (seen.get("t") || "").split("..").map(Number);
+    second = isFinite(at("a")) ? nearest(at("a")) : null;
+    cursor = isFinite(at("b")) ? nearest(at("b")) : second;
+    if (end > start) show(start, end); else draw();
+  }
+  ["click", "dblclick", "pointerup", "keyup"].forEach((kind) => figure.addEventListener(kind, keep));
+  recall();
 })();

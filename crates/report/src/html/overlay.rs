@@ -2,35 +2,45 @@
 
 use super::markup::figure;
 use super::{SCRIPT, SERIES_BYTES, block};
+use crate::differences::{DifferingValue, short_value};
 use crate::escape::terminal as line;
 use crate::page::PageFrame;
 use crate::plot::overlay;
-use crate::series::SeriesTable;
 use crate::{Document, comparison, headline, sheet, words};
+use latchgate_verdict::SampledSeries;
 use maud::{Markup, html};
 
-/// A value that differs: the part it belongs to, its key, and what it is in each verdict.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DifferenceRow {
-    /// As in "settings".
-    pub part: String,
-    /// As in `request.filter`.
-    pub key: String,
-    /// In words.
-    pub values: Vec<String>,
-}
+/// Letters of a value in a cell.
+const CELL: usize = 400;
 
 /// Returns the page as one self-contained HTML document.
 pub(crate) fn page(
     documents: &[&Document],
-    tables: Option<&[SeriesTable]>,
-    differences: &[DifferenceRow],
+    tables: Option<&[SampledSeries]>,
+    differences: &[DifferingValue],
 ) -> String {
     let names: Vec<String> = documents
         .iter()
         .map(|document| words::report_name(document))
         .collect();
     let style = format!("{}{}", sheet::REPORT, overlay::RULES);
+    let frame = PageFrame {
+        title: "Verdicts compared · latchgate",
+        identity: &names.join(" "),
+        style: &style,
+        script: SCRIPT,
+    };
+    let body = html! { main { (compared(documents, tables, differences)) } };
+    frame.head() + &body.into_string() + &frame.tail()
+}
+
+/// Returns what differs between verdicts with their curves, for a page that holds [`super::style`] and loads
+/// [`SCRIPT`].
+pub fn compared(
+    documents: &[&Document],
+    tables: Option<&[SampledSeries]>,
+    differences: &[DifferingValue],
+) -> Markup {
     let series = tables.and_then(overlay::CommonSeries::of);
     let drawn = series.map(|series| {
         let view = overlay::view(&series, documents);
@@ -38,44 +48,34 @@ pub(crate) fn page(
         let table = Some(series.csv()).filter(|table| table.len() <= SERIES_BYTES);
         (figure, data, table)
     });
-    let live = drawn.as_ref().is_some_and(|(_, _, table)| table.is_some());
-    let frame = PageFrame {
-        title: "Verdicts compared · latchgate",
-        identity: &names.join(" "),
-        style: &style,
-        script: if live { SCRIPT } else { "" },
-    };
-    let body = html! {
-        main {
-            header {
-                div {
-                    p { "Verdicts compared" }
-                    h1 { (line(&comparison::sentence(documents))) }
-                }
+    html! {
+        header {
+            div {
+                p { "Verdicts compared" }
+                h1 { (line(&comparison::sentence(documents))) }
             }
-            div.pair { @for (place, document) in documents.iter().enumerate() { (card(document, comparison::letter(place))) } }
-            (rows(documents))
-            @if let Some((overlay, _, _)) = &drawn {
-                (figure(overlay))
-            } @else {
-                p {
-                    "There are no curves: the table of series beside one of the verdicts is missing, or the "
-                    "records have no instant in common."
-                }
+        }
+        div.pair { @for (place, document) in documents.iter().enumerate() { (card(document, comparison::letter(place))) } }
+        (rows(documents))
+        @if let Some((overlay, _, _)) = &drawn {
+            (figure(overlay))
+        } @else {
+            p {
+                "There are no curves: the table of series beside one of the verdicts is missing, or the "
+                "records have no instant in common."
             }
-            section #differences {
-                details {
-                    summary { "Every key that differs" }
-                    @if differences.is_empty() { p { "None." } } @else { (table(differences, documents.len())) }
-                }
+        }
+        section #differences {
+            details {
+                summary { "Every key that differs" }
+                @if differences.is_empty() { p { "None." } } @else { (table(differences, documents.len())) }
             }
         }
         @if let Some((_, data, Some(table))) = &drawn {
             (block("event-data", "application/json", &data.to_string()))
             (block("series", "text/csv", table))
         }
-    };
-    frame.head() + &body.into_string() + &frame.tail()
+    }
 }
 
 /// Returns the answers of each, and the inputs that differ.
@@ -118,7 +118,7 @@ fn card(document: &Document, letter: char) -> Markup {
 }
 
 /// Returns what differs, each part named in its first row alone.
-fn table(differences: &[DifferenceRow], verdicts: usize) -> Markup {
+fn table(differences: &[DifferingValue], verdicts: usize) -> Markup {
     html! {
         table.differences {
             (heads_of("part|key", verdicts))
@@ -128,7 +128,7 @@ fn table(differences: &[DifferenceRow], verdicts: usize) -> Markup {
                         tr {
                             td { @if index == 0 { (line(&row.part)) } }
                             td { code { (line(&row.key)) } }
-                            @for value in &row.values { td { (line(value)) } }
+                            @for value in &row.values { td { (line(&short_value(value, CELL))) } }
                         }
                     }
                 }

@@ -4,6 +4,7 @@ use super::PlotContext;
 use super::chart::{At, Chart, Panel};
 use super::frame::{self, LegendEntry, Sample, Scale};
 use crate::words::{DIGITS, instant};
+use latchgate_document::Document;
 use latchgate_document::number::significant;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::Severity;
@@ -64,7 +65,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         panels: vec![panel],
         caption: format!(
             "As recorded (grey) and as the lever feels it (black): {}.{peak}",
-            used_text(context)
+            used_text(context.document)
         ),
         description: format!(
             "Acceleration in g and m/s² over time, as recorded and as used, from {} to {}.{peak}",
@@ -78,7 +79,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
 fn legend(context: &PlotContext, has_bias: bool, has_faults: bool) -> Vec<LegendEntry> {
     let mut entries = vec![
         LegendEntry::line("raw", "as recorded"),
-        LegendEntry::line("used", used_text(context)),
+        LegendEntry::line("used", used_text(context.document)),
     ];
     if has_bias {
         entries.push(LegendEntry::new(Sample::Patch("band"), "bias window"));
@@ -115,8 +116,8 @@ fn faults<'a>(context: &PlotContext<'a>) -> Vec<(f64, &'a str)> {
         .collect()
 }
 
-pub(super) fn used_text(context: &PlotContext) -> String {
-    let Some(block) = &context.document.conditioning else {
+pub(super) fn used_text(document: &Document) -> String {
+    let Some(block) = &document.conditioning else {
         return "as used".into();
     };
     let bias = if block.bias_window_s.is_some() {

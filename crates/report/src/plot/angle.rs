@@ -4,6 +4,7 @@ use super::PlotContext;
 use super::chart::{At, Chart, Panel, Shape};
 use super::frame::{LegendEntry, Sample, Scale};
 use crate::{opening, words};
+use latchgate_document::Document;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_verdict::{Answer, Trace};
@@ -69,7 +70,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
             vec![main, marks(context, zoom, is_in_zoom)]
         }
     };
-    let result = result_sentence(context);
+    let result = result_sentence(document);
     let limit = words::limit(document.threshold_rad);
     Some(Chart {
         name: NAME,
@@ -145,20 +146,20 @@ pub(super) fn legend(traces: &[&Trace], nominal: bool) -> Vec<LegendEntry> {
         .collect()
 }
 
-pub(super) fn result_sentence(context: &PlotContext) -> String {
-    if context.document.verdict == Answer::Unusable {
+pub(super) fn result_sentence(document: &Document) -> String {
+    if document.verdict == Answer::Unusable {
         return "The recording is unusable: the curves rest on faulty samples.".into();
     }
-    let Some(run) = &context.document.nominal else {
+    let Some(run) = &document.nominal else {
         return "There is no nominal run.".into();
     };
-    let crossing = opening::of_run(context.document, run);
+    let crossing = opening::of_run(document, run);
     let crossing = crossing.unwrap_or_else(|| "it stays below the limit angle".into());
     format!(
         "The nominal lever ({}, {}): {}; {crossing}.",
         words::stop(run.model),
         words::opens(run.opens_when),
-        words::peak(context.document, run),
+        words::peak(document, run),
     )
 }
 

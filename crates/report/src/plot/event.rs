@@ -5,13 +5,13 @@
 
 use super::canvas::{Anchor, Canvas};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
-use super::{Figure, PlotContext, WIDTH, acceleration, angle};
+use super::{Figure, WIDTH, acceleration, angle, origin, time_unit};
 use crate::{opening, words};
 use latchgate_document::Document;
 use latchgate_document::number::exact;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::Severity;
-use latchgate_verdict::{Answer, SeriesRun};
+use latchgate_verdict::{Answer, SampledSeries, SeriesRun};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_PI_2;
 
@@ -114,27 +114,25 @@ pub(super) struct EventDrawing<'a> {
 }
 
 /// Draws the figure, and returns with it what a script needs to draw it anew.
-pub(super) fn draw(context: &PlotContext) -> Option<(Figure, Value)> {
-    let series = &context.evidence.series;
+pub(crate) fn draw(document: &Document, series: &SampledSeries) -> Option<(Figure, Value)> {
+    let (first, last) = (*series.time_s.first()?, *series.time_s.last()?);
     if series.time_s.len() < 2 {
         return None;
     }
-    let view = view(context);
+    let view = view(document, series);
+    let limit = document.threshold_rad;
     let drawing = EventDrawing {
         title: "Acceleration, velocity and angle of the lever",
         time_s: &series.time_s,
         view,
-        panels: panels(context, view),
-        limit: (
-            context.document.threshold_rad,
-            limit_name(context.document.threshold_rad),
-        ),
-        marks: marks(context, view),
-        time_unit: (context.time_scale, context.time_unit),
-        origin: &context.origin,
+        panels: panels(document, series, view),
+        limit: (limit, limit_name(limit)),
+        marks: marks(document, series, view),
+        time_unit: time_unit((first, last)),
+        origin: &origin(document),
     };
-    let sentence = angle::result_sentence(context);
-    let caption = caption(context, &drawing.panels);
+    let sentence = angle::result_sentence(document);
+    let caption = caption(document, &drawing.panels);
     let description = format!(
         "Acceleration, its integral and the angle of the lever over time, from {} to {}. {sentence}",
         words::instant(view.0),
@@ -307,10 +305,9 @@ impl EventDrawing<'_> {
     }
 }
 
-fn caption(context: &PlotContext, panels: &[EventPanel<'_>]) -> String {
+fn caption(document: &Document, panels: &[EventPanel<'_>]) -> String {
     let cut = panels.last().is_some_and(|panel| {
-        context
-            .document
+        document
             .nominal
             .iter()
             .any(|run| run.peak_angle_rad > panel.range.1)
@@ -333,12 +330,13 @@ fn width(text: &str) -> f64 {
     text.chars().count() as f64 * (frame::LETTER - 1.2)
 }
 
-fn marks(context: &PlotContext, view: (f64, f64)) -> Vec<EventMark> {
-    let document = context.document;
+fn marks(document: &Document, series: &SampledSeries, view: (f64, f64)) -> Vec<EventMark> {
     let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
     match &document.nominal {
         // What faulty samples come to is no event.
-        _ if document.verdict == Answer::Unusable => marks.extend(bad_span(context)),
+        _ if document.verdict == Answer::Unusable => {
+            marks.extend(bad_span(document, &series.time_s))
+        }
         Some(run) => {
             marks.extend(EventMark::opening(document, ""));
             let has_figure = words::has_figure(document, run);
@@ -354,13 +352,12 @@ fn marks(context: &PlotContext, view: (f64, f64)) -> Vec<EventMark> {
 }
 
 /// Marks the samples from the first that a blocking finding declares bad; all, where it names none.
-fn bad_span(context: &PlotContext) -> Option<EventMark> {
-    let findings = context.document.findings.iter();
+fn bad_span(document: &Document, time_s: &[f64]) -> Option<EventMark> {
+    let findings = document.findings.iter();
     let blocking = findings.filter(|finding| finding.severity == Severity::Blocking);
     let from = blocking
         .map(|finding| finding.at_s.unwrap_or(f64::NEG_INFINITY))
         .reduce(f64::min)?;
-    let time_s = &context.evidence.series.time_s;
     let (first, last) = (time_s[0], time_s[time_s.len() - 1]);
     let text = if from > first {
         format!("not usable from {}", words::instant(from))
@@ -375,16 +372,14 @@ fn bad_span(context: &PlotContext) -> Option<EventMark> {
 }
 
 /// Returns the first sample at which the nominal lever is past 90° [s]; the first trajectory is its.
-fn past_a_right_angle(context: &PlotContext) -> Option<f64> {
-    let series = &context.evidence.series;
+fn past_a_right_angle(series: &SampledSeries) -> Option<f64> {
     let run = series.runs.first()?;
     let past = run.angle_rad.iter().position(|angle| *angle > FRAC_PI_2)?;
     Some(series.time_s[past])
 }
 
 /// Returns the stretch of time in which acceleration or lever are at work, with some room [s].
-fn view(context: &PlotContext) -> (f64, f64) {
-    let series = &context.evidence.series;
+fn view(document: &Document, series: &SampledSeries) -> (f64, f64) {
     let (first, last) = (series.time_s[0], series.time_s[series.time_s.len() - 1]);
     let magnitude = |value: &f64| if value.is_finite() { value.abs() } else { 0.0 };
     let largest = series.used_m_s2.iter().map(magnitude).fold(0.0, f64::max);
@@ -399,16 +394,16 @@ fn view(context: &PlotContext) -> (f64, f64) {
             include(*time);
         }
     }
-    if let Some(run) = &context.document.nominal {
+    if let Some(run) = &document.nominal {
         if run.peak_angle_rad > FRAC_PI_2 {
-            past_a_right_angle(context)
+            past_a_right_angle(series)
                 .into_iter()
                 .for_each(&mut include);
         } else if run.peak_angle_rad > 0.0 {
             include(run.peak_time_s);
         }
     }
-    if let Some(opens) = &context.document.opens {
+    if let Some(opens) = &document.opens {
         let instants = [opens.first_s, opens.p05_s, opens.p95_s];
         instants.into_iter().flatten().for_each(&mut include);
     }
@@ -425,8 +420,11 @@ fn view(context: &PlotContext) -> (f64, f64) {
     )
 }
 
-fn panels<'a>(context: &PlotContext<'a>, view: (f64, f64)) -> [EventPanel<'a>; 3] {
-    let series = &context.evidence.series;
+fn panels<'a>(
+    document: &Document,
+    series: &'a SampledSeries,
+    view: (f64, f64),
+) -> [EventPanel<'a>; 3] {
     let acceleration = vec![
         EventCurve {
             class: "raw",
@@ -437,7 +435,7 @@ fn panels<'a>(context: &PlotContext<'a>, view: (f64, f64)) -> [EventPanel<'a>; 3
         },
         EventCurve {
             class: "used",
-            name: acceleration::used_text(context),
+            name: acceleration::used_text(document),
             read: "used".into(),
             column: 2,
             values: &series.used_m_s2,
@@ -457,20 +455,20 @@ fn panels<'a>(context: &PlotContext<'a>, view: (f64, f64)) -> [EventPanel<'a>; 3
     let angles = angles
         .map(|((run, class), column)| EventCurve {
             class,
-            name: run_name(context, run),
-            read: run_name(context, run),
+            name: run_name(document, run),
+            read: run_name(document, run),
             column,
             values: &run.angle_rad,
         })
         .collect();
-    let side = match &context.document.nominal {
-        Some(run) if context.document.polarities.len() < 2 => match run.opens_when {
+    let side = match &document.nominal {
+        Some(run) if document.polarities.len() < 2 => match run.opens_when {
             latchgate_kernel::units::OpensWhen::Negative => ", − opens",
             latchgate_kernel::units::OpensWhen::Positive => ", + opens",
         },
         _ => "",
     };
-    let limit = context.document.threshold_rad;
+    let limit = document.threshold_rad;
     let shown = (&*series.time_s, view);
     let in_g = 1.0 / STANDARD_GRAVITY;
     [
@@ -512,8 +510,8 @@ impl<'a> EventPanel<'a> {
     }
 }
 
-fn run_name(context: &PlotContext, run: &SeriesRun) -> String {
-    if context.document.polarities.len() > 1 {
+fn run_name(document: &Document, run: &SeriesRun) -> String {
+    if document.polarities.len() > 1 {
         format!(
             "{}, {}",
             words::stop(run.model),

@@ -1,12 +1,12 @@
 //! Verdicts over one time axis, aligned at first contact.
 
-use super::Figure;
 use super::event::{EventCurve, EventDrawing, EventMark, EventPanel, limit_name};
+use super::{Figure, time_unit};
 use crate::comparison::{VERDICTS_MAX, letter};
-use crate::series::SeriesTable;
 use crate::words;
 use latchgate_document::Document;
 use latchgate_kernel::units::STANDARD_GRAVITY;
+use latchgate_verdict::SampledSeries;
 use serde_json::Value;
 
 /// Rules of this drawing beyond those of all plots: neither of two verdicts has the colour of a stop.
@@ -35,9 +35,10 @@ pub(crate) struct CommonSeries {
 impl CommonSeries {
     /// Brings series to the instants of any, where all have samples; between samples they are linear.
     /// `None` where they have nothing in common.
-    pub(crate) fn of(tables: &[SeriesTable]) -> Option<Self> {
+    pub(crate) fn of(tables: &[SampledSeries]) -> Option<Self> {
         let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
         for table in tables {
+            table.runs.first()?;
             (from, to) = (
                 from.max(*table.time_s.first()?),
                 to.min(*table.time_s.last()?),
@@ -53,7 +54,7 @@ impl CommonSeries {
         if time_s.len() < 2 {
             return None;
         }
-        let each = |values: fn(&SeriesTable) -> &[f64]| {
+        let each = |values: fn(&SampledSeries) -> &[f64]| {
             let each = tables.iter();
             each.map(|table| brought(&time_s, &table.time_s, values(table)))
                 .collect()
@@ -61,7 +62,7 @@ impl CommonSeries {
         Some(Self {
             used_m_s2: each(|table| &table.used_m_s2),
             velocity_m_s: each(|table| &table.velocity_m_s),
-            angle_rad: each(|table| &table.angle_rad),
+            angle_rad: each(|table| &table.runs[0].angle_rad),
             time_s,
         })
     }
@@ -116,7 +117,6 @@ pub(crate) fn draw(
     let in_g = 1.0 / STANDARD_GRAVITY;
     let limits = documents.iter().map(|document| document.threshold_rad);
     let limit = limits.clone().fold(0.0, f64::max);
-    let long = view.1 - view.0 > 2.0;
     let names: Vec<String> = documents
         .iter()
         .map(|document| words::report_name(document))
@@ -151,7 +151,7 @@ pub(crate) fn draw(
         ],
         limit: (limit, limit_name(limit)),
         marks: marks(documents, view),
-        time_unit: if long { (1.0, "s") } else { (1e3, "ms") },
+        time_unit: time_unit(view),
         origin: &format!("reports {}", names.join(", ")),
     };
     let apart = limits.clone().any(|own| (own - limit).abs() > 0.0);

@@ -69,7 +69,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         description: format!(
             "Band between the 5 % and 95 % quantile of the angle of {members} varied levers \
              over time ({which}), with their median and the nominal run. {}",
-            result_sentence(context)
+            result_sentence(context.document)
         ),
         ..context.chart()
     })

@@ -1,8 +1,8 @@
-//! The pages: made here as HTML, with one script of our own and one library for plots.
+//! The pages: made here as HTML, with a script of their own, and the report's for curves with cursors.
 //!
 //! - `recording`: what a recording holds, and the form that asks for a verdict;
-//! - `verdict`: a verdict with its plots, cursors and what-if;
-//! - `compare`: runs side by side;
+//! - `verdict`: a verdict as its report shows it, and what-if;
+//! - `compare`: verdicts side by side;
 //! - `gates`: gates with their matrix;
 //! - `designs`: designs by version;
 //! - `history`: the margin of a recording over designs;
@@ -27,41 +27,27 @@ use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
+use latchgate::report;
 use maud::{DOCTYPE, Markup, html};
+use std::borrow::Cow;
 
-/// Files that pages load: name, media type, bytes.
-const ASSETS: &[(&str, &str, &str)] = &[
-    (
-        "app.js",
-        "text/javascript; charset=utf-8",
-        include_str!("../../assets/app.js"),
-    ),
-    (
-        "app.css",
-        "text/css; charset=utf-8",
-        include_str!("../../assets/app.css"),
-    ),
-    (
-        "uplot-1.6.32.js",
-        "text/javascript; charset=utf-8",
-        include_str!("../../assets/uplot-1.6.32.js"),
-    ),
-    (
-        "uplot-1.6.32.css",
-        "text/css; charset=utf-8",
-        include_str!("../../assets/uplot-1.6.32.css"),
-    ),
-    (
-        "icon.svg",
-        "image/svg+xml",
-        include_str!("../../assets/icon.svg"),
-    ),
-    (
-        "uplot-LICENSE.txt",
-        "text/plain; charset=utf-8",
-        include_str!("../../assets/uplot-LICENSE.txt"),
-    ),
-];
+/// Returns a file that pages load: its media type and its text.
+fn asset_of(name: &str) -> Option<(&'static str, Cow<'static, str>)> {
+    let script = "text/javascript; charset=utf-8";
+    let style = "text/css; charset=utf-8";
+    Some(match name {
+        "app.js" => (script, include_str!("../../assets/app.js").into()),
+        "app.css" => (style, include_str!("../../assets/app.css").into()),
+        // What the pages have from the report.
+        "event.js" => (script, report::html::SCRIPT.into()),
+        "report.css" => (style, report::html::style().into()),
+        "icon.svg" => (
+            "image/svg+xml",
+            include_str!("../../assets/icon.svg").into(),
+        ),
+        _ => return None,
+    })
+}
 
 /// Returns the routes of the pages.
 pub(super) fn routes() -> Router<App> {
@@ -98,10 +84,9 @@ fn whole(title: &str, body: &Markup) -> Markup {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 title { (title) " · latchgate" }
-                link rel="stylesheet" href="/assets/uplot-1.6.32.css";
+                link rel="stylesheet" href="/assets/report.css";
                 link rel="stylesheet" href="/assets/app.css";
                 link rel="icon" href="/assets/icon.svg";
-                script src="/assets/uplot-1.6.32.js" defer {}
                 script src="/assets/app.js" type="module" {}
             }
             body {
@@ -170,7 +155,7 @@ fn table(verdicts: &[VerdictEntry]) -> Markup {
                     thead { tr {
                         th scope="col" { "Compare" } th scope="col" { "Verdict" } th scope="col" { "Recording" }
                         th scope="col" { "Channel" } th scope="col" { "Design" } th scope="col" { "Peak" }
-                        th scope="col" { "Limit" } th scope="col" { "Ensemble" }
+                        th scope="col" { "Limit" } th scope="col" { "Varied levers" }
                     } }
                     tbody { @for entry in verdicts { (row(entry)) } }
                 }
@@ -193,20 +178,19 @@ fn row(entry: &VerdictEntry) -> Markup {
             td { (design) }
             td.number { (show::angle(summary.peak_angle_rad)) }
             td.number { (show::angle(Some(summary.threshold_rad))) }
-            td { @if summary.members == 0 { "nominal run alone" } @else { (show::count(usize::try_from(summary.members).unwrap_or(0), "lever")) } }
+            td { @if summary.members == 0 { "none" } @else { (summary.members) } }
         }
     }
 }
 
 async fn asset(Placed(name): Placed<String>) -> Response {
-    let found = ASSETS.iter().find(|(known, ..)| *known == name);
-    match found {
-        Some((_, kind, text)) => {
+    match asset_of(&name) {
+        Some((kind, text)) => {
             let headers = [
-                (header::CONTENT_TYPE, *kind),
+                (header::CONTENT_TYPE, kind),
                 (header::CACHE_CONTROL, "private, max-age=600"),
             ];
-            (headers, *text).into_response()
+            (headers, text.into_owned()).into_response()
         }
         None => Problem::not_found("such file").into_response(),
     }

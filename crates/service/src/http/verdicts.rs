@@ -7,12 +7,13 @@ use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, How, Order, request_of};
 use crate::problem::{Placed, Problem, Queried, bounded};
-use crate::store::{Job, JobState, Manifest, Question, ResultFilter, StoredResult, Summary};
+use crate::store::{Job, JobState, Question, ResultFilter, StoredResult, Summary};
 use axum::Json;
 use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use latchgate::report::{SERIES_FILE, VERDICT_FILE};
+use latchgate::pipeline::Document;
+use latchgate::report::{self, VERDICT_FILE};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -164,13 +165,15 @@ async fn answered(app: &App, report_id: &str) -> Result<Response, Problem> {
 #[utoipa::path(
     post, path = "/v1/what-if", request_body = Asking,
     responses(
-        (status = 200, description = "The document of the nominal runs alone", body = Object),
+        (status = 200, description = "The document of the nominal runs alone; its card, where HTML is asked for", content(
+            (Object = "application/json"), (String = "text/html"))),
     )
 )]
 pub(super) async fn what_if(
     State(app): State<App>,
+    headers: HeaderMap,
     asking: Result<Json<Asking>, axum::extract::rejection::JsonRejection>,
-) -> Result<Json<Value>, Problem> {
+) -> Result<Response, Problem> {
     let Json(asking) =
         asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
     let question = question(&app, asking).await?;
@@ -186,7 +189,15 @@ pub(super) async fn what_if(
         design: question.design,
     };
     match app.crew.ask(order, Some(stored.manifest)).await?.answer {
-        Answer::WhatIf { document } => Ok(Json(document)),
+        Answer::WhatIf { document } => {
+            let accepted = headers.get(header::ACCEPT);
+            if accepted.is_some_and(|kind| kind == "text/html") {
+                let document: Document =
+                    serde_json::from_value(document).map_err(|_| Problem::not_found("answer"))?;
+                return Ok(report::html::answer(&document).into_response());
+            }
+            Ok(Json(document).into_response())
+        }
         Answer::Problem { problem } => Err(jobs::problem_of(problem)),
         _ => Err(Problem::not_found("answer")),
     }
@@ -229,14 +240,10 @@ async fn sent(
     files::send_of_report(app, &result, name, download).await
 }
 
-/// Which part of a file is wanted.
+/// How a file is wanted.
 #[derive(Debug, Clone, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 pub(super) struct FileWanted {
-    /// Of `series.csv`: from this instant [s].
-    t0: Option<f64>,
-    /// Of `series.csv`: to this instant [s].
-    t1: Option<f64>,
     /// `true` for an attachment.
     download: Option<bool>,
 }
@@ -262,19 +269,6 @@ pub(super) async fn file(
     Queried(wanted): Queried<FileWanted>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    if name == SERIES_FILE && (wanted.t0.is_some() || wanted.t1.is_some()) {
-        let result = result(&app, &report_id).await?;
-        let range = (wanted.t0, wanted.t1);
-        let (_, files) = series_of(&app, &result, range, None).await?;
-        let file = files.first();
-        let file = file.ok_or_else(|| Problem::not_found("series of this verdict"))?;
-        let mut response = files::send(&app, file).await?;
-        let name = files::attachment(&result, "series-part.csv");
-        response
-            .headers_mut()
-            .insert(header::CONTENT_DISPOSITION, name);
-        return Ok(response);
-    }
     sent(
         &app,
         &report_id,
@@ -283,80 +277,6 @@ pub(super) async fn file(
         &headers,
     )
     .await
-}
-
-/// Has a child look into the series of a report.
-async fn series_of(
-    app: &App,
-    result: &StoredResult,
-    (from_s, to_s): (Option<f64>, Option<f64>),
-    pixels: Option<usize>,
-) -> Result<(Answer, Vec<crate::store::StoredFile>), Problem> {
-    let file = result.files.get(SERIES_FILE).cloned();
-    let file =
-        file.ok_or_else(|| Problem::not_found("series of this verdict: nothing was replayed"))?;
-    let order = Order::Series {
-        table: format!("series-{}", file.sha256),
-        from_s,
-        to_s,
-        pixels,
-    };
-    let manifest = Manifest {
-        name: file.name.clone(),
-        files: vec![file],
-        card: None,
-    };
-    let delivered = app.crew.ask(order, Some(manifest)).await?;
-    Ok((delivered.answer, delivered.files))
-}
-
-/// Which part of a series is wanted.
-#[derive(Debug, Clone, Deserialize, IntoParams)]
-#[into_params(parameter_in = Query)]
-pub(super) struct Range {
-    /// From this instant [s].
-    t0: Option<f64>,
-    /// To this instant [s].
-    t1: Option<f64>,
-    /// Pieces, of each of which the least and the largest value are shown; 2 to 8192.
-    #[param(minimum = 2, maximum = 8192)]
-    px: Option<u32>,
-}
-
-/// A series, thinned to what a plot can show.
-#[derive(Debug, Clone, Serialize, Deserialize, ToSchema)]
-pub(super) struct Series {
-    /// Rows in the range.
-    rows: u64,
-    /// Whether each pair of values is the least and the largest of its piece.
-    thinned: bool,
-    /// Values by column: `time_s`, accelerations, velocity, angles.
-    #[schema(value_type = Object)]
-    columns: Value,
-}
-
-/// Sends signal and trajectories of a verdict, thinned to what a plot can show.
-#[utoipa::path(
-    get, path = "/v1/verdicts/{report_id}/series",
-    params(("report_id" = String, Path, description = "The report's identity"), Range),
-    responses(
-        (status = 200, description = "The series", body = Series),
-    )
-)]
-pub(super) async fn series(
-    State(app): State<App>,
-    Placed(report_id): Placed<String>,
-    Queried(range): Queried<Range>,
-) -> Result<Json<Series>, Problem> {
-    let result = result(&app, &report_id).await?;
-    let pixels = bounded("px", range.px, 1000, (2, 8192))? as usize;
-    let within = (range.t0, range.t1);
-    let (answer, _) = series_of(&app, &result, within, Some(pixels)).await?;
-    let Answer::Series { series } = answer else {
-        return Err(Problem::not_found("series of this verdict"));
-    };
-    let odd = |error: serde_json::Error| Problem::not_found(&format!("series ({error})"));
-    Ok(Json(serde_json::from_value(series).map_err(odd)?))
 }
 
 /// Which verdicts are wanted.

@@ -19,9 +19,6 @@ const PREVIEW_LINES: usize = 24;
 /// Letters of such a line.
 const PREVIEW_LETTERS: usize = 200;
 
-/// Points of a plot at most.
-const PIXELS: usize = 8192;
-
 /// Files that go with an answer, names with bytes.
 pub(super) type Files = Vec<(String, Vec<u8>)>;
 
@@ -29,7 +26,6 @@ pub(super) type Files = Vec<(String, Vec<u8>)>;
 #[derive(Debug, Default)]
 pub(super) struct Desk {
     prepared: Vec<(String, Prepared)>,
-    tables: Vec<(String, Table)>,
 }
 
 impl Desk {
@@ -37,7 +33,6 @@ impl Desk {
     pub(super) fn keep_only(&mut self, held: &[String]) {
         self.prepared
             .retain(|(key, _)| held.iter().any(|id| key.starts_with(id.as_str())));
-        self.tables.retain(|(key, _)| held.contains(key));
     }
 
     /// Answers an order about `source`, whose text `head` begins with.
@@ -56,12 +51,6 @@ impl Desk {
                 request,
                 design,
             } => self.question(*how, recording, source, (request, design), control),
-            Order::Series {
-                table,
-                from_s,
-                to_s,
-                pixels,
-            } => Ok(self.series(table, head, (*from_s, *to_s), *pixels)),
             Order::Try { trial } => Ok((super::trials::attempt(*trial), Files::new())),
         };
         answered.unwrap_or_else(|problem| {
@@ -142,35 +131,6 @@ impl Desk {
         }
         self.prepared.push((key, prepared));
         Ok(&self.prepared.last().expect("one was put there").1)
-    }
-
-    fn series(
-        &mut self,
-        table: &str,
-        text: &[u8],
-        range: (Option<f64>, Option<f64>),
-        pixels: Option<usize>,
-    ) -> (Answer, Files) {
-        if let Some(at) = self.tables.iter().position(|(key, _)| key == table) {
-            let known = self.tables.remove(at);
-            self.tables.push(known);
-        } else {
-            if self.tables.len() >= PREPARED {
-                self.tables.remove(0);
-            }
-            self.tables.push((table.into(), Table::read(text)));
-        }
-        let (_, known) = self.tables.last().expect("one was put there");
-        match pixels {
-            Some(pixels) => {
-                let series = known.thinned(range, pixels.clamp(2, PIXELS));
-                (Answer::Series { series }, Files::new())
-            }
-            None => {
-                let rows = known.rows_as_text(text, range);
-                (Answer::Rows, vec![("series.csv".into(), rows)])
-            }
-        }
     }
 }
 
@@ -283,7 +243,13 @@ fn changes(design: &Design) -> String {
         }
     }
     let words = report::full_design(&told);
-    words[design.name.len()..].to_string()
+    match words.strip_prefix(&design.name) {
+        Some(rest) => rest.to_string(),
+        // The paper's lever has a name of its own in words.
+        None => words
+            .find(", modified: ")
+            .map_or_else(String::new, |at| words[at..].to_string()),
+    }
 }
 
 /// Hashes a document without what may differ between two runs.
@@ -346,105 +312,4 @@ fn preview(head: &[u8]) -> Vec<String> {
     lines
         .map(|line| line.chars().take(PREVIEW_LETTERS).collect())
         .collect()
-}
-
-/// A table of numbers under a line of names, its first column growing.
-#[derive(Debug, Default)]
-struct Table {
-    names: Vec<String>,
-    columns: Vec<Vec<f64>>,
-    /// Where each row begins in the text, and where the last one ends.
-    starts: Vec<usize>,
-}
-
-impl Table {
-    fn read(text: &[u8]) -> Self {
-        let mut table = Self::default();
-        let mut at = 0;
-        for line in text.split_inclusive(|byte| *byte == b'\n') {
-            let words = String::from_utf8_lossy(line);
-            let cells = words.trim_end().split(',');
-            if table.names.is_empty() {
-                table.names = cells.map(String::from).collect();
-                table.columns = vec![Vec::new(); table.names.len()];
-            } else {
-                table.starts.push(at);
-                let mut cells = cells;
-                for column in &mut table.columns {
-                    let cell = cells.next().and_then(|cell| cell.parse().ok());
-                    column.push(cell.unwrap_or(f64::NAN));
-                }
-            }
-            at += line.len();
-        }
-        table.starts.push(at);
-        table
-    }
-
-    /// Returns the rows of a range of time, from and to.
-    fn rows(&self, (from_s, to_s): (Option<f64>, Option<f64>)) -> std::ops::Range<usize> {
-        let Some(time) = self.columns.first() else {
-            return 0..0;
-        };
-        let first = from_s.map_or(0, |from| time.partition_point(|t| *t < from));
-        let end = to_s.map_or(time.len(), |to| time.partition_point(|t| *t <= to));
-        first..end.max(first)
-    }
-
-    /// Returns the line of names and the rows of a range as they stand.
-    fn rows_as_text(&self, text: &[u8], range: (Option<f64>, Option<f64>)) -> Vec<u8> {
-        let rows = self.rows(range);
-        let head = text.split_inclusive(|byte| *byte == b'\n').next();
-        let mut out = head.unwrap_or_default().to_vec();
-        if let (Some(from), Some(to)) = (self.starts.get(rows.start), self.starts.get(rows.end)) {
-            out.extend_from_slice(&text[*from..*to]);
-        }
-        out
-    }
-
-    /// Returns the columns of a range: as they stand where they fit, else of each of `pixels` pieces
-    /// the least and the largest value of each column, in the order in which they come.
-    fn thinned(&self, range: (Option<f64>, Option<f64>), pixels: usize) -> Value {
-        let rows = self.rows(range);
-        let count = rows.len();
-        let thinned = count > 2 * pixels;
-        let mut columns = Map::new();
-        for (index, (name, values)) in self.names.iter().zip(&self.columns).enumerate() {
-            let values = &values[rows.clone()];
-            let shown: Vec<f64> = if !thinned {
-                values.to_vec()
-            } else if index == 0 {
-                let instants = pieces(count, pixels);
-                instants
-                    .flat_map(|piece| {
-                        [values[piece.start], values[piece.start.midpoint(piece.end)]]
-                    })
-                    .collect()
-            } else {
-                pieces(count, pixels)
-                    .flat_map(|piece| extremes(&values[piece]))
-                    .collect()
-            };
-            columns.insert(name.clone(), json!(shown));
-        }
-        json!({"rows": count, "thinned": thinned, "columns": columns})
-    }
-}
-
-/// Divides `count` rows into `pieces` of nearly equal length.
-fn pieces(count: usize, pieces: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
-    (0..pieces).map(move |piece| piece * count / pieces..(piece + 1) * count / pieces)
-}
-
-fn extremes(values: &[f64]) -> [f64; 2] {
-    let (mut least, mut largest) = (0, 0);
-    for (index, value) in values.iter().enumerate() {
-        if *value < values[least] {
-            least = index;
-        }
-        if *value > values[largest] {
-            largest = index;
-        }
-    }
-    [values[least.min(largest)], values[least.max(largest)]]
 }

@@ -27,17 +27,6 @@ pub enum Order {
         /// The lever.
         design: Value,
     },
-    /// Thin a series for a plot.
-    Series {
-        /// What names the series; its one file is the table.
-        table: String,
-        /// From this instant [s].
-        from_s: Option<f64>,
-        /// To this instant [s].
-        to_s: Option<f64>,
-        /// Points of a line; `None` for the rows as they stand.
-        pixels: Option<usize>,
-    },
     /// Try something that the jail must stop.
     Try {
         /// What.
@@ -50,7 +39,6 @@ impl Order {
     pub fn needs(&self) -> Option<&str> {
         match self {
             Self::Inspect { recording, .. } | Self::Answer { recording, .. } => Some(recording),
-            Self::Series { table, .. } => Some(table),
             Self::Try { .. } => None,
         }
     }
@@ -173,13 +161,6 @@ pub enum Answer {
         /// The document.
         document: Value,
     },
-    /// A series, thinned.
-    Series {
-        /// Columns by name.
-        series: Value,
-    },
-    /// Rows of a series as they stand; the table follows as a file.
-    Rows,
     /// There is no answer.
     Problem {
         /// Why.

@@ -215,55 +215,6 @@ fn cli_lists_come_in_parts() {
 }
 
 #[test]
-fn cli_a_series_is_thinned_or_cut() {
-    let folder = Folder::new();
-    let service = Service::start(&folder, &[]);
-    let client = service.client();
-    let id = client.upload("burst.csv")["id"].clone();
-    let asking = json!({"recording": id, "request": {"members": 0}});
-    let document: Value = serde_json::from_slice(&check_verdict(&client, &asking)).unwrap();
-    let path = format!("/v1/verdicts/{}", document["report_id"].as_str().unwrap());
-    let whole = client
-        .get(&format!("{path}/series?px=100"))
-        .expect(200)
-        .json();
-    assert_eq!(
-        (&whole["rows"], &whole["thinned"]),
-        (&json!(6001), &json!(true))
-    );
-    let of = |series: &Value, name: &str| -> Vec<f64> {
-        let values = series["columns"][name].as_array().unwrap();
-        values.iter().map(|value| value.as_f64().unwrap()).collect()
-    };
-    let table = client.get(&format!("{path}/series.csv")).expect(200).text();
-    let used: Vec<f64> = table
-        .lines()
-        .skip(1)
-        .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
-        .collect();
-    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
-    // What is thinned keeps its extremes.
-    assert_eq!(least(&of(&whole, "acceleration_used_m_s2")), least(&used));
-    let part = client
-        .get(&format!("{path}/series?t0=0&t1=0.001&px=100"))
-        .json();
-    assert_eq!(
-        (&part["rows"], &part["thinned"]),
-        (&json!(21), &json!(false))
-    );
-    assert_eq!(of(&part, "time_s").len(), 21);
-    let cut = client
-        .get(&format!("{path}/series.csv?t0=0&t1=0.001"))
-        .expect(200)
-        .text();
-    assert_eq!(cut.lines().count(), 22);
-    assert!(
-        table.contains(cut.split_once('\n').unwrap().1),
-        "rows as they stand"
-    );
-}
-
-#[test]
 fn cli_designs_have_versions() {
     let folder = Folder::new();
     let service = Service::start(&folder, &[]);

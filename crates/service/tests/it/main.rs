@@ -15,5 +15,6 @@ mod api;
 mod damage;
 mod gates;
 mod hostile;
+mod pages;
 mod store;
 mod support;

@@ -1,196 +1,74 @@
-//! Runs side by side: what differs between them, and their angles on one axis.
+//! Verdicts side by side: the page of `latchgate compare`, with links.
 
-use super::verdict::{column, find, stage};
-use super::{show, whole};
-use crate::app::App;
+use super::verdict::find;
+use super::whole;
+use crate::app::{App, Parts};
 use crate::problem::Problem;
 use axum::extract::{RawQuery, State};
-use latchgate::document::number;
+use latchgate::pipeline::Document;
+use latchgate::report::comparison::{VERDICTS_MAX, letter};
+use latchgate::report::series::SampledSeries;
+use latchgate::report::{differences, html as report};
 use maud::{Markup, html};
-use serde_json::{Value, json};
-use std::collections::{BTreeMap, BTreeSet};
 
-/// Runs that are compared at most.
-const RUNS: usize = 8;
-
-/// Parts of a document that are compared, in the order in which they are shown.
-const PARTS: &[&str] = &[
-    "verdict",
-    "recording",
-    "request",
-    "design",
-    "conditioning",
-    "threshold_rad",
-    "nominal",
-    "ensemble",
-    "error_budget_rad",
-];
-
-/// Compares the runs that the query names; the others are held against `baseline`, or the first.
+/// Compares the verdicts that the query names, in its order.
 pub(super) async fn page(
     State(app): State<App>,
     RawQuery(query): RawQuery,
 ) -> Result<Markup, Problem> {
     let query = query.unwrap_or_default();
-    let named = |key: &'static str| {
-        let pairs = query.split('&').filter_map(|pair| pair.split_once('='));
-        pairs
-            .filter(move |(name, _)| *name == key)
-            .map(|(_, id)| id)
-    };
-    let mut ids: Vec<&str> = Vec::new();
-    for id in named("id") {
-        if !ids.contains(&id) {
-            ids.push(id);
+    let mut ids: Vec<String> = Vec::new();
+    for id in query.split('&').filter_map(|pair| pair.strip_prefix("id=")) {
+        if !ids.iter().any(|known| known == id) {
+            ids.push(id.to_string());
         }
     }
-    if ids.is_empty() || ids.len() > RUNS {
-        let text = format!("choose one to {RUNS} verdicts, {} were chosen", ids.len());
+    if ids.len() < 2 || ids.len() > VERDICTS_MAX {
+        let text = format!(
+            "choose two to {VERDICTS_MAX} verdicts, {} were chosen",
+            ids.len()
+        );
         return Err(Problem::bad_request(text));
     }
-    let baseline = named("baseline").next_back();
-    ids.sort_by_key(|id| Some(*id) != baseline);
-    let mut runs = Vec::new();
+    app.apart(move |parts| drawn(parts, &ids)).await
+}
+
+fn drawn(parts: &Parts, ids: &[String]) -> Result<Markup, Problem> {
+    let (mut documents, mut keys, mut tables) = (Vec::new(), Vec::new(), Vec::new());
     for id in ids {
-        let (result, document) = find(&app, id).await?;
-        let short = result.report_id.get(..8).unwrap_or("");
-        let summary = &result.summary;
-        runs.push(ComparedRun {
-            name: format!("{} · {} · {short}", summary.file, summary.full_design()),
-            id: result.report_id.clone(),
-            document,
-        });
+        let verdict = find(parts, id)?;
+        let other = || Problem::not_found(&format!("verdict {id} of this version; judge it again"));
+        documents.push(verdict.document.ok_or_else(other)?);
+        keys.push(verdict.keys);
+        // Nothing was replayed where there is no nominal run.
+        let replayed = documents
+            .last()
+            .is_some_and(|document| document.nominal.is_some());
+        tables.extend(verdict.series.filter(|_| replayed));
     }
-    let plain = runs.iter().map(|run| {
-        let nominal = &run.document["nominal"];
-        json!({
-            "id": run.id, "name": run.name, "column": column(nominal),
-            "limit": run.document["threshold_rad"], "release_s": nominal["first_release_s"],
-        })
-    });
-    let plain = Value::Array(plain.collect());
+    let documents: Vec<&Document> = documents.iter().collect();
+    let tables: Option<&[SampledSeries]> = (tables.len() == ids.len()).then_some(&tables);
+    let differing = differences::between(&keys.iter().collect::<Vec<_>>());
     let body = html! {
-        h1 { "Runs side by side" }
-        section id="compare" data-runs=(plain.to_string()) {
-            fieldset.fields { legend { "Aligned" }
-                label { "at " select id="align" {
-                    option value="zero" { "time zero" } option value="trigger" { "a trigger" }
-                    option value="release" { "first release" } option value="hand" { "by hand" }
-                } }
-                label { "Acceleration that triggers [m/s²] " input id="level" type="number" min="0" step="any" value="50"; }
-                span id="offsets" {}
-                p id="align-told" role="status" {}
+        (report::compared(&documents, tables, &differing))
+        script src="/assets/event.js" defer {}
+        h2 { "Verdicts" }
+        ul {
+            @for (place, id) in ids.iter().enumerate() {
+                li {
+                    (letter(place)) " · " a href={ "/verdicts/" (id) } { "the verdict" }
+                    " · " a href={ "/v1/verdicts/" (id) "/report.html" } { "its report" }
+                    @if place > 0 { " · " a href=(first(ids, place)) { "put it first" } }
+                }
             }
-            (stage(false))
-            (cursors(&runs))
         }
-        h2 { "What differs" }
-        form.fields method="get" action="/compare" {
-            @for run in &runs { input type="hidden" name="id" value=(run.id); }
-            label { "Held against " select name="baseline" { @for run in &runs { option value=(run.id) { (run.name) } } } }
-            button { "Compare" }
-        }
-        p { label { input type="checkbox" id="show-all"; " Show what is the same, too" } }
-        (differences(&runs))
     };
     Ok(whole("Compare", &body))
 }
 
-/// A run with the name that tells it from the others.
-struct ComparedRun {
-    id: String,
-    name: String,
-    document: Value,
-}
-
-/// What each run does at the cursors, filled in by the script.
-fn cursors(runs: &[ComparedRun]) -> Markup {
-    html! {
-        div.wide tabindex="0" role="region" aria-label="Cursors" {
-            table id="cursors" { caption { "Cursors" }
-                thead { tr { th scope="col" { "Run" } th scope="col" { "Angle at A" } th scope="col" { "Angle at B" } th scope="col" { "Δφ" }
-                    th scope="col" { "Acceleration at A" } th scope="col" { "at B" } } }
-                tbody {
-                    tr { th scope="row" { "Time" } td id="a-time" { "–" } td id="b-time" { "–" } td id="d-time" { "–" } td {} td {} }
-                    @for (index, run) in runs.iter().enumerate() { tr {
-                        th scope="row" { (run.name) }
-                        @for cell in ["a-angle", "b-angle", "d-angle", "a-acceleration", "b-acceleration"] { td id=(format!("{cell}-{index}")) { "–" } }
-                    } }
-                }
-            }
-        }
-    }
-}
-
-/// Lists what differs; the first run is the one that the others are held against.
-fn differences(runs: &[ComparedRun]) -> Markup {
-    let flat: Vec<BTreeMap<String, &Value>> =
-        runs.iter().map(|run| flattened(&run.document)).collect();
-    let keys = |part: &str| -> BTreeSet<&String> {
-        let belongs = |key: &&String| key.split('.').next() == Some(part);
-        flat.iter()
-            .flat_map(|values| values.keys().filter(belongs))
-            .collect()
-    };
-    html! {
-        div.wide tabindex="0" role="region" aria-label="What differs" {
-            table id="differences" {
-                thead { tr { th scope="col" { "Value" } @for (index, run) in runs.iter().enumerate() {
-                    th scope="col" { a href=(format!("/verdicts/{}", run.id)) { (run.name) } @if index == 0 { " (baseline)" } }
-                } } }
-                tbody {
-                    @for part in PARTS { @for key in keys(part) {
-                        @let values: Vec<Option<&Value>> = flat.iter().map(|values| values.get(key).copied()).collect();
-                        @let same = values.windows(2).all(|pair| pair[0] == pair[1]);
-                        tr.same[same] hidden[same] {
-                            th scope="row" { (key) }
-                            @for value in &values { td.changed[*value != values[0]] { (shown(*value, values[0])) } }
-                        }
-                    } }
-                }
-            }
-        }
-    }
-}
-
-/// Shows a value, and how far a number is from that of the baseline.
-fn shown(value: Option<&Value>, baseline: Option<&Value>) -> String {
-    let text = value.map_or_else(|| number::ABSENT.into(), show::value);
-    let numbers = value
-        .and_then(Value::as_f64)
-        .zip(baseline.and_then(Value::as_f64));
-    match numbers {
-        Some((own, base)) if own > base => {
-            format!("{text} (+{})", number::significant(own - base, 3))
-        }
-        Some((own, base)) if own < base => {
-            format!("{text} (−{})", number::significant(base - own, 3))
-        }
-        _ => text,
-    }
-}
-
-/// Lists the plain values of the compared parts by their path.
-fn flattened(document: &Value) -> BTreeMap<String, &Value> {
-    fn walk<'a>(path: String, value: &'a Value, out: &mut BTreeMap<String, &'a Value>) {
-        match value {
-            Value::Object(table) => {
-                for (key, value) in table {
-                    walk(format!("{path}.{key}"), value, out);
-                }
-            }
-            Value::Array(list)
-                if list
-                    .iter()
-                    .any(|entry| entry.is_array() || entry.is_object()) => {}
-            plain => {
-                out.insert(path, plain);
-            }
-        }
-    }
-    let mut out = BTreeMap::new();
-    for part in PARTS {
-        walk((*part).into(), &document[*part], &mut out);
-    }
-    out
+/// Returns the address of the same comparison with one verdict before the others.
+fn first(ids: &[String], place: usize) -> String {
+    let mut order: Vec<&str> = ids.iter().map(String::as_str).collect();
+    order[..=place].rotate_right(1);
+    format!("/compare?id={}", order.join("&id="))
 }

@@ -20,41 +20,17 @@ pub(super) fn sign(word: &str) -> &'static str {
     }
 }
 
-/// Shows an angle, in radians with degrees beside; beyond a right angle only that it is.
+/// Shows an angle, in degrees with radians beside; beyond a right angle only that it is.
 pub(super) fn angle(radians: Option<f64>) -> String {
     match radians {
         None => number::ABSENT.into(),
         Some(radians) if radians > FRAC_PI_2 => "> 90°".into(),
         Some(radians) => format!(
-            "{} rad ({}°)",
-            number::significant(radians, 3),
-            number::significant(radians.to_degrees(), 3)
+            "{}° ({} rad)",
+            number::trimmed(radians.to_degrees(), 3),
+            number::trimmed(radians, 3)
         ),
     }
-}
-
-/// Shows an angle with its uncertainty.
-pub(super) fn peak(radians: f64, error: f64) -> String {
-    if radians > FRAC_PI_2 {
-        return "> 90°".into();
-    }
-    // The uncertainty has two digits, the angle as many as it leaves.
-    let digits = if error > 0.0 {
-        (1.0 - error.log10().floor()).clamp(0.0, 6.0)
-    } else {
-        6.0
-    };
-    let digits = digits as usize;
-    let shown = |value: f64| format!("{value:.digits$}").replace('-', "−");
-    let (degrees, degrees_error) = (radians.to_degrees(), error.to_degrees());
-    let few = digits.saturating_sub(1);
-    format!(
-        "{} ± {} rad ({:.few$} ± {:.few$}°)",
-        shown(radians),
-        shown(error),
-        degrees,
-        degrees_error
-    )
 }
 
 /// Shows a value of a document in a cell.
