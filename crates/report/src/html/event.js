@@ -423,10 +423,10 @@
   }
   function recall() {
     const seen = new URLSearchParams(location.hash.slice(1));
-    const at = (name) => seen.has(name) ? Number(seen.get(name)) : NaN;
+    const at = (name) => seen.has(name) ? nearest(Number(seen.get(name))) : null;
     const [start, end] = (seen.get("t") || "").split("..").map(Number);
-    second = isFinite(at("a")) ? nearest(at("a")) : null;
-    cursor = isFinite(at("b")) ? nearest(at("b")) : second;
+    second = at("a");
+    cursor = seen.has("b") ? at("b") : second;
     if (end > start) show(start, end); else draw();
   }
   ["click", "dblclick", "pointerup", "keyup"].forEach((kind) => figure.addEventListener(kind, keep));
