@@ -227,7 +227,7 @@ fn verif_the_page_says_what_the_verdict_says() {
             &page,
             &[
                 "does not replace a compliance test",
-                "relate only to the recording",
+                "hold for the recording",
                 "End of report",
                 "9.80665",
                 "A positive model acceleration holds the lever.",

@@ -268,7 +268,7 @@ impl Assessing<'_> {
         let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), telling);
         findings.extend(filters::filter_decides(&filters, setup.threshold_rad()));
         let outside = setup.crossing_outside(&runs)?;
-        findings.extend(outside.map(|at| crossing_outside_window(at)));
+        findings.extend(outside.map(crossing_outside_window));
         let window = policy.window_s.into_iter();
         findings
             .extend(window.filter_map(|span| window_in_milliseconds(span, setup.signal.end_s())));
