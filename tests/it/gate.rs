@@ -180,7 +180,7 @@ fn cli_some_pairs_of_a_gate_are_listed_or_judged() {
         "{}",
         done.out
     );
-    assert!(done.err.contains("judged 1 of 4 pairs"), "{}", done.err);
+    assert!(done.err.contains("judged the 1 chosen of 4 pairs"), "{}", done.err);
     assert!(!yard.folder.path().join("reports").exists(), "no files");
     // What is printed is taken for no answer of the gate.
     let part = chosen(&["--only-design", "paper", "--format", "json"]);
@@ -257,7 +257,7 @@ fn cli_exceptions_let_an_undecided_pair_through_for_a_time() {
     assert_eq!(late.code, 4, "{}", late.out);
     assert!(
         late.out
-            .contains("held until 2026-12-31, this is 2027-01-01"),
+            .contains("ended on 2026-12-31, today is 2027-01-01"),
         "{}",
         late.out
     );

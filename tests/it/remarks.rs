@@ -216,7 +216,7 @@ fn val_a_long_remark_is_accepted_whole() {
             "{quoted}"
         );
         let (_, says) = text.split_once(": \"").unwrap();
-        let (shown, _) = says.split_once("\"; ").unwrap();
+        let (shown, _) = says.split_once("\". ").unwrap();
         assert_eq!(shown.contains("SHA-256"), repeated == 2000, "{shown}");
         for accepted in [quoted, shown] {
             let outcome = judged(&source(&long("b")), &[accepted]);

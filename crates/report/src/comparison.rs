@@ -108,7 +108,7 @@ pub fn rows(documents: &[&Document]) -> Vec<ComparedRow> {
 
 fn largest_angle(document: &Document) -> String {
     let usable = document.verdict != Answer::Unusable;
-    let run = document.nominal.as_ref().filter(|_| usable);
+    let run = words::leading_run(document).filter(|_| usable);
     run.map_or_else(|| "–".into(), |run| words::short_peak(document, run))
 }
 

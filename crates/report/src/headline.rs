@@ -35,7 +35,8 @@ pub(super) fn headline(document: &Document) -> String {
                 (10.0 * share).ceil() / 10.0
             };
             let share = trimmed(share, 3);
-            format!("{lever} stays: at most {share}\u{00A0}% of the limit angle, errors included.")
+            let varied = varied_levers(document);
+            format!("{lever} stays: at most {share}\u{00A0}% of the limit angle, errors included{varied}.")
         }
         (Answer::Fail, Some(_)) => {
             let Some(opens) = &document.opens else {
@@ -53,6 +54,25 @@ pub(super) fn headline(document: &Document) -> String {
         // The findings tell it in full.
         _ => first.map_or_else(String::new, |reason| cause(document, reason)),
     }
+}
+
+/// Says how far the varied levers of a pass come, where one comes farther than the nominal ones.
+fn varied_levers(document: &Document) -> String {
+    let Some(ensemble) = &document.ensemble else {
+        return String::new();
+    };
+    if ensemble.exceeded > 0 {
+        let (exceeded, members) = (ensemble.exceeded, ensemble.members);
+        return format!("; {exceeded} of {members} varied levers open");
+    }
+    let most = ensemble.peak_angle_rad.map_or(0.0, |peak| peak.max);
+    let nominal = words::judged_runs(document).into_iter();
+    let nominal = nominal.map(|run| words::highest_rad(document, run));
+    if most <= nominal.fold(0.0, f64::max) {
+        return String::new();
+    }
+    let share = (100.0 * most / document.threshold_rad).ceil();
+    format!("; varied levers up to {}\u{00A0}%", trimmed(share, 3))
 }
 
 /// Returns from when on a recording is unusable, where that is known, and the cause without its remedy.
@@ -136,13 +156,23 @@ fn remedy_of_error(document: &Document) -> String {
     ];
     let total: f64 = parts.iter().map(|(part, _)| part).sum();
     let largest = parts.iter().max_by(|one, other| one.0.total_cmp(&other.0));
-    let distance = document.nominal.as_ref().map_or(f64::INFINITY, |run| {
-        (run.peak_angle_rad - document.threshold_rad).abs()
-    });
     match largest {
-        Some((part, remedy)) if total - part < distance => (*remedy).into(),
+        Some((part, remedy)) if total - part < distance_to_limit_rad(document) => (*remedy).into(),
         _ => format!("The errors of the largest angle reach the limit angle: {FARTHER}"),
     }
+}
+
+fn error_spans_limit(document: &Document) -> bool {
+    let run = document.nominal.as_ref();
+    let error = run.and_then(|run| words::uncertainty(document, run));
+    error.is_some_and(|error| error >= distance_to_limit_rad(document))
+}
+
+/// Returns how far the largest angle of the nominal lever is from the limit angle [rad].
+fn distance_to_limit_rad(document: &Document) -> f64 {
+    document.nominal.as_ref().map_or(f64::INFINITY, |run| {
+        (run.peak_angle_rad - document.threshold_rad).abs()
+    })
 }
 
 /// Says what would decide where neither few nor most varied levers open: the remedy of the input that goes
@@ -164,6 +194,7 @@ fn remedy_of_scatter(document: &Document) -> String {
             "The tolerance of the {} counts most: a quarter of it would decide.",
             words::parameter(&driver.parameter)
         ),
+        None if error_spans_limit(document) => remedy_of_error(document),
         None => format!("No single tolerance decides: {FARTHER}"),
     }
 }

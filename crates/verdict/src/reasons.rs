@@ -232,18 +232,28 @@ fn rule_of_shares(answer: Answer, own: &Ensemble, named: &[&Ensemble]) -> (&'sta
     }
 }
 
-/// Names the noise of the recording where without it a nominal lever would be on one side of the limit.
+/// Names the noise of the recording where without it every nominal lever would be on one side of the limit, and
+/// all on the same.
 fn noise(case: &Explained<'_>) -> Option<Reason> {
     let threshold = case.threshold_rad();
-    let decides = |result: &&VariantResult| {
+    let quiet_answer = |result: &VariantResult| {
         let quiet = VariantRun {
             noise_rad: 0.0,
             ..result.run.clone()
         };
-        let open = |run: &VariantRun| run.nominal_answer(threshold) == Answer::Undecided;
-        !quiet.outcome.broke_down && open(&result.run) && !open(&quiet)
+        if quiet.outcome.broke_down {
+            return Answer::Undecided;
+        }
+        quiet.nominal_answer(threshold)
     };
-    let decided = case.results.iter().find(decides)?;
+    let quiet_answers: Vec<Answer> = case.results.iter().map(quiet_answer).collect();
+    if unanimous(&quiet_answers) == Answer::Undecided {
+        return None;
+    }
+    let open = |result: &&VariantResult| {
+        result.run.nominal_answer(threshold) == Answer::Undecided
+    };
+    let decided = case.results.iter().find(open)?;
     let Noise {
         deviation_m_s2,
         step_m_s2,
@@ -671,7 +681,7 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
             )
         });
         format!(
-            "The error of the largest angle is ±{}, {less} than {to_limit}. Its parts: integration {}, between samples {}, noise {}.{influence}",
+            "The error of the largest angle is ±{}, {less} than {to_limit}. Its parts: integration {}, between samples {}, noise {} (two standard deviations).{influence}",
             degrees(total, 2),
             degrees(run.numerical_error_rad, 2),
             degrees(nominal.interpolation_error_rad, 2),

@@ -38,17 +38,17 @@ fn cli_what_matches_nothing_is_an_error() {
         (String::new(), "[[recordings]]"),
         (
             format!("{STANDS}[[require]]\nrecordings = \"burst.csv\"\nverdict = \"fail\"\n"),
-            "named `burst.csv` by this requirement",
+            "with the name `burst.csv` for this requirement",
         ),
         (
             format!("{STANDS}[[require]]\ndesigns = \"stiff\"\nverdict = \"fail\"\n"),
-            "named `stiff` by this requirement",
+            "with the name `stiff` for this requirement",
         ),
         (
             format!(
                 "{STANDS}[[allow]]\nrecordings = \"x.csv\"\ndesigns = \"*\"\nreason = \"r\"\nuntil = 2027-01-01\n"
             ),
-            "named `x.csv` by this exception",
+            "with the name `x.csv` for this exception",
         ),
         (
             format!(

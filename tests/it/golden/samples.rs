@@ -112,7 +112,7 @@ fn stretches() -> Vec<Case> {
                 "warning pre-event-not-quiet",
                 "warning drift",
             ],
-            &["what came before is missing"],
+            &["The start of the event is missing"],
         ),
         case("ends-inside.csv", "", |k| push(k - TO + 100)).unusable(
             &[
@@ -120,7 +120,7 @@ fn stretches() -> Vec<Case> {
                 "warning ends-early",
                 "warning implausible-velocity",
             ],
-            &["the end of the event is missing"],
+            &["The end of the event is missing"],
         ),
     ]
 }

@@ -472,7 +472,7 @@ fn doubts() -> Vec<Case> {
         })
         .unusable(
             &["blocking time-contradicted"],
-            &["stamp in the messages spans 0.0799 s, the time of logging 0.799 s"],
+            &["stamp in the messages spans 0.0799 s, but the time of logging 0.799 s"],
         ),
         refused(
             "many-fields.mcap",

@@ -85,6 +85,8 @@ fn key_figures(document: &Document) -> Markup {
             @if let Some(opens) = document.opens.filter(|opens| opens.first_s.is_some()) {
                 @let place = words::place(opens.model, opens.opens_when);
                 (item(&words::capital(opening::opens_or_may(document.verdict)), &opening::cell(&opens), &place))
+            } @else if document.verdict == Answer::Undecided {
+                (item("Opens", "not known", "the nominal lever stays"))
             } @else {
                 (item("Opens", "not", "in the judged window"))
             }
@@ -114,7 +116,7 @@ fn varied_levers(document: &Document) -> Markup {
 
 /// Returns what the verdict rests on, a line each.
 fn rests_on(document: &Document) -> Markup {
-    let run = document.nominal.as_ref();
+    let run = words::leading_run(document);
     let mut lines = Vec::new();
     if document.polarities.len() < 2 {
         let stops = words::stops(document);

@@ -274,7 +274,7 @@ pub(super) fn filters(document: &Document) -> Markup {
                 }
             }
             p.note {
-                "Limit angle " (words::limit_angle(document.threshold_rad)) ". Trust the lighter filter."
+                "Limit angle " (words::limit_angle(document.threshold_rad)) ". Where filters disagree, do not rely on a pass."
             }
         }
     }

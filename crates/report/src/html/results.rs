@@ -187,7 +187,9 @@ pub(super) fn impacts(document: &Document) -> Markup {
                 summary { "Impacts " (next) " to " (listed.len()) }
                 (impact_columns("three", rest, next, rest.len().div_ceil(3)))
             }
-            p.note { "verdict.json lists the first " (listed.len()) " of " (total) " impacts." }
+            @if (listed.len() as u64) < run.impacts {
+                p.note { "verdict.json lists the first " (listed.len()) " of " (total) " impacts." }
+            }
         }
     }
 }

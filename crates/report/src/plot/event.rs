@@ -306,7 +306,9 @@ impl EventDrawing<'_> {
 }
 
 fn caption(document: &Document, panels: &[EventPanel<'_>]) -> String {
-    let cut = panels.last().is_some_and(|panel| {
+    // What the angle reaches on faulty samples is shown nowhere.
+    let usable = document.verdict != Answer::Unusable;
+    let cut = panels.last().filter(|_| usable).is_some_and(|panel| {
         document
             .nominal
             .iter()

@@ -169,7 +169,7 @@ fn contradictions() -> Vec<Case> {
             "slice-short.csv",
             &[("Number of Post-Zero Data Pts", "900,900")],
         )
-        .unusable(&["blocking samples-missing"], &["announces 1100 samples"]),
+        .unusable(&["blocking samples-missing"], &["states 1100 samples"]),
         read("slice-clipped.csv", &[("User Comment", "signal clipped,")])
             .unusable(&["blocking laboratory-remark"], &["signal clipped"]),
         read(

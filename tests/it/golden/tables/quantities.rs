@@ -111,7 +111,7 @@ fn other_quantities() -> Vec<Case> {
         refused(
             "volts-card.csv",
             volts,
-            &["`V` in the header", "as the card says"],
+            &["`V` in the header", "though the card states g"],
         )
         .beside("volts-card.csv.toml", "channel = 2\nunit = \"g\"\n"),
     );
