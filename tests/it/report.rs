@@ -230,7 +230,6 @@ fn verif_the_page_says_what_the_verdict_says() {
                 "hold for the recording",
                 "End of report",
                 "9.80665",
-                "A positive model acceleration holds the lever.",
             ],
         );
         for reason in &case.document.why {

@@ -919,7 +919,7 @@ fn cli_study_tells_a_negative_value_from_an_option() {
         check_refused(
             &[study, "--amplitude", "-5..3"],
             2,
-            &["--amplitude", "-5..3", "within 0 and 50000 g"],
+            &["--amplitude", "-5..3", "from 0 to 50000 g"],
         );
     }
     check_refused(&["bifurcation", "--omega", "-3"], 2, &["--omega", "'-3'"]);

@@ -214,7 +214,7 @@ fn check_refused(arguments: &[&str], words: &[&str]) {
 fn cli_studies_of_sines_refuse_wrong_usage() {
     for study in ["bifurcation", "attractor"] {
         check_refused(&[study, "--amplitude", "5..1"], &["--amplitude", "LO"]);
-        check_refused(&[study, "--amplitude=-1..2"], &["within 0 and 50000 g"]);
+        check_refused(&[study, "--amplitude=-1..2"], &["from 0 to 50000 g"]);
         check_refused(&[study, "--amplitude", "NaN"], &["--amplitude"]);
         check_refused(&[study, "--amplitude", "0..inf"], &["--amplitude"]);
         check_refused(&[study, "--points", "1"], &["--points", "2"]);
@@ -256,7 +256,7 @@ fn regress_a_map_is_asked_for_excitations_that_exist() {
     check_refused(&["excitation-map", "--omega=-5..10"], &["above 0"]);
     check_refused(
         &["excitation-map", "--amplitude=-5..-1"],
-        &["within 0 and 50000 g"],
+        &["from 0 to 50000 g"],
     );
     check_refused(&["excitation-map", "--amplitude", "3"], &["LO below HI"]);
 }
