@@ -180,7 +180,11 @@ fn cli_some_pairs_of_a_gate_are_listed_or_judged() {
         "{}",
         done.out
     );
-    assert!(done.err.contains("judged the 1 chosen of 4 pairs"), "{}", done.err);
+    assert!(
+        done.err.contains("judged the 1 chosen of 4 pairs"),
+        "{}",
+        done.err
+    );
     assert!(!yard.folder.path().join("reports").exists(), "no files");
     // What is printed is taken for no answer of the gate.
     let part = chosen(&["--only-design", "paper", "--format", "json"]);

@@ -82,7 +82,10 @@ fn cli_inspect_doubts_another_axis() {
         reason.starts_with("the setting `channel` names it, but: "),
         "{reason}"
     );
-    assert!(reason.ends_with("structure: `x`. Check the channel"), "{reason}");
+    assert!(
+        reason.ends_with("structure: `x`. Check the channel"),
+        "{reason}"
+    );
 }
 
 /// Where no channel can be read, the place of the fault is said as replay says it.

@@ -36,7 +36,9 @@ pub(super) fn headline(document: &Document) -> String {
             };
             let share = trimmed(share, 3);
             let varied = varied_levers(document);
-            format!("{lever} stays: at most {share}\u{00A0}% of the limit angle, errors included{varied}.")
+            format!(
+                "{lever} stays: at most {share}\u{00A0}% of the limit angle, errors included{varied}."
+            )
         }
         (Answer::Fail, Some(_)) => {
             let Some(opens) = &document.opens else {

@@ -250,9 +250,7 @@ fn noise(case: &Explained<'_>) -> Option<Reason> {
     if unanimous(&quiet_answers) == Answer::Undecided {
         return None;
     }
-    let open = |result: &&VariantResult| {
-        result.run.nominal_answer(threshold) == Answer::Undecided
-    };
+    let open = |result: &&VariantResult| result.run.nominal_answer(threshold) == Answer::Undecided;
     let decided = case.results.iter().find(open)?;
     let Noise {
         deviation_m_s2,
