@@ -116,13 +116,14 @@ fn varied_levers(document: &Document) -> Markup {
 
 /// Returns what the verdict rests on, a line each.
 fn rests_on(document: &Document) -> Markup {
-    let run = words::leading_run(document);
+    let run = document.nominal.as_ref();
     let mut lines = Vec::new();
     if document.polarities.len() < 2 {
         let stops = words::stops(document);
         lines.extend(stops.map(|text| format!("{}.", words::capital(&text))));
     }
-    lines.extend(run.and_then(|run| words::computation(document, run)));
+    let leading = words::leading_run(document);
+    lines.extend(leading.and_then(|run| words::computation(document, run)));
     // Where the record ends too early that is what decides.
     let later = run.filter(|_| document.verdict != Answer::Fail);
     let later = later.and_then(|run| {
