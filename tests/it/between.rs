@@ -58,6 +58,22 @@ fn verif_polynomials_meet_samples_and_each_other() {
     assert_eq!(reading.at(signal.samples.len() - 1, 0.0), None);
 }
 
+/// A reading times a factor and moved by an offset is that of such samples, within the intervals too.
+#[test]
+fn verif_a_scaled_reading_is_scaled_everywhere() {
+    let tone = sampled(80, |index| 30.0 * (0.4 * index).sin());
+    for reading in [read(&tone), Reading::from(&tone)] {
+        let scaled = reading.scaled(-1.3, 0.7);
+        for index in 0..79 {
+            for part in [0.0, 0.31, 0.5, 0.9] {
+                let expected = -1.3 * reading.at(index, part).unwrap() + 0.7;
+                let found = scaled.at(index, part).unwrap();
+                assert!((found - expected).abs() < 1e-12, "{index} {part}");
+            }
+        }
+    }
+}
+
 /// A constant stays one; a tone is met between its samples, up to 0.35 of the rate.
 #[test]
 fn verif_constants_and_tones_are_met_between_their_samples() {

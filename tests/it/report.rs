@@ -6,10 +6,10 @@ mod live;
 mod terminal;
 
 use fixture::Case;
-use latchgate_document::{json, number};
+use latchgate_document::{Document, json, number};
 use latchgate_report::terminal::Look;
 use latchgate_report::{escape, html, plot, sparkline, text};
-use latchgate_verdict::Answer;
+use latchgate_verdict::{Answer, Ensemble};
 use std::path::PathBuf;
 
 /// Elements that HTML and SVG close by themselves; the page writes them as `<br/>`.
@@ -336,6 +336,61 @@ fn verif_an_ensemble_is_shown_with_all_that_it_rests_on() {
     let page = render(&case);
     check_holds(&page, &["No parameter drives the peak"]);
     assert!(!page.contains("id=\"drivers\"") && !page.contains("id=\"spread\""));
+}
+
+/// The first line of an undecided verdict names what decides, and nothing that does not.
+#[test]
+fn verif_an_undecided_verdict_names_the_remedy_that_decides() {
+    let mut case = fixture::failing();
+    let document = &mut case.document;
+    document.verdict = Answer::Undecided;
+    for answer in &mut document.answers {
+        answer.answer = Answer::Undecided;
+    }
+    let headline = |document: &Document| {
+        let text = text::render(document, None, Look::default());
+        text.lines().next().unwrap().to_string()
+    };
+    document.why[0].code = "members-cross".into();
+    let none = headline(document);
+    assert!(none.contains("No single tolerance decides"), "{none}");
+    let know_bias = |ensemble: &mut Ensemble| {
+        ensemble.drivers[0].answer_if_known = Answer::Fail;
+    };
+    // One stop alone is not enough.
+    assert!(document.ensembles.len() > 1);
+    document.ensembles[..1].iter_mut().for_each(know_bias);
+    assert_eq!(headline(document), none);
+    document.ensembles.iter_mut().for_each(know_bias);
+    let bias = headline(document);
+    assert!(bias.contains("zero is known to ±0.1"), "{bias}");
+
+    document.why[0].code = "uncertainty-spans-threshold".into();
+    let distance = |document: &Document, index: usize| {
+        let answer = &document.answers[index];
+        let run = &document.models[&answer.model];
+        (run.peak_angle_rad - document.threshold_rad).abs()
+    };
+    for index in 0..document.answers.len() {
+        let distance_rad = distance(document, index);
+        let answer = &mut document.answers[index];
+        answer.interpolation_error_rad = Some(2.0 * distance_rad);
+        answer.noise_rad = Some(0.1 * distance_rad);
+        answer.uncertainty_rad = Some(2.3 * distance_rad);
+    }
+    let rate = headline(document);
+    assert!(rate.contains("a higher sample rate would decide"), "{rate}");
+    // The noise of the other stop reaches the limit by itself: no rate decides.
+    let last = document.answers.len() - 1;
+    let distance_rad = distance(document, last);
+    let answer = &mut document.answers[last];
+    answer.noise_rad = Some(0.9 * distance_rad);
+    answer.uncertainty_rad = Some(3.9 * distance_rad);
+    let neither = headline(document);
+    assert!(
+        neither.contains("The errors of the largest angle"),
+        "{neither}"
+    );
 }
 
 #[test]

@@ -7,7 +7,7 @@ use latchgate_document::number::trimmed;
 use latchgate_recording::Severity;
 use latchgate_verdict::decision::{NOISE_TIMES, unanimous};
 use latchgate_verdict::ensemble::Driver;
-use latchgate_verdict::{Answer, Ensemble, ErrorBudget, Reason, RunAnswer};
+use latchgate_verdict::{Answer, Ensemble, Reason, RunAnswer};
 
 /// What remains where no single quantity decides.
 const FARTHER: &str = "a design farther from the limit angle would decide.";
@@ -25,20 +25,13 @@ pub(super) fn headline(document: &Document) -> String {
     let first = document.why.first();
     match (document.verdict, &document.nominal) {
         (Answer::Pass, Some(_)) => {
-            let most = words::judged_runs(document).into_iter();
-            let most = most.map(|run| words::highest_rad(document, run));
-            let share = 100.0 * most.fold(0.0, f64::max) / document.threshold_rad;
-            // Rounded up, since it is a bound.
-            let share = if share > 10.0 {
-                share.ceil()
-            } else {
-                (10.0 * share).ceil() / 10.0
-            };
-            let share = trimmed(share, 3);
-            let varied = varied_levers(document);
-            format!(
-                "{lever} stays: at most {share}\u{00A0}% of the limit angle, errors included{varied}."
-            )
+            let runs = words::judged_runs(document).into_iter();
+            let highest_rad = runs
+                .map(|run| words::highest_rad(document, run))
+                .fold(0.0, f64::max);
+            let share = share_of_limit(document, highest_rad);
+            let varied = varied_levers(document, highest_rad);
+            format!("{lever} stays: at most {share} of the limit angle, errors included{varied}.")
         }
         (Answer::Fail, Some(_)) => {
             let Some(opens) = &document.opens else {
@@ -58,23 +51,44 @@ pub(super) fn headline(document: &Document) -> String {
     }
 }
 
-/// Says how far the varied levers of a pass come, where one comes farther than the nominal ones.
-fn varied_levers(document: &Document) -> String {
-    let Some(ensemble) = &document.ensemble else {
-        return String::new();
+/// Returns an angle [rad] as a share of the limit angle, rounded up, since it is a bound.
+fn share_of_limit(document: &Document, angle_rad: f64) -> String {
+    let percent = 100.0 * angle_rad / document.threshold_rad;
+    let percent = if percent > 10.0 {
+        percent.ceil()
+    } else {
+        (10.0 * percent).ceil() / 10.0
     };
-    if ensemble.exceeded > 0 {
-        let (exceeded, members) = (ensemble.exceeded, ensemble.members);
+    format!("{}\u{00A0}%", trimmed(percent, 3))
+}
+
+/// Says how far the varied levers of a pass come, of whatever stop and opening direction, where one comes farther
+/// than the nominal ones.
+fn varied_levers(document: &Document, nominal_rad: f64) -> String {
+    let all = ensembles(document);
+    if let Some(most) = all.iter().max_by_key(|ensemble| ensemble.exceeded)
+        && most.exceeded > 0
+    {
+        let (exceeded, members) = (most.exceeded, most.members);
         return format!("; {exceeded} of {members} varied levers open");
     }
-    let most = ensemble.peak_angle_rad.map_or(0.0, |peak| peak.max);
-    let nominal = words::judged_runs(document).into_iter();
-    let nominal = nominal.map(|run| words::highest_rad(document, run));
-    if most <= nominal.fold(0.0, f64::max) {
+    let peaks = all.iter().filter_map(|ensemble| ensemble.peak_angle_rad);
+    let highest_rad = peaks.map(|peak| peak.max).fold(0.0, f64::max);
+    if highest_rad <= nominal_rad {
         return String::new();
     }
-    let share = (100.0 * most / document.threshold_rad).ceil();
-    format!("; varied levers up to {}\u{00A0}%", trimmed(share, 3))
+    format!(
+        "; varied levers up to {}",
+        share_of_limit(document, highest_rad)
+    )
+}
+
+/// Returns the ensemble of each stop and opening direction.
+fn ensembles(document: &Document) -> Vec<&Ensemble> {
+    match document.ensembles.as_slice() {
+        [] => document.ensemble.iter().collect(),
+        several => several.iter().collect(),
+    }
 }
 
 /// Returns from when on a recording is unusable, where that is known, and the cause without its remedy.
@@ -133,59 +147,81 @@ fn would_decide(document: &Document) -> String {
     }
 }
 
-/// Says what would decide where the error of the largest angle spans the limit angle: the remedy of the
-/// largest part of that error, if the rest of it leaves an answer.
+/// The part of an error that takes most of it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum LargestPart {
+    Interpolation,
+    Noise,
+    Numerical,
+}
+
+/// Says what would decide where errors of the largest angles reach the limit angle: the remedy of their largest
+/// part, if it is the same for every stop and opening direction that is undecided, and the rest of each error
+/// leaves an answer.
 fn remedy_of_error(document: &Document) -> String {
-    let ErrorBudget {
-        numerical,
-        interpolation,
-        noise,
-        ..
-    } = document.error_budget_rad;
-    let parts = [
-        (
-            interpolation.unwrap_or(0.0),
-            "What lies between the samples is not known: a higher sample rate would decide.",
-        ),
-        (
-            NOISE_TIMES * noise.unwrap_or(0.0),
-            "The noise hides the answer: a quieter channel or a finer recorder would decide.",
-        ),
-        (
-            numerical.unwrap_or(0.0),
-            "Impacts amplify the smallest errors: a design farther from the limit angle would decide.",
-        ),
-    ];
-    let total: f64 = parts.iter().map(|(part, _)| part).sum();
-    let largest = parts.iter().max_by(|one, other| one.0.total_cmp(&other.0));
-    match largest {
-        Some((part, remedy)) if total - part < distance_to_limit_rad(document) => (*remedy).into(),
-        _ => format!("The errors of the largest angle reach the limit angle: {FARTHER}"),
+    let undecided = document.answers.iter();
+    let undecided = undecided.filter(|answer| answer.answer == Answer::Undecided);
+    let parts: Vec<Option<LargestPart>> = undecided
+        .map(|answer| deciding_part(document, answer))
+        .collect();
+    let remedy = match parts.as_slice() {
+        [Some(first), rest @ ..] if rest.iter().all(|part| *part == Some(*first)) => first,
+        _ => return format!("The errors of the largest angle reach the limit angle: {FARTHER}"),
+    };
+    match remedy {
+        LargestPart::Interpolation => {
+            "What lies between the samples is not known: a higher sample rate would decide.".into()
+        }
+        LargestPart::Noise => {
+            "The noise hides the answer: a quieter channel or a finer recorder would decide.".into()
+        }
+        LargestPart::Numerical => format!("Impacts amplify the smallest errors: {FARTHER}"),
     }
 }
 
-fn error_spans_limit(document: &Document) -> bool {
-    let run = document.nominal.as_ref();
-    let error = run.and_then(|run| words::uncertainty(document, run));
-    error.is_some_and(|error| error >= distance_to_limit_rad(document))
+/// Returns the largest part of a run's error, if without it the error does not reach the limit angle.
+fn deciding_part(document: &Document, answer: &RunAnswer) -> Option<LargestPart> {
+    let total_rad = answer.uncertainty_rad?;
+    let interpolation_rad = answer.interpolation_error_rad?;
+    let noise_rad = NOISE_TIMES * answer.noise_rad?;
+    let numerical_rad = total_rad - interpolation_rad - noise_rad;
+    let parts = [
+        (interpolation_rad, LargestPart::Interpolation),
+        (noise_rad, LargestPart::Noise),
+        (numerical_rad, LargestPart::Numerical),
+    ];
+    let (part_rad, part) = parts
+        .into_iter()
+        .max_by(|one, other| one.0.total_cmp(&other.0))?;
+    let distance_rad = distance_to_limit_rad(document, answer)?;
+    (total_rad - part_rad < distance_rad).then_some(part)
 }
 
-/// Returns how far the largest angle of the nominal lever is from the limit angle [rad].
-fn distance_to_limit_rad(document: &Document) -> f64 {
-    document.nominal.as_ref().map_or(f64::INFINITY, |run| {
-        (run.peak_angle_rad - document.threshold_rad).abs()
+/// Tells whether the error of an undecided run reaches the limit angle.
+fn error_reaches_limit(document: &Document) -> bool {
+    document.answers.iter().any(|answer| {
+        let distance_rad = distance_to_limit_rad(document, answer);
+        answer.answer == Answer::Undecided
+            && answer
+                .uncertainty_rad
+                .zip(distance_rad)
+                .is_some_and(|(error_rad, distance_rad)| error_rad >= distance_rad)
     })
+}
+
+/// Returns how far the largest angle of a run is from the limit angle [rad].
+fn distance_to_limit_rad(document: &Document, answer: &RunAnswer) -> Option<f64> {
+    let mut runs = words::judged_runs(document).into_iter();
+    let run = runs.find(|run| (run.model, run.opens_when) == (answer.model, answer.opens_when))?;
+    Some((run.peak_angle_rad - document.threshold_rad).abs())
 }
 
 /// Says what would decide where neither few nor most varied levers open: the remedy of the input that goes
 /// with the largest angle most, among those that decide if they are known better.
 fn remedy_of_scatter(document: &Document) -> String {
-    let shown: Vec<&Ensemble> = match document.ensembles.as_slice() {
-        [] => document.ensemble.iter().collect(),
-        several => several.iter().collect(),
-    };
+    let ensembles = ensembles(document);
     let drivers = document.ensemble.iter().flat_map(|own| &own.drivers);
-    let deciding = drivers.filter(|driver| decides(document, &shown, &driver.parameter));
+    let deciding = drivers.filter(|driver| decides(document, &ensembles, &driver.parameter));
     let share = |driver: &&Driver| driver.share.unwrap_or(0.0);
     match deciding.max_by(|one, other| share(one).total_cmp(&share(other))) {
         Some(driver) if driver.parameter == "input.bias_g" => format!(
@@ -196,7 +232,7 @@ fn remedy_of_scatter(document: &Document) -> String {
             "The tolerance of the {} counts most: a quarter of it would decide.",
             words::parameter(&driver.parameter)
         ),
-        None if error_spans_limit(document) => remedy_of_error(document),
+        None if error_reaches_limit(document) => remedy_of_error(document),
         None => format!("No single tolerance decides: {FARTHER}"),
     }
 }

@@ -74,8 +74,7 @@ pub struct Driver {
     pub rank_correlation: Option<f64>,
     /// Its square by the sum of all squares [-].
     pub share: Option<f64>,
-    /// What the rule says of the members alone whose draw lies within a quarter of a standard deviation: the
-    /// answer if this parameter were known so much better.
+    /// What the rule says of the members alone whose draw a quarter of the standard deviation could give as well.
     pub answer_if_known: Answer,
 }
 
@@ -161,8 +160,9 @@ impl Ensemble {
         threshold_rad: f64,
         answer: impl Fn(ShareBounds) -> Answer,
     ) {
-        /// How well a parameter is taken to be known instead [standard deviations].
-        const KNOWN: f64 = 0.25;
+        /// Where the draws of a quarter of the standard deviation end [standard deviations]. Within it these are
+        /// closer to the middle than the members that are counted, which so are the harder case.
+        const QUARTER_END: f64 = 0.25 * TRUNCATION;
         let peaks = members.window_rad.as_slice();
         self.peak_angle_rad = drivers::quantiles(peaks);
         self.drivers = drivers::drivers(peaks, &scatter.parameters, |member, parameter| {
@@ -173,7 +173,7 @@ impl Ensemble {
             let mut parameters = scatter.parameters.iter();
             let parameter = parameters.find(|parameter| parameter.name == driver.parameter);
             let near = members.filtered(|member| {
-                parameter.is_some_and(|own| scatter.draw(member, own).abs() <= KNOWN)
+                parameter.is_some_and(|own| scatter.draw(member, own).abs() <= QUARTER_END)
             });
             driver.answer_if_known = answer(near.count(threshold_rad).share());
         }

@@ -56,6 +56,37 @@ pub(super) fn short_pulse(length_s: f64, peak_g: f64) -> Signal {
     }
 }
 
+/// What the rule would say of a smaller tolerance is what it says when that is asked.
+#[test]
+fn verif_a_tolerance_that_decides_does_so_when_it_is_smaller() {
+    let pulse = short_pulse(0.012, 8.0);
+    let with_bias = |bias_g: f64, threshold: f64| {
+        let mut design = with_threshold(threshold);
+        design.input.scale = 1e-4;
+        design.input.bias_g = bias_g;
+        design
+    };
+    let all = sorted(peaks(&pulse, &with_bias(0.1, 0.1), 600, StopModel::Rigid));
+    let policy = with_members(600, RIGID, NEGATIVE);
+    // One is exceeded beyond 0.84 standard deviations, the other beyond 0.5, which a quarter of them reaches too.
+    for (threshold, expected) in [(all[480], Answer::Pass), (all[415], Answer::Undecided)] {
+        let judged = judge(&pulse, &[], &with_bias(0.1, threshold), &policy);
+        assert_eq!(judged.answer, Answer::Undecided, "{:?}", judged.why);
+        let drivers = judged.ensemble.unwrap().drivers;
+        let answer_if_known = |name: &str| {
+            let mut drivers = drivers.iter();
+            let driver = drivers.find(|driver| driver.parameter == name);
+            driver.unwrap().answer_if_known
+        };
+        assert_eq!(answer_if_known("input.bias_g"), expected);
+        assert_eq!(answer_if_known("stop.restitution"), Answer::Undecided);
+        if expected != Answer::Undecided {
+            let smaller = judge(&pulse, &[], &with_bias(0.025, threshold), &policy);
+            assert_eq!(smaller.answer, expected, "{:?}", smaller.why);
+        }
+    }
+}
+
 /// Count, bounds, quantiles and drivers against the same members run by hand.
 #[test]
 fn verif_an_ensemble_is_what_its_members_say() {
