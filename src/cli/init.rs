@@ -54,5 +54,12 @@ pub(super) fn create(path: &Path, text: &str) -> Result<(), Error> {
         .create_new(true)
         .open(path)
         .and_then(|mut file| file.write_all(text.as_bytes()))
-        .map_err(|error| Error::io_at("write a file to start from", path, &error))
+        .map_err(|error| match error.kind() {
+            std::io::ErrorKind::AlreadyExists => Error::io_at(
+                "write a file to start from",
+                path,
+                &"it is there already and stays as it is; name a file that is not there yet",
+            ),
+            _ => Error::io_at("write a file to start from", path, &error),
+        })
 }

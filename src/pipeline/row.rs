@@ -49,12 +49,7 @@ impl DecisionRow {
         });
         let usable = document.verdict != Answer::Unusable;
         let nominal = document.nominal.as_ref().filter(|_| usable);
-        let answered = nominal.and_then(|run| {
-            let own = |answer: &&latchgate_verdict::RunAnswer| {
-                answer.model == run.model && answer.opens_when == run.opens_when
-            };
-            document.answers.iter().find(own)
-        });
+        let answered = nominal.and_then(|run| document.answer_of(run));
         Self {
             report_id: document.report_id.clone(),
             verdict: document.verdict,

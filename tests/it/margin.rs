@@ -402,20 +402,42 @@ fn check_against_brute_force(
         assert_eq!(advice.safe_from.is_none(), advice.reason.is_some());
         if let (Some(from), Some(last)) = (advice.safe_from, last) {
             answered += 1;
-            assert!(
-                advice.covers(quantity, last) && rule(from),
-                "{what}: {}",
-                advice.text
-            );
-            assert_eq!(advice.does_not.is_some(), next.is_some(), "{what}");
-            if let (Some(next), Some(does_not)) = (next, advice.does_not) {
-                assert!(!advice.covers(quantity, next) && !rule(does_not), "{what}");
+            let stays = |value: &f64| nominal(*value) && rule(*value);
+            assert!(stays(&from), "{what}: {}", advice.text);
+            assert!(advice.covers(quantity, order[0]), "{what}: {}", advice.text);
+            if let Some(next) = next {
+                assert!(!advice.covers(quantity, next), "{what}: {}", advice.text);
+            }
+            if let Some(does_not) = advice.does_not {
+                assert!(!stays(&does_not), "{what}: {does_not}");
                 assert!(
                     between(from, does_not).is_empty(),
                     "{what}: {from} and {does_not}"
                 );
             }
-            assert!(advice.tried >= passing, "{what}: {} tried", advice.tried);
+            let is_clean = |cell: &[f64]| {
+                let values = between(cell[0], cell[1]);
+                values.iter().chain(cell).all(stays)
+            };
+            // Five cells beyond the advice pass throughout, and no five between it and the first failure do.
+            let beyond = order
+                .iter()
+                .filter(|value| advice.covers(quantity, **value));
+            let beyond: Vec<f64> = beyond.copied().collect();
+            let nearest = &beyond[beyond.len().saturating_sub(6)..];
+            assert!(nearest.windows(2).all(is_clean), "{what}: {}", advice.text);
+            let short_of = &order[beyond.len() - 1..=passing.min(order.len() - 1)];
+            let clean: Vec<bool> = short_of.windows(2).map(is_clean).collect();
+            assert!(
+                !clean.windows(5).any(|cells| !cells.contains(&false)),
+                "{what}: {last}, {}",
+                advice.text
+            );
+            assert!(
+                advice.tried >= beyond.len(),
+                "{what}: {} tried",
+                advice.tried
+            );
         }
 
         // The nearest changes.
@@ -777,7 +799,7 @@ fn verif_the_advice_moves_with_no_present_value() {
             (false, false) => "A preload of ",
             (false, true) => " values of the preload from ",
             (true, true) => "Stays shut down to a preload of ",
-            (true, false) => "Passes at a preload of ",
+            (true, false) => "Isolated pass: a preload of ",
         };
         assert!(found.text.contains(kind), "{}", found.text);
         let tried = format!("{} values", found.tried);

@@ -108,6 +108,14 @@ pub struct RunBlock {
     pub elapsed_s: f64,
 }
 
+impl Document {
+    /// Returns the answer for the stop and opening direction of a run.
+    pub fn answer_of(&self, run: &Run) -> Option<&RunAnswer> {
+        let mut answers = self.answers.iter();
+        answers.find(|answer| (answer.model, answer.opens_when) == (run.model, run.opens_when))
+    }
+}
+
 /// verdict.json, key by key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Document {

@@ -225,6 +225,9 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
     notes.push(
         "Use a value of \"passes from\" or beyond, and replay it: it was tried, not proven.".into(),
     );
+    if margins.answers.iter().any(Margin::is_isolated) {
+        notes.push("An isolated pass has values between it and \"passes from\" that do not pass: do not design to it.".into());
+    }
     notes.push(match margins.basis {
         Basis::NominalRun => "The nearest change is where the nominal lever meets the limit angle, without errors and tolerances.".to_string(),
         Basis::Verdict => "The nearest change is where the verdict changes on the grid; it is no advice.".to_string(),

@@ -1,6 +1,6 @@
 //! What `latchgate margin` hands over: its text, and the files of its report.
 
-use super::margin_words::{advised, direction, headline, never, titled};
+use super::margin_words::{advised, direction, headline, titled, without_advice};
 use super::terminal::{Look, TerminalLines};
 use super::words;
 use super::{html, json, plot};
@@ -151,16 +151,16 @@ fn margins(out: &mut TerminalLines, document: &MarginDocument) {
     for (index, note) in document.notes.iter().enumerate() {
         out.line(if index == 0 { "notes" } else { "" }, note);
     }
-    let never: Vec<String> = never(document)
+    let titles: Vec<String> = without_advice(document)
         .into_iter()
         .map(|(title, _)| title)
         .collect();
-    if !never.is_empty() {
+    if !titles.is_empty() {
         let text = format!(
-            "{}: no value can be advised; the page says why",
-            never.join(", ")
+            "{}: the safe end does not pass; the page says why",
+            titles.join(", ")
         );
-        out.line("never", &text);
+        out.line("no advice", &text);
     }
     if let Some(pulses) = half_sines(document) {
         out.line("half-sine", &format!("just reaches the limit: {pulses}"));

@@ -28,7 +28,13 @@ pub(super) fn headline(document: &MarginDocument) -> String {
     }
     let mut answers = document.answers.iter();
     let preload = answers.find(|answer| answer.quantity == Quantity::Preload);
-    preload.map_or_else(String::new, |answer| format!("{}.", answer.advice.text))
+    let design = match document.verdict {
+        Answer::Pass => "",
+        _ => "With this design. ",
+    };
+    preload.map_or_else(String::new, |answer| {
+        format!("{design}{}.", answer.advice.text)
+    })
 }
 
 /// Returns the name of a quantity with its unit.
@@ -69,7 +75,7 @@ pub(super) fn direction(answer: &Margin) -> &'static str {
 }
 
 /// Returns each quantity without an advice, and why, those with the same reason together.
-pub(super) fn never(document: &MarginDocument) -> Vec<(String, String)> {
+pub(super) fn without_advice(document: &MarginDocument) -> Vec<(String, String)> {
     let mut found: Vec<(String, String)> = Vec::new();
     for answer in &document.answers {
         let Some(why) = &answer.advice.reason else {

@@ -47,7 +47,7 @@ pub fn span(opens: &Opening) -> Option<OpeningSpan> {
     (end_s - start_s > longest).then_some(OpeningSpan { start_s, end_s })
 }
 
-/// Says when the lever opens: `opens at 14.4 ms`, `opens between 77 and 104 ms (9 of 10 varied levers)`, or
+/// Says when the lever opens: `opens at 14.4 ms`, `opens between 77 and 104 ms (9 of 10 varied levers in that span)`, or
 /// how many varied levers do where the nominal one does not.
 ///
 /// `verb` is `opens` or `may open`.
@@ -62,7 +62,10 @@ pub fn sentence(opens: &Opening, verb: &str) -> String {
                 instant(opens)
             )
         }
-        Some(_) => format!("{verb} {} (9 of 10 varied levers)", instant(opens)),
+        Some(_) => format!(
+            "{verb} {} (9 of 10 varied levers in that span)",
+            instant(opens)
+        ),
         None => format!("{verb} {}", instant(opens)),
     }
 }
@@ -114,15 +117,18 @@ pub fn nominal_instant(seconds: f64) -> String {
 /// crosses; `None` if it does not.
 pub fn of_run(document: &Document, run: &Run) -> Option<String> {
     let crossing = run.first_crossing_s?;
-    let of_run = |model, opens_when| (model, opens_when) == (run.model, run.opens_when);
+    let of_run = |opens: &&Opening| (opens.model, opens.opens_when) == (run.model, run.opens_when);
     let named = document
         .opens
         .iter()
         .chain(document.opens_by_direction.values())
-        .find(|opens| of_run(opens.model, opens.opens_when) && opens.first_s.is_some());
-    let mut answers = document.answers.iter();
-    let own = answers.find(|answer| of_run(answer.model, answer.opens_when));
-    let verb = opens_or_may(own.map_or(document.verdict, |own| own.answer));
+        .filter(of_run)
+        .find(|opens| opens.first_s.is_some());
+    let verb = opens_or_may(
+        document
+            .answer_of(run)
+            .map_or(document.verdict, |own| own.answer),
+    );
     Some(match named {
         Some(opens) => sentence(opens, verb),
         None => format!("{verb} at {} (nominal lever)", nominal_instant(crossing)),
@@ -185,7 +191,7 @@ mod tests {
 
     #[test]
     fn verif_an_instant_has_the_digits_that_its_spread_deserves() {
-        let spread = "opens between 77 and 104 ms (9 of 10 varied levers)";
+        let spread = "opens between 77 and 104 ms (9 of 10 varied levers in that span)";
         check_opening([77.3, 90.0, 103.2], 128, spread, "77 … 104 ms");
         let some = "opens between 77 and 104 ms (9 of 10 varied levers that open)";
         check_opening([77.3, 90.0, 103.2], 100, some, "77 … 104 ms");
@@ -197,7 +203,7 @@ mod tests {
         check_opening(
             [-0.2, 0.4, 0.9],
             128,
-            "opens between −0.2 and 0.9 ms (9 of 10 varied levers)",
+            "opens between −0.2 and 0.9 ms (9 of 10 varied levers in that span)",
             "−0.2 … 0.9 ms",
         );
     }

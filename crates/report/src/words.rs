@@ -18,7 +18,7 @@ use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::{Finding, Severity, TestFacts};
 use latchgate_verdict::conditioning::Cfc;
 use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
-use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget, RunAnswer};
+use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -40,9 +40,7 @@ pub(super) fn answer(answer: Answer) -> &'static str {
 /// with the largest peak.
 pub(super) fn spared(document: &Document) -> Option<Bound> {
     let run = document.nominal.as_ref()?;
-    let of_run =
-        |answer: &&RunAnswer| (answer.model, answer.opens_when) == (run.model, run.opens_when);
-    document.answers.iter().find(of_run)?.bound
+    document.answer_of(run)?.bound
 }
 
 /// Returns every nominal run that counts.
@@ -58,10 +56,7 @@ pub(super) fn judged_runs(document: &Document) -> Vec<&Run> {
 
 /// Returns the largest angle that a run may come to in the record or after it, errors included [rad].
 pub(super) fn highest_rad(document: &Document, run: &Run) -> f64 {
-    let answer = document
-        .answers
-        .iter()
-        .find(|answer| (answer.model, answer.opens_when) == (run.model, run.opens_when));
+    let answer = document.answer_of(run);
     let error = answer.and_then(|answer| answer.uncertainty_rad);
     let coast_error = answer.and_then(|answer| answer.coast_uncertainty_rad);
     let coast = run
@@ -347,9 +342,7 @@ pub(super) fn degrees_cell(radians: f64, digits: usize) -> String {
 
 /// Returns U of a run's peak.
 pub(super) fn uncertainty(document: &Document, run: &Run) -> Option<f64> {
-    let own =
-        |answer: &&RunAnswer| answer.model == run.model && answer.opens_when == run.opens_when;
-    document.answers.iter().find(own)?.uncertainty_rad
+    document.answer_of(run)?.uncertainty_rad
 }
 
 /// Returns the limit angle with its degrees.
@@ -688,7 +681,7 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 7] {
         },
         BudgetRow {
             name: "polarity",
-            meaning: "the sign as declared against reversed",
+            meaning: "one opening direction against the other",
             value: polarity,
             absent: unless(declared, "the sign is declared"),
         },

@@ -267,7 +267,7 @@ impl Assessing<'_> {
         };
         let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), telling);
         findings.extend(filters::filter_decides(&filters, setup.threshold_rad()));
-        let outside = setup.crossing_outside(&runs)?;
+        let outside = setup.crossing_outside(telling)?;
         findings.extend(outside.map(crossing_outside_window));
         let window = policy.window_s.into_iter();
         findings

@@ -3,13 +3,14 @@
 use super::Answer;
 use super::decision::{VariantRun, combine};
 use super::faults::Faults;
-use super::policy::Variant;
+use super::policy::{Polarity, Variant};
 use super::readings::{ReadingCache, Readings};
 use super::runs::{RunDetail, RunSetup};
 use super::usable_span::UsableSpan;
 use super::variant::VariantResult;
 use super::wording::filter_name;
 use crate::conditioning::{self, Cfc, Conditioned};
+use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
@@ -25,11 +26,25 @@ pub struct FilterRow {
     pub verdict: Option<Answer>,
     /// Largest angle in the judged window, of the stops and polarities that count [rad].
     pub peak_angle_rad: Option<f64>,
+    /// The same for each opening direction, where both are judged.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_direction: Vec<FilteredDirection>,
     /// The filter that the verdict rests on.
     pub chosen: bool,
     /// Why the filter cannot be applied, where it cannot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+}
+
+/// The answer and peak of the nominal runs after one filter, in one opening direction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FilteredDirection {
+    /// The sign of the recorded acceleration that opens.
+    pub opens_when: OpensWhen,
+    /// The answer of the nominal runs by the rule without an ensemble.
+    pub verdict: Answer,
+    /// Largest angle in the judged window, of the stops [rad].
+    pub peak_angle_rad: Option<f64>,
 }
 
 /// A row with the peak of each variant [rad].
@@ -83,6 +98,7 @@ pub(super) fn table(
                     filter,
                     verdict: None,
                     peak_angle_rad: None,
+                    by_direction: Vec::new(),
                     chosen: false,
                     reason: Some(error.to_string()),
                 },
@@ -157,11 +173,28 @@ fn judged<'a>(
         .iter()
         .map(|(variant, _, peak)| (*variant, *peak))
         .collect();
+    let direction = |opens_when: &OpensWhen| {
+        let polarity = Polarity::Declared(*opens_when);
+        let own = |answers: &[(OpensWhen, Answer)]| {
+            let own = answers.iter().filter(|(sign, _)| sign == opens_when);
+            combine(polarity, &own.copied().collect::<Vec<_>>())
+        };
+        let peaks = peaks.iter();
+        let peaks = peaks.filter(|(variant, _)| variant.opens_when == *opens_when);
+        FilteredDirection {
+            opens_when: *opens_when,
+            verdict: span.answer(own(&signed), own(&of_good)),
+            peak_angle_rad: peaks.map(|(_, peak)| *peak).reduce(f64::max),
+        }
+    };
+    let signs = polarity.signs();
+    let several = if signs.len() > 1 { signs } else { &[] };
     FilteredRow {
         row: FilterRow {
             filter,
             verdict: Some(span.answer(combine(polarity, &signed), combine(polarity, &of_good))),
             peak_angle_rad: peaks.iter().map(|(_, peak)| *peak).reduce(f64::max),
+            by_direction: several.iter().map(direction).collect(),
             chosen: false,
             reason: None,
         },

@@ -134,6 +134,7 @@ fn with_ensemble(case: &mut Case) {
                 Answer::Pass
             }),
             peak_angle_rad: (index != 2).then_some(0.13),
+            by_direction: Vec::new(),
             chosen: index == 1,
             reason: (index == 2).then(|| "needs 6000 Hz & more".into()),
         })

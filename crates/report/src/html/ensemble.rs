@@ -7,6 +7,7 @@ use crate::words;
 use latchgate_document::Document;
 use latchgate_document::number::{ABSENT, count, significant, trimmed};
 
+use latchgate_kernel::units::OpensWhen;
 use latchgate_verdict::Answer;
 use latchgate_verdict::decision::{
     FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX, looks_in_words,
@@ -254,17 +255,43 @@ pub(super) fn filters(document: &Document) -> Markup {
     if document.filters.is_empty() {
         return html! {};
     }
+    let directions = document.filters.iter().map(|row| &row.by_direction);
+    let directions = directions.max_by_key(|directions| directions.len());
+    let signs: Vec<OpensWhen> = directions
+        .into_iter()
+        .flatten()
+        .map(|own| own.opens_when)
+        .collect();
+    let columns: &[&str] = if signs.is_empty() {
+        &["Filter", "#Largest angle [°]", "Answer", "Remark"]
+    } else {
+        &[
+            "Filter",
+            "#Negative opens: largest angle [°]",
+            "Answer",
+            "#Positive opens: largest angle [°]",
+            "Answer",
+            "Remark",
+        ]
+    };
     html! {
         section #filters {
-            h2 { "After each filter" }
+            h2 { "After each filter, the nominal lever alone" }
             table.filters {
-                (heads(&["Filter", "#Largest angle [°]", "Nominal lever alone", "Remark"]))
+                (heads(columns))
                 tbody {
                     @for row in &document.filters {
                         tr .nominal[row.chosen] {
                             th { (filter_name(row.filter)) }
-                            (peak(row.peak_angle_rad, document.threshold_rad))
-                            td { (row.verdict.map_or("–", Answer::name)) }
+                            @if signs.is_empty() {
+                                (peak(row.peak_angle_rad, document.threshold_rad))
+                                td { (row.verdict.map_or("–", Answer::name)) }
+                            }
+                            @for sign in &signs {
+                                @let own = row.by_direction.iter().find(|own| own.opens_when == *sign);
+                                (peak(own.and_then(|own| own.peak_angle_rad), document.threshold_rad))
+                                td { (own.map_or("–", |own| own.verdict.name())) }
+                            }
                             td {
                                 @if let Some(reason) = &row.reason { (line(&words::sentence(reason))) }
                                 @else if row.chosen { "in use" }
@@ -274,7 +301,8 @@ pub(super) fn filters(document: &Document) -> Markup {
                 }
             }
             p.note {
-                "Limit angle " (words::limit_angle(document.threshold_rad)) ". Where filters disagree, do not rely on a pass."
+                "Limit angle " (words::limit_angle(document.threshold_rad)) ". Undecided: the error of the largest angle reaches the limit; the varied levers, which have no part here, may \
+                 decide. Where filters disagree, do not rely on a pass."
             }
         }
     }

@@ -4,7 +4,7 @@ use super::markup::{channel_and_design, code_fact, figure, heads};
 use super::results::NO_FINDINGS;
 use super::sources::judged;
 use crate::escape::terminal as line;
-use crate::margin_words::{advised, bracket, change, direction, headline, never, titled};
+use crate::margin_words::{advised, bracket, change, direction, headline, titled, without_advice};
 use crate::page::PageFrame;
 use crate::plot::{Figure, MARGIN_RULES};
 use crate::words;
@@ -79,7 +79,7 @@ fn answers(document: &MarginDocument) -> Markup {
                 (heads(&["Quantity", "#Present", "#Passes from", "#Tried to", "#Nearest change", "#Change", "There"]))
                 tbody { @for answer in &document.answers { (nearest_change(answer, counterweight.radius_m)) } }
             }
-            @for (title, why) in never(document) { p.note { (line(&title)) ": " (line(&why)) "." } }
+            @for (title, why) in without_advice(document) { p.note { (line(&title)) ": " (line(&why)) "." } }
             (searched(document))
             @if let Some(mass) = counterweight.mass_kg {
                 p.note {

@@ -65,10 +65,7 @@ pub(super) fn runs(document: &Document) -> Markup {
 
 /// Returns the quantities of a run, names with values.
 fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
-    let answer = document
-        .answers
-        .iter()
-        .find(|answer| answer.model == run.model && answer.opens_when == run.opens_when);
+    let answer = document.answer_of(run);
     let verdict = answer.map_or(ABSENT, |answer| answer.answer.name());
     let number = |value: f64| significant(value, DIGITS);
     let degrees = |radians: f64| words::degrees_cell(radians, DIGITS);
@@ -223,6 +220,9 @@ pub(super) fn budget(document: &Document) -> Markup {
         return html! {};
     };
     let margin = margin(document.threshold_rad, run.peak_angle_rad).0.abs();
+    // Beyond a quarter turn the size of the peak means nothing, nor what it is compared with.
+    let is_beyond = run.peak_angle_rad > FRAC_PI_2;
+    let counted = words::uncertainty(document, run);
     html! {
         section #budget {
             h2 { "How sure is the largest angle" }
@@ -236,12 +236,21 @@ pub(super) fn budget(document: &Document) -> Markup {
                             td { (part.meaning) }
                             @if let Some(value) = part.value {
                                 td.number { (words::degrees_cell(value, 3)) }
-                                @if value.abs() >= margin { td.above { "as large or larger" } } @else { td { "smaller" } }
+                                @if is_beyond { td { (ABSENT) } }
+                                @else if value.abs() >= margin { td.above { "as large or larger" } } @else { td { "smaller" } }
                             } @else {
                                 td.number { (ABSENT) }
                                 td { (part.absent) }
                             }
                         }
+                    }
+                    tr.nominal {
+                        th { "U" }
+                        td { "what the rule counts: the first two and twice the noise" }
+                        td.number { (counted.map_or_else(|| ABSENT.into(), |error| words::degrees_cell(error, 3))) }
+                        @if is_beyond || counted.is_none() { td { (ABSENT) } }
+                        @else if counted.is_some_and(|error| error >= margin) { td.above { "as large or larger" } }
+                        @else { td { "smaller" } }
                     }
                 }
             }

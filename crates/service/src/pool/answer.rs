@@ -201,12 +201,10 @@ fn summary(document: &Document) -> Summary {
             .first()
             .map_or_else(String::new, |reason| for_http(&reason.text)),
         peak_angle_rad: document.nominal.as_ref().map(|run| run.peak_angle_rad),
-        uncertainty_rad: document.nominal.as_ref().and_then(|run| {
-            let mut answers = document.answers.iter();
-            let own =
-                answers.find(|own| own.model == run.model && own.opens_when == run.opens_when);
-            own?.uncertainty_rad
-        }),
+        uncertainty_rad: document
+            .nominal
+            .as_ref()
+            .and_then(|run| document.answer_of(run)?.uncertainty_rad),
         threshold_rad: document.threshold_rad,
         members: document
             .ensemble

@@ -89,12 +89,10 @@ impl Advice {
                     format!(", but {} does not", number(value))
                 });
                 format!(
-                    "Passes at a {title} of {}{first}; {} {more} passes ({tried})",
+                    "Isolated pass: {article} {title} of {} passes{first}; {} {more} passes ({tried})",
                     shown(present),
                     number(from)
                 )
-                .replace("at a u", "at an u")
-                .replace("at a a", "at an a")
             }
             (None, _) => {
                 let why = self.reason.as_deref().unwrap_or("none was found");

@@ -294,14 +294,6 @@ pub fn three_digits(value: f64, up: bool) -> f64 {
     }
 }
 
-/// Returns nine values between two numbers of three digits, a tenth of the way apart, from `from` on.
-pub fn tenths_between(from: f64, to: f64) -> Vec<f64> {
-    let tenths = (1..10).map(|tenth| from + 0.1 * f64::from(tenth) * (to - from));
-    tenths
-        .map(|value| format!("{value:.3e}").parse().unwrap_or(value))
-        .collect()
-}
-
 /// Returns the numbers of three digits between two values, from `from` towards `to`, neither end among
 /// them; below half of the larger as close together as there.
 pub fn between(from: f64, to: f64) -> Vec<f64> {

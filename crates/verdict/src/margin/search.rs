@@ -1,6 +1,6 @@
 //! The runs and rules at one value of a quantity, and the walk over its grid.
 
-use super::quantity::{GridBounds, Quantity, between, tenths_between};
+use super::quantity::{GridBounds, Quantity, between};
 use super::{Advice, Basis, Boundary, Change, Margin, MarginOptions, NominalAnswer, Scan};
 use crate::assess::assess_again;
 use crate::conditioning::{self, Conditioned};
@@ -31,6 +31,9 @@ const SIDE_BY_SIDE: usize = 8;
 /// Values that nominal runs are made at side by side: between such batches, never in one, the search
 /// looks at its limit on work, so that threads do not move where it ends.
 const NOMINAL_SIDE_BY_SIDE: usize = 64;
+
+/// Cells of a grid in a row, from the advice on, that pass at every number of three digits.
+const CLEAN_CELLS: usize = 5;
 
 /// Times as many steps that a search may take as a verdict.
 const WORK_TIMES: u64 = 20;
@@ -486,8 +489,8 @@ impl<'w, 'a> Walk<'w, 'a> {
         Ok(self.passes(&[value])?.contains(&true))
     }
 
-    /// Asks the whole rule from the safe end on, down to the first value that does not pass; then from the
-    /// last that does towards it, at each number of three digits, as long as they pass.
+    /// Asks the whole rule from the safe end on, down to the first value that does not pass; then at each
+    /// number of three digits, upwards from there, until [`CLEAN_CELLS`] cells of the grid pass throughout.
     fn advice(&self) -> Result<Advice, Error> {
         let mut order = self.grid.clone();
         if self.quantity.is_safer_above() {
@@ -496,22 +499,21 @@ impl<'w, 'a> Walk<'w, 'a> {
         let until = order.first().copied().unwrap_or_default();
         let (passing, mut does_not) = self.as_far_as_they_pass(&order)?;
         let mut safe_from = passing.last().copied();
-        if let (Some(from), Some(end)) = (safe_from, does_not) {
-            // Not by halves: what lies between need not pass where its end does.
-            let values = between(from, end);
-            let (passing, first) = self.as_far_as_they_pass(&values)?;
-            does_not = first.or(does_not);
-            let steps: Vec<f64> = std::iter::once(from).chain(passing.to_vec()).collect();
-            safe_from = Some(from);
-            // What passes at three digits need not at four, and who follows the advice lands there.
-            for step in steps.windows(2).rev() {
-                let (safer, value) = (step[0], step[1]);
-                let (_, failing) = self.as_far_as_they_pass(&tenths_between(safer, value))?;
-                if failing.is_none() {
-                    safe_from = Some(value);
-                    break;
-                }
+        let mut clean_cells = 0;
+        // Near its limit a lever passes at some values by luck, so that one pass proves none beside it.
+        for cell in order[..order.len().min(passing.len() + 1)].windows(2).rev() {
+            if clean_cells == CLEAN_CELLS {
+                break;
+            }
+            let mut values = between(cell[0], cell[1]);
+            values.push(cell[1]);
+            let (passing, failing) = self.as_far_as_they_pass(&values)?;
+            if failing.is_some() {
+                safe_from = passing.last().or(cell.first()).copied();
                 does_not = failing;
+                clean_cells = 0;
+            } else {
+                clean_cells += 1;
             }
         }
         let reason = match safe_from {
