@@ -6,6 +6,7 @@
 //! - `failure`: why a command ended without an answer of its own;
 //! - `gate`: `latchgate gate`: many recordings and designs, one exit code;
 //! - `init`: `latchgate init`: a commented file to start from;
+//! - `inputs`: keeps what a command reads from what it writes;
 //! - `inspect`: `latchgate inspect`: what a recording holds;
 //! - `limits`: `latchgate limits`: every limit on input, with its value and how to change it;
 //! - `log`: tracing output: stderr, as text or JSON lines, silent unless asked for;
@@ -35,6 +36,7 @@ mod design;
 mod failure;
 pub mod gate;
 pub mod init;
+mod inputs;
 mod inspect;
 pub mod limits;
 mod log;
@@ -64,8 +66,13 @@ pub fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => {
             // Help and version are answers, not errors; clap knows which stream is theirs.
+            if error.use_stderr() {
+                // It repeats words of the command line, file names among them.
+                output::talk_plainly(error.render().to_string().trim_end());
+                return ExitCode::from(WRONG_USAGE);
+            }
             let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { WRONG_USAGE } else { 0 });
+            return ExitCode::SUCCESS;
         }
     };
     if let Err(error) = log::start(&arguments.common) {

@@ -44,7 +44,7 @@ pub mod text;
 
 pub use baseline::Baseline;
 pub use collect::{Collection, Standing};
-pub use file::GateFile;
+pub use file::{ERRORS_TOLD, GateFile};
 pub use pairs::{Pair, PairStanding};
 pub use plan::Plan;
 pub use rule::{Asked, hold};

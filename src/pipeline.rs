@@ -77,7 +77,7 @@ pub use latchgate_verdict::{Answer, Evidence, ModelChoice, Reason};
 pub use margin::{MarginOutcome, margin};
 pub use prepared::{Extras, Outcome, Prepared, Refused};
 pub use row::DecisionRow;
-pub use verify::{Stored, Verification, verify};
+pub use verify::{Stored, Verification, VerifiedReport, verify};
 
 /// Reads, conditions, replays and decides: one recording, one design, one document.
 ///

@@ -16,7 +16,7 @@ use super::output;
 use super::progress::Progress;
 use super::values::{OutputFormat, parse_date};
 use crate::gate::files::Reports;
-use crate::gate::{self, Asked, Baseline, GateFile, GateSummary, Plan, Store};
+use crate::gate::{self, Asked, Baseline, ERRORS_TOLD, GateFile, GateSummary, Plan, Store};
 use crate::pipeline::Request;
 use clap::{Args, ValueEnum};
 use latchgate_recording::error::{Error, Place};
@@ -304,6 +304,11 @@ fn plan(path: &Path, own: &[PathBuf], limits: &Limits) -> Result<Option<Plan>, F
             let told: BTreeSet<String> = errors.iter().map(ToString::to_string).collect();
             for error in told {
                 output::talk_plainly(&worded(&format!("latchgate: {error}")));
+            }
+            if errors.len() >= ERRORS_TOLD {
+                output::talk(&format!(
+                    "latchgate: {name}: there may be more; {ERRORS_TOLD} errors are told at a time"
+                ));
             }
             Ok(None)
         }

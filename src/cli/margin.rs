@@ -2,6 +2,7 @@
 
 use super::design::asked_design;
 use super::failure::{COULD_NOT, Failure};
+use super::inputs::Inputs;
 use super::options::{Common, MarginArguments};
 use super::output;
 use super::progress::Progress;
@@ -40,6 +41,8 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         own.replay.out.clone().unwrap_or_else(folder)
     });
     if let Some(folder) = &folder {
+        let inputs = Inputs::of(&own.replay, &[]);
+        inputs.lie_outside(folder).map_err(Failure::Data)?;
         latchgate_report::margin::write(folder, &document, &margins).map_err(Failure::Data)?;
     }
     match common.format {

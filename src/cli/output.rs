@@ -4,6 +4,7 @@ use super::options::Common;
 use super::values::ColorArgument;
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::setting::Setting;
+use latchgate_report::escape;
 use latchgate_report::terminal::Look;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -137,10 +138,13 @@ pub(super) fn talk(text: &str) {
     talk_plainly(&with_options(text));
 }
 
-/// Writes a message to stderr as it is.
+/// Writes a message to stderr, lines as they are. Names and cells of files are in it: no character of theirs steers
+/// the terminal.
 pub(super) fn talk_plainly(text: &str) {
     let mut err = io::stderr().lock();
-    let _ = writeln!(err, "{text}");
+    for line in text.split('\n') {
+        let _ = writeln!(err, "{}", escape::terminal(line));
+    }
 }
 
 #[cfg(test)]

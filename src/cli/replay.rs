@@ -6,6 +6,7 @@ mod answer;
 
 use super::design::asked_design;
 use super::failure::Failure;
+use super::inputs::Inputs;
 use super::options::{Common, ReplayCommand, source_of};
 use super::output;
 use super::pdf;
@@ -32,6 +33,10 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
     // What the command line alone shows to be wrong comes before what a file says.
     let request = own.replay.request(common).map_err(Failure::Usage)?;
     let design = asked_design(&own.replay, &request, common)?;
+    let inputs = Inputs::of(&own.replay, &own.further);
+    if let Some(series) = &own.series {
+        inputs.are_not(series).map_err(Failure::Data)?;
+    }
     let first = &own.replay.read.recording;
     let recordings: Vec<&Path> = std::iter::once(first)
         .chain(&own.further)
@@ -82,7 +87,7 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
             });
             outcome.document.preload_answer = advice.map_err(Failure::of_data)?;
         }
-        judged.push(kept(own, recording, recordings.len() > 1, outcome));
+        judged.push(kept(own, &inputs, recording, recordings.len() > 1, outcome));
     }
     drop(progress);
     answer::print(&judged, common).map_err(Failure::Data)?;
@@ -96,7 +101,13 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
 }
 
 /// Writes the report, if there is to be one; what was not judged has none.
-fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) -> ReplayedFile {
+fn kept(
+    own: &ReplayCommand,
+    inputs: &Inputs,
+    recording: &Path,
+    several: bool,
+    outcome: Outcome,
+) -> ReplayedFile {
     let mut judged = ReplayedFile {
         outcome,
         report: None,
@@ -120,6 +131,10 @@ fn kept(own: &ReplayCommand, recording: &Path, several: bool, outcome: Outcome) 
         Some(out) => out.clone(),
         None => Path::new("reports/out").join(name),
     };
+    if let Err(error) = inputs.lie_outside(&folder) {
+        judged.unwritten = Some(error);
+        return judged;
+    }
     let evidence = judged.outcome.evidence.as_ref();
     let path = (recording != Path::new("-")).then_some(recording);
     let earlier = latchgate_report::id_in(&folder);

@@ -37,6 +37,7 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
             &source,
             &request,
             own.recording.is_some(),
+            own.verdict.parent().unwrap_or(Path::new("")),
             &limits,
             control,
         )
@@ -84,6 +85,16 @@ fn text(verification: &Verification) -> String {
                 "differences",
                 &format!("{} values in all", verification.differences),
             );
+        }
+    }
+    let report = &verification.report;
+    for (name, files) in [
+        ("report, same", &report.same),
+        ("different", &report.different),
+        ("not compared", &report.not_compared),
+    ] {
+        if !files.is_empty() {
+            line(name, &files.join(", "));
         }
     }
     out

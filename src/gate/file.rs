@@ -88,12 +88,15 @@ pub(super) const OF_REQUIRE: [&str; 3] = ["recordings", "designs", "verdict"];
 /// The keys of `[[allow]]`.
 pub(super) const OF_ALLOW: [&str; 4] = ["recordings", "designs", "reason", "until"];
 
+/// Errors of a gate file that are told: after so many nobody reads on.
+pub const ERRORS_TOLD: usize = 20;
+
 impl GateFile {
     /// Reads a gate file from its TOML text; `name` is told with errors.
     ///
     /// # Errors
     ///
-    /// Everything that is wrong with it, each at its line: [`ErrorKind::Malformed`] where the text
+    /// What is wrong with it, [`ERRORS_TOLD`] at most, each at its line: [`ErrorKind::Malformed`] where the text
     /// is no TOML or a value of the wrong type, [`ErrorKind::UnknownName`] for an unknown key with
     /// the nearest known one, [`ErrorKind::BadSetting`] for a setting with a value that it does not
     /// take.
@@ -115,6 +118,7 @@ impl GateFile {
         let mut reading = FileReading {
             file: name,
             text,
+            heads: heads(text),
             errors: Vec::new(),
         };
         let gate = reading.gate(table, limits);
@@ -130,13 +134,33 @@ impl GateFile {
 struct FileReading<'a> {
     file: &'a str,
     text: &'a str,
+    /// The lines on which the tables of each array begin.
+    heads: BTreeMap<&'static str, Vec<u64>>,
     errors: Vec<Error>,
+}
+
+/// Finds the lines on which the tables of each array begin.
+fn heads(text: &str) -> BTreeMap<&'static str, Vec<u64>> {
+    let mut heads: BTreeMap<&'static str, Vec<u64>> = BTreeMap::new();
+    for (line, number) in text.lines().zip(1..) {
+        let Some(head) = line.trim_start().strip_prefix("[[") else {
+            continue;
+        };
+        let head = head.split(']').next().unwrap_or_default();
+        if let Some(kind) = TABLES.into_iter().find(|kind| *kind == head.trim()) {
+            heads.entry(kind).or_default().push(number);
+        }
+    }
+    heads
 }
 
 impl FileReading<'_> {
     fn gate(&mut self, table: toml::Table, limits: &Limits) -> GateFile {
         let mut gate = GateFile::default();
         for (key, value) in table {
+            if self.errors.len() >= ERRORS_TOLD {
+                break;
+            }
             match (key.as_str(), value) {
                 ("require", toml::Value::String(word)) => {
                     let place = self.place_of("require", None);
@@ -152,6 +176,9 @@ impl FileReading<'_> {
                 }
                 (kind, value) if TABLES.contains(&kind) => {
                     for (number, entry) in self.entries(kind, value) {
+                        if self.errors.len() >= ERRORS_TOLD {
+                            break;
+                        }
                         let place = self.place_of(kind, Some(number));
                         if let Err(error) = entry_of(&mut gate, kind, entry, &place, limits) {
                             self.errors.push(error.at(place));
@@ -184,6 +211,7 @@ impl FileReading<'_> {
                 other => {
                     let place = self.place_of(kind, Some(number));
                     self.errors.push(not_tables(kind, &other).at(place));
+                    break;
                 }
             }
         }
@@ -192,20 +220,17 @@ impl FileReading<'_> {
 
     /// Finds the line of a key, or of the numbered table of an array.
     fn place_of(&self, key: &str, number: Option<usize>) -> Place {
-        let head = format!("[[{key}]]");
+        let head = number.and_then(|number| self.heads.get(key)?.get(number));
+        if let Some(line) = head {
+            return Place::file(self.file).line(*line);
+        }
         let plain = |line: &str| {
             let rest = line.strip_prefix(key);
             rest.is_some_and(|rest| rest.trim_start().starts_with('='))
         };
         let mut lines = self.text.lines().map(str::trim_start).enumerate();
-        let found = match number {
-            Some(number) => lines
-                .clone()
-                .filter(|(_, line)| line.starts_with(&head))
-                .nth(number)
-                .or_else(|| lines.find(|(_, line)| plain(line))),
-            None => lines.find(|(_, line)| plain(line) || line.starts_with(&format!("[{key}]"))),
-        };
+        let head = format!("[{key}]");
+        let found = lines.find(|(_, line)| plain(line) || line.starts_with(&head));
         let place = Place::file(self.file);
         match found {
             Some((index, _)) => place.line(index as u64 + 1),

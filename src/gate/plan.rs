@@ -3,7 +3,7 @@
 //! Patterns become files, files become names, and names meet what is required of them; each step
 //! needs the one before, and what matches nothing is an error. No recording is opened.
 
-use super::file::{DesignEntry, Exception, GateFile, RecordingsEntry};
+use super::file::{DesignEntry, ERRORS_TOLD, Exception, GateFile, RecordingsEntry};
 use crate::pipeline::{Answer, Design, Limits, Request, design_from_bytes, read_within};
 use glob::{MatchOptions, Pattern};
 use latchgate_document::design_file::apply_override;
@@ -190,6 +190,9 @@ impl Plan {
             part: false,
         };
         for entry in &file.require {
+            if errors.len() >= ERRORS_TOLD {
+                break;
+            }
             match plan.pairs(&entry.recordings, &entry.designs, "requirement") {
                 Ok(pairs) => plan.rules.push(Rule {
                     pairs,
@@ -199,6 +202,9 @@ impl Plan {
             }
         }
         for entry in &file.allow {
+            if errors.len() >= ERRORS_TOLD {
+                break;
+            }
             match plan.exception(entry) {
                 Ok(exception) => plan.exceptions.push(exception),
                 Err(error) => errors.push(error.at(entry.place.clone())),
@@ -318,6 +324,9 @@ fn recordings(
     for entry in entries {
         let request = Arc::new(entry.request.clone());
         for files in &entry.files {
+            if errors.len() >= ERRORS_TOLD {
+                break;
+            }
             let paths = match paths(files, folder, own) {
                 Ok(paths) => paths,
                 Err(error) => {
@@ -494,6 +503,9 @@ fn designs(
 ) -> Vec<Design> {
     let mut found: BTreeMap<String, Design> = BTreeMap::new();
     for entry in entries {
+        if errors.len() >= ERRORS_TOLD {
+            break;
+        }
         match design(entry, folder, limits) {
             Ok(design) if found.contains_key(&design.name) => {
                 let what = format!("one design named `{}`", design.name);

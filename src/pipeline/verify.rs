@@ -14,6 +14,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fmt;
+use std::fs;
+use std::path::Path;
 
 /// A verdict as it was stored.
 #[derive(Debug, Clone)]
@@ -36,10 +38,50 @@ pub struct Verification {
     pub version: StoredAndNow,
     /// The recording.
     pub recording: VerifiedFile,
+    /// The files beside the verdict.
+    pub report: VerifiedReport,
     /// Keys that differ.
     pub differences: usize,
     /// The first of them.
     pub first_difference: Option<Difference>,
+}
+
+/// The files of a report beside a verdict, made again from the same run and compared byte for byte.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VerifiedReport {
+    /// Those that are the same.
+    pub same: Vec<String>,
+    /// Those that are not.
+    pub different: Vec<String>,
+    /// Those that were not compared.
+    pub not_compared: Vec<String>,
+}
+
+impl VerifiedReport {
+    /// Compares the files of a report that lie in `folder` with those `made` again; `None` where they cannot be
+    /// expected to be the same.
+    fn of(folder: &Path, made: Option<&[(String, Vec<u8>)]>) -> Self {
+        let mut report = Self::default();
+        for name in latchgate_report::names() {
+            let path = folder.join(&name);
+            if name == latchgate_report::VERDICT_FILE || !path.exists() {
+                continue;
+            }
+            let made = made
+                .into_iter()
+                .flatten()
+                .find(|(of_made, _)| *of_made == name);
+            let list = match made {
+                None => &mut report.not_compared,
+                Some((_, bytes)) if fs::read(&path).is_ok_and(|found| found == *bytes) => {
+                    &mut report.same
+                }
+                Some(_) => &mut report.different,
+            };
+            list.push(name);
+        }
+        report
+    }
 }
 
 /// A value in the stored verdict and in the one made again.
@@ -140,7 +182,7 @@ impl Stored {
         Extras {
             filter_table: filters.is_some_and(|rows| !rows.is_empty()),
             preload_answer: self.document["preload_answer"].is_object(),
-            evidence: false,
+            evidence: true,
         }
     }
 
@@ -218,7 +260,7 @@ fn design(document: &Value) -> Result<Design, Error> {
 
 /// Makes the run of a stored verdict again, as `request` asks, and compares every key but `run`
 /// and every number to its last digit. `renamed` says that the recording goes by another name
-/// now.
+/// now. The files of a report in `folder` are compared with those that belong to the run.
 ///
 /// # Errors
 ///
@@ -229,6 +271,7 @@ pub fn verify(
     source: &Source,
     request: &Request,
     renamed: bool,
+    folder: &Path,
     limits: &Limits,
     control: &Control<'_>,
 ) -> Result<Verification, Error> {
@@ -265,11 +308,19 @@ pub fn verify(
         stored: of(&before).as_str().map(String::from),
         now: of(&after).as_str().map(String::from),
     };
+    let version = both(&|document| &document["run"]["version"]);
+    // Another name, other limits or another version stand in the page.
+    let is_same_page =
+        comparison.first.is_none() && !renamed && !within && version.stored == version.now;
+    let made =
+        is_same_page.then(|| latchgate_report::files(&outcome.document, outcome.evidence.as_ref()));
+    let report = VerifiedReport::of(folder, made.as_deref());
     Ok(Verification {
         schema: "latchgate.verify/1".into(),
-        same: comparison.first.is_none(),
+        same: comparison.first.is_none() && report.different.is_empty(),
         verdict: both(&|document| &document["verdict"]),
-        version: both(&|document| &document["run"]["version"]),
+        version,
+        report,
         recording: VerifiedFile {
             file: stored.file().to_string(),
             sha256: both(&|document| &document["recording"]["sha256"]),

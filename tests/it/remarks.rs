@@ -275,6 +275,7 @@ fn verif_acceptance_is_part_of_the_question() {
         &source,
         stored.request(),
         false,
+        std::path::Path::new("target/nowhere"),
         &Limits::default(),
         &Control::default(),
     );

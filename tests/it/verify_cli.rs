@@ -383,3 +383,49 @@ fn cli_verify_finds_a_recording_whose_name_begins_with_a_hyphen() {
         assert_eq!(done.code, 0, "{own:?}: {}{}", done.out, done.err);
     }
 }
+
+/// People read the report, not the document: a file beside the verdict that is not the one that belongs to the run is
+/// told, and what was not compared is named.
+#[test]
+fn cli_verify_compares_the_report_beside_the_verdict() {
+    let folder = Folder::new("verify-report");
+    let out = folder.path().join("report");
+    let shown = out.to_str().unwrap();
+    let burst = signal_file("burst.csv");
+    let done = latchgate(&["replay", &burst, "--members", "128", "--out", shown]);
+    assert_eq!(done.code, 1, "{}", done.err);
+    let verdict = out.join("verdict.json");
+    let verify = |code: i32| {
+        let verdict = verdict.to_str().unwrap();
+        let done = latchgate(&["verify", verdict, "--recording", &burst, "--format", "json"]);
+        assert_eq!(done.code, code, "{}{}", done.out, done.err);
+        done.document()
+    };
+    let whole = verify(0);
+    let same = whole["report"]["same"].as_array().unwrap();
+    assert!(same.len() >= 8, "{whole:#}");
+    assert_eq!(
+        whole["report"]["not_compared"],
+        serde_json::json!(["recording.path"])
+    );
+    for name in ["report.html", "event.svg", "series.csv"] {
+        let path = out.join(name);
+        let kept = std::fs::read_to_string(&path).unwrap();
+        let edited = match name {
+            "report.html" => kept.replacen("FAIL", "PASS", 1),
+            _ => kept.replacen('1', "2", 1),
+        };
+        assert_ne!(edited, kept);
+        std::fs::write(&path, edited).unwrap();
+        let told = verify(1);
+        assert_eq!(told["report"]["different"], serde_json::json!([name]));
+        assert_eq!(told["same"], false);
+        std::fs::write(&path, kept).unwrap();
+    }
+    std::fs::write(out.join("report.pdf"), "a print").unwrap();
+    let told = verify(0);
+    assert_eq!(
+        told["report"]["not_compared"],
+        serde_json::json!(["report.pdf", "recording.path"])
+    );
+}

@@ -4,6 +4,7 @@
 //! characters that steer a terminal, or characters that turn the reading direction and so
 //! make a text look like another one.
 
+use latchgate_document::json::steers;
 use std::borrow::Cow;
 
 /// Stands for a character that must not be shown.
@@ -57,10 +58,8 @@ fn is_markup(c: char) -> bool {
 fn shown(c: char) -> char {
     match c {
         '\n' | '\r' | '\t' => ' ',
-        '\u{200E}' | '\u{200F}' | '\u{061C}' => REPLACEMENT,
-        '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}' => REPLACEMENT,
         '\u{FFFE}' | '\u{FFFF}' => REPLACEMENT,
-        other if other.is_control() => REPLACEMENT,
+        other if steers(other) => REPLACEMENT,
         other => other,
     }
 }

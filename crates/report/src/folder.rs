@@ -1,9 +1,10 @@
 //! A report's folder: its name, and that it holds the earlier report, the new one or none, never
 //! parts of both.
 
+use super::{COMPARE_FILE, VERDICT_FILE, margin};
 use latchgate_recording::error::Error;
-use std::fs;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -58,6 +59,11 @@ pub(super) fn put(
         let error = io::Error::from(io::ErrorKind::NotADirectory);
         return Err(Error::io_at(MAKE, dir, &error));
     }
+    if is_foreign(dir) {
+        let reason =
+            "it holds files that are no report; name an empty folder, or one that is not there yet";
+        return Err(Error::io_at("write a report into the folder", dir, &reason));
+    }
     // Of `.` and `..` there is no beside.
     let whole = dir.file_name().is_some();
     let beside = if whole {
@@ -105,18 +111,24 @@ impl Unplaced {
     }
 
     fn new(parent: &Path) -> Result<Self, Error> {
-        let made = Self::unmade(parent);
-        fs::create_dir_all(&made.path).map_err(|error| Error::io_at(MAKE, &made.path, &error))?;
-        Ok(made)
+        loop {
+            let path = Self::unused(parent);
+            match fs::create_dir(&path) {
+                Ok(()) => {
+                    let parent = parent.to_path_buf();
+                    return Ok(Self { parent, path });
+                }
+                // What lies under its name, a link of somebody else's among that, is not written into.
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(Error::io_at(MAKE, &path, &error)),
+            }
+        }
     }
 
-    fn unmade(parent: &Path) -> Self {
+    /// Returns a path that no other run of this machine takes.
+    fn unused(parent: &Path) -> PathBuf {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let name = format!(".latchgate-{}-{number}.part", std::process::id());
-        Self {
-            parent: parent.to_path_buf(),
-            path: parent.join(name),
-        }
+        parent.join(format!(".latchgate-{}-{number}.part", std::process::id()))
     }
 
     /// Returns where the folder lies until it is placed.
@@ -146,7 +158,10 @@ impl Unplaced {
             if !dir.is_dir() {
                 return Err(Error::io_at(MAKE, dir, &error));
             }
-            let old = Self::unmade(&self.parent);
+            let old = Self {
+                parent: self.parent.clone(),
+                path: Self::unused(&self.parent),
+            };
             match fs::rename(dir, &old.path) {
                 Ok(()) => {}
                 // Another run was quicker.
@@ -164,6 +179,19 @@ impl Unplaced {
         }
         Err(cannot(io::Error::other("others keep writing into it")))
     }
+}
+
+/// Tells whether a folder holds files, and no report among them.
+fn is_foreign(dir: &Path) -> bool {
+    const FILES: [&str; 3] = [VERDICT_FILE, margin::DOCUMENT_FILE, COMPARE_FILE];
+    let is_one = |name: &&str| {
+        let mut head = Vec::new();
+        let read =
+            File::open(dir.join(name)).and_then(|file| file.take(4096).read_to_end(&mut head));
+        read.is_ok() && String::from_utf8_lossy(&head).contains("latchgate")
+    };
+    let holds_any = fs::read_dir(dir).is_ok_and(|mut entries| entries.next().is_some());
+    holds_any && !FILES.iter().any(is_one)
 }
 
 /// Tells whether a folder holds anything but files of the names `ours`.

@@ -126,7 +126,17 @@ pub fn write(
     mut files: Vec<(String, Vec<u8>)>,
     recording: Option<&Path>,
 ) -> Result<Vec<PathBuf>, Error> {
-    let ours: Vec<String> = [
+    if let Some(path) = recording {
+        let note = format!("{}\n", path.display());
+        files.insert(1, (SOURCE_FILE.to_string(), note.into_bytes()));
+    }
+    folder::put(dir, &names(), &files)
+}
+
+/// Returns the name of every file that a report may hold.
+pub fn names() -> Vec<String> {
+    let plots = plot::NAMES.iter().map(|name| format!("{name}.svg"));
+    [
         REPORT_FILE,
         PDF_FILE,
         VERDICT_FILE,
@@ -135,13 +145,8 @@ pub fn write(
     ]
     .into_iter()
     .map(String::from)
-    .chain(plot::NAMES.iter().map(|name| format!("{name}.svg")))
-    .collect();
-    if let Some(path) = recording {
-        let note = format!("{}\n", path.display());
-        files.insert(1, (SOURCE_FILE.to_string(), note.into_bytes()));
-    }
-    folder::put(dir, &ours, &files)
+    .chain(plots)
+    .collect()
 }
 
 /// File name of the page of several verdicts.

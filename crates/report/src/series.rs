@@ -6,13 +6,15 @@ use latchgate_recording::error::Error;
 pub use latchgate_verdict::SampledSeries;
 use latchgate_verdict::SeriesRun;
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 /// Returns the series as CSV: time, acceleration as recorded and as used, its integral, and angle
 /// and angular velocity of each run.
 pub fn csv(series: &SampledSeries) -> String {
     let mut out = String::with_capacity(series.time_s.len() * (4 + 2 * series.runs.len()) * 20);
-    out.push_str("time_s,acceleration_recorded_m_s2,acceleration_used_m_s2,velocity_m_s");
+    out.push_str(HEAD);
     for run in &series.runs {
         let name = format!("{}_{}", run.model.name(), run.opens_when.name());
         // Writing into a String cannot fail.
@@ -105,6 +107,16 @@ fn run_of(name: &str) -> Option<(StopModel, OpensWhen)> {
     let (model, opens_when) = words.split_once('_')?;
     let model = serde_json::from_value(model.into()).ok()?;
     Some((model, serde_json::from_value(opens_when.into()).ok()?))
+}
+
+/// First columns of a series.
+const HEAD: &str = "time_s,acceleration_recorded_m_s2,acceleration_used_m_s2,velocity_m_s";
+
+/// Tells whether a file holds a series.
+pub fn is_one(path: &Path) -> bool {
+    let mut head = [0; HEAD.len()];
+    let read = File::open(path).and_then(|mut file| file.read_exact(&mut head));
+    read.is_ok() && head == HEAD.as_bytes()
 }
 
 /// Writes [`csv`] to a file.

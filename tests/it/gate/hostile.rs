@@ -489,3 +489,29 @@ fn regress_a_line_of_one_file_is_none_of_another() {
         "gone.toml: cannot read the design file",
     );
 }
+
+/// A gate file of nothing but errors is told in twenty of them, whatever their kind.
+#[test]
+fn cli_a_gate_file_tells_twenty_errors_at_a_time() {
+    let yard = Yard::new("many-errors");
+    let keys: String = (0..16_000)
+        .map(|key| format!("wrong_{key} = 1\n"))
+        .collect();
+    let entries = |entry: &str| format!("{STANDS}{}", entry.repeat(16_000));
+    for gate in [
+        keys,
+        entries("[[recordings]]\nwrong = 1\n"),
+        entries("[[recordings]]\nfiles = \"gone.csv\"\n"),
+        entries("[[require]]\nrecordings = \"gone\"\nverdict = \"fail\"\n"),
+    ] {
+        let done = yard.gate(&gate, &[]);
+        assert_eq!(done.code, 4, "{}", done.err);
+        let lines: Vec<&str> = done.err.lines().collect();
+        assert!((2..=21).contains(&lines.len()), "{}", lines.len());
+        assert!(
+            done.err.contains("20 errors are told at a time"),
+            "{}",
+            done.err
+        );
+    }
+}

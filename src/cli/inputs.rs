@@ -1,0 +1,66 @@
+//! Keeps what a command reads from what it writes.
+
+use super::options::ReplayArguments;
+use latchgate_recording::error::{Error, Place};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Files that a command reads.
+pub(super) struct Inputs(Vec<PathBuf>);
+
+impl Inputs {
+    /// Returns the recordings, their cards and the design file of a command line.
+    pub(super) fn of(own: &ReplayArguments, further: &[PathBuf]) -> Self {
+        let recordings = std::iter::once(&own.read.recording).chain(further);
+        let mut files: Vec<PathBuf> = own.design.iter().cloned().collect();
+        for recording in recordings {
+            let mut card = recording.clone().into_os_string();
+            card.push(".toml");
+            files.push(recording.clone());
+            files.push(card.into());
+        }
+        Self(files)
+    }
+
+    /// Refuses a folder for reports that holds one of the files.
+    ///
+    /// # Errors
+    ///
+    /// [`latchgate_recording::error::ErrorKind::Io`] that names the file.
+    pub(super) fn lie_outside(&self, folder: &Path) -> Result<(), Error> {
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let paths = entries.map(|entry| entry.path());
+        match paths.into_iter().find(|path| self.contain(path)) {
+            Some(path) => Err(overwritten(&path, "report")),
+            None => Ok(()),
+        }
+    }
+
+    /// Refuses a file for the series that is one of the files, or holds anything but an earlier series.
+    ///
+    /// # Errors
+    ///
+    /// [`latchgate_recording::error::ErrorKind::Io`] that names the file.
+    pub(super) fn are_not(&self, series: &Path) -> Result<(), Error> {
+        if self.contain(series) {
+            return Err(overwritten(series, "series"));
+        }
+        let is_file = fs::metadata(series).is_ok_and(|found| found.is_file() && found.len() > 0);
+        if is_file && !latchgate_report::series::is_one(series) {
+            let reason = "the file is there and is no series; name one that is not there yet";
+            return Err(Error::io("write the series", &reason).at(Place::path(series)));
+        }
+        Ok(())
+    }
+
+    fn contain(&self, path: &Path) -> bool {
+        let mut inputs = self.0.iter();
+        inputs.any(|input| same_file::is_same_file(input, path).unwrap_or(false))
+    }
+}
+
+fn overwritten(path: &Path, what: &str) -> Error {
+    let reason =
+        format!("the {what} would take the place of a file that is read; name another place");
+    Error::io("write beside what is read", &reason).at(Place::path(path))
+}
