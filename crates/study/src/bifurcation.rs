@@ -5,10 +5,10 @@
 
 use super::Headline;
 use super::cascade::{self, BranchBounds, Cascade};
-use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, PhasePoint};
+use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever};
 use latchgate_kernel::parallel::Control;
-use latchgate_kernel::replay::Section;
 use latchgate_kernel::replay::strobe_batch::Ending;
+use latchgate_kernel::replay::{Section, State};
 use latchgate_recording::error::Error;
 use serde::Serialize;
 
@@ -40,7 +40,7 @@ pub struct Options {
     /// Periods kept at each.
     pub periods: u32,
     /// Initial state; `None` for rest.
-    pub initial: Option<PhasePoint>,
+    pub initial: Option<State>,
     /// Whether the state is carried along.
     pub sweep: Sweep,
     /// Doublings that are looked for on each branch; 0 to follow none.
@@ -159,8 +159,8 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
 fn column(
     options: &Options,
     amplitude_g: f64,
-    initial: Option<PhasePoint>,
-) -> Result<(AmplitudeColumn, Option<PhasePoint>), Error> {
+    initial: Option<State>,
+) -> Result<(AmplitudeColumn, Option<State>), Error> {
     let mut strobe = options.forced.strobe(amplitude_g, initial)?;
     let mut sections = Vec::with_capacity(options.periods as usize);
     let mut followed = (0..options.transient).all(|_| strobe.advance().is_some());
@@ -227,13 +227,9 @@ fn believed(options: &Options, amplitude_g: f64, sections: &[Section], period: u
     if period == 1 {
         return true;
     }
-    let start = Some(state(last));
+    let start = Some(last.state());
     orbit::difference_growth(&options.forced, amplitude_g, start, 0, 2 * period)
         .is_ok_and(|growth| growth.is_none_or(|growth| growth.resolved()))
-}
-
-fn state(section: &Section) -> PhasePoint {
-    (section.angle_rad, section.velocity_rad_s)
 }
 
 /// Returns the periodic motions that do not go on from the amplitude before, with their periods,
@@ -327,7 +323,7 @@ fn changes(
         column.sections.last().is_some_and(|last| {
             branches
                 .iter()
-                .any(|branch| branch.contains(forced, column.amplitude_g, period, state(last)))
+                .any(|branch| branch.contains(forced, column.amplitude_g, period, last.state()))
         })
     };
     while branches.len() < BRANCHES_MAX {
@@ -356,7 +352,7 @@ fn changes(
         });
         let followed = control.map(batch.len(), |index| {
             let (column, period) = batch[index];
-            let start = column.sections.last().map(state)?;
+            let start = column.sections.last()?.state();
             let orbit = orbit::find(forced, column.amplitude_g, period, start)?;
             Some(cascade::follow(forced, &orbit, pace, &reach))
         });
@@ -412,13 +408,13 @@ fn continues(options: &Options, before: &AmplitudeColumn, after: &AmplitudeColum
     /// Largest move of a section that is still taken for one [rad]; one that moves further is asked
     /// whether it lies on a branch that is known.
     const MOVED: f64 = 0.02;
-    let Some(last) = after.sections.last().map(state) else {
+    let Some(last) = after.sections.last().map(Section::state) else {
         return false;
     };
     before
         .sections
         .iter()
-        .any(|section| options.forced.distance(state(section), last) <= MOVED)
+        .any(|section| options.forced.distance(section.state(), last) <= MOVED)
 }
 
 impl Diagram {

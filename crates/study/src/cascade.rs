@@ -4,7 +4,8 @@
 //!
 //! Feigenbaum, J. Stat. Phys. 19 (1978) 25.
 
-use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, Orbit, PhasePoint, STEP_MAX};
+use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, Orbit, STEP_MAX};
+use latchgate_kernel::replay::State;
 use serde::Serialize;
 
 /// The end of a branch, and the doublings after it.
@@ -76,7 +77,7 @@ impl Cascade {
         forced: &ForcedLever,
         amplitude_g: f64,
         period: u32,
-        state: PhasePoint,
+        state: State,
     ) -> bool {
         self.way.windows(2).any(|two| {
             let (low, high) = (&two[0], &two[1]);
@@ -89,11 +90,20 @@ impl Cascade {
             let part =
                 (amplitude_g - low.amplitude_g) / (high.amplitude_g - low.amplitude_g).max(1e-300);
             let on = |a: f64, b: f64| a + part * (b - a);
-            low.points.iter().zip(&high.points).any(|(a, b)| {
-                forced.distance((on(a.0, b.0), on(a.1, b.1)), state) <= 0.5 * STEP_MAX
-            })
+            low.points
+                .iter()
+                .zip(&high.points)
+                .any(|(a, b)| forced.distance(combined(*a, *b, on), state) <= 0.5 * STEP_MAX)
         })
     }
+}
+
+/// Combines two states number by number.
+fn combined(a: State, b: State, of: impl Fn(f64, f64) -> f64) -> State {
+    State::new(
+        of(a.angle_rad, b.angle_rad),
+        of(a.velocity_rad_s, b.velocity_rad_s),
+    )
 }
 
 /// Follows a stable orbit to where it is born, at smaller amplitudes, and through doublings at
@@ -157,7 +167,7 @@ struct BranchWalk<'a> {
 
 impl BranchWalk<'_> {
     /// Finds the orbit at `amplitude_g` [g] near `guess` that goes on from `before`.
-    fn next(&mut self, before: &Orbit, amplitude_g: f64, guess: PhasePoint) -> Option<Orbit> {
+    fn next(&mut self, before: &Orbit, amplitude_g: f64, guess: State) -> Option<Orbit> {
         let period = before.period;
         let spent = &mut self.spent;
         orbit::find_within(self.forced, amplitude_g, period, guess, STEPS_MAX, spent)
@@ -170,7 +180,7 @@ impl BranchWalk<'_> {
         &mut self,
         kind: BifurcationKind,
         period: u32,
-        guess: PhasePoint,
+        guess: State,
         amplitude_g: f64,
     ) -> Option<Bifurcation> {
         if self.spent >= self.reach.work {
@@ -226,8 +236,8 @@ impl BranchWalk<'_> {
         let mut beyond = 0.05 * gap;
         for _ in 0..TRIES {
             let amplitude = old.amplitude_g + beyond;
-            let start = old.points[0];
-            let nudged = (start.0 + 1e-3 * start.0.abs().max(1e-3), start.1);
+            let mut nudged = old.points[0];
+            nudged.angle_rad += 1e-3 * nudged.angle_rad.abs().max(1e-3);
             if self.spent >= self.reach.work {
                 return None;
             }
@@ -294,10 +304,7 @@ impl BranchWalk<'_> {
             let guess = before.as_ref().map_or(at.points[0], |before| {
                 let part = pace / (before.amplitude_g - at.amplitude_g);
                 let on = |a: f64, b: f64| a + part * (a - b);
-                (
-                    on(at.points[0].0, before.points[0].0),
-                    on(at.points[0].1, before.points[0].1),
-                )
+                combined(at.points[0], before.points[0], on)
             });
             let next = self
                 .next(&at, at.amplitude_g - pace, guess)
@@ -332,10 +339,7 @@ impl BranchWalk<'_> {
         if self.forced.distance(state, half) > 0.5 * STEP_MAX {
             return None;
         }
-        let middle = (
-            f64::midpoint(state.0, half.0),
-            f64::midpoint(state.1, half.1),
-        );
+        let middle = combined(state, half, f64::midpoint);
         self.locate(
             BifurcationKind::PeriodDoubling,
             at.period / 2,

@@ -2,7 +2,7 @@
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{self, RunOptions, TracePoint};
+use latchgate_kernel::replay::{self, RunOptions, State, TracePoint};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 use latchgate_recording::error::Error;
@@ -45,10 +45,8 @@ impl Against {
 pub struct Release {
     /// Preload torque in place of the design's own [N m].
     pub preload_torque_nm: f64,
-    /// Initial angle [rad].
-    pub angle_rad: f64,
-    /// Initial angular velocity [rad/s].
-    pub velocity_rad_s: f64,
+    /// Initial state.
+    pub start: State,
     /// How long [s].
     pub duration_s: f64,
     /// Points per second of the history, at least [Hz].
@@ -138,7 +136,7 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<FreeM
         &silence,
         &design,
         &RunOptions {
-            initial: Some((release.angle_rad, release.velocity_rad_s)),
+            initial: Some(release.start),
             trace: true,
             ..RunOptions::new(stop, OpensWhen::Negative)
         },

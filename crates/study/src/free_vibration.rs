@@ -4,6 +4,7 @@ use super::free::{self, Against, FreeMotion, Release};
 use super::{Figures, Headline};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::State;
 use latchgate_recording::error::Error;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -59,8 +60,7 @@ pub fn run(options: &Options) -> Result<FreeVibration, Error> {
     for preload_torque_nm in preloads {
         let release = Release {
             preload_torque_nm,
-            angle_rad: options.angle_rad,
-            velocity_rad_s: options.velocity_rad_s,
+            start: State::new(options.angle_rad, options.velocity_rad_s),
             duration_s: options.periods * period,
             rate_hz: POINTS_PER_PERIOD / period,
         };

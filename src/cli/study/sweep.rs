@@ -5,8 +5,9 @@ use clap::Args;
 use latchgate_document::request::{parse_finite, parse_phi0, parse_positive, parse_velocity};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::State;
 use latchgate_recording::error::Error;
-use latchgate_study::orbit::{ForcedLever, PhasePoint};
+use latchgate_study::orbit::ForcedLever;
 
 /// Frequency, gravity and initial state.
 #[derive(Debug, Clone, Args)]
@@ -32,7 +33,7 @@ pub struct StartArguments {
 
 impl StartArguments {
     /// Returns the initial state, which every one of `stops` admits; `None` for rest.
-    pub(super) fn state(&self, stops: &[StopModel]) -> Result<Option<PhasePoint>, Failure> {
+    pub(super) fn state(&self, stops: &[StopModel]) -> Result<Option<State>, Failure> {
         if self.phi0.is_none() && self.omega0.is_none() {
             return Ok(None);
         }
@@ -159,7 +160,7 @@ pub(super) fn parse_grid(text: &str) -> Result<(u32, u32), String> {
 }
 
 /// Returns an initial state that every one of `stops` admits.
-pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<(f64, f64), Failure> {
+pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<State, Failure> {
     if phi0 < 0.0 && stops.contains(&StopModel::Rigid) {
         return Err(Failure::Usage(Error::out_of_range(
             "--phi0 [rad]",
@@ -167,7 +168,7 @@ pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<(f64,
             phi0.to_string(),
         )));
     }
-    Ok((phi0, omega0))
+    Ok(State::new(phi0, omega0))
 }
 
 /// Most natural periods that a free motion is followed for.

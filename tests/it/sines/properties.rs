@@ -6,7 +6,7 @@ use super::{
 };
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
-use latchgate_kernel::replay::Section;
+use latchgate_kernel::replay::{Section, State};
 use latchgate_study::attractor;
 use latchgate_study::basins::{self, Basins};
 use latchgate_study::bifurcation::{self, Diagram, Sweep};
@@ -19,7 +19,7 @@ fn diagram(stop: StopModel, doublings: u32) -> bifurcation::Options {
         points: 17,
         transient: 60,
         periods: 12,
-        initial: Some((0.07, 2.7)),
+        initial: Some(State::new(0.07, 2.7)),
         sweep: Sweep::None,
         doublings,
     }
@@ -81,7 +81,7 @@ fn prop_threads_change_no_basin_of_chaos() {
     });
 }
 
-fn swept(stop: StopModel, sweep: Sweep, initial: Option<(f64, f64)>) -> Diagram {
+fn swept(stop: StopModel, sweep: Sweep, initial: Option<State>) -> Diagram {
     let options = bifurcation::Options {
         amplitudes_g: (0.3, 1.5),
         points: 61,
@@ -101,7 +101,7 @@ fn val_a_sweep_carries_the_state_along() {
         (StopModel::Soft, 0.415_660_115_4),
         (StopModel::Rigid, 0.418_637_738_2),
     ] {
-        let down = swept(stop, Sweep::Down, Some((0.075, 3.4)));
+        let down = swept(stop, Sweep::Down, Some(State::new(0.075, 3.4)));
         assert!(down.columns.is_sorted_by_key(|c| c.amplitude_g.to_bits()));
         for column in &down.columns {
             let moves = column.peak_angle_rad > 0.05;
@@ -139,13 +139,13 @@ fn check_followed(found: &Basins) {
             continue;
         }
         let row = found.rows()[index];
-        let start = (row.angle_rad, row.angular_velocity_rad_s);
+        let start = State::new(row.angle_rad, row.angular_velocity_rad_s);
         let mut strobe = forced.strobe(options.amplitude_g, Some(start)).unwrap();
         for _ in 0..options.transient {
             strobe.advance().unwrap();
         }
         let section: Section = strobe.advance().unwrap();
-        let state = (section.angle_rad, section.velocity_rad_s);
+        let state = section.state();
         let reached = if section.peak_angle_rad <= 1e-9 {
             Some(0)
         } else {

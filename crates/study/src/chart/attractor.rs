@@ -110,7 +110,8 @@ fn panel(attractor: &Attractor, method: &str, name: &str, edges: Edges) -> Panel
     };
     let orbit = attractor.orbit.iter().filter(|_| method == "event-driven");
     let panel = panel.each(orbit, |panel, orbit| {
-        panel.marks("ring", Shape::Circle(7.0), orbit.points.clone())
+        let points = orbit.points.iter().map(|point| (*point).into());
+        panel.marks("ring", Shape::Circle(7.0), points)
     });
     let stop = attractor.options.forced.stop.name();
     if edges == WHOLE {

@@ -13,23 +13,20 @@ use latchgate_report::plot::frame::{NARROW, Scale, extent, range, stop_legend};
 const LATE_PERIODS: f64 = 6.0;
 
 pub(super) fn chart(result: &Histories) -> Chart {
-    let (amplitude, frequency) = result.excitation;
     let is_shown = |model| {
         result
             .histories
             .iter()
             .any(|history| history.model == model)
     };
-    let by_start = result
-        .histories
-        .chunk_by(|a, b| a.start.map(f64::to_bits) == b.start.map(f64::to_bits));
+    let by_start = result.histories.chunk_by(|a, b| a.start == b.start);
     let rows = ('a'..).zip(by_start);
     Chart {
         name: "histories",
         title: format!(
             "Where different starts end up: A = {} g, ω = {} rad/s",
-            exact(amplitude),
-            exact(frequency)
+            exact(result.amplitude_g),
+            exact(result.angular_frequency_rad_s)
         ),
         notes: vec![
             "Left: from the start. Right: the last periods shown, on a scale of their own.".into(),
@@ -57,8 +54,8 @@ fn description(result: &Histories) -> String {
     for history in &result.histories {
         text.push_str(&format!(
             " From ({}, {}), {} stop: {}.",
-            history.start[0],
-            history.start[1],
+            history.start.angle_rad,
+            history.start.velocity_rad_s,
             history.model.name(),
             history.settled.words()
         ));
@@ -84,7 +81,8 @@ fn row(result: &Histories, group: &[History], letter: char) -> [Panel; 2] {
                 panel.function(class(history.model), angles(&history.trace, 1.0))
             })
     };
-    let [angle, velocity] = group[0].start.map(exact);
+    let start = group[0].start;
+    let (angle, velocity) = (exact(start.angle_rad), exact(start.velocity_rad_s));
     let whole = panel((72.0, 560.0), 0.0)
         .title(format!(
             "({letter}) from φ = {angle} rad, φ′ = {velocity} rad/s"

@@ -5,7 +5,7 @@ use super::{silence, speed_at_stop};
 use crate::Headline;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::TracePoint;
+use latchgate_kernel::replay::{State, TracePoint};
 use latchgate_recording::error::Error;
 
 pub(super) const SUBJECT: &str = "contact";
@@ -104,7 +104,7 @@ fn ratio(
         design,
         model: StopModel::Soft,
         signal: silence(length, intervals)?,
-        initial: Some((angle, -ENTRY_SPEED)),
+        initial: Some(State::new(angle, -ENTRY_SPEED)),
     };
     let outcome = problem.ask(setting, true)?;
     let mut points = vec![TracePoint {
