@@ -7,6 +7,7 @@ mod properties;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::State;
 use latchgate_study::attractor::{self, Attractor};
 use latchgate_study::basins::{self, Basins};
@@ -68,7 +69,7 @@ fn one_amplitude(
 ) -> attractor::Options {
     attractor::Options {
         forced,
-        amplitudes_g: (amplitude_g, amplitude_g),
+        amplitudes_g: Range::new(amplitude_g, amplitude_g),
         points: 1,
         transient,
         periods,
@@ -335,7 +336,7 @@ fn val_no_period_is_claimed_where_rounding_decides() {
     };
     // Two amplitudes spare the measurement of growth that follows where there is but one.
     let options = attractor::Options {
-        amplitudes_g: (40.0, 40.000_1),
+        amplitudes_g: Range::new(40.0, 40.000_1),
         points: 2,
         ..one_amplitude(standard, 40.0, 200, 600)
     };
@@ -352,7 +353,7 @@ fn regress_a_diagram_claims_no_period_of_rounding() {
     let diagram = bifurcation::run(
         &bifurcation::Options {
             forced: rigid.clone(),
-            amplitudes_g: (39.9, 40.1),
+            amplitudes_g: Range::new(39.9, 40.1),
             points: 41,
             transient: 100,
             periods: 120,
@@ -385,7 +386,7 @@ fn regress_a_diagram_claims_no_period_of_rounding() {
 #[track_caller]
 fn check_ensemble(stop: StopModel, want: [(f64, f64); 3]) {
     let options = attractor::Options {
-        amplitudes_g: (39.9, 40.1),
+        amplitudes_g: Range::new(39.9, 40.1),
         points: 60,
         ..one_amplitude(forced(stop, 20.0), 0.0, 100, 100)
     };
@@ -528,8 +529,8 @@ fn basins_options(stop: StopModel, side: u32, transient: u32) -> basins::Options
     basins::Options {
         forced: forced(stop, 100.0),
         amplitude_g: 1.0,
-        angle_rad: (0.0, 1.0),
-        velocity_rad_s: (-20.0, 20.0),
+        angle_rad: Range::new(0.0, 1.0),
+        velocity_rad_s: Range::new(-20.0, 20.0),
         grid: (side, side),
         transient,
     }
@@ -597,7 +598,7 @@ fn val_a_lever_at_rest_leaves_its_stop_at_the_lift_off_amplitude() {
 fn val_a_diagram_finds_its_cascade() {
     let options = bifurcation::Options {
         forced: forced(StopModel::Soft, 100.0),
-        amplitudes_g: (0.35, 2.2),
+        amplitudes_g: Range::new(0.35, 2.2),
         points: 12,
         transient: 200,
         periods: 30,
@@ -660,8 +661,8 @@ fn val_the_map_of_excitations_starts_at_lift_off() {
     for stop in BOTH {
         let options = excitation_map::Options {
             forced: forced(stop, 1.0),
-            amplitudes_g: (0.0, 6.0),
-            angular_frequencies_rad_s: (10.0, 300.0),
+            amplitudes_g: Range::new(0.0, 6.0),
+            angular_frequencies_rad_s: Range::new(10.0, 300.0),
             grid: (12, 6),
             periods: 10,
         };

@@ -217,7 +217,9 @@ impl<'a> PlotContext<'a> {
     /// Adds where the judged window starts and ends, if one was asked for.
     fn judged_window(&self, panel: Panel) -> Panel {
         let window = self.document.request.window_s;
-        let ends = window.into_iter().flat_map(|(start, end)| [start, end]);
+        let ends = window
+            .into_iter()
+            .flat_map(|window| [window.from_s, window.until_s]);
         panel.each(ends, |panel, end| {
             panel.upright("edge", end * self.time_scale)
         })

@@ -5,6 +5,7 @@ use super::orbit::{self, ForcedLever, Growth, GrowthSegment, Orbit};
 use super::{Figures, Headline};
 use latchgate_kernel::model::excitation::Harmonic;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::strobe_batch::Ending;
 use latchgate_kernel::replay::{self, Method, RunOptions, Section, State};
 use latchgate_kernel::units::OpensWhen;
@@ -17,9 +18,9 @@ pub struct Options {
     /// Lever, stop, frequency.
     #[serde(flatten)]
     pub forced: ForcedLever,
-    /// Least and largest amplitude [g]; the same for one.
+    /// Amplitudes [g]; the same for one.
     #[serde(rename = "amplitude_g")]
-    pub amplitudes_g: (f64, f64),
+    pub amplitudes_g: Range,
     /// Amplitudes, where least and largest differ.
     pub points: u32,
     /// Periods left out at each.
@@ -36,7 +37,7 @@ pub struct Options {
 impl Options {
     /// Returns the number of amplitudes.
     pub fn amplitudes(&self) -> u32 {
-        if self.amplitudes_g.0 < self.amplitudes_g.1 {
+        if self.amplitudes_g.low < self.amplitudes_g.high {
             self.points.max(1)
         } else {
             1
@@ -129,7 +130,7 @@ struct AmplitudeResult {
 /// As [`latchgate_kernel::replay::Strobe::new`] and [`replay::run_harmonic`].
 pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error> {
     let count = options.amplitudes();
-    let (low, high) = options.amplitudes_g;
+    let Range { low, high } = options.amplitudes_g;
     let amplitude = |index: usize| {
         let part = index as f64 / f64::from(count.max(2) - 1);
         low + (high - low) * part
@@ -431,7 +432,7 @@ impl Attractor {
     /// Returns what to take away.
     pub fn headlines(&self) -> Vec<Headline> {
         let forced = &self.options.forced;
-        let (low, high) = self.options.amplitudes_g;
+        let Range { low, high } = self.options.amplitudes_g;
         let subject = if self.options.amplitudes() > 1 {
             format!(
                 "A = {low} to {high} g, ω = {} rad/s",

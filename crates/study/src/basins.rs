@@ -9,6 +9,7 @@ use super::Headline;
 use super::orbit::{self, ForcedLever, Orbit};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::strobe_batch::{self, Ending, HarmonicStart};
 use latchgate_kernel::replay::{Section, State, Strobe};
 use latchgate_recording::error::Error;
@@ -23,10 +24,10 @@ pub struct Options {
     pub forced: ForcedLever,
     /// Amplitude [g].
     pub amplitude_g: f64,
-    /// Least and largest initial angle [rad].
-    pub angle_rad: (f64, f64),
-    /// Least and largest initial angular velocity [rad/s].
-    pub velocity_rad_s: (f64, f64),
+    /// Initial angles [rad].
+    pub angle_rad: Range,
+    /// Initial angular velocities [rad/s].
+    pub velocity_rad_s: Range,
     /// Cells along angle and velocity; a cell stands for its midpoint.
     pub grid: (u32, u32),
     /// Periods after which motion is taken for settled.
@@ -250,8 +251,8 @@ fn count(grid: (u32, u32)) -> usize {
 
 fn midpoint(options: &Options, index: usize) -> State {
     let columns = options.grid.0 as usize;
-    let at = |place: usize, cells: u32, (low, high): (f64, f64)| {
-        low + (high - low) * (place as f64 + 0.5) / f64::from(cells)
+    let at = |place: usize, cells: u32, range: Range| {
+        range.low + range.width() * (place as f64 + 0.5) / f64::from(cells)
     };
     State::new(
         at(index % columns, options.grid.0, options.angle_rad),
@@ -585,8 +586,8 @@ impl Basins {
             return Ok(());
         }
         let (quarter_angle, quarter_velocity) = (
-            0.25 * (self.options.angle_rad.1 - self.options.angle_rad.0) / columns as f64,
-            0.25 * (self.options.velocity_rad_s.1 - self.options.velocity_rad_s.0) / rows as f64,
+            0.25 * self.options.angle_rad.width() / columns as f64,
+            0.25 * self.options.velocity_rad_s.width() / rows as f64,
         );
         let states: Vec<State> = boundary
             .iter()

@@ -7,6 +7,7 @@ use super::Headline;
 use super::cascade::{self, BranchBounds, Cascade};
 use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever};
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::strobe_batch::Ending;
 use latchgate_kernel::replay::{Section, State};
 use latchgate_recording::error::Error;
@@ -30,9 +31,9 @@ pub struct Options {
     /// Lever, stop, frequency.
     #[serde(flatten)]
     pub forced: ForcedLever,
-    /// Least and largest amplitude [g].
+    /// Amplitudes [g].
     #[serde(rename = "amplitude_g")]
-    pub amplitudes_g: (f64, f64),
+    pub amplitudes_g: Range,
     /// Amplitudes.
     pub points: u32,
     /// Periods left out at each.
@@ -112,7 +113,7 @@ const WORK_MAX: u32 = 8_000;
 /// As [`latchgate_kernel::replay::Strobe::new`].
 pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
     let amplitude = |index: usize| {
-        let (low, high) = options.amplitudes_g;
+        let Range { low, high } = options.amplitudes_g;
         let last = f64::from(options.points.max(2) - 1);
         let part = index as f64 / last;
         low + (high - low) * part
@@ -308,10 +309,10 @@ fn changes(
 ) -> (Vec<Cascade>, bool) {
     let mut wanted = unlike_neighbours(options, columns);
     let forced = &options.forced;
-    let (low, high) = options.amplitudes_g;
+    let Range { low, high } = options.amplitudes_g;
     let pace = (high - low) / f64::from(options.points.max(2) - 1);
     let reach = BranchBounds {
-        amplitudes_g: ((low - pace).max(0.0), high + pace),
+        amplitudes_g: Range::new((low - pace).max(0.0), high + pace),
         levels: options.doublings,
         work: WORK_MAX,
     };

@@ -5,6 +5,7 @@
 //! Feigenbaum, J. Stat. Phys. 19 (1978) 25.
 
 use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, Orbit, STEP_MAX};
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::State;
 use serde::Serialize;
 
@@ -23,8 +24,8 @@ pub struct Cascade {
 /// Bounds of a branch that is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BranchBounds {
-    /// Least and largest amplitude [g].
-    pub amplitudes_g: (f64, f64),
+    /// Amplitudes [g].
+    pub amplitudes_g: Range,
     /// Doublings at most.
     pub levels: u32,
     /// Work at most: periods computed.
@@ -35,7 +36,7 @@ impl BranchBounds {
     /// Every amplitude, and work enough for `levels` doublings.
     pub fn all(levels: u32) -> Self {
         Self {
-            amplitudes_g: (0.0, f64::INFINITY),
+            amplitudes_g: Range::new(0.0, f64::INFINITY),
             levels,
             work: u32::MAX,
         }
@@ -196,7 +197,7 @@ impl BranchWalk<'_> {
         let mut at = orbit.clone();
         let mut pace = longest;
         self.way.push(at.clone());
-        while at.amplitude_g <= self.reach.amplitudes_g.1 && self.spent < self.reach.work {
+        while at.amplitude_g <= self.reach.amplitudes_g.high && self.spent < self.reach.work {
             match self.next(&at, at.amplitude_g + pace, at.points[0]) {
                 Some(next) if next.condition(kind) > 0.0 => {
                     self.way.push(next.clone());
@@ -269,7 +270,7 @@ impl BranchWalk<'_> {
         let mut before: Option<Orbit> = None;
         let mut pace = 0.05 * orbit.amplitude_g;
         // Motion that goes with the excitation down to nothing is not born.
-        let least = self.reach.amplitudes_g.0.max(1e-3 * orbit.amplitude_g);
+        let least = self.reach.amplitudes_g.low.max(1e-3 * orbit.amplitude_g);
         let mut sought = false;
         while self.spent < self.reach.work {
             if at.amplitude_g < least {

@@ -3,6 +3,7 @@
 use super::{Figures, Headline};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::{StopModel, damping_ratio};
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::State;
 use latchgate_kernel::units::Restitution;
 use latchgate_recording::error::Error;
@@ -83,7 +84,7 @@ const SPEED: f64 = 14.678_784;
 const DIGITS: usize = 7;
 
 /// Speeds of entry that are looked at [rad/s].
-const SPEEDS: (f64, f64) = (1e-3, 100.0);
+const SPEEDS: Range = Range::new(1e-3, 100.0);
 
 /// Points of the curve below its first regular one, two in a decade.
 pub const FOOT: u32 = 24;
@@ -234,14 +235,18 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
     let rebounds: Vec<Rebound> = (0..=steps)
         .map(|index| {
             let share = f64::from(index) / f64::from(steps);
-            rebound(SPEEDS.0 * libm::pow(SPEEDS.1 / SPEEDS.0, share))
+            rebound(SPEEDS.low * libm::pow(SPEEDS.high / SPEEDS.low, share))
         })
         .collect();
     // Without preload any speed gets out; with it, a slow lever is kept.
     let capture_speed_rad_s = loaded
-        .filter(|_| rebound(SPEEDS.0).ratio.is_none())
-        .filter(|_| rebound(SPEEDS.1).ratio.is_some())
-        .map(|contact| bisect(SPEEDS.0, SPEEDS.1, |speed| contact.exit(speed).is_some()));
+        .filter(|_| rebound(SPEEDS.low).ratio.is_none())
+        .filter(|_| rebound(SPEEDS.high).ratio.is_some())
+        .map(|contact| {
+            bisect(SPEEDS.low, SPEEDS.high, |speed| {
+                contact.exit(speed).is_some()
+            })
+        });
     let tension_from_s = free.map(|contact| contact.tension_from_s(SPEED));
     let released_ratio = free
         .zip(tension_from_s)

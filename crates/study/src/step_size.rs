@@ -7,6 +7,7 @@ use super::{Figures, Headline};
 use crate::restitution::FreeContact;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::{self, Breakdown, Method, RunOptions, State, TracePoint};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
@@ -112,7 +113,7 @@ pub struct StepSize {
 const PHASES: u32 = 24;
 
 /// Steps per period of the scan.
-const SCAN: (f64, f64) = (500.0, 1e6);
+const SCAN: Range = Range::new(500.0, 1e6);
 
 /// Points that the fixed-step method keeps whole.
 const KEPT_STEPS: u64 = 39_000;
@@ -149,7 +150,7 @@ pub fn run(options: &Options) -> Result<StepSize, Error> {
     let mut scan = Vec::new();
     for index in 0..options.points {
         let share = f64::from(index) / f64::from(options.points - 1);
-        let steps = SCAN.0 * libm::pow(SCAN.1 / SCAN.0, share);
+        let steps = SCAN.low * libm::pow(SCAN.high / SCAN.low, share);
         scan.push(one_step(
             design,
             steps,

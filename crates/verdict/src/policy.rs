@@ -3,6 +3,7 @@
 use crate::conditioning::Between;
 use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::stop::{Stop, StopModel};
+use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::{Method, State};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::Limits;
@@ -74,7 +75,7 @@ pub struct Policy {
     /// Initial angular velocity [rad/s]; `None` for rest.
     pub initial_velocity_rad_s: Option<f64>,
     /// Judged window [s].
-    pub window_s: Option<(f64, f64)>,
+    pub window_s: Option<Window>,
     /// Largest ensemble; 0 for nominal runs alone.
     pub members: u32,
     /// Seed of the ensemble.

@@ -6,6 +6,7 @@ use super::{
 };
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::{Section, State};
 use latchgate_study::attractor;
 use latchgate_study::basins::{self, Basins};
@@ -15,7 +16,7 @@ use latchgate_study::excitation_map;
 fn diagram(stop: StopModel, doublings: u32) -> bifurcation::Options {
     bifurcation::Options {
         forced: forced(stop, 100.0),
-        amplitudes_g: (0.9, 1.7),
+        amplitudes_g: Range::new(0.9, 1.7),
         points: 17,
         transient: 60,
         periods: 12,
@@ -27,7 +28,7 @@ fn diagram(stop: StopModel, doublings: u32) -> bifurcation::Options {
 
 fn ensemble() -> attractor::Options {
     attractor::Options {
-        amplitudes_g: (2.4, 2.6),
+        amplitudes_g: Range::new(2.4, 2.6),
         points: 12,
         compared_steps: Some(200),
         ..one_amplitude(forced(StopModel::Rigid, 100.0), 0.0, 20, 20)
@@ -37,8 +38,8 @@ fn ensemble() -> attractor::Options {
 fn map() -> excitation_map::Options {
     excitation_map::Options {
         forced: forced(StopModel::Soft, 1.0),
-        amplitudes_g: (0.0, 6.0),
-        angular_frequencies_rad_s: (20.0, 200.0),
+        amplitudes_g: Range::new(0.0, 6.0),
+        angular_frequencies_rad_s: Range::new(20.0, 200.0),
         grid: (8, 6),
         periods: 5,
     }
@@ -83,7 +84,7 @@ fn prop_threads_change_no_basin_of_chaos() {
 
 fn swept(stop: StopModel, sweep: Sweep, initial: Option<State>) -> Diagram {
     let options = bifurcation::Options {
-        amplitudes_g: (0.3, 1.5),
+        amplitudes_g: Range::new(0.3, 1.5),
         points: 61,
         initial,
         sweep,
@@ -242,7 +243,7 @@ fn calm(control: &Control<'_>) -> Basins {
 #[test]
 fn regress_a_branch_is_found_once_and_whole() {
     let options = bifurcation::Options {
-        amplitudes_g: (0.4, 2.0),
+        amplitudes_g: Range::new(0.4, 2.0),
         points: 33,
         initial: None,
         transient: 500,

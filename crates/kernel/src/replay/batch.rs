@@ -578,7 +578,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
             *a *= scale;
         }
         base[0] += bias;
-        let lowest = (scale * piece.low).min(scale * piece.high) + bias;
+        let lowest = (scale * piece.range.low).min(scale * piece.range.high) + bias;
         if *settled || kernel.stuck || *reached > index || (kernel.dwells() && lowest > *lift_off) {
             return;
         }
@@ -733,8 +733,8 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
                 *b = self.gain * constant(*term);
             }
         }
-        let low = self.gain.fused(constant(piece.low), self.offset);
-        let high = self.gain.fused(constant(piece.high), self.offset);
+        let low = self.gain.fused(constant(piece.range.low), self.offset);
+        let high = self.gain.fused(constant(piece.range.high), self.offset);
         let strongest = low.magnitude().upper(high.magnitude());
         let bounds = coefficients.bounds(state, strongest);
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);

@@ -2,6 +2,7 @@
 
 use crate::attractor::Attractor;
 use latchgate_document::number::{count, significant};
+use latchgate_kernel::range::Range;
 use latchgate_report::plot::axis::Axis;
 use latchgate_report::plot::chart::At::{High, Low};
 use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Points, Shape, WHOLE};
@@ -50,7 +51,7 @@ pub(super) fn chart(attractors: &[Attractor]) -> Chart {
 }
 
 fn title(attractor: &Attractor) -> String {
-    let (low, high) = attractor.options.amplitudes_g;
+    let Range { low, high } = attractor.options.amplitudes_g;
     let amplitude = if attractor.options.amplitudes() > 1 {
         format!("{low} to {high}")
     } else {

@@ -2,6 +2,7 @@
 
 use crate::bifurcation::Diagram;
 use crate::orbit::BifurcationKind;
+use latchgate_kernel::range::Range;
 use latchgate_report::plot::chart::At::{Low, Value};
 use latchgate_report::plot::chart::{ACROSS, Chart, Panel};
 use latchgate_report::plot::frame::{Scale, WIDE, range};
@@ -43,7 +44,7 @@ pub(super) fn chart(diagrams: &[Diagram]) -> Chart {
 }
 
 fn panel(diagram: &Diagram, velocities: Scale) -> Panel {
-    let (low, high) = diagram.options.amplitudes_g;
+    let Range { low, high } = diagram.options.amplitudes_g;
     let rows = diagram.rows();
     let points = rows
         .iter()
@@ -66,7 +67,7 @@ fn panel(diagram: &Diagram, velocities: Scale) -> Panel {
 
 /// Explains the marks at the foot of the panels, if there are any.
 fn marks(diagrams: &[Diagram]) -> Option<String> {
-    let (low, high) = diagrams.first()?.options.amplitudes_g;
+    let Range { low, high } = diagrams.first()?.options.amplitudes_g;
     let shown = |kind: BifurcationKind| {
         diagrams
             .iter()

@@ -68,8 +68,11 @@ fn panel(map: &ExcitationMap, threshold: f64) -> Panel {
     );
     Panel::new(&WIDE, ACROSS, 380.0)
         .title(format!("{} stop", map.options.forced.stop.name()))
-        .x("angular frequency ω [rad/s]", Scale::Logarithmic(x.0, x.1))
-        .y("amplitude A [g]", Scale::Linear(y.0, y.1))
+        .x(
+            "angular frequency ω [rad/s]",
+            Scale::Logarithmic(x.low, x.high),
+        )
+        .y("amplitude A [g]", Scale::Linear(y.low, y.high))
         .map(cells)
         .each(CONTOUR, |panel, class| panel.lines(class, contour.clone()))
         .level("lift-edge", map.lift_off_g)

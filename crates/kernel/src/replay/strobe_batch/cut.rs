@@ -3,6 +3,7 @@
 use super::{State, StrobeBatchOptions};
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::range::Range;
 use crate::replay::eventless_step::StepCoefficients;
 use crate::replay::forcing::Sine;
 use crate::replay::kernel::Kernel;
@@ -90,7 +91,7 @@ pub(super) struct Piece {
     /// Bound on its size over the piece.
     pub(super) strongest: f64,
     /// Bounds on its values over the piece.
-    range: (f64, f64),
+    range: Range,
 }
 
 impl Piece {
@@ -115,14 +116,14 @@ impl Piece {
             cosine,
             series,
             strongest: (sine.abs().max(after.abs()) + bulge).min(1.0),
-            range: (sine.min(after) - bulge, sine.max(after) + bulge),
+            range: Range::new(sine.min(after) - bulge, sine.max(after) + bulge),
         }
     }
 
     /// Returns a bound below b over the piece for a sine of `strength` [rad/s²].
     #[inline(always)]
     pub(super) fn lowest(&self, strength: f64) -> f64 {
-        (strength * self.range.0).min(strength * self.range.1)
+        (strength * self.range.low).min(strength * self.range.high)
     }
 
     /// Returns the piece as the scalar kernel takes it.
@@ -172,7 +173,7 @@ impl Cut {
         let velocity = kernel.velocity - before.velocity_rad_s;
         // The energy of what rings falls.
         let ring = (angle * angle + velocity * velocity / settled.stiffness).sqrt();
-        let (low, high) = settled.range(strength, from);
+        let Range { low, high } = settled.range(strength, from);
         if !(high + ring < 0.0 && low - ring > -SHALLOW) {
             return false;
         }
@@ -253,10 +254,10 @@ impl SteadyResponse {
     }
 
     /// Returns bounds on that angle over `piece` [rad].
-    fn range(&self, strength: f64, piece: &Piece) -> (f64, f64) {
+    fn range(&self, strength: f64, piece: &Piece) -> Range {
         let (with, across) = (strength * self.in_phase, strength * self.in_quadrature);
-        let (one, other) = (with * piece.range.0, with * piece.range.1);
-        (
+        let (one, other) = (with * piece.range.low, with * piece.range.high);
+        Range::new(
             self.rest + one.min(other) - across.abs(),
             self.rest + one.max(other) + across.abs(),
         )
