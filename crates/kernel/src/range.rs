@@ -18,6 +18,14 @@ impl Range {
         Self { low, high }
     }
 
+    /// The range of no value yet, to which [`Self::including`] adds.
+    pub const EMPTY: Self = Self::new(f64::INFINITY, f64::NEG_INFINITY);
+
+    /// Returns the least range that holds this one and a value.
+    pub fn including(self, value: f64) -> Self {
+        Self::new(self.low.min(value), self.high.max(value))
+    }
+
     /// Tells whether a value lies in the range, ends included.
     pub fn contains(self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)

@@ -170,17 +170,23 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<FreeM
     })
 }
 
+/// The time from an impact to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImpactInterval {
+    /// Middle between the two [s].
+    pub middle_s: f64,
+    /// Length [s].
+    pub length_s: f64,
+}
+
 impl FreeMotion {
-    /// Returns the time from each impact to the next: the middle between them [s], and how long
-    /// it is [s].
-    pub fn intervals(&self) -> Vec<(f64, f64)> {
+    /// Returns the time from each impact to the next.
+    pub fn intervals(&self) -> Vec<ImpactInterval> {
         self.impacts
             .windows(2)
-            .map(|pair| {
-                (
-                    f64::midpoint(pair[0][0], pair[1][0]),
-                    pair[1][0] - pair[0][0],
-                )
+            .map(|pair| ImpactInterval {
+                middle_s: f64::midpoint(pair[0][0], pair[1][0]),
+                length_s: pair[1][0] - pair[0][0],
             })
             .collect()
     }

@@ -101,15 +101,19 @@ fn headlines(motions: &[FreeMotion], half_period_s: f64) -> Vec<Headline> {
         );
         figures.say(
             "first time from impact to impact [s]",
-            intervals.first().map(|interval| interval.1),
+            intervals.first().map(|interval| interval.length_s),
         );
         figures.say(
             "the same over π/ω0 [-]",
-            intervals.first().map(|interval| interval.1 / half_period_s),
+            intervals
+                .first()
+                .map(|interval| interval.length_s / half_period_s),
         );
         figures.say(
             "fifth over first time from impact to impact [-]",
-            intervals.get(4).map(|fifth| fifth.1 / intervals[0].1),
+            intervals
+                .get(4)
+                .map(|fifth| fifth.length_s / intervals[0].length_s),
         );
         figures.say("impacts, at most 200 [-]", motion.impacts.len() as f64);
         figures.say("stays on the stop from [s]", motion.settled_s);

@@ -112,9 +112,9 @@ pub fn run(options: &Options) -> Result<MotionSpectrogram, Error> {
     let bounces: Vec<Bounce> = motion
         .intervals()
         .into_iter()
-        .map(|(time_s, length)| Bounce {
-            time_s,
-            frequency_hz: 1.0 / length,
+        .map(|interval| Bounce {
+            time_s: interval.middle_s,
+            frequency_hz: 1.0 / interval.length_s,
         })
         .collect();
     let half_the_rate = 0.5 * rate_hz;

@@ -4,7 +4,7 @@ use crate::bifurcation::Diagram;
 use crate::orbit::BifurcationKind;
 use latchgate_kernel::range::Range;
 use latchgate_report::plot::chart::At::{Low, Value};
-use latchgate_report::plot::chart::{ACROSS, Chart, Panel};
+use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Point};
 use latchgate_report::plot::frame::{Scale, WIDE, range};
 use latchgate_report::plot::raster::BLUE;
 
@@ -48,7 +48,7 @@ fn panel(diagram: &Diagram, velocities: Scale) -> Panel {
     let rows = diagram.rows();
     let points = rows
         .iter()
-        .map(|row| (row.amplitude_g, row.angular_velocity_rad_s));
+        .map(|row| Point::new(row.amplitude_g, row.angular_velocity_rad_s));
     let dot = (2000 / diagram.columns.len().max(1)).clamp(2, 6);
     Panel::new(&WIDE, ACROSS, 330.0)
         .title(format!("{} stop", diagram.options.forced.stop.name()))

@@ -2,7 +2,7 @@
 
 use crate::excitation_map::ExcitationMap;
 use latchgate_document::number::{significant, trimmed};
-use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Points};
+use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Point, Points};
 use latchgate_report::plot::frame::{Scale, WIDE};
 use latchgate_report::plot::heat::{self, Bar};
 
@@ -59,7 +59,7 @@ fn panel(map: &ExcitationMap, threshold: f64) -> Panel {
     });
     let contour = map.boundary.iter().map(|at| {
         let amplitude = at.amplitude_g.unwrap_or(f64::NAN);
-        (at.angular_frequency_rad_s, amplitude)
+        Point::new(at.angular_frequency_rad_s, amplitude)
     });
     let contour: Points = contour.collect();
     let (x, y) = (

@@ -11,6 +11,7 @@ use latchgate_kernel::replay::State;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::SampleRate;
 use latchgate_recording::error::Error;
+use latchgate_report::plot::chart::Point;
 use std::ops::RangeInclusive;
 
 pub(super) const SUBJECT: &str = "graze";
@@ -78,7 +79,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
                 steepest = steepest.max(moved / change.abs());
                 // Towards the stop: the other way the lever passes it by.
                 if change < 0.0 {
-                    grown.push((-change, moved));
+                    grown.push(Point::new(-change, moved));
                 }
             }
             for setting in MethodSetting::usual(model) {
