@@ -47,12 +47,8 @@ fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
 fn check_state(what: &str, run: &Run, want: State, tolerance: f64) {
     check_near(what, run.final_angle_rad, want.angle_rad, tolerance);
     // Around a hundred times the angle's: the motion's own rate.
-    check_near(
-        what,
-        run.final_velocity_rad_s,
-        want.velocity_rad_s,
-        1e2 * tolerance,
-    );
+    let (got, want) = (run.final_velocity_rad_s, want.velocity_rad_s);
+    check_near(what, got, want, 1e2 * tolerance);
 }
 
 /// ω = 100 rad/s, A = 5, from (0.1, 0): quad-precision states after 10, 20, 50 and 100 periods,
@@ -431,17 +427,12 @@ fn verif_a_stroboscope_refuses_what_it_cannot_do() {
     let refused = |excitation: &Harmonic, start| {
         Strobe::new(&design, StopModel::Rigid, excitation, Some(start)).is_err()
     };
-    assert!(!refused(&good, State::new(0.1, 0.0)));
+    let start = State::new(0.1, 0.0);
+    assert!(!refused(&good, start));
     assert!(refused(&good, State::new(-0.1, 0.0)));
     assert!(refused(&good, State::new(0.1, f64::NAN)));
     for frequency in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(refused(
-            &sine(1.0, frequency, 0.0, 9.81),
-            State::new(0.1, 0.0)
-        ));
+        assert!(refused(&sine(1.0, frequency, 0.0, 9.81), start));
     }
-    assert!(refused(
-        &sine(f64::NAN, 100.0, 0.0, 9.81),
-        State::new(0.1, 0.0)
-    ));
+    assert!(refused(&sine(f64::NAN, 100.0, 0.0, 9.81), start));
 }

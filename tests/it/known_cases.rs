@@ -31,37 +31,29 @@ fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
 
 /// A graze on −5 g sin(100 t + 1) from (0.00497…, `velocity`), 12 ms on.
 #[track_caller]
-fn check_graze(stop: StopModel, velocity: f64, want: State, tolerance: f64) {
+fn check_graze(stop: StopModel, start_velocity: f64, want: State, tolerance: f64) {
     let sine = Harmonic {
         amplitude_m_s2: -5.0 * REFERENCE_GRAVITY,
         angular_frequency_rad_s: 100.0,
         phase_rad: 1.0,
     };
     let start = RunOptions {
-        initial: Some(State::new(0.004_973_986_935_791_459, velocity)),
+        initial: Some(State::new(0.004_973_986_935_791_459, start_velocity)),
         ..RunOptions::new(stop, OpensWhen::Negative)
     };
     let outcome = replay::run_harmonic(&sine, 0.012, &Design::reference(), &start).unwrap();
-    let what = format!("{} from {velocity:e}", stop.name());
-    let error = (outcome.run.final_angle_rad - want.angle_rad).abs();
+    let what = format!("{} from {start_velocity:e}", stop.name());
+    let (angle, velocity) = want.into();
+    let run = &outcome.run;
+    let error = (run.final_angle_rad - angle).abs();
     let stated = outcome.final_error_rad.unwrap();
     println!("{what}: off by {error:e}, stated {stated:e}");
     assert!(
         error <= stated,
         "{what}: off by {error:e}, stated {stated:e}"
     );
-    check_near(
-        &what,
-        outcome.run.final_angle_rad,
-        want.angle_rad,
-        tolerance,
-    );
-    check_near(
-        &what,
-        outcome.run.final_velocity_rad_s,
-        want.velocity_rad_s,
-        1e3 * tolerance,
-    );
+    check_near(&what, run.final_angle_rad, angle, tolerance);
+    check_near(&what, run.final_velocity_rad_s, velocity, 1e3 * tolerance);
 }
 
 /// The touch itself, and as little as 1e-12 rad/s to either side of it, in quad precision: on the
@@ -295,13 +287,8 @@ fn attractor(start: f64, quarters: u32) -> Attractor {
         angular_frequency_rad_s: 100.0,
         phase_rad: FRAC_PI_2 * f64::from(quarters),
     };
-    let mut strobe = Strobe::new(
-        &Design::reference(),
-        SOFT,
-        &sine,
-        Some(State::new(start, 0.0)),
-    )
-    .unwrap();
+    let initial = Some(State::new(start, 0.0));
+    let mut strobe = Strobe::new(&Design::reference(), SOFT, &sine, initial).unwrap();
     for _ in 0..400 {
         strobe.advance().unwrap();
     }
@@ -349,13 +336,8 @@ fn check_orbit(stop: StopModel, back: f64, points: &[State]) {
         angular_frequency_rad_s: 20.0,
         phase_rad: 0.0,
     };
-    let mut strobe = Strobe::new(
-        &Design::reference(),
-        stop,
-        &sine,
-        Some(State::new(0.1, 0.0)),
-    )
-    .unwrap();
+    let start = Some(State::new(0.1, 0.0));
+    let mut strobe = Strobe::new(&Design::reference(), stop, &sine, start).unwrap();
     for _ in 0..200 {
         strobe.advance().unwrap();
     }

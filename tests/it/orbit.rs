@@ -66,12 +66,8 @@ fn val_orbits_of_the_basins() {
     assert_eq!(second.impacts, 4);
     let rigid = forced(StopModel::Rigid, 100.0);
     let third = find(&rigid, 1.0, 1, State::new(0.07, 2.7));
-    check_near(
-        "rigid III",
-        third.points[0].angle_rad,
-        0.070_207_868_965_3,
-        1e-12,
-    );
+    let angle = third.points[0].angle_rad;
+    check_near("rigid III", angle, 0.070_207_868_965_3, 1e-12);
 }
 
 #[track_caller]

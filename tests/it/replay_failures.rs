@@ -271,13 +271,8 @@ fn val_grazing_is_followed_or_its_doubt_stated() {
     let (mut touching, mut free) = (-1.95, -1.90);
     for _ in 0..60 {
         let middle = 0.5 * (touching + free);
-        let truth = oracle::follow(
-            &record,
-            1.0,
-            &design,
-            RIGID,
-            Some(State::new(angle, middle)),
-        );
+        let start = Some(State::new(angle, middle));
+        let truth = oracle::follow(&record, 1.0, &design, RIGID, start);
         if truth.impacts.is_empty() {
             free = middle;
         } else {
@@ -342,13 +337,8 @@ fn val_chatter_that_meets_a_release() {
         1e-12,
     );
     for angle in [0.0503, rests, bounces, bounces + 1e-12, bounces + 1e-9] {
-        check_truth(
-            "chatter",
-            &record,
-            &design,
-            RIGID,
-            Some(State::new(angle, 0.0)),
-        );
+        let start = Some(State::new(angle, 0.0));
+        check_truth("chatter", &record, &design, RIGID, start);
     }
 }
 

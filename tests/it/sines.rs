@@ -559,12 +559,8 @@ fn check_attractors(found: &Basins) {
     assert_eq!(rest.name, "I (rest)");
     assert_eq!(second.name, "II (period 2)");
     assert_eq!(third.name, "III (period 1)");
-    check_near(
-        "III",
-        third.points[0].angle_rad,
-        0.069_436_590_396_707_85,
-        1e-12,
-    );
+    let angle = third.points[0].angle_rad;
+    check_near("III", angle, 0.069_436_590_396_707_85, 1e-12);
     check_near("III", third.peak_angle_rad, 0.088_881_716_444_083, 1e-9);
     check_near("II", second.peak_angle_rad, 0.019_105_028_3, 1e-9);
     assert!(rest.peak_angle_rad <= 1e-9);

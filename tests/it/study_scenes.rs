@@ -166,29 +166,15 @@ fn verif_the_contact_is_the_kernels() {
     for speed in [40.0, 1.0, 0.03, 1.001 * capture] {
         let exit = loaded.exit(speed).unwrap();
         // In flight just after the exit, spring and damping have not yet done anything.
-        let motion = let_go(
-            &design,
-            Against::Soft,
-            0.1,
-            State::new(0.0, -speed),
-            exit.time_s,
-        );
+        let start = State::new(0.0, -speed);
+        let motion = let_go(&design, Against::Soft, 0.1, start, exit.time_s);
         check_near("angle at the exit", motion.final_angle_rad, 0.0, 1e-15);
-        check_relative(
-            "exit speed",
-            motion.final_velocity_rad_s,
-            exit.speed_rad_s,
-            1e-9,
-        );
+        let velocity = motion.final_velocity_rad_s;
+        check_relative("exit speed", velocity, exit.speed_rad_s, 1e-9);
     }
     assert!(loaded.exit(0.999 * capture).is_none());
-    let motion = let_go(
-        &design,
-        Against::Soft,
-        0.1,
-        State::new(0.0, -0.999 * capture),
-        0.05,
-    );
+    let slow = State::new(0.0, -0.999 * capture);
+    let motion = let_go(&design, Against::Soft, 0.1, slow, 0.05);
     assert!(
         motion
             .trace

@@ -89,12 +89,8 @@ fn regress_a_fault_just_after_the_window_reaches_into_it() {
     assert!(change > 3.0, "{change} g inside the window");
     let answer = |reach: bool| {
         let end = if reach { 0.0025 } else { fault_s - 0.0125 };
-        judged(
-            &wrong,
-            fault_s,
-            Some(Window::new(-0.045, end)),
-            &Design::reference(),
-        )
+        let window = Some(Window::new(-0.045, end));
+        judged(&wrong, fault_s, window, &Design::reference())
     };
     let near = answer(true);
     assert_eq!(near.answer, Answer::Unusable, "{:?}", near.why);
@@ -130,12 +126,8 @@ fn verif_a_fault_counts_as_far_as_its_filter_reaches() {
             (end + 0.999 * reach, Answer::Unusable),
             (end + 1.001 * reach, Answer::Pass),
         ] {
-            let found = judged(
-                &used,
-                at_s,
-                Some(Window::new(-0.01, end)),
-                &Design::reference(),
-            );
+            let window = Some(Window::new(-0.01, end));
+            let found = judged(&used, at_s, window, &Design::reference());
             assert_eq!(found.answer, expected, "{class:?} {at_s}");
         }
     }

@@ -179,20 +179,11 @@ impl<const K: usize> StepResponse<K> {
         let mut factorial = 1.0;
         let to_powers = std::array::from_fn(|n| {
             factorial *= n.max(1) as f64;
-            AngleSlope {
-                angle: factorial * integral(n + 1),
-                slope: factorial * integral(n),
-            }
+            AngleSlope::new(factorial * integral(n + 1), factorial * integral(n))
         });
         Self {
-            to_angle: AngleSlope {
-                angle: rate + damping * impulse,
-                slope: -stiffness * impulse,
-            },
-            to_slope: AngleSlope {
-                angle: impulse,
-                slope: rate,
-            },
+            to_angle: AngleSlope::new(rate + damping * impulse, -stiffness * impulse),
+            to_slope: AngleSlope::new(impulse, rate),
             to_powers,
         }
     }
@@ -429,27 +420,21 @@ impl<const K: usize> FastContact<K> {
         b: &[f64; K],
         small: Eight,
     ) -> AngleSlope {
-        let StepResponse {
-            to_angle,
-            to_slope,
-            to_powers,
-        } = &self.end;
-        let mut forced = AngleSlope {
-            angle: to_powers[0].angle * push,
-            slope: to_powers[0].slope * push,
-        };
+        let (to_angle, to_slope, to_powers) =
+            (&self.end.to_angle, &self.end.to_slope, &self.end.to_powers);
+        let mut forced = AngleSlope::new(to_powers[0].angle * push, to_powers[0].slope * push);
         for (power, b) in to_powers.iter().zip(b).skip(1) {
             forced.angle += power.angle * b;
             forced.slope += power.slope * b;
         }
-        let kept = AngleSlope {
-            angle: to_angle.angle * angle + to_slope.angle * slope,
-            slope: to_angle.slope * angle + to_slope.slope * slope,
-        };
-        AngleSlope {
-            angle: kept.angle - forced.angle + sum(self.angle_weights * small),
-            slope: kept.slope - forced.slope + sum(self.slope_weights * small),
-        }
+        let kept = AngleSlope::new(
+            to_angle.angle * angle + to_slope.angle * slope,
+            to_angle.slope * angle + to_slope.slope * slope,
+        );
+        AngleSlope::new(
+            kept.angle - forced.angle + sum(self.angle_weights * small),
+            kept.slope - forced.slope + sum(self.slope_weights * small),
+        )
     }
 
     /// Takes what was gathered in samples' time to seconds.

@@ -109,6 +109,13 @@ pub(super) struct AngleSlope {
     pub(super) slope: f64,
 }
 
+impl AngleSlope {
+    #[inline(always)]
+    pub(super) fn new(angle: f64, slope: f64) -> Self {
+        Self { angle, slope }
+    }
+}
+
 /// Coefficients of the angle over a step, in powers of σ, as many as the step needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TaylorSeries<const N: usize> {
@@ -315,10 +322,7 @@ impl<const N: usize> TaylorSeries<N> {
             curved.slope += w.abs();
         }
         Self {
-            end: AngleSlope {
-                angle: x0 + (x1 + end),
-                slope: x1 + end_slope,
-            },
+            end: AngleSlope::new(x0 + (x1 + end), x1 + end_slope),
             coefficients: x,
             count,
             curved,
