@@ -21,7 +21,7 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::Harmonic;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
-use latchgate_kernel::replay::{self, Method, RunOptions, Section, Strobe};
+use latchgate_kernel::replay::{self, Method, RunOptions, Section, State, Strobe};
 use latchgate_kernel::replay::{batch, strobe_batch};
 use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
 use latchgate_recording::{Limits, ReadOptions, Recording, Selection, Source};
@@ -76,7 +76,7 @@ impl Phase {
             // A weak spring and a start far out keep it away from the stop.
             design.lever.spring_stiffness_nm_per_rad = 1e-3;
             design.lever.preload_torque_nm = 1e-3;
-            options.initial = Some((20.0, 0.0));
+            options.initial = Some(State::new(20.0, 0.0));
         }
         (design, options)
     }
@@ -155,7 +155,7 @@ const PERIODS: u32 = 40;
 fn basin_start(index: usize) -> strobe_batch::HarmonicStart {
     let part = |step: f64| (index as f64 * step).fract();
     strobe_batch::HarmonicStart {
-        initial: Some((part(0.618_034), 40.0 * part(0.414_214) - 20.0)),
+        initial: Some(State::new(part(0.618_034), 40.0 * part(0.414_214) - 20.0)),
         amplitude_m_s2: 9.81,
     }
 }

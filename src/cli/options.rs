@@ -10,6 +10,7 @@ use latchgate_document::request::{
     parse_bias, parse_count, parse_finite, parse_phi0, parse_positive, parse_sensitivity,
     parse_time_unit, parse_tolerance, parse_velocity, parse_window,
 };
+use latchgate_kernel::range::Window;
 use latchgate_kernel::units::{
     AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit,
 };
@@ -226,7 +227,7 @@ pub struct ReplayArguments {
     pub resample: Resample,
     /// Judge crossings in START..END only [s]; the whole record drives the lever
     #[arg(help_heading = "Signal", long, value_name = "START..END", value_parser = parse_window, allow_hyphen_values = true)]
-    pub window: Option<(f64, f64)>,
+    pub window: Option<Window>,
     /// Design file (TOML) [default: the paper's lever]
     #[arg(help_heading = "Design", long, value_name = "FILE")]
     pub design: Option<PathBuf>,

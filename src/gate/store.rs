@@ -16,6 +16,7 @@
 use super::key::Key;
 use super::share::Share;
 use crate::pipeline::{Answer, DecisionRow, NUMBERS_REVISION, Reason};
+use latchgate_kernel::range::Range;
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -74,7 +75,7 @@ struct RowLine {
     coast: Option<f64>,
     /// Bounds of the share of levers that cross.
     #[serde(skip_serializing_if = "Option::is_none")]
-    share: Option<(f64, f64)>,
+    share: Option<Range>,
 }
 
 /// A line that is no decision.
@@ -663,7 +664,7 @@ mod tests {
             peak: Some(-number),
             u: Some(number),
             coast: Some(-number),
-            share: Some((number, number)),
+            share: Some(Range::new(number, number)),
         };
         let text = sealed(&line)?;
         assert!(text.len() <= 400, "{} bytes: {text}", text.len());

@@ -201,8 +201,8 @@ impl GateSummary {
                 row.uncertainty_rad,
                 Some(row.threshold_rad),
                 row.coast_peak_angle_rad,
-                row.share.map(|share| share.0),
-                row.share.map(|share| share.1),
+                row.share.map(|share| share.low),
+                row.share.map(|share| share.high),
             ]
             .map(number)
         });

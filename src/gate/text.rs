@@ -263,14 +263,14 @@ pub(super) fn what(pair: &Pair) -> String {
 
 /// Returns the share of scattered levers that cross, where the peak alone does not tell the answer.
 fn share(row: &DecisionRow) -> Option<String> {
-    let (lower, upper) = row.share?;
+    let share = row.share?;
     let apart = (row.peak_angle_rad? - row.threshold_rad).abs();
     let tells = apart > row.uncertainty_rad?;
     (!tells).then(|| {
         format!(
             "{} to {} % of varied levers open; ",
-            number::plain(100.0 * lower, 3),
-            number::plain(100.0 * upper, 3)
+            number::plain(100.0 * share.low, 3),
+            number::plain(100.0 * share.high, 3)
         )
     })
 }

@@ -71,13 +71,16 @@ impl RecordingFacts {
 
     /// Returns how the channel was conditioned.
     pub(super) fn conditioning(&self, conditioned: &Conditioned) -> ConditioningBlock {
-        let peak = conditioning::peak(&conditioned.used);
+        let used = &conditioned.used;
+        let peak = conditioning::peak(used);
         ConditioningBlock {
             bias_m_s2: conditioned.bias_m_s2,
             bias_standard_error_m_s2: conditioned.bias_standard_error_m_s2,
             bias_standard_error_method: wording::bias_method().into(),
             bias_samples: conditioned.bias_samples,
-            bias_window_s: conditioned.bias_window_s,
+            bias_window_s: conditioned
+                .bias_window_s
+                .map(|window| (window.from_s, window.until_s)),
             filter: conditioned.filter,
             filter_standard: conditioned.filter_standard,
             filter_design_frequency_hz: conditioned
@@ -89,8 +92,8 @@ impl RecordingFacts {
             resample_hz: conditioned.resample_hz,
             between: self.request.between,
             noise_m_s2: conditioned.noise.deviation_m_s2,
-            peak_g: peak.map(|(peak, _)| peak.abs() / STANDARD_GRAVITY),
-            peak_time_s: peak.map(|(_, time)| time),
+            peak_g: peak.map(|peak| used.samples[peak].abs() / STANDARD_GRAVITY),
+            peak_time_s: peak.map(|peak| used.time_s(peak)),
             range_g: self.card.range_g,
             synthetic: self.card.synthetic,
         }

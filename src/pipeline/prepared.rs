@@ -373,9 +373,9 @@ fn read(
     let options = facts.request.conditioning_options(&facts.card);
     let conditioned = conditioning::condition(&channel, &options)
         .map_err(|error| error.at(Place::file(source.name())))?;
-    if let Some((peak, time)) = conditioning::peak(&conditioned.raw) {
-        facts.recording.peak_g = Some(peak.abs() / STANDARD_GRAVITY);
-        facts.recording.peak_time_s = Some(time);
+    if let Some(peak) = conditioning::peak(&conditioned.raw) {
+        facts.recording.peak_g = Some(conditioned.raw.samples[peak].abs() / STANDARD_GRAVITY);
+        facts.recording.peak_time_s = Some(conditioned.raw.time_s(peak));
     }
     facts.recording.velocity_change_m_s = Some(conditioned.velocity_change_m_s);
     facts.findings.extend(conditioned.findings.iter().cloned());

@@ -5,6 +5,7 @@ use super::prepared::{Prepared, Refused};
 use latchgate_document::Document;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
 use latchgate_recording::error::Error;
 use latchgate_verdict::{Answer, AssessDetail, AssessExtras, Reason};
 use serde::{Deserialize, Serialize};
@@ -29,9 +30,9 @@ pub struct DecisionRow {
     pub uncertainty_rad: Option<f64>,
     /// Largest angle after the judged window [rad].
     pub coast_peak_angle_rad: Option<f64>,
-    /// Bounds of the share of scattered levers that cross, lower and upper; `None` without an
+    /// Bounds of the share of scattered levers that cross, `None` without an
     /// ensemble.
-    pub share: Option<(f64, f64)>,
+    pub share: Option<Range>,
 }
 
 impl DecisionRow {
@@ -62,7 +63,7 @@ impl DecisionRow {
                 .ensemble
                 .as_ref()
                 .filter(|_| usable)
-                .map(|ensemble| (ensemble.p_lower, ensemble.p_upper)),
+                .map(|ensemble| Range::new(ensemble.p_lower, ensemble.p_upper)),
         }
     }
 }

@@ -4,7 +4,7 @@
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, Member, MemberPeak};
-use latchgate_kernel::replay::{self, RunOptions};
+use latchgate_kernel::replay::{self, RunOptions, State};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 
@@ -153,7 +153,7 @@ fn check_agrees_at_every_amplitude(stop: StopModel) {
         check_agrees(
             amplitude,
             &BatchOptions {
-                initial: Some((0.3, -20.0)),
+                initial: Some(State::new(0.3, -20.0)),
                 ..plain
             },
         );
@@ -254,12 +254,12 @@ fn verif_a_batch_refuses_what_a_run_refuses() {
     let plain = options(StopModel::Rigid, 1);
     let mut signal = burst(30.0, 50);
     let inside = BatchOptions {
-        initial: Some((-0.1, 0.0)),
+        initial: Some(State::new(-0.1, 0.0)),
         ..plain
     };
     check_refused(&signal, &inside, "initial state");
     let fast = BatchOptions {
-        initial: Some((0.0, f64::NAN)),
+        initial: Some(State::new(0.0, f64::NAN)),
         ..plain
     };
     check_refused(&signal, &fast, "initial state");
@@ -458,7 +458,7 @@ fn verif_a_high_bounce_within_a_sample_is_followed() {
         samples: vec![pressing; 20],
     };
     let options = BatchOptions {
-        initial: Some((0.0, 40.0)),
+        initial: Some(State::new(0.0, 40.0)),
         ..options(StopModel::Rigid, 1)
     };
     let member = |_: usize| Member {

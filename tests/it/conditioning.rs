@@ -2,6 +2,7 @@
 
 use crate::support::{Random, data, signal_from as signal};
 use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::range::Window;
 use latchgate_kernel::units::{AccelerationUnit, STANDARD_GRAVITY, SampleRate};
 use latchgate_recording::error::ErrorKind;
 use latchgate_recording::{Channel, Severity};
@@ -130,11 +131,12 @@ fn verif_the_defaults_remove_the_bias_and_filter_with_cfc_1000() {
     let done = condition(&pulse(10_000.0, -0.03), &ConditioningOptions::default()).unwrap();
     assert_eq!(done.filter, Some(Cfc::Cfc1000));
     assert_eq!(done.bias_samples, 291);
-    let (from_s, to_s) = done.bias_window_s.unwrap();
-    assert!((from_s + 0.03).abs() < 1e-12 && (to_s + 0.001).abs() < 1e-12);
+    let Window { from_s, until_s } = done.bias_window_s.unwrap();
+    assert!((from_s + 0.03).abs() < 1e-12 && (until_s + 0.001).abs() < 1e-12);
     assert!((done.bias_m_s2 - 0.5 * STANDARD_GRAVITY).abs() < 0.02);
     assert_eq!(done.findings, []);
-    let (value, time_s) = peak(&done.used).unwrap();
+    let index = peak(&done.used).unwrap();
+    let (value, time_s) = (done.used.samples[index], done.used.time_s(index));
     assert!((value / STANDARD_GRAVITY - 100.0).abs() < 0.3 && (time_s - 0.025).abs() < 2e-4);
     assert_eq!(
         done.raw.samples[7],
@@ -240,7 +242,7 @@ fn verif_what_cannot_be_done_is_an_error() {
         (f64::NAN, 1.0),
     ] {
         let window = ConditioningOptions {
-            bias: BiasWindow::Window(from_s, to_s),
+            bias: BiasWindow::Window(Window::new(from_s, to_s)),
             ..default.clone()
         };
         check_error(&record, &window, out_of_range);
@@ -315,10 +317,10 @@ fn check_window(window: BiasWindow, first: usize, count: usize) {
 #[test]
 fn verif_bias_windows_hold_the_samples_they_name() {
     check_window(BiasWindow::PreEvent, 0, 191);
-    check_window(BiasWindow::Window(-0.02, -0.001), 0, 191);
-    check_window(BiasWindow::Window(-0.015, -0.0051), 50, 100);
-    check_window(BiasWindow::Window(-0.01504, -0.00506), 50, 100);
-    check_window(BiasWindow::Window(-1.0, 1.0), 0, 400);
+    check_window(BiasWindow::Window(Window::new(-0.02, -0.001)), 0, 191);
+    check_window(BiasWindow::Window(Window::new(-0.015, -0.0051)), 50, 100);
+    check_window(BiasWindow::Window(Window::new(-0.01504, -0.00506)), 50, 100);
+    check_window(BiasWindow::Window(Window::new(-1.0, 1.0)), 0, 400);
 }
 
 /// Returns the bias by its standard error, rms over 150 draws of x(k) = ρ x(k−1) + e(k), whose true

@@ -7,7 +7,7 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::strobe_batch::{
     self, Ending, Followed, HarmonicStart, StrobeBatchOptions,
 };
-use latchgate_kernel::replay::{Section, Strobe};
+use latchgate_kernel::replay::{Section, State, Strobe};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Gravity of the quad-precision reference values [m/s²].
@@ -27,7 +27,7 @@ fn options(stop: StopModel, periods_max: u32) -> StrobeBatchOptions {
 
 fn start(amplitude: f64, angle: f64, velocity: f64) -> HarmonicStart {
     HarmonicStart {
-        initial: Some((angle, velocity)),
+        initial: Some(State::new(angle, velocity)),
         amplitude_m_s2: amplitude * GRAVITY,
     }
 }

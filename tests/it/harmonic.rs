@@ -4,7 +4,7 @@ use crate::support::{json, number};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::Harmonic;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{self, Method, Run, RunOptions, RunOutcome, Section, Strobe};
+use latchgate_kernel::replay::{self, Method, Run, RunOptions, RunOutcome, Section, State, Strobe};
 use latchgate_kernel::units::OpensWhen;
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ fn sine(amplitude: f64, angular_frequency_rad_s: f64, phase_rad: f64, gravity: f
 
 fn from(stop: StopModel, angle: f64, velocity: f64) -> RunOptions {
     RunOptions {
-        initial: Some((angle, velocity)),
+        initial: Some(State::new(angle, velocity)),
         ..RunOptions::new(stop, OpensWhen::Negative)
     }
 }
@@ -44,10 +44,11 @@ fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
 }
 
 #[track_caller]
-fn check_state(what: &str, run: &Run, want: (f64, f64), tolerance: f64) {
-    check_near(what, run.final_angle_rad, want.0, tolerance);
+fn check_state(what: &str, run: &Run, want: State, tolerance: f64) {
+    check_near(what, run.final_angle_rad, want.angle_rad, tolerance);
     // Around a hundred times the angle's: the motion's own rate.
-    check_near(what, run.final_velocity_rad_s, want.1, 1e2 * tolerance);
+    let (got, want) = (run.final_velocity_rad_s, want.velocity_rad_s);
+    check_near(what, got, want, 1e2 * tolerance);
 }
 
 /// ω = 100 rad/s, A = 5, from (0.1, 0): quad-precision states after 10, 20, 50 and 100 periods,
@@ -115,7 +116,7 @@ fn val_a_hundred_periods_of_a_smooth_sine_to_rounding() {
     ] {
         let run = drive(&excitation, periods * TAU / 100.0, &from(stop, 0.1, 0.0)).run;
         let what = format!("{} after {periods}", stop.name());
-        check_state(&what, &run, (angle, velocity), tolerance);
+        check_state(&what, &run, State::new(angle, velocity), tolerance);
     }
 }
 
@@ -154,7 +155,7 @@ fn val_chatter_that_meets_the_release() {
     let excitation = sine(2.0, 20.0, 0.0, REFERENCE_GRAVITY);
     for start in [0.050_373_290_101_443_355, 0.050_373_290_101_443_36] {
         let run = drive(&excitation, 0.3, &from(StopModel::Rigid, start, 0.0)).run;
-        let end = (0.273_724_164_368_098_55, 1.005_226_848_157_122_2);
+        let end = State::new(0.273_724_164_368_098_55, 1.005_226_848_157_122_2);
         check_state(&format!("from {start}"), &run, end, 1e-11);
     }
 }
@@ -323,7 +324,7 @@ fn val_histories_agree_with_quad_precision() {
 }
 
 /// ω = 100 rad/s, A g in its own unit, at the phase of a stroboscope.
-fn strobe(stop: StopModel, amplitude: f64, start: (f64, f64)) -> Strobe {
+fn strobe(stop: StopModel, amplitude: f64, start: State) -> Strobe {
     let excitation = sine(amplitude, 100.0, 0.0, REFERENCE_GRAVITY);
     Strobe::new(&Design::reference(), stop, &excitation, Some(start)).unwrap()
 }
@@ -341,7 +342,7 @@ fn verif_a_stroboscope_sees_the_run() {
     for stop in [StopModel::Rigid, StopModel::Soft] {
         let excitation = sine(5.0, 100.0, 0.0, REFERENCE_GRAVITY);
         let run = drive(&excitation, 20.0 * TAU / 100.0, &from(stop, 0.1, 0.0)).run;
-        let mut strobe = strobe(stop, 5.0, (0.1, 0.0));
+        let mut strobe = strobe(stop, 5.0, State::new(0.1, 0.0));
         let sections: Vec<Section> = (0..20).map(|_| strobe.advance().unwrap()).collect();
         let last = sections.last().unwrap();
         check_near(stop.name(), last.angle_rad, run.final_angle_rad, 1e-12);
@@ -361,9 +362,10 @@ fn verif_a_stroboscope_sees_the_run() {
 fn verif_derivatives_agree_with_differences() {
     const STEP: f64 = 1e-4;
     for stop in [StopModel::Rigid, StopModel::Soft] {
-        for start in [(0.069, 2.7), (0.3, -4.0)] {
+        for start in [State::new(0.069, 2.7), State::new(0.3, -4.0)] {
             let end = |angle: f64, velocity: f64, factor: f64| {
-                let mut strobe = strobe(stop, factor, (start.0 + angle, start.1 + velocity));
+                let moved = State::new(start.angle_rad + angle, start.velocity_rad_s + velocity);
+                let mut strobe = strobe(stop, factor, moved);
                 let section = run_periods(&mut strobe, 2);
                 [section.angle_rad, section.velocity_rad_s]
             };
@@ -395,7 +397,7 @@ fn verif_derivatives_agree_with_differences() {
 #[test]
 fn verif_the_map_shrinks_areas_as_it_must() {
     let design = Design::reference();
-    let mut strobe = strobe(StopModel::Rigid, 1.0, (0.0702, 2.7159));
+    let mut strobe = strobe(StopModel::Rigid, 1.0, State::new(0.0702, 2.7159));
     for _ in 0..5 {
         strobe.start_map();
         let section = strobe.advance().unwrap();
@@ -411,7 +413,7 @@ fn verif_the_map_shrinks_areas_as_it_must() {
 /// A lever that rests forgets where it came from.
 #[test]
 fn verif_rest_wipes_out_every_difference() {
-    let mut strobe = strobe(StopModel::Rigid, 1.0, (0.56, 0.0));
+    let mut strobe = strobe(StopModel::Rigid, 1.0, State::new(0.56, 0.0));
     strobe.start_map();
     let section = run_periods(&mut strobe, 60);
     assert_eq!((section.angle_rad, section.velocity_rad_s), (0.0, 0.0));
@@ -425,11 +427,12 @@ fn verif_a_stroboscope_refuses_what_it_cannot_do() {
     let refused = |excitation: &Harmonic, start| {
         Strobe::new(&design, StopModel::Rigid, excitation, Some(start)).is_err()
     };
-    assert!(!refused(&good, (0.1, 0.0)));
-    assert!(refused(&good, (-0.1, 0.0)));
-    assert!(refused(&good, (0.1, f64::NAN)));
+    let start = State::new(0.1, 0.0);
+    assert!(!refused(&good, start));
+    assert!(refused(&good, State::new(-0.1, 0.0)));
+    assert!(refused(&good, State::new(0.1, f64::NAN)));
     for frequency in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert!(refused(&sine(1.0, frequency, 0.0, 9.81), (0.1, 0.0)));
+        assert!(refused(&sine(1.0, frequency, 0.0, 9.81), start));
     }
-    assert!(refused(&sine(f64::NAN, 100.0, 0.0, 9.81), (0.1, 0.0)));
+    assert!(refused(&sine(f64::NAN, 100.0, 0.0, 9.81), start));
 }

@@ -6,7 +6,7 @@ use crate::support::{data, replay, signal};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::Harmonic;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{self, Method, RunOptions, Strobe};
+use latchgate_kernel::replay::{self, Method, RunOptions, State, Strobe};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 use latchgate_study::cases::{self, Drive, StudyCase};
@@ -31,32 +31,29 @@ fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
 
 /// A graze on −5 g sin(100 t + 1) from (0.00497…, `velocity`), 12 ms on.
 #[track_caller]
-fn check_graze(stop: StopModel, velocity: f64, want: (f64, f64), tolerance: f64) {
+fn check_graze(stop: StopModel, start_velocity: f64, want: State, tolerance: f64) {
     let sine = Harmonic {
         amplitude_m_s2: -5.0 * REFERENCE_GRAVITY,
         angular_frequency_rad_s: 100.0,
         phase_rad: 1.0,
     };
     let start = RunOptions {
-        initial: Some((0.004_973_986_935_791_459, velocity)),
+        initial: Some(State::new(0.004_973_986_935_791_459, start_velocity)),
         ..RunOptions::new(stop, OpensWhen::Negative)
     };
     let outcome = replay::run_harmonic(&sine, 0.012, &Design::reference(), &start).unwrap();
-    let what = format!("{} from {velocity:e}", stop.name());
-    let error = (outcome.run.final_angle_rad - want.0).abs();
+    let what = format!("{} from {start_velocity:e}", stop.name());
+    let (angle, velocity) = want.into();
+    let run = &outcome.run;
+    let error = (run.final_angle_rad - angle).abs();
     let stated = outcome.final_error_rad.unwrap();
     println!("{what}: off by {error:e}, stated {stated:e}");
     assert!(
         error <= stated,
         "{what}: off by {error:e}, stated {stated:e}"
     );
-    check_near(&what, outcome.run.final_angle_rad, want.0, tolerance);
-    check_near(
-        &what,
-        outcome.run.final_velocity_rad_s,
-        want.1,
-        1e3 * tolerance,
-    );
+    check_near(&what, run.final_angle_rad, angle, tolerance);
+    check_near(&what, run.final_velocity_rad_s, velocity, 1e3 * tolerance);
 }
 
 /// The touch itself, and as little as 1e-12 rad/s to either side of it, in quad precision: on the
@@ -121,7 +118,7 @@ fn val_grazes_to_a_millionth_of_a_millionth() {
             1e-14,
         ),
     ] {
-        check_graze(stop, velocity, (angle, end), tolerance);
+        check_graze(stop, velocity, State::new(angle, end), tolerance);
     }
 }
 
@@ -290,7 +287,8 @@ fn attractor(start: f64, quarters: u32) -> Attractor {
         angular_frequency_rad_s: 100.0,
         phase_rad: FRAC_PI_2 * f64::from(quarters),
     };
-    let mut strobe = Strobe::new(&Design::reference(), SOFT, &sine, Some((start, 0.0))).unwrap();
+    let initial = Some(State::new(start, 0.0));
+    let mut strobe = Strobe::new(&Design::reference(), SOFT, &sine, initial).unwrap();
     for _ in 0..400 {
         strobe.advance().unwrap();
     }
@@ -332,20 +330,20 @@ fn val_the_phase_selects_the_attractor() {
 /// The orbit that (0.1, 0) settles on at ω = 20 rad/s and A = 40: these states at t = 0 mod 2π/ω,
 /// in this order, and over again within `back`.
 #[track_caller]
-fn check_orbit(stop: StopModel, back: f64, points: &[(f64, f64)]) {
+fn check_orbit(stop: StopModel, back: f64, points: &[State]) {
     let sine = Harmonic {
         amplitude_m_s2: 40.0 * REFERENCE_GRAVITY,
         angular_frequency_rad_s: 20.0,
         phase_rad: 0.0,
     };
-    let mut strobe = Strobe::new(&Design::reference(), stop, &sine, Some((0.1, 0.0))).unwrap();
+    let start = Some(State::new(0.1, 0.0));
+    let mut strobe = Strobe::new(&Design::reference(), stop, &sine, start).unwrap();
     for _ in 0..200 {
         strobe.advance().unwrap();
     }
-    let distance = |state: (f64, f64), point: (f64, f64)| {
-        (state.0 - point.0)
-            .abs()
-            .max((state.1 - point.1).abs() / 20.0)
+    let distance = |state: State, point: State| {
+        let (angle, velocity) = (state - point).into();
+        f64::max(angle.abs(), velocity.abs() / 20.0)
     };
     for _ in 0..points.len() {
         if distance(strobe.state(), points[0]) < 1e-3 {
@@ -376,27 +374,27 @@ fn val_orbits_of_nine_and_six_periods() {
         RIGID,
         0.0,
         &[
-            (1.267_409_838_042_811_8, 12.297_275_056_906_912),
-            (0.133_950_672_216_708_66, 7.017_229_509_580_746),
-            (0.528_799_173_956_144, 18.201_701_214_556_566),
-            (0.856_069_720_999_286_1, 20.990_063_856_190_16),
-            (1.440_992_342_966_873_6, 19.052_191_859_007_174),
-            (1.371_168_318_729_475_1, -2.596_210_749_133_214),
-            (0.620_374_848_047_918_6, 16.007_217_817_671_77),
-            (1.042_417_480_826_954_2, 22.994_274_154_473_583),
-            (1.431_856_893_196_737_2, 10.781_594_521_802_176),
+            State::new(1.267_409_838_042_811_8, 12.297_275_056_906_912),
+            State::new(0.133_950_672_216_708_66, 7.017_229_509_580_746),
+            State::new(0.528_799_173_956_144, 18.201_701_214_556_566),
+            State::new(0.856_069_720_999_286_1, 20.990_063_856_190_16),
+            State::new(1.440_992_342_966_873_6, 19.052_191_859_007_174),
+            State::new(1.371_168_318_729_475_1, -2.596_210_749_133_214),
+            State::new(0.620_374_848_047_918_6, 16.007_217_817_671_77),
+            State::new(1.042_417_480_826_954_2, 22.994_274_154_473_583),
+            State::new(1.431_856_893_196_737_2, 10.781_594_521_802_176),
         ],
     );
     check_orbit(
         SOFT,
         1e-10,
         &[
-            (1.227_560_710_454_321_3, 22.675_943_914_886_17),
-            (0.299_589_681_395_596_2, 6.513_913_123_469_031),
-            (0.528_844_193_401_186_4, 18.202_442_129_973_48),
-            (0.937_867_743_971_423_9, 21.805_248_585_844_25),
-            (0.285_985_471_830_834_8, 18.355_271_437_681_1),
-            (0.654_733_057_157_243_6, 19.959_338_363_928_84),
+            State::new(1.227_560_710_454_321_3, 22.675_943_914_886_17),
+            State::new(0.299_589_681_395_596_2, 6.513_913_123_469_031),
+            State::new(0.528_844_193_401_186_4, 18.202_442_129_973_48),
+            State::new(0.937_867_743_971_423_9, 21.805_248_585_844_25),
+            State::new(0.285_985_471_830_834_8, 18.355_271_437_681_1),
+            State::new(0.654_733_057_157_243_6, 19.959_338_363_928_84),
         ],
     );
 }

@@ -6,7 +6,7 @@ use latchgate_kernel::model::excitation::{Excitation, Harmonic, Sampled};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::numerics::{Motion, dopri5, event, rk4};
 use latchgate_kernel::replay::{
-    self, Method, REST_SPEED_RAD_S, RunOptions, RunOutcome, TracePoint,
+    self, Method, REST_SPEED_RAD_S, RunOptions, RunOutcome, State, TracePoint,
 };
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
@@ -300,7 +300,7 @@ fn contact_ratios(points: &[TracePoint]) -> Vec<(f64, f64)> {
 fn figure_3(steps: u32) -> Vec<(f64, f64)> {
     let run = RunOptions {
         step_s: Some(std::f64::consts::TAU / (20.0 * f64::from(steps))),
-        initial: Some((0.5, 0.0)),
+        initial: Some(State::new(0.5, 0.0)),
         trace: true,
         ..options(StopModel::Soft, RK4)
     };
@@ -401,7 +401,7 @@ fn val_chatter_ends_at_its_accumulation_time() {
     let signal = silence(1.0, 1000);
     let rest = |method| {
         let run = RunOptions {
-            initial: Some((0.5, 0.0)),
+            initial: Some(State::new(0.5, 0.0)),
             trace: true,
             ..options(StopModel::Rigid, method)
         };
@@ -438,7 +438,10 @@ fn graze(change: f64, stop: StopModel, tolerance: f64) -> f64 {
     };
     let run = RunOptions {
         tolerance_rad: Some(tolerance),
-        initial: Some((0.004_973_986_935_791_459, -1.918_939_039_055_295 + change)),
+        initial: Some(State::new(
+            0.004_973_986_935_791_459,
+            -1.918_939_039_055_295 + change,
+        )),
         ..options(stop, DOPRI5)
     };
     replay::run_harmonic(&excitation, 0.012, &Design::reference(), &run)
@@ -477,7 +480,7 @@ fn val_a_hundred_periods_of_a_smooth_sine() {
     ] {
         let run = RunOptions {
             tolerance_rad: Some(1e-12),
-            initial: Some((0.1, 0.0)),
+            initial: Some(State::new(0.1, 0.0)),
             ..options(stop, DOPRI5)
         };
         let end = 100.0 * std::f64::consts::TAU / 100.0;
@@ -614,7 +617,7 @@ fn verif_work_counts_are_those_of_the_methods() {
     let work = |method| {
         let run = RunOptions {
             step_s: Some(1e-4),
-            initial: Some((0.5, 0.0)),
+            initial: Some(State::new(0.5, 0.0)),
             ..options(StopModel::Rigid, method)
         };
         ask(&signal, &run).run.work

@@ -8,6 +8,7 @@
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::State;
 use latchgate_kernel::signal::Signal;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -281,7 +282,7 @@ pub(crate) fn follow(
     sign: f64,
     design: &Design,
     stop: StopModel,
-    initial: Option<(f64, f64)>,
+    initial: Option<State>,
 ) -> Truth {
     let lever = &design.lever;
     let w = Wide::from;
@@ -303,8 +304,15 @@ pub(crate) fn follow(
     let (phase, angle, velocity) = match initial {
         None if rigid => (Phase::Dwell, Wide::ZERO, Wide::ZERO),
         None => (Phase::Contact, -(pressing / contact.stiffness), Wide::ZERO),
-        Some((u, v)) if !rigid && u < 0.0 => (Phase::Contact, w(u), w(v)),
-        Some((u, v)) => (Phase::Flight, w(u), w(v)),
+        Some(state) => {
+            let pressed = !rigid && state.angle_rad < 0.0;
+            let phase = if pressed {
+                Phase::Contact
+            } else {
+                Phase::Flight
+            };
+            (phase, w(state.angle_rad), w(state.velocity_rad_s))
+        }
     };
     let mut oracle = Oracle {
         rigid,

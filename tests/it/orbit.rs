@@ -3,8 +3,9 @@
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::State;
 use latchgate_study::cascade::{self, BranchBounds, Cascade};
-use latchgate_study::orbit::{self, BifurcationKind, ForcedLever, Orbit, PhasePoint};
+use latchgate_study::orbit::{self, BifurcationKind, ForcedLever, Orbit};
 
 fn forced(stop: StopModel, angular_frequency_rad_s: f64) -> ForcedLever {
     ForcedLever {
@@ -25,23 +26,23 @@ fn check_near(what: &str, got: f64, want: f64, tolerance: f64) {
 }
 
 #[track_caller]
-fn find(forced: &ForcedLever, amplitude: f64, period: u32, guess: PhasePoint) -> Orbit {
+fn find(forced: &ForcedLever, amplitude: f64, period: u32, guess: State) -> Orbit {
     orbit::find(forced, amplitude, period, guess).expect("an orbit near the guess")
 }
 
 #[test]
 fn val_orbits_of_the_basins() {
     let soft = forced(StopModel::Soft, 100.0);
-    let third = find(&soft, 1.0, 1, (0.07, 2.7));
+    let third = find(&soft, 1.0, 1, State::new(0.07, 2.7));
     check_near(
         "III angle",
-        third.points[0].0,
+        third.points[0].angle_rad,
         0.069_436_590_396_707_85,
         1e-13,
     );
     check_near(
         "III velocity",
-        third.points[0].1,
+        third.points[0].velocity_rad_s,
         2.714_407_357_353_373_7,
         1e-11,
     );
@@ -55,17 +56,18 @@ fn val_orbits_of_the_basins() {
     let [(re, im), _] = third.multipliers();
     check_near("III multiplier", re, -0.081_55, 1e-5);
     check_near("III multiplier", im, 0.793, 1e-3);
-    let second = find(&soft, 1.0, 2, (0.016_3, 0.169));
+    let second = find(&soft, 1.0, 2, State::new(0.016_3, 0.169));
     check_near(
         "II angle",
-        second.points[0].0,
+        second.points[0].angle_rad,
         0.016_315_723_135_980_73,
         1e-12,
     );
     assert_eq!(second.impacts, 4);
     let rigid = forced(StopModel::Rigid, 100.0);
-    let third = find(&rigid, 1.0, 1, (0.07, 2.7));
-    check_near("rigid III", third.points[0].0, 0.070_207_868_965_3, 1e-12);
+    let third = find(&rigid, 1.0, 1, State::new(0.07, 2.7));
+    let angle = third.points[0].angle_rad;
+    check_near("rigid III", angle, 0.070_207_868_965_3, 1e-12);
 }
 
 #[track_caller]
@@ -81,12 +83,12 @@ fn check_cascade(name: &str, cascade: &Cascade, birth: f64, doublings: &[f64]) {
     }
 }
 
-/// A branch from an orbit near `guess` [rad, rad/s] at `start` [g].
+/// A branch from an orbit near `guess` at `start` [g].
 #[track_caller]
 fn check_branch(
     name: &str,
     stop: StopModel,
-    (start, guess): (f64, PhasePoint),
+    (start, guess): (f64, State),
     birth: f64,
     doublings: &[f64],
 ) {
@@ -109,9 +111,9 @@ fn check_branch(
     check_near(name, tends, doublings[5] + gap / 3.669_201_6, 1e-8);
 }
 
-const III: (f64, PhasePoint) = (1.0, (0.069, 2.71));
+const III: (f64, State) = (1.0, State::new(0.069, 2.71));
 
-const II: (f64, PhasePoint) = (0.97, (0.0177, 0.124));
+const II: (f64, State) = (0.97, State::new(0.0177, 0.124));
 
 #[test]
 fn val_cascade_of_motion_iii_on_the_soft_stop() {

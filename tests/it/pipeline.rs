@@ -15,6 +15,7 @@ use latchgate_document::request::PolaritySource;
 use latchgate_document::{MarginDocument, json};
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::model::parameters::PARAMETERS;
+use latchgate_kernel::range::Window;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::ErrorKind;
 use latchgate_recording::setting::Setting;
@@ -727,8 +728,8 @@ fn verif_a_stop_damped_like_glue_is_refused() {
 #[test]
 fn regress_requests_that_no_document_could_state_are_refused() {
     let bad: [fn(&mut Request); 7] = [
-        |request| request.window_s = Some((f64::NAN, f64::NAN)),
-        |request| request.window_s = Some((f64::NEG_INFINITY, f64::INFINITY)),
+        |request| request.window_s = Some(Window::new(f64::NAN, f64::NAN)),
+        |request| request.window_s = Some(Window::new(f64::NEG_INFINITY, f64::INFINITY)),
         |request| request.tolerance_rad = Some(-1.0),
         |request| request.rate_hz = Some(f64::NAN),
         |request| request.phi0_rad = Some(f64::NAN),

@@ -3,7 +3,7 @@
 use crate::support::{Random, options, random_design, random_signal, replay, signal};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{Method, RunOptions, RunOutcome, TracePoint, energy_j};
+use latchgate_kernel::replay::{Method, RunOptions, RunOutcome, State, TracePoint, energy_j};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 
@@ -25,7 +25,7 @@ fn quiet(rate_hz: f64, seconds: f64) -> Signal {
 
 fn from(stop: StopModel, angle: f64, velocity: f64) -> RunOptions {
     RunOptions {
-        initial: Some((angle, velocity)),
+        initial: Some(State::new(angle, velocity)),
         ..options(stop)
     }
 }
@@ -703,7 +703,7 @@ fn verif_a_looser_tolerance_is_covered_by_the_stated_error() {
 
 // The fixed-step method of the paper.
 
-fn fixed(stop: StopModel, initial: Option<(f64, f64)>, steps_per_period: u32) -> RunOptions {
+fn fixed(stop: StopModel, initial: Option<State>, steps_per_period: u32) -> RunOptions {
     RunOptions {
         initial,
         method: Method::Rk4 { steps_per_period },
@@ -718,7 +718,7 @@ fn verif_the_fixed_step_is_of_fourth_order_in_smooth_flight() {
     let design = Design::reference();
     // Linear excitation without a kink, the lever never near the stop.
     let ramp = signal(100.0, (0..6).map(|k| -4.0 - f64::from(k)).collect());
-    let start = Some((1.0, 10.0));
+    let start = Some(State::new(1.0, 10.0));
     let exact = replay(
         &ramp,
         &design,
@@ -746,7 +746,7 @@ fn verif_the_fixed_step_is_of_fourth_order_in_smooth_flight() {
 fn verif_the_fixed_step_is_of_first_order_over_impacts() {
     let design = Design::reference();
     let record = quiet(1000.0, 0.4);
-    let start = Some((0.5, 0.0));
+    let start = Some(State::new(0.5, 0.0));
     let exact = replay(
         &record,
         &design,
@@ -779,8 +779,8 @@ fn verif_the_fixed_step_is_of_first_order_over_impacts() {
 fn verif_the_fixed_step_gains_energy_on_a_stop_too_stiff_for_it() {
     let design = Design::reference();
     let record = quiet(1000.0, 0.5);
-    let start = (0.5, 0.0);
-    let initial = energy_j(&design, SOFT, start.0, start.1);
+    let start = State::new(0.5, 0.0);
+    let initial = energy_j(&design, SOFT, start.angle_rad, start.velocity_rad_s);
     let coarse = replay(&record, &design, &fixed(SOFT, Some(start), 1000)).run;
     let fastest = coarse
         .impact_list
@@ -845,7 +845,7 @@ fn verif_a_stop_that_returns_all_speed_keeps_the_energy() {
         let rate = 1000.0;
         let signal = signal(rate, vec![0.0; (seconds * rate) as usize + 2]);
         let options = RunOptions {
-            initial: Some((0.4, 0.0)),
+            initial: Some(State::new(0.4, 0.0)),
             ..RunOptions::new(StopModel::Rigid, OpensWhen::Negative)
         };
         latchgate_kernel::replay::run(&signal, &design, &options)

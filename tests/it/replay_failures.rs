@@ -6,7 +6,7 @@ use crate::oracle;
 use crate::support::{Random, data, json, number, options, replay, signal};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{Breakdown, RunOptions, RunOutcome, TracePoint};
+use latchgate_kernel::replay::{Breakdown, RunOptions, RunOutcome, State, TracePoint};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use serde_json::Value;
@@ -136,7 +136,7 @@ fn val_free_vibrations_agree_with_quad_precision() {
             design.lever.preload_torque_nm = preload.parse().unwrap();
             let record = signal(10_000.0, vec![0.0; 25_001]);
             let start = RunOptions {
-                initial: Some((0.5, 0.0)),
+                initial: Some(State::new(0.5, 0.0)),
                 ..options(stop)
             };
             let outcome = replay(&record, &design, &start);
@@ -204,7 +204,7 @@ fn check_truth(
     record: &Signal,
     design: &Design,
     stop: StopModel,
-    initial: Option<(f64, f64)>,
+    initial: Option<State>,
 ) {
     let options = RunOptions {
         initial,
@@ -245,7 +245,7 @@ fn check_truth(
 fn val_the_independent_integrator_agrees_with_the_closed_form() {
     let design = Design::reference();
     let record = signal(250.0, vec![0.0; 40]);
-    let truth = oracle::follow(&record, 1.0, &design, RIGID, Some((0.5, 0.0)));
+    let truth = oracle::follow(&record, 1.0, &design, RIGID, Some(State::new(0.5, 0.0)));
     check_close("time", truth.impacts[0].0, 0.059_485_194_674_3, 1e-13);
     check_close("velocity", truth.impacts[0].1, -14.678_784_023, 1e-9);
     let (sine, cosine) = oracle::sine_cosine(0.7.into());
@@ -271,7 +271,8 @@ fn val_grazing_is_followed_or_its_doubt_stated() {
     let (mut touching, mut free) = (-1.95, -1.90);
     for _ in 0..60 {
         let middle = 0.5 * (touching + free);
-        let truth = oracle::follow(&record, 1.0, &design, RIGID, Some((angle, middle)));
+        let start = Some(State::new(angle, middle));
+        let truth = oracle::follow(&record, 1.0, &design, RIGID, start);
         if truth.impacts.is_empty() {
             free = middle;
         } else {
@@ -287,7 +288,7 @@ fn val_grazing_is_followed_or_its_doubt_stated() {
                 &record,
                 &design,
                 stop,
-                Some((angle, touching + off)),
+                Some(State::new(angle, touching + off)),
             );
         }
     }
@@ -306,7 +307,7 @@ fn val_chatter_that_meets_a_release() {
     );
     let follow = |angle: f64| {
         let start = RunOptions {
-            initial: Some((angle, 0.0)),
+            initial: Some(State::new(angle, 0.0)),
             ..options(RIGID)
         };
         let outcome = replay(&record, &design, &start);
@@ -336,13 +337,14 @@ fn val_chatter_that_meets_a_release() {
         1e-12,
     );
     for angle in [0.0503, rests, bounces, bounces + 1e-12, bounces + 1e-9] {
-        check_truth("chatter", &record, &design, RIGID, Some((angle, 0.0)));
+        let start = Some(State::new(angle, 0.0));
+        check_truth("chatter", &record, &design, RIGID, start);
     }
 }
 
 /// Work that a replay may cost: no hang, whatever the lever and the record.
 #[track_caller]
-fn check_ends(label: &str, record: &Signal, design: &Design, start: Option<(f64, f64)>) {
+fn check_ends(label: &str, record: &Signal, design: &Design, start: Option<State>) {
     for stop in [RIGID, SOFT] {
         let options = RunOptions {
             initial: start,
@@ -450,9 +452,9 @@ fn verif_extreme_levers_and_records_end() {
         for (kind, record) in &records {
             let starts = [
                 None,
-                Some((0.0, 0.0)),
-                Some((0.0, -1.0)),
-                Some((0.0, 1e-10)),
+                Some(State::new(0.0, 0.0)),
+                Some(State::new(0.0, -1.0)),
+                Some(State::new(0.0, 1e-10)),
             ];
             let starts = if *kind == "two zeros" {
                 &starts[..]
@@ -508,7 +510,7 @@ fn verif_endless_bounces_are_given_up() {
     let record = signal(10_000.0, vec![0.0; 200]);
     for speed in [1e-10, 1e-14] {
         let start = RunOptions {
-            initial: Some((0.0, speed)),
+            initial: Some(State::new(0.0, speed)),
             ..RunOptions::new(RIGID, OpensWhen::Negative)
         };
         let outcome = replay(&record, &design, &start);

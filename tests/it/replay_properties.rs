@@ -5,7 +5,7 @@ use crate::oracle;
 use crate::support::{Random, options, random_design, random_signal, replay};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{RunOptions, RunOutcome};
+use latchgate_kernel::replay::{RunOptions, RunOutcome, State};
 use latchgate_kernel::signal::Reading;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_verdict::conditioning::Signal;
@@ -165,7 +165,7 @@ fn errors_of(
     signal: &Signal,
     design: &Design,
     stop: StopModel,
-    initial: Option<(f64, f64)>,
+    initial: Option<State>,
 ) -> [Errors; 2] {
     let options = RunOptions {
         initial,
@@ -224,7 +224,8 @@ fn random_errors(base: u64, cases: u64, longest: usize, started: bool) -> [Vec<E
         let mut random = Random(seed);
         let design = random_design(&mut random);
         let signal = random_signal(&mut random, longest, 5.0, 3e3);
-        let initial = started.then(|| (random.between(0.0, 0.5), random.between(-20.0, 20.0)));
+        let initial =
+            started.then(|| State::new(random.between(0.0, 0.5), random.between(-20.0, 20.0)));
         for stop in [StopModel::Rigid, StopModel::Soft] {
             let label = format!("seed {seed} {}", stop.name());
             let [peak, end] = errors_of(&label, &signal, &design, stop, initial);

@@ -7,6 +7,7 @@ mod terminal;
 
 use fixture::Case;
 use latchgate_document::{Document, json, number};
+use latchgate_report::plot::chart::Point;
 use latchgate_report::terminal::Look;
 use latchgate_report::{escape, html, plot, sparkline, text};
 use latchgate_verdict::{Answer, Ensemble};
@@ -618,16 +619,16 @@ impl Scatter {
 fn check_columns(seed: u64, count: usize, width: f64) {
     let mut scatter = Scatter(seed);
     let mut x = -5.0;
-    let points: Vec<(f64, f64)> = (0..count)
+    let points: Vec<Point> = (0..count)
         .map(|_| {
             x += scatter.next() * width * 0.3;
-            (x, scatter.next() - 0.5)
+            Point::new(x, scatter.next() - 0.5)
         })
         .collect();
     let kept = plot::thin::columns(points.iter().copied(), width);
     let columns: std::collections::BTreeSet<i64> = points
         .iter()
-        .map(|point| (point.0 / width).floor() as i64)
+        .map(|point| (point.x / width).floor() as i64)
         .collect();
     assert!(
         kept.len() <= 4 * columns.len(),
@@ -636,11 +637,11 @@ fn check_columns(seed: u64, count: usize, width: f64) {
         columns.len()
     );
     for column in columns {
-        let of = |points: &[(f64, f64)]| -> Vec<f64> {
+        let of = |points: &[Point]| -> Vec<f64> {
             points
                 .iter()
-                .filter(|point| (point.0 / width).floor() as i64 == column)
-                .map(|point| point.1)
+                .filter(|point| (point.x / width).floor() as i64 == column)
+                .map(|point| point.y)
                 .collect()
         };
         let (all, left) = (of(&points), of(&kept));
@@ -655,7 +656,7 @@ fn check_columns(seed: u64, count: usize, width: f64) {
         );
     }
     assert!(
-        kept.windows(2).all(|pair| pair[0].0 <= pair[1].0),
+        kept.windows(2).all(|pair| pair[0].x <= pair[1].x),
         "seed {seed}: order"
     );
 }
@@ -675,16 +676,16 @@ fn prop_thinned_columns_keep_every_extremum() {
 fn prop_thinned_curves_keep_their_extent_and_their_bound() {
     for seed in 0..40 {
         let mut scatter = Scatter(seed);
-        let points: Vec<(f64, f64)> = (0..5000)
-            .map(|_| (scatter.next() * 700.0, scatter.next() * 300.0))
+        let points: Vec<Point> = (0..5000)
+            .map(|_| Point::new(scatter.next() * 700.0, scatter.next() * 300.0))
             .collect();
         let kept = plot::thin::curve(&points, 0.5, 1000);
         assert!(kept.len() <= 1000, "seed {seed}: {}", kept.len());
-        let extent = |points: &[(f64, f64)]| {
+        let extent = |points: &[Point]| {
             points
                 .iter()
                 .fold((f64::MAX, f64::MIN, f64::MAX, f64::MIN), |e, p| {
-                    (e.0.min(p.0), e.1.max(p.0), e.2.min(p.1), e.3.max(p.1))
+                    (e.0.min(p.x), e.1.max(p.x), e.2.min(p.y), e.3.max(p.y))
                 })
         };
         assert_eq!(extent(&points), extent(&kept), "seed {seed}");

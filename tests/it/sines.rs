@@ -7,11 +7,13 @@ mod properties;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
+use latchgate_kernel::replay::State;
 use latchgate_study::attractor::{self, Attractor};
 use latchgate_study::basins::{self, Basins};
 use latchgate_study::bifurcation::{self, Sweep};
 use latchgate_study::excitation_map;
-use latchgate_study::orbit::{self, BifurcationKind, ForcedLever, PhasePoint};
+use latchgate_study::orbit::{self, BifurcationKind, ForcedLever};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Gravity of the quad-precision reference values [m/s²].
@@ -67,163 +69,163 @@ fn one_amplitude(
 ) -> attractor::Options {
     attractor::Options {
         forced,
-        amplitudes_g: (amplitude_g, amplitude_g),
+        amplitudes_g: Range::new(amplitude_g, amplitude_g),
         points: 1,
         transient,
         periods,
-        initial: Some((0.1, 0.0)),
+        initial: Some(State::new(0.1, 0.0)),
         compared_steps: None,
     }
 }
 
 /// Stop, amplitude [g], section, trace and determinant of the map where two impacts or more do not
 /// wipe out every difference.
-type Point = (StopModel, f64, PhasePoint, Option<(f64, f64)>);
+type Point = (StopModel, f64, State, Option<(f64, f64)>);
 
 /// Fig. 6: ω = 20 rad/s.
 const SINGLE: [Point; 24] = [
     (
         StopModel::Rigid,
         34.0,
-        (0.151_854_808_375_077_14, 12.301_361_672_568_515),
+        State::new(0.151_854_808_375_077_14, 12.301_361_672_568_515),
         None,
     ),
     (
         StopModel::Rigid,
         36.0,
-        (0.093_235_889_384_158_42, 3.463_407_892_349_420_7),
+        State::new(0.093_235_889_384_158_42, 3.463_407_892_349_420_7),
         None,
     ),
     (
         StopModel::Rigid,
         38.0,
-        (0.297_782_799_376_685_67, 10.997_799_904_853_045),
+        State::new(0.297_782_799_376_685_67, 10.997_799_904_853_045),
         None,
     ),
     (
         StopModel::Rigid,
         54.0,
-        (3.144_122_422_942_467_6, 58.843_889_646_764_93),
+        State::new(3.144_122_422_942_467_6, 58.843_889_646_764_93),
         Some((-0.934_184_836_238, 0.396_354_444_727_081)),
     ),
     (
         StopModel::Rigid,
         56.0,
-        (3.187_770_855_126_154, 56.115_047_189_207_63),
+        State::new(3.187_770_855_126_154, 56.115_047_189_207_63),
         Some((-1.171_805_328_986, 0.396_354_444_727_081)),
     ),
     (
         StopModel::Rigid,
         58.0,
-        (3.224_642_692_501_351_6, 53.763_795_417_401_53),
+        State::new(3.224_642_692_501_351_6, 53.763_795_417_401_53),
         Some((-1.288_332_063_707_000_2, 0.396_354_444_727_081)),
     ),
     (
         StopModel::Rigid,
         60.0,
-        (3.257_331_302_190_362_3, 51.647_904_897_984_7),
+        State::new(3.257_331_302_190_362_3, 51.647_904_897_984_7),
         Some((-1.294_255_197_675, 0.396_354_444_727_081)),
     ),
     (
         StopModel::Rigid,
         62.0,
-        (3.287_416_754_273_984_5, 49.673_756_325_913_51),
+        State::new(3.287_416_754_273_984_5, 49.673_756_325_913_51),
         Some((-1.198_435_871_106, 0.396_354_444_727_081)),
     ),
     (
         StopModel::Rigid,
         64.0,
-        (3.316_074_504_136_430_3, 47.766_261_199_534_874),
+        State::new(3.316_074_504_136_430_3, 47.766_261_199_534_874),
         Some((-1.010_661_730_01, 0.396_354_444_727_081)),
     ),
     (
         StopModel::Rigid,
         66.0,
-        (3.344_418_745_118_157, 45.849_495_771_798_39),
+        State::new(3.344_418_745_118_157, 45.849_495_771_798_39),
         Some((-0.742_658_016_876, 0.396_354_444_727_081)),
     ),
     (
         StopModel::Rigid,
         68.0,
-        (3.373_848_374_410_248, 43.823_499_680_912_66),
+        State::new(3.373_848_374_410_248, 43.823_499_680_912_66),
         Some((-0.408_651_531_462, 0.396_354_444_727_081)),
     ),
     (
         StopModel::Rigid,
         70.0,
-        (3.406_677_221_186_517_7, 41.516_375_519_200_14),
+        State::new(3.406_677_221_186_517_7, 41.516_375_519_200_14),
         Some((-0.026_482_950_960_4, 0.396_354_444_727_081)),
     ),
     (
         StopModel::Soft,
         34.0,
-        (0.146_563_337_914_172_75, 12.089_805_670_326_81),
+        State::new(0.146_563_337_914_172_75, 12.089_805_670_326_81),
         None,
     ),
     (
         StopModel::Soft,
         36.0,
-        (0.093_272_673_850_670_73, 3.464_306_712_323_226_7),
+        State::new(0.093_272_673_850_670_73, 3.464_306_712_323_226_7),
         None,
     ),
     (
         StopModel::Soft,
         38.0,
-        (0.297_825_463_532_516_15, 10.998_673_927_638_361),
+        State::new(0.297_825_463_532_516_15, 10.998_673_927_638_361),
         None,
     ),
     (
         StopModel::Soft,
         54.0,
-        (3.131_187_455_935_336_8, 59.806_795_863_975_17),
+        State::new(3.131_187_455_935_336_8, 59.806_795_863_975_17),
         Some((-0.888_967_111_284, 0.397_531_989_819_456)),
     ),
     (
         StopModel::Soft,
         56.0,
-        (3.175_569_673_217_717, 57.034_969_329_677_15),
+        State::new(3.175_569_673_217_717, 57.034_969_329_677_15),
         Some((-1.146_908_375_474, 0.397_642_564_765_468)),
     ),
     (
         StopModel::Soft,
         58.0,
-        (3.212_453_176_995_670_6, 54.677_968_312_146_24),
+        State::new(3.212_453_176_995_670_6, 54.677_968_312_146_24),
         Some((-1.282_767_314_26, 0.397_754_884_677_903)),
     ),
     (
         StopModel::Soft,
         60.0,
-        (3.244_654_984_934_889, 52.584_472_907_745_955),
+        State::new(3.244_654_984_934_889, 52.584_472_907_745_955),
         Some((-1.308_108_571_737, 0.397_870_192_340_019)),
     ),
     (
         StopModel::Soft,
         62.0,
-        (3.273_802_737_072_041, 50.660_279_406_786_934),
+        State::new(3.273_802_737_072_041, 50.660_279_406_786_934),
         Some((-1.231_997_060_73, 0.397_989_097_489_706)),
     ),
     (
         StopModel::Soft,
         64.0,
-        (3.301_013_633_620_687_7, 48.835_776_671_676_79),
+        State::new(3.301_013_633_620_687_7, 48.835_776_671_676_79),
         Some((-1.063_975_897_34, 0.398_111_713_499_138)),
     ),
     (
         StopModel::Soft,
         66.0,
-        (3.327_228_499_999_565_6, 47.048_348_845_780_77),
+        State::new(3.327_228_499_999_565_6, 47.048_348_845_780_77),
         Some((-0.815_149_767_938, 0.398_237_509_008_674)),
     ),
     (
         StopModel::Soft,
         68.0,
-        (3.353_478_469_161_547_3, 45.226_061_332_327_994),
+        State::new(3.353_478_469_161_547_3, 45.226_061_332_327_994),
         Some((-0.498_540_057_122, 0.398_364_789_493_146)),
     ),
     (
         StopModel::Soft,
         70.0,
-        (3.381_288_560_958_442, 43.259_639_752_863_6),
+        State::new(3.381_288_560_958_442, 43.259_639_752_863_6),
         Some((-0.129_243_562_382_6, 0.398_489_310_361_29)),
     ),
 ];
@@ -231,20 +233,21 @@ const SINGLE: [Point; 24] = [
 /// Fig. 6: where the paper draws a line the lever does the same in every period, on either stop.
 #[test]
 fn val_the_lines_of_fig_6_are_single_points() {
-    for (stop, amplitude, (angle, velocity), map) in SINGLE {
+    for (stop, amplitude, state, map) in SINGLE {
+        let (angle, velocity) = state.into();
         let what = format!("{} A = {amplitude}", stop.name());
         let mut options = one_amplitude(forced(stop, 20.0), amplitude, 250, 10);
         // Motion that does not rest comes through chaos from afar, and at 70 g on the soft stop
         // has a neighbour of period 6: which is reached is rounding's choice, so start next to it.
         if map.is_some() {
-            options.initial = Some((angle + 1e-3, velocity));
+            options.initial = Some(State::new(angle + 1e-3, velocity));
         }
         let found = attractor::run(&options, &all(2)).unwrap();
         assert!(found.complete, "{what}");
         assert_eq!(found.periods, [(amplitude, Some(1))], "{what}");
         let orbit = found.orbit.expect("a period has its orbit");
-        check_near(&what, orbit.points[0].0, angle, 1e-9);
-        check_near(&what, orbit.points[0].1, velocity, 1e-9);
+        check_near(&what, orbit.points[0].angle_rad, angle, 1e-9);
+        check_near(&what, orbit.points[0].velocity_rad_s, velocity, 1e-9);
         // The rows are the trajectory itself.
         let last = found.rows.last().unwrap();
         check_near(&what, last.angle_rad, angle, 1e-9);
@@ -262,30 +265,30 @@ fn val_the_lines_of_fig_6_are_single_points() {
     }
 }
 
-const NINE: [PhasePoint; 9] = [
-    (1.267_409_838_042_811_8, 12.297_275_056_906_917),
-    (0.133_950_672_216_708_64, 7.017_229_509_580_746),
-    (0.528_799_173_956_144, 18.201_701_214_565_563),
-    (0.856_069_720_999_286_1, 20.990_063_856_100_19),
-    (1.440_992_342_966_873_6, 19.052_191_859_007_173),
-    (1.371_168_318_729_475_2, -2.596_210_749_133_214),
-    (0.620_374_848_047_918_6, 16.007_217_817_673_727),
-    (1.042_417_480_826_954_2, 22.994_274_154_473_583),
-    (1.431_856_896_737_196, 10.781_594_518_021_661),
+const NINE: [State; 9] = [
+    State::new(1.267_409_838_042_811_8, 12.297_275_056_906_917),
+    State::new(0.133_950_672_216_708_64, 7.017_229_509_580_746),
+    State::new(0.528_799_173_956_144, 18.201_701_214_565_563),
+    State::new(0.856_069_720_999_286_1, 20.990_063_856_100_19),
+    State::new(1.440_992_342_966_873_6, 19.052_191_859_007_173),
+    State::new(1.371_168_318_729_475_2, -2.596_210_749_133_214),
+    State::new(0.620_374_848_047_918_6, 16.007_217_817_673_727),
+    State::new(1.042_417_480_826_954_2, 22.994_274_154_473_583),
+    State::new(1.431_856_896_737_196, 10.781_594_518_021_661),
 ];
 
-const SIX: [PhasePoint; 6] = [
-    (1.227_560_710_454_321_4, 22.675_943_914_861_687),
-    (0.299_589_681_395_596_16, 6.513_913_123_469_031),
-    (0.528_844_193_401_186_4, 18.202_442_129_973_477),
-    (0.937_867_743_971_423_9, 21.805_248_585_844_204),
-    (0.285_985_471_830_834_8, 18.355_271_437_681_104),
-    (0.654_733_057_157_243_6, 19.959_338_363_928_84),
+const SIX: [State; 6] = [
+    State::new(1.227_560_710_454_321_4, 22.675_943_914_861_687),
+    State::new(0.299_589_681_395_596_16, 6.513_913_123_469_031),
+    State::new(0.528_844_193_401_186_4, 18.202_442_129_973_477),
+    State::new(0.937_867_743_971_423_9, 21.805_248_585_844_204),
+    State::new(0.285_985_471_830_834_8, 18.355_271_437_681_104),
+    State::new(0.654_733_057_157_243_6, 19.959_338_363_928_84),
 ];
 
 /// Fig. 7: what the paper takes for chaos has period nine on the rigid stop, six on the soft one.
 #[track_caller]
-fn check_fig_7(stop: StopModel, points: &[PhasePoint]) {
+fn check_fig_7(stop: StopModel, points: &[State]) {
     let options = one_amplitude(forced(stop, 20.0), 40.0, 200, 60);
     let found = attractor::run(&options, &all(2)).unwrap();
     let period = u32::try_from(points.len()).unwrap();
@@ -311,8 +314,9 @@ fn check_fig_7(stop: StopModel, points: &[PhasePoint]) {
         } else {
             2e-10
         };
-        check_near(&what, got.0, point.0, tolerance);
-        check_near(&what, got.1 / 20.0, point.1 / 20.0, tolerance);
+        let (angle, velocity) = (*point).into();
+        check_near(&what, got.angle_rad, angle, tolerance);
+        check_near(&what, got.velocity_rad_s / 20.0, velocity / 20.0, tolerance);
     }
 }
 
@@ -332,7 +336,7 @@ fn val_no_period_is_claimed_where_rounding_decides() {
     };
     // Two amplitudes spare the measurement of growth that follows where there is but one.
     let options = attractor::Options {
-        amplitudes_g: (40.0, 40.000_1),
+        amplitudes_g: Range::new(40.0, 40.000_1),
         points: 2,
         ..one_amplitude(standard, 40.0, 200, 600)
     };
@@ -349,11 +353,11 @@ fn regress_a_diagram_claims_no_period_of_rounding() {
     let diagram = bifurcation::run(
         &bifurcation::Options {
             forced: rigid.clone(),
-            amplitudes_g: (39.9, 40.1),
+            amplitudes_g: Range::new(39.9, 40.1),
             points: 41,
             transient: 100,
             periods: 120,
-            initial: Some((0.1, 0.0)),
+            initial: Some(State::new(0.1, 0.0)),
             sweep: Sweep::None,
             doublings: 0,
         },
@@ -366,7 +370,7 @@ fn regress_a_diagram_claims_no_period_of_rounding() {
         let seen = orbit::period_of(&rigid, &column.sections, 1e-7);
         let last = column.sections.last().unwrap();
         let grown = |period| {
-            let start = (last.angle_rad, last.velocity_rad_s);
+            let start = last.state();
             orbit::difference_growth(&rigid, column.amplitude_g, Some(start), 0, 2 * period)
                 .unwrap()
                 .is_none_or(|growth| growth.resolved())
@@ -382,7 +386,7 @@ fn regress_a_diagram_claims_no_period_of_rounding() {
 #[track_caller]
 fn check_ensemble(stop: StopModel, want: [(f64, f64); 3]) {
     let options = attractor::Options {
-        amplitudes_g: (39.9, 40.1),
+        amplitudes_g: Range::new(39.9, 40.1),
         points: 60,
         ..one_amplitude(forced(stop, 20.0), 0.0, 100, 100)
     };
@@ -525,8 +529,8 @@ fn basins_options(stop: StopModel, side: u32, transient: u32) -> basins::Options
     basins::Options {
         forced: forced(stop, 100.0),
         amplitude_g: 1.0,
-        angle_rad: (0.0, 1.0),
-        velocity_rad_s: (-20.0, 20.0),
+        angle_rad: Range::new(0.0, 1.0),
+        velocity_rad_s: Range::new(-20.0, 20.0),
         grid: (side, side),
         transient,
     }
@@ -555,7 +559,8 @@ fn check_attractors(found: &Basins) {
     assert_eq!(rest.name, "I (rest)");
     assert_eq!(second.name, "II (period 2)");
     assert_eq!(third.name, "III (period 1)");
-    check_near("III", third.points[0].0, 0.069_436_590_396_707_85, 1e-12);
+    let angle = third.points[0].angle_rad;
+    check_near("III", angle, 0.069_436_590_396_707_85, 1e-12);
     check_near("III", third.peak_angle_rad, 0.088_881_716_444_083, 1e-9);
     check_near("II", second.peak_angle_rad, 0.019_105_028_3, 1e-9);
     assert!(rest.peak_angle_rad <= 1e-9);
@@ -589,11 +594,11 @@ fn val_a_lever_at_rest_leaves_its_stop_at_the_lift_off_amplitude() {
 fn val_a_diagram_finds_its_cascade() {
     let options = bifurcation::Options {
         forced: forced(StopModel::Soft, 100.0),
-        amplitudes_g: (0.35, 2.2),
+        amplitudes_g: Range::new(0.35, 2.2),
         points: 12,
         transient: 200,
         periods: 30,
-        initial: Some((0.07, 2.7)),
+        initial: Some(State::new(0.07, 2.7)),
         sweep: Sweep::None,
         doublings: 3,
     };
@@ -652,8 +657,8 @@ fn val_the_map_of_excitations_starts_at_lift_off() {
     for stop in BOTH {
         let options = excitation_map::Options {
             forced: forced(stop, 1.0),
-            amplitudes_g: (0.0, 6.0),
-            angular_frequencies_rad_s: (10.0, 300.0),
+            amplitudes_g: Range::new(0.0, 6.0),
+            angular_frequencies_rad_s: Range::new(10.0, 300.0),
             grid: (12, 6),
             periods: 10,
         };

@@ -5,7 +5,7 @@ use latchgate_document::design_file::apply_override;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::Harmonic;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{self, RunOptions, TracePoint};
+use latchgate_kernel::replay::{self, RunOptions, State, TracePoint};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 use latchgate_study::chart;
@@ -150,9 +150,9 @@ fn val_limits_of_the_equivalence_agree_with_quad_precision() {
             2.728_522_577_893_915e-1 - 2.725_550_928_673_394e-1,
         ),
     ] {
-        let (time, speed) = loaded.exit(entry).unwrap();
-        check_relative("exit speed", speed, exit, 1e-14);
-        check_near("contact", time, length, 1e-15);
+        let left = loaded.exit(entry).unwrap();
+        check_relative("exit speed", left.speed_rad_s, exit, 1e-14);
+        check_near("contact", left.time_s, length, 1e-15);
     }
 }
 
@@ -164,14 +164,17 @@ fn verif_the_contact_is_the_kernels() {
     let capture = equivalence(&design).capture_speed_rad_s.unwrap();
     let loaded = FreeContact::new(&design, design.lever.preload_torque_nm).unwrap();
     for speed in [40.0, 1.0, 0.03, 1.001 * capture] {
-        let (time, exit) = loaded.exit(speed).unwrap();
+        let exit = loaded.exit(speed).unwrap();
         // In flight just after the exit, spring and damping have not yet done anything.
-        let motion = let_go(&design, Against::Soft, 0.1, (0.0, -speed), time);
+        let start = State::new(0.0, -speed);
+        let motion = let_go(&design, Against::Soft, 0.1, start, exit.time_s);
         check_near("angle at the exit", motion.final_angle_rad, 0.0, 1e-15);
-        check_relative("exit speed", motion.final_velocity_rad_s, exit, 1e-9);
+        let velocity = motion.final_velocity_rad_s;
+        check_relative("exit speed", velocity, exit.speed_rad_s, 1e-9);
     }
     assert!(loaded.exit(0.999 * capture).is_none());
-    let motion = let_go(&design, Against::Soft, 0.1, (0.0, -0.999 * capture), 0.05);
+    let slow = State::new(0.0, -0.999 * capture);
+    let motion = let_go(&design, Against::Soft, 0.1, slow, 0.05);
     assert!(
         motion
             .trace
@@ -200,11 +203,14 @@ fn verif_extreme_stops_are_answered() {
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
 
+/// At rest, half a radian from the stop.
+const FROM_HALF: State = State::new(0.5, 0.0);
+
 fn let_go(
     design: &Design,
     against: Against,
     preload_torque_nm: f64,
-    (angle_rad, velocity_rad_s): (f64, f64),
+    start: State,
     duration_s: f64,
 ) -> FreeMotion {
     free::run(
@@ -212,8 +218,7 @@ fn let_go(
         against,
         &Release {
             preload_torque_nm,
-            angle_rad,
-            velocity_rad_s,
+            start,
             duration_s,
             rate_hz: 1000.0,
         },
@@ -248,7 +253,7 @@ fn check_impacts(motion: &FreeMotion, count: usize, impacts: &[Impact]) {
 #[test]
 fn val_free_vibrations_agree_with_quad_precision() {
     let design = Design::reference();
-    let run = |against, preload, end| let_go(&design, against, preload, (0.5, 0.0), end);
+    let run = |against, preload, end| let_go(&design, against, preload, FROM_HALF, end);
     check_impacts(
         &run(Against::Rigid, 0.0, 2.5),
         16,
@@ -316,7 +321,7 @@ fn val_free_vibrations_without_a_stop_agree_with_quad_precision() {
         (0.0, -0.450_020_474_656_129_44, -0.315_888_053_366_708_7),
         (0.1, -0.963_545_055_551_334_6, -0.486_638_352_483_848_8),
     ] {
-        let motion = let_go(&design, Against::Nothing, preload, (0.5, 0.0), 2.0);
+        let motion = let_go(&design, Against::Nothing, preload, FROM_HALF, 2.0);
         check_near("angle", motion.final_angle_rad, angle, 2e-14);
         check_near("velocity", motion.final_velocity_rad_s, velocity, 4e-13);
         assert!(motion.final_error_rad.unwrap() < 1e-11);
@@ -347,19 +352,20 @@ fn val_the_period_is_constant_without_preload_and_shrinks_with_it() {
         match (motion.against, motion.preload_torque_nm > 0.0) {
             (Against::Nothing, _) => assert!(intervals.is_empty()),
             (Against::Rigid, false) => {
-                for (_, interval) in intervals {
-                    check_near("rigid", interval, 0.153_975_797_231_475_6, 1e-13);
+                for interval in intervals {
+                    check_near("rigid", interval.length_s, 0.153_975_797_231_475_6, 1e-13);
                 }
             }
             (_, false) => {
-                for (_, interval) in intervals {
+                for interval in intervals {
                     // Half a swing, and the contact.
-                    check_near("soft", interval, 0.154_272_720_351_259_4, 1e-13);
+                    check_near("soft", interval.length_s, 0.154_272_720_351_259_4, 1e-13);
                 }
             }
             (_, true) => {
                 assert!(intervals.len() > 20);
-                assert!(intervals.windows(2).all(|pair| pair[1].1 < pair[0].1));
+                let shrinks = intervals.is_sorted_by(|a, b| b.length_s < a.length_s);
+                assert!(shrinks);
             }
         }
     }
@@ -517,7 +523,7 @@ fn history(result: &Histories, model: StopModel, angle: f64) -> &History {
     result
         .histories
         .iter()
-        .find(|history| history.model == model && (history.start[0] - angle).abs() < 1e-12)
+        .find(|history| history.model == model && (history.start.angle_rad - angle).abs() < 1e-12)
         .unwrap()
 }
 
@@ -593,7 +599,7 @@ fn val_the_three_histories_end_where_quad_precision_does() {
 fn val_on_the_rigid_stop_all_three_go_to_rest() {
     for gravity in [9.81, 9.80665] {
         let result = three_starts(gravity);
-        for (angle, _) in histories::STARTS {
+        for angle in histories::STARTS.map(|start| start.angle_rad) {
             let settled = &history(&result, StopModel::Rigid, angle).settled;
             assert!(settled.rests, "{gravity}, {angle}: {settled:?}");
         }
@@ -627,7 +633,7 @@ fn verif_points_inside_long_steps_lie_on_the_motion() {
         phase_rad: 0.0,
     };
     let options = RunOptions {
-        initial: Some((0.9, 0.0)),
+        initial: Some(State::new(0.9, 0.0)),
         ..RunOptions::new(StopModel::Soft, OpensWhen::Negative)
     };
     let away = |point: &&TracePoint| point.angle_rad > 1e-3;

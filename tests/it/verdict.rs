@@ -11,6 +11,7 @@ mod rule;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::{self, Method, RunOptions, RunOutcome};
 use latchgate_kernel::signal::Reading;
 use latchgate_kernel::units::{AccelerationUnit, OpensWhen, SampleRate};
@@ -669,7 +670,7 @@ fn verif_a_fault_after_the_window_does_not_count_and_is_told() {
     let signal = samples(weak);
     let judged = |at_s, end_s| {
         let own = Policy {
-            window_s: Some((-0.01, end_s)),
+            window_s: Some(Window::new(-0.01, end_s)),
             ..options(ModelChoice::Auto, NEGATIVE)
         };
         judge(&signal, &blocking(Some(at_s)), &Design::reference(), &own)
@@ -699,7 +700,7 @@ fn verif_a_fault_after_the_window_does_not_count_and_is_told() {
 fn verif_a_crossing_outside_the_window_is_told() {
     let signal = lost();
     let own = |from, to| Policy {
-        window_s: Some((from, to)),
+        window_s: Some(Window::new(from, to)),
         ..options(RIGID, NEGATIVE)
     };
     let early = judge(&signal, &[], &Design::reference(), &own(-0.04, -0.01));
@@ -921,9 +922,9 @@ fn verif_threads_and_evidence_change_no_number() {
 
 #[test]
 fn verif_windows_that_hold_nothing_are_refused() {
-    for window in [(5.0, 6.0), (-3.0, -2.0), (0.000_01, 0.000_09), (0.25, 0.5)] {
+    for (from, until) in [(5.0, 6.0), (-3.0, -2.0), (0.000_01, 0.000_09), (0.25, 0.5)] {
         let own = Policy {
-            window_s: Some(window),
+            window_s: Some(Window::new(from, until)),
             ..options(RIGID, NEGATIVE)
         };
         let error =

@@ -25,6 +25,7 @@ pub use value::{
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
 use latchgate_kernel::units::{
     AccelerationUnit, DecimalMark, MessageClock, OpensWhen, SensorSensitivity, TimeUnit,
@@ -208,14 +209,14 @@ pub struct Request {
         skip_serializing_if = "Option::is_none"
     )]
     pub resample_hz: Option<f64>,
-    /// Judged window, from and to [s]; `None` for the whole record.
+    /// Judged window; `None` for the whole record.
     #[serde(
         rename = "window",
         deserialize_with = "read::window",
         serialize_with = "read::write_window",
         skip_serializing_if = "Option::is_none"
     )]
-    pub window_s: Option<(f64, f64)>,
+    pub window_s: Option<Window>,
     /// Stop models that decide.
     #[serde(deserialize_with = "read::word", serialize_with = "read::write_word")]
     pub model: ModelChoice,

@@ -5,6 +5,7 @@
 //! clock. The crate is compiled as one unit, so that its loops are optimised as a whole.
 
 pub mod error;
+pub mod range;
 pub mod units;
 
 // In reading order.

@@ -36,6 +36,7 @@ pub use breakdown::Breakdown;
 pub use methods::{
     ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, REST_SPEED_RAD_S, step_seconds as fixed_step_s,
 };
+use std::ops::Sub;
 
 pub use harmonic::{Section, Strobe, StrobeMap};
 
@@ -249,6 +250,43 @@ pub struct TracePoint {
     pub velocity_rad_s: f64,
 }
 
+/// Where a lever is and how fast it turns; written as a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(into = "(f64, f64)")]
+pub struct State {
+    /// Angle [rad].
+    pub angle_rad: f64,
+    /// Angular velocity [rad/s].
+    pub velocity_rad_s: f64,
+}
+
+impl State {
+    /// Returns the state of an angle [rad] and an angular velocity [rad/s].
+    pub const fn new(angle_rad: f64, velocity_rad_s: f64) -> Self {
+        Self {
+            angle_rad,
+            velocity_rad_s,
+        }
+    }
+}
+
+impl From<State> for (f64, f64) {
+    fn from(state: State) -> Self {
+        (state.angle_rad, state.velocity_rad_s)
+    }
+}
+
+impl Sub for State {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self::new(
+            self.angle_rad - other.angle_rad,
+            self.velocity_rad_s - other.velocity_rad_s,
+        )
+    }
+}
+
 /// What a run is asked beside signal and design.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunOptions {
@@ -262,8 +300,8 @@ pub struct RunOptions {
     pub tolerance_rad: Option<f64>,
     /// Step of a fixed-step method [s]; `None` for its steps per natural period.
     pub step_s: Option<f64>,
-    /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest on the stop.
-    pub initial: Option<(f64, f64)>,
+    /// Initial state; `None` for rest on the stop.
+    pub initial: Option<State>,
     /// First and last sample of the judged window; `None` for all.
     pub window: Option<(usize, usize)>,
     /// Keep the trajectory for drawing.
@@ -436,9 +474,10 @@ pub fn subdivision(rate: SampleRate, design: &Design, stop: StopModel) -> usize 
 }
 
 fn check_initial(options: &RunOptions) -> Result<(), Error> {
-    let Some((angle, velocity)) = options.initial else {
+    let Some(state) = options.initial else {
         return Ok(());
     };
+    let (angle, velocity) = (state.angle_rad, state.velocity_rad_s);
     let least = if options.stop == StopModel::Rigid {
         0.0
     } else {
@@ -500,7 +539,7 @@ fn begin(start: f64, design: &Design, options: &RunOptions) -> Kernel {
     if let Some(noise) = options.noise_m2_s3 {
         kernel.carry_noise(noise);
     }
-    let (angle, velocity) = kernel.state();
+    let (angle, velocity) = (kernel.angle, kernel.velocity);
     if angle > 0.0 || (angle >= 0.0 && velocity > 0.0) {
         kernel.recorder.release(start);
     }
@@ -586,7 +625,7 @@ impl<const K: usize> EventDriven<'_, K> {
 
     fn open_window(&self, kernel: &mut Kernel, index: usize) {
         let error = kernel.angle_error();
-        let (angle, time) = (kernel.state().0, self.pieces.signal.time_s(index));
+        let (angle, time) = (kernel.angle, self.pieces.signal.time_s(index));
         kernel.recorder.open_window(angle, time, error);
     }
 
@@ -645,7 +684,7 @@ fn finish(mut kernel: Kernel, end: f64, question: &Question<'_>, rests: bool) ->
         within,
         ..
     } = *question;
-    let (angle, velocity) = kernel.state();
+    let (angle, velocity) = (kernel.angle, kernel.velocity);
     let error = kernel.angle_error();
     kernel.recorder.close_window(angle, end, error);
     kernel.recorder.point(end, angle, velocity);

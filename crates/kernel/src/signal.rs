@@ -1,6 +1,7 @@
 //! The signal that drives a lever, and how it is read between its samples.
 
 use crate::error::Error;
+use crate::range::Range;
 use crate::units::SampleRate;
 use std::borrow::Cow;
 
@@ -144,7 +145,7 @@ impl<'a> Reading<'a> {
 
     /// Returns bounds of the acceleration in the interval after each sample, by the Bernstein coefficients
     /// of its polynomial [m/s²].
-    pub fn ranges(&self) -> Vec<(f64, f64)> {
+    pub fn ranges(&self) -> Vec<Range> {
         let intervals = 0..self.signal.samples.len().saturating_sub(1);
         if self.is_straight() {
             let pieces = self.pieces::<STRAIGHT>();
@@ -252,8 +253,7 @@ pub(crate) struct Piece<const K: usize> {
     /// The sample at its end [m/s²].
     pub(crate) end: f64,
     /// Bounds of its values, by its Bernstein coefficients [m/s²].
-    pub(crate) low: f64,
-    pub(crate) high: f64,
+    pub(crate) range: Range,
 }
 
 /// Values and derivatives at both ends of an interval.
@@ -319,7 +319,7 @@ impl<const K: usize> Pieces<'_, K> {
 
     /// Returns least and largest value of interval `index`, or a little less and more.
     #[inline(always)]
-    pub(crate) fn range(&self, index: usize) -> (f64, f64) {
+    pub(crate) fn range(&self, index: usize) -> Range {
         range(&self.control(index))
     }
 
@@ -334,12 +334,10 @@ impl<const K: usize> Pieces<'_, K> {
             ends.terms(&mut terms);
             ends.control(&mut control);
         }
-        let (low, high) = range(&control);
         Piece {
             terms,
             end: self.signal.samples[index + 1],
-            low,
-            high,
+            range: range(&control),
         }
     }
 
@@ -349,7 +347,7 @@ impl<const K: usize> Pieces<'_, K> {
         // Without closures, which would not be compiled for the machine's vectors.
         let mut index = first;
         while index < last {
-            let (low, high) = self.range(index);
+            let Range { low, high } = self.range(index);
             if !((sign * low > level) & (sign * high > level)) {
                 break;
             }
@@ -385,14 +383,14 @@ impl Ends {
 }
 
 #[inline(always)]
-fn range<const K: usize>(control: &[f64; K]) -> (f64, f64) {
+fn range<const K: usize>(control: &[f64; K]) -> Range {
     let (mut low, mut high) = (control[0], control[0]);
     for c in &control[1..] {
         // Of a number that is none the first stays.
         low = if *c < low { *c } else { low };
         high = if *c > high { *c } else { high };
     }
-    (low, high)
+    Range { low, high }
 }
 
 impl<const K: usize> Piece<K> {
@@ -414,8 +412,8 @@ impl<const K: usize> Piece<K> {
     #[inline(always)]
     pub(crate) fn strongest(&self, gain: f64, offset: f64) -> f64 {
         let (low, high) = (
-            gain.mul_add(self.low, offset),
-            gain.mul_add(self.high, offset),
+            gain.mul_add(self.range.low, offset),
+            gain.mul_add(self.range.high, offset),
         );
         low.abs().max(high.abs())
     }

@@ -394,7 +394,7 @@ impl UniformSamples {
             let finer = finer.filter(|hertz| time_base::rates_agree(*hertz, rate.hertz()));
             (start_s, finer.unwrap_or(rate.hertz()))
         });
-        let holds = |stated| held::clock("the header", stated, stamps_s, digit_s);
+        let holds = |(start_s, hertz)| held::clock("the header", start_s, hertz, stamps_s, digit_s);
         let clock = match (stated, stated.and_then(holds)) {
             (Some((start_s, hertz)), None) => {
                 Self::stated(start_s, SampleRate::from_hertz(hertz)?, values)?

@@ -115,7 +115,8 @@ pub(super) fn count(
 /// `digit_s`.
 pub(super) fn clock(
     by: &str,
-    (start_s, hertz): (f64, f64),
+    start_s: f64,
+    hertz: f64,
     stamps_s: &[f64],
     digit_s: f64,
 ) -> Option<Finding> {

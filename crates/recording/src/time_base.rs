@@ -15,6 +15,7 @@
 use super::{Finding, Limits, ReadOptions};
 use crate::error::{Error, ErrorKind};
 use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::units::SampleRate;
 
 /// Share of the sample interval by which a stamp of a uniform clock may be off [-].
@@ -194,10 +195,10 @@ pub(super) fn check_rising(stamps_s: &[f64]) -> Result<(), Error> {
 }
 
 /// Rates outside of which a stated unit of time is doubted [Hz].
-const PLAUSIBLE_STATED: (f64, f64) = (1.0, 200e3);
+const PLAUSIBLE_STATED: Range = Range::new(1.0, 200e3);
 
 /// Rates outside of which an assumed unit of time is doubted [Hz]; no crash recording is slower.
-const PLAUSIBLE_ASSUMED: (f64, f64) = (250.0, 200e3);
+const PLAUSIBLE_ASSUMED: Range = Range::new(250.0, 200e3);
 
 /// Rate from which on only the user's word for the unit of time counts [Hz]: a header that says
 /// milliseconds over seconds makes 1 MHz of 1 kHz, and the pulse a thousandth of its length.
@@ -242,7 +243,7 @@ impl ReadOptions {
             let hint = format!("{mend}, or leave out the setting `rate_hz`");
             return Err(Error::malformed(expected, found, hint));
         }
-        let (low, high) = match assumed {
+        let plausible = match assumed {
             true => PLAUSIBLE_ASSUMED,
             false => PLAUSIBLE_STATED,
         };
@@ -253,7 +254,7 @@ impl ReadOptions {
             return Err(Error::malformed(expected, found, hint));
         }
         let text = format!("{found}, which no crash recording has. If that is wrong, {mend}");
-        let odd = !(low..=high).contains(&rate);
+        let odd = !plausible.contains(rate);
         Ok(odd.then(|| Finding::warning("time-unit-implausible", text)))
     }
 }
@@ -273,7 +274,7 @@ struct ClockEstimate {
     /// Mean of the steps that are no gaps [s]; free of the rounding that the median carries.
     mean: f64,
     /// Shortest and longest step that is no gap [s].
-    step_range: (f64, f64),
+    steps: Range,
     /// Steps longer than [`GAP`] medians.
     long_steps: usize,
     /// Half a last printed digit and the rounding of `f64` [s].
@@ -291,13 +292,13 @@ impl ClockEstimate {
         let middle = (steps.len() - 1) / 2;
         let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let longest = GAP * median;
-        let (mut sum, mut count, mut range) = (0.0, 0_usize, (median, median));
+        let (mut sum, mut count, mut range) = (0.0, 0_usize, Range::new(median, median));
         for pair in stamps_s.windows(2) {
             let step = pair[1] - pair[0];
             if step <= longest {
                 sum += step;
                 count += 1;
-                range = (range.0.min(step), range.1.max(step));
+                range = Range::new(range.low.min(step), range.high.max(step));
             }
         }
         let digit = believed_digit(printed_digit_s, median);
@@ -305,7 +306,7 @@ impl ClockEstimate {
             span,
             median,
             mean: sum / count.max(1) as f64,
-            step_range: range,
+            steps: range,
             long_steps: steps.len() - count,
             half_digit: half_digit(digit, first, last),
             digit,
@@ -413,14 +414,14 @@ impl ClockEstimate {
     }
 
     fn irregular_finding(&self) -> Finding {
-        let (shortest, longest) = self.step_range;
-        let deviation = (longest - self.median).max(self.median - shortest);
+        let Range { low, high } = self.steps;
+        let deviation = (high - self.median).max(self.median - low);
         let text = format!(
             "the stamps follow no uniform clock: steps of {} to {} s (gaps left out) around a \
              median of {} s, off by up to {:.1} %. The samples were interpolated at {} Hz. Export \
              at the recorder's rate",
-            brief(shortest),
-            brief(longest),
+            brief(low),
+            brief(high),
             brief(self.median),
             100.0 * deviation / self.median,
             brief(self.rate_to_resample())
@@ -490,7 +491,7 @@ fn residual_range(
     indices: impl Iterator<Item = f64>,
     interval: f64,
     width: f64,
-) -> Option<(f64, f64)> {
+) -> Option<Range> {
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for (stamp, index) in stamps_s.iter().zip(indices) {
         let residual = stamp - index * interval;
@@ -500,16 +501,16 @@ fn residual_range(
             return None;
         }
     }
-    Some((low, high))
+    Some(Range { low, high })
 }
 
 /// Returns a start from which every stamp lies within `tolerance` of the line: the first
 /// stamp if it serves, else a whole number of intervals from zero, else the middle.
-fn start_within(range: (f64, f64), first: f64, rate: f64, tolerance: f64) -> f64 {
-    let serves = |start: &f64| range.1 - start <= tolerance && start - range.0 <= tolerance;
+fn start_within(range: Range, first: f64, rate: f64, tolerance: f64) -> f64 {
+    let serves = |start: &f64| range.high - start <= tolerance && start - range.low <= tolerance;
     let on_grid = (first * rate).round() / rate;
     let plain = [first, on_grid].into_iter().find(serves);
-    plain.unwrap_or(0.5 * (range.0 + range.1))
+    plain.unwrap_or(0.5 * (range.low + range.high))
 }
 
 /// Returns the interval near `interval` whose line has the smallest largest residual [s].
@@ -525,7 +526,7 @@ fn minimax_interval(
 ) -> f64 {
     let width = |interval: f64| {
         residual_range(stamps_s, indices.clone(), interval, f64::INFINITY)
-            .map_or(f64::INFINITY, |(low, high)| high - low)
+            .map_or(f64::INFINITY, Range::width)
     };
     let (mut low, mut high) = (interval - slack, interval + slack);
     for _ in 0..80 {

@@ -28,7 +28,7 @@ mod spread;
 pub mod style;
 pub mod thin;
 
-use self::chart::{ACROSS, At, Chart, Panel};
+use self::chart::{ACROSS, At, Chart, Panel, Point};
 use self::frame::{FOOTER, Scale, WIDE};
 pub(super) use self::margin::{
     RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
@@ -37,6 +37,7 @@ use crate::escape;
 use crate::words;
 use latchgate_document::Document;
 use latchgate_document::number::exact;
+use latchgate_kernel::range::{Range, Window};
 use latchgate_verdict::{Evidence, Trace};
 use std::fmt::Write as _;
 
@@ -148,8 +149,8 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
 struct PlotContext<'a> {
     document: &'a Document,
     evidence: &'a Evidence,
-    /// First and last instant shown [s].
-    span_s: (f64, f64),
+    /// What is shown.
+    span: Window,
     /// Factor from seconds to the time shown.
     time_scale: f64,
     time_unit: &'static str,
@@ -159,34 +160,27 @@ struct PlotContext<'a> {
 
 impl<'a> PlotContext<'a> {
     fn new(document: &'a Document, evidence: &'a Evidence) -> Self {
-        let mut span = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut include = |time: f64| {
-            if time.is_finite() {
-                span = (span.0.min(time), span.1.max(time));
-            }
-        };
+        let mut instants = Vec::new();
         for signal in [&evidence.raw, &evidence.used] {
             if !signal.samples.is_empty() {
-                include(signal.start_s);
-                include(signal.end_s());
+                instants.extend([signal.start_s, signal.end_s()]);
             }
         }
         for trace in &evidence.traces {
-            for point in [trace.points.first(), trace.points.last()]
-                .into_iter()
-                .flatten()
-            {
-                include(point.time_s);
-            }
+            let ends = [trace.points.first(), trace.points.last()];
+            instants.extend(ends.into_iter().flatten().map(|point| point.time_s));
         }
-        if span.0 > span.1 {
-            span = (0.0, 1.0);
-        }
+        let Range { low, high } = frame::extent(instants.into_iter());
+        let span = if low <= high {
+            Window::new(low, high)
+        } else {
+            Window::new(0.0, 1.0)
+        };
         let (time_scale, time_unit) = time_unit(span);
         Self {
             document,
             evidence,
-            span_s: span,
+            span,
             time_scale,
             time_unit,
             origin: origin(document),
@@ -201,8 +195,8 @@ impl<'a> PlotContext<'a> {
 
     /// Returns the scale of that axis.
     fn time(&self) -> Scale {
-        let (start, end) = self.span_s;
-        Scale::Linear(start * self.time_scale, end * self.time_scale)
+        let Window { from_s, until_s } = self.span;
+        Scale::Linear(from_s * self.time_scale, until_s * self.time_scale)
     }
 
     /// Returns a chart that stands in the report, and names it alone.
@@ -217,7 +211,9 @@ impl<'a> PlotContext<'a> {
     /// Adds where the judged window starts and ends, if one was asked for.
     fn judged_window(&self, panel: Panel) -> Panel {
         let window = self.document.request.window_s;
-        let ends = window.into_iter().flat_map(|(start, end)| [start, end]);
+        let ends = window
+            .into_iter()
+            .flat_map(|window| [window.from_s, window.until_s]);
         panel.each(ends, |panel, end| {
             panel.upright("edge", end * self.time_scale)
         })
@@ -232,15 +228,15 @@ impl<'a> PlotContext<'a> {
     }
 
     /// Returns the angle over time of a trace, in the unit of time shown.
-    fn angles(&self, trace: &Trace) -> impl Iterator<Item = (f64, f64)> {
+    fn angles(&self, trace: &Trace) -> impl Iterator<Item = Point> {
         let (points, scale) = (trace.points.iter(), self.time_scale);
-        points.map(move |point| (point.time_s * scale, point.angle_rad))
+        points.map(move |point| Point::new(point.time_s * scale, point.angle_rad))
     }
 }
 
-/// Returns the factor from seconds to the time that a plot of a span shows, and its unit.
-fn time_unit((start_s, end_s): (f64, f64)) -> (f64, &'static str) {
-    if end_s - start_s > 2.0 {
+/// Returns the factor from seconds to the time that a plot of a window shows, and its unit.
+fn time_unit(shown: Window) -> (f64, &'static str) {
+    if shown.until_s - shown.from_s > 2.0 {
         (1.0, "s")
     } else {
         (1e3, "ms")

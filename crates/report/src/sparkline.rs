@@ -1,5 +1,7 @@
 //! A signal in one line of a terminal.
 
+use latchgate_kernel::range::Range;
+
 /// The eight heights.
 const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
@@ -14,7 +16,7 @@ pub fn render(values: &[f64], width: usize) -> String {
     if columns == 0 {
         return String::new();
     }
-    let mut ranges: Vec<Option<(f64, f64)>> = Vec::with_capacity(columns);
+    let mut ranges: Vec<Option<Range>> = Vec::with_capacity(columns);
     for column in 0..columns {
         let from = column * values.len() / columns;
         let to = ((column + 1) * values.len() / columns).max(from + 1);
@@ -23,7 +25,7 @@ pub fn render(values: &[f64], width: usize) -> String {
     let mut middles: Vec<f64> = ranges
         .iter()
         .flatten()
-        .map(|(low, high)| low / 2.0 + high / 2.0)
+        .map(|range| range.low / 2.0 + range.high / 2.0)
         .collect();
     middles.sort_unstable_by(f64::total_cmp);
     let Some(&centre) = middles.get(middles.len() / 2) else {
@@ -32,7 +34,7 @@ pub fn render(values: &[f64], width: usize) -> String {
     let shown: Vec<Option<f64>> = ranges
         .iter()
         .map(|range| {
-            range.map(|(low, high)| {
+            range.map(|Range { low, high }| {
                 if high - centre >= centre - low {
                     high
                 } else {
@@ -41,27 +43,18 @@ pub fn render(values: &[f64], width: usize) -> String {
             })
         })
         .collect();
-    let (low, high) = shown
-        .iter()
-        .flatten()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-            (low.min(value), high.max(value))
-        });
+    let all = shown.iter().flatten().copied();
+    let Range { low, high } = all.fold(Range::EMPTY, Range::including);
     shown
         .into_iter()
         .map(|value| value.map_or(' ', |value| block(value, low, high)))
         .collect()
 }
 
-fn range(values: &[f64]) -> Option<(f64, f64)> {
-    values
-        .iter()
-        .filter(|value| value.is_finite())
-        .fold(None, |range, &value| {
-            Some(range.map_or((value, value), |(low, high): (f64, f64)| {
-                (low.min(value), high.max(value))
-            }))
-        })
+fn range(values: &[f64]) -> Option<Range> {
+    let finite = values.iter().copied().filter(|value| value.is_finite());
+    let range = finite.fold(Range::EMPTY, Range::including);
+    (range != Range::EMPTY).then_some(range)
 }
 
 fn block(value: f64, low: f64, high: f64) -> char {

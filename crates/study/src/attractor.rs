@@ -1,12 +1,13 @@
 //! What a lever does for good at one amplitude, or over a few close by: its period, or the largest
 //! Lyapunov exponent; and what a fixed-step method makes of the same motion.
 
-use super::orbit::{self, ForcedLever, Growth, GrowthSegment, Orbit, PhasePoint};
+use super::orbit::{self, ForcedLever, Growth, GrowthSegment, Orbit};
 use super::{Figures, Headline};
 use latchgate_kernel::model::excitation::Harmonic;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::strobe_batch::Ending;
-use latchgate_kernel::replay::{self, Method, RunOptions, Section};
+use latchgate_kernel::replay::{self, Method, RunOptions, Section, State};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
 use serde::Serialize;
@@ -17,9 +18,9 @@ pub struct Options {
     /// Lever, stop, frequency.
     #[serde(flatten)]
     pub forced: ForcedLever,
-    /// Least and largest amplitude [g]; the same for one.
+    /// Amplitudes [g]; the same for one.
     #[serde(rename = "amplitude_g")]
-    pub amplitudes_g: (f64, f64),
+    pub amplitudes_g: Range,
     /// Amplitudes, where least and largest differ.
     pub points: u32,
     /// Periods left out at each.
@@ -27,7 +28,7 @@ pub struct Options {
     /// Periods kept at each.
     pub periods: u32,
     /// Initial state; `None` for rest.
-    pub initial: Option<PhasePoint>,
+    pub initial: Option<State>,
     /// Steps per period of the excitation of the fixed-step method to compare with.
     #[serde(rename = "compare_steps")]
     pub compared_steps: Option<u32>,
@@ -36,7 +37,7 @@ pub struct Options {
 impl Options {
     /// Returns the number of amplitudes.
     pub fn amplitudes(&self) -> u32 {
-        if self.amplitudes_g.0 < self.amplitudes_g.1 {
+        if self.amplitudes_g.low < self.amplitudes_g.high {
             self.points.max(1)
         } else {
             1
@@ -113,7 +114,7 @@ struct AmplitudeResult {
     period: Option<u32>,
     /// How differences grow along what looks like a period.
     growth: Option<Growth>,
-    compared: Vec<PhasePoint>,
+    compared: Vec<State>,
     /// Whether nobody stopped the fixed-step method.
     whole: bool,
 }
@@ -129,7 +130,7 @@ struct AmplitudeResult {
 /// As [`latchgate_kernel::replay::Strobe::new`] and [`replay::run_harmonic`].
 pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error> {
     let count = options.amplitudes();
-    let (low, high) = options.amplitudes_g;
+    let Range { low, high } = options.amplitudes_g;
     let amplitude = |index: usize| {
         let part = index as f64 / f64::from(count.max(2) - 1);
         low + (high - low) * part
@@ -165,7 +166,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
         answer.statistics = Some(statistics(&seen));
     } else if let Some(only) = seen.first_mut() {
         if let (Some(period), Some(last)) = (only.period, only.sections.last()) {
-            let start = state(last);
+            let start = last.state();
             answer.orbit = orbit::find(&options.forced, only.amplitude_g, period, start);
             answer.superstable = answer
                 .orbit
@@ -185,10 +186,6 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
 
 /// Periods of one trajectory that a search for its period takes.
 const FOLLOWED: u32 = 3_000;
-
-fn state(section: &Section) -> PhasePoint {
-    (section.angle_rad, section.velocity_rad_s)
-}
 
 /// Sections at one amplitude.
 fn alone(options: &Options, amplitude_g: f64) -> Result<Vec<Section>, Error> {
@@ -247,7 +244,7 @@ fn see(
         (Some(period), Some(last)) => orbit::difference_growth(
             &options.forced,
             amplitude_g,
-            Some(state(last)),
+            Some(last.state()),
             0,
             2 * period,
         )?,
@@ -264,13 +261,13 @@ fn see(
 }
 
 /// Trajectories that start next to `state`, one after the other.
-fn beside(options: &Options, state: PhasePoint, index: usize) -> PhasePoint {
+fn beside(options: &Options, state: State, index: usize) -> State {
     /// How far apart [rad].
     const APART: f64 = 1e-6;
     let away = APART * (index + 1) as f64;
-    (
-        state.0.abs() + away,
-        state.1 + away * options.forced.angular_frequency_rad_s,
+    State::new(
+        state.angle_rad.abs() + away,
+        state.velocity_rad_s + away * options.forced.angular_frequency_rad_s,
     )
 }
 
@@ -285,7 +282,7 @@ fn measured(
 ) -> Result<(Option<Growth>, bool), Error> {
     const TRAJECTORIES: usize = 4;
     const PERIODS: u32 = 3_000;
-    let Some(last) = seen.sections.last().map(state) else {
+    let Some(last) = seen.sections.last().map(Section::state) else {
         return Ok((None, true));
     };
     let stretches: Vec<GrowthSegment> = control
@@ -316,7 +313,7 @@ fn more(
 ) -> Result<bool, Error> {
     const TRAJECTORIES: u32 = 64;
     let missing = options.periods.saturating_sub(FOLLOWED);
-    let Some(last) = seen.sections.last().map(state) else {
+    let Some(last) = seen.sections.last().map(Section::state) else {
         return Ok(true);
     };
     if missing == 0 {
@@ -349,7 +346,7 @@ fn compare(
     amplitude_g: f64,
     steps: u32,
     control: &Control<'_>,
-) -> Result<(Vec<PhasePoint>, bool), Error> {
+) -> Result<(Vec<State>, bool), Error> {
     let forced = &options.forced;
     let period = std::f64::consts::TAU / forced.angular_frequency_rad_s;
     let excitation: Harmonic = forced.sine(amplitude_g);
@@ -371,16 +368,14 @@ fn compare(
             return Ok((states, false));
         }
         let outcome = replay::run_harmonic(&excitation, period, &forced.design, &run)?;
-        let state = (
+        let mut state = State::new(
             outcome.run.final_angle_rad,
             outcome.run.final_velocity_rad_s,
         );
-        let state = if forced.stop == latchgate_kernel::model::stop::StopModel::Rigid {
-            (state.0.max(0.0), state.1)
-        } else {
-            state
-        };
-        let bounded = state.0.abs() <= 100.0 && state.1.abs() <= 1e5;
+        if forced.stop == latchgate_kernel::model::stop::StopModel::Rigid {
+            state.angle_rad = state.angle_rad.max(0.0);
+        }
+        let bounded = state.angle_rad.abs() <= 100.0 && state.velocity_rad_s.abs() <= 1e5;
         if outcome.broke_down || !bounded {
             break;
         }
@@ -402,8 +397,8 @@ fn rows(seen: &AmplitudeResult) -> Vec<Row> {
     let compared = seen.compared.iter().map(|state| Row {
         method: "rk4",
         amplitude_g: seen.amplitude_g,
-        angle_rad: state.0,
-        angular_velocity_rad_s: state.1,
+        angle_rad: state.angle_rad,
+        angular_velocity_rad_s: state.velocity_rad_s,
     });
     exact.chain(compared).collect()
 }
@@ -437,7 +432,7 @@ impl Attractor {
     /// Returns what to take away.
     pub fn headlines(&self) -> Vec<Headline> {
         let forced = &self.options.forced;
-        let (low, high) = self.options.amplitudes_g;
+        let Range { low, high } = self.options.amplitudes_g;
         let subject = if self.options.amplitudes() > 1 {
             format!(
                 "A = {low} to {high} g, ω = {} rad/s",
@@ -468,11 +463,11 @@ impl Attractor {
             );
         }
         if self.options.compared_steps.is_some() {
-            let compared: Vec<PhasePoint> = self
+            let compared: Vec<State> = self
                 .rows
                 .iter()
                 .filter(|row| row.method == "rk4")
-                .map(|row| (row.angle_rad, row.angular_velocity_rad_s))
+                .map(|row| State::new(row.angle_rad, row.angular_velocity_rad_s))
                 .collect();
             figures.say(
                 "rk4: distinct points of its section, 1e-6 rad apart [-]",
@@ -522,8 +517,8 @@ fn say_growth(figures: &mut Figures, growth: &Growth) {
 }
 
 /// Returns how many of `states` are further than `apart` [rad] from all before them.
-fn distinct(forced: &ForcedLever, states: &[PhasePoint], apart: f64) -> usize {
-    let mut kept: Vec<PhasePoint> = Vec::new();
+fn distinct(forced: &ForcedLever, states: &[State], apart: f64) -> usize {
+    let mut kept: Vec<State> = Vec::new();
     for state in states {
         if kept.len() >= 5000 {
             break;

@@ -6,11 +6,12 @@
 //! that does neither is followed to the end and may add an attractor.
 
 use super::Headline;
-use super::orbit::{self, ForcedLever, Orbit, PhasePoint};
+use super::orbit::{self, ForcedLever, Orbit};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::strobe_batch::{self, Ending, HarmonicStart};
-use latchgate_kernel::replay::{Section, Strobe};
+use latchgate_kernel::replay::{Section, State, Strobe};
 use latchgate_recording::error::Error;
 use serde::Serialize;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,10 +24,10 @@ pub struct Options {
     pub forced: ForcedLever,
     /// Amplitude [g].
     pub amplitude_g: f64,
-    /// Least and largest initial angle [rad].
-    pub angle_rad: (f64, f64),
-    /// Least and largest initial angular velocity [rad/s].
-    pub velocity_rad_s: (f64, f64),
+    /// Initial angles [rad].
+    pub angle_rad: Range,
+    /// Initial angular velocities [rad/s].
+    pub velocity_rad_s: Range,
     /// Cells along angle and velocity; a cell stands for its midpoint.
     pub grid: (u32, u32),
     /// Periods after which motion is taken for settled.
@@ -42,8 +43,8 @@ pub struct BasinAttractor {
     pub name: String,
     /// Period, in periods of the excitation; 0 for one that is not periodic.
     pub period: u32,
-    /// State at the start of each period: angle [rad], angular velocity [rad/s].
-    pub points: Vec<PhasePoint>,
+    /// State at the start of each period.
+    pub points: Vec<State>,
     /// Largest angle [rad].
     pub peak_angle_rad: f64,
     /// Share of the cells [-]; `None` where the work was stopped before all were known.
@@ -61,15 +62,14 @@ pub struct BasinAttractor {
 
 impl BasinAttractor {
     /// Distance of a state from one of the points [rad].
-    fn distance(&self, forced: &ForcedLever, index: usize, state: PhasePoint) -> f64 {
-        let point = self.points[index];
-        let x = state.0 - point.0;
-        let y = (state.1 - point.1) / forced.angular_frequency_rad_s;
+    fn distance(&self, forced: &ForcedLever, index: usize, state: State) -> f64 {
+        let (x, velocity) = (state - self.points[index]).into();
+        let y = velocity / forced.angular_frequency_rad_s;
         let [[a, b], [c, d]] = self.measures[index];
         libm::hypot(a * x + b * y, c * x + d * y)
     }
 
-    fn near(&self, forced: &ForcedLever, state: PhasePoint) -> bool {
+    fn near(&self, forced: &ForcedLever, state: State) -> bool {
         (0..self.points.len())
             .any(|index| self.distance(forced, index, state) <= self.capture_radius_rad)
     }
@@ -128,21 +128,21 @@ const PERIOD_MAX: usize = 32;
 #[derive(Debug, Clone, PartialEq)]
 enum FinalMotion {
     Rest,
-    Orbit(Vec<PhasePoint>, f64),
+    Orbit(Vec<State>, f64),
     Irregular(f64),
 }
 
 /// Returns the attractor that a lever has certainly reached.
 fn caught(forced: &ForcedLever, known: &[BasinAttractor], section: &Section) -> Option<u32> {
-    let state = (section.angle_rad, section.velocity_rad_s);
+    let (angle, velocity) = (section.angle_rad, section.velocity_rad_s);
     known
         .iter()
         .find(|attractor| {
             if attractor.period > 0 && attractor.peak_angle_rad <= REST_ANGLE_RAD {
                 // No impact in a whole period, and on the stop or in it at its end.
-                section.impacts == 0 && state.0 <= 0.0 && (state.0 < 0.0 || state.1 <= 0.0)
+                section.impacts == 0 && angle <= 0.0 && (angle < 0.0 || velocity <= 0.0)
             } else {
-                attractor.near(forced, state)
+                attractor.near(forced, section.state())
             }
         })
         .map(|attractor| attractor.index)
@@ -156,7 +156,7 @@ fn rests(section: &Section) -> bool {
 }
 
 /// Follows `state` to its end.
-fn follow(options: &Options, state: PhasePoint) -> Result<FinalMotion, Error> {
+fn follow(options: &Options, state: State) -> Result<FinalMotion, Error> {
     let mut strobe = options.forced.strobe(options.amplitude_g, Some(state))?;
     let mut resting = 0;
     for _ in 0..options.transient {
@@ -186,13 +186,12 @@ fn settled(options: &Options, strobe: &mut Strobe) -> Result<FinalMotion, Error>
     let Some(period) = orbit::period_of(&options.forced, &sections, SAME) else {
         return Ok(FinalMotion::Irregular(peak));
     };
-    let last = &sections[sections.len() - 1];
-    let start = (last.angle_rad, last.velocity_rad_s);
+    let start = sections[sections.len() - 1].state();
     let points = orbit::find(&options.forced, options.amplitude_g, period, start).map_or_else(
         || {
             sections[sections.len() - period as usize..]
                 .iter()
-                .map(|section| (section.angle_rad, section.velocity_rad_s))
+                .map(Section::state)
                 .collect()
         },
         |Orbit { points, .. }| points,
@@ -250,12 +249,12 @@ fn count(grid: (u32, u32)) -> usize {
     grid.0 as usize * grid.1 as usize
 }
 
-fn midpoint(options: &Options, index: usize) -> PhasePoint {
+fn midpoint(options: &Options, index: usize) -> State {
     let columns = options.grid.0 as usize;
-    let at = |place: usize, cells: u32, (low, high): (f64, f64)| {
-        low + (high - low) * (place as f64 + 0.5) / f64::from(cells)
+    let at = |place: usize, cells: u32, range: Range| {
+        range.low + range.width() * (place as f64 + 0.5) / f64::from(cells)
     };
-    (
+    State::new(
         at(index % columns, options.grid.0, options.angle_rad),
         at(index / columns, options.grid.1, options.velocity_rad_s),
     )
@@ -264,7 +263,7 @@ fn midpoint(options: &Options, index: usize) -> PhasePoint {
 /// Returns the number of the attractor that `end` is, which is added if it is new.
 fn admit(options: &Options, attractors: &mut Vec<BasinAttractor>, end: FinalMotion) -> u32 {
     let (period, points, peak) = match end {
-        FinalMotion::Rest => (1, vec![(0.0, 0.0)], 0.0),
+        FinalMotion::Rest => (1, vec![State::new(0.0, 0.0)], 0.0),
         FinalMotion::Orbit(points, peak) => {
             (u32::try_from(points.len()).unwrap_or(0), points, peak)
         }
@@ -301,7 +300,7 @@ fn admit(options: &Options, attractors: &mut Vec<BasinAttractor>, end: FinalMoti
 fn measures(options: &Options, attractor: &BasinAttractor) -> Vec<[[f64; 2]; 2]> {
     const ROUND: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
     let forced = &options.forced;
-    let around = |point: &PhasePoint| {
+    let around = |point: &State| {
         let mut strobe = forced.strobe(options.amplitude_g, Some(*point)).ok()?;
         strobe.start_map();
         for _ in 0..attractor.period {
@@ -370,7 +369,7 @@ fn capture_radius(
     let forced = &options.forced;
     let mut radius = CAPTURE_MAX;
     while radius > SAME {
-        let states: Vec<PhasePoint> = (0..attractor.points.len())
+        let states: Vec<State> = (0..attractor.points.len())
             .flat_map(|index| {
                 let point = attractor.points[index];
                 let [[a, b], [c, d]] = attractor.measures[index];
@@ -381,14 +380,15 @@ fn capture_radius(
                         let turn = std::f64::consts::TAU * step as f64 / RING as f64;
                         let (sine, cosine) = libm::sincos(turn);
                         let (x, y) = (part * radius * cosine, part * radius * sine);
-                        (
-                            point.0 + sign * (d * x - b * y),
-                            point.1 + sign * (a * y - c * x) * forced.angular_frequency_rad_s,
+                        State::new(
+                            point.angle_rad + sign * (d * x - b * y),
+                            point.velocity_rad_s
+                                + sign * (a * y - c * x) * forced.angular_frequency_rad_s,
                         )
                     })
                 })
             })
-            .filter(|state| forced.stop == StopModel::Soft || state.0 >= 0.0)
+            .filter(|state| forced.stop == StopModel::Soft || state.angle_rad >= 0.0)
             .collect();
         if all_converge(options, attractor, &states, control)? {
             return Ok(radius);
@@ -402,12 +402,12 @@ fn capture_radius(
 fn all_converge(
     options: &Options,
     attractor: &BasinAttractor,
-    states: &[PhasePoint],
+    states: &[State],
     control: &Control<'_>,
 ) -> Result<bool, Error> {
     let forced = &options.forced;
     let arrived = |section: &Section| {
-        let state = (section.angle_rad, section.velocity_rad_s);
+        let state = section.state();
         (0..attractor.points.len()).any(|index| attractor.distance(forced, index, state) <= SAME)
     };
     let failed = AtomicBool::new(false);
@@ -444,7 +444,7 @@ fn classify(
     attractors: &mut Vec<BasinAttractor>,
     control: &Control<'_>,
 ) -> Result<(Vec<Option<u32>>, bool), Error> {
-    let states: Vec<PhasePoint> = (0..count(options.grid))
+    let states: Vec<State> = (0..count(options.grid))
         .map(|index| midpoint(options, index))
         .collect();
     reach(options, attractors, &states, control)
@@ -454,7 +454,7 @@ fn classify(
 fn reach(
     options: &Options,
     attractors: &mut Vec<BasinAttractor>,
-    states: &[PhasePoint],
+    states: &[State],
     control: &Control<'_>,
 ) -> Result<(Vec<Option<u32>>, bool), Error> {
     let forced = &options.forced;
@@ -586,14 +586,16 @@ impl Basins {
             return Ok(());
         }
         let (quarter_angle, quarter_velocity) = (
-            0.25 * (self.options.angle_rad.1 - self.options.angle_rad.0) / columns as f64,
-            0.25 * (self.options.velocity_rad_s.1 - self.options.velocity_rad_s.0) / rows as f64,
+            0.25 * self.options.angle_rad.width() / columns as f64,
+            0.25 * self.options.velocity_rad_s.width() / rows as f64,
         );
-        let states: Vec<PhasePoint> = boundary
+        let states: Vec<State> = boundary
             .iter()
             .flat_map(|index| {
-                let (angle, velocity) = midpoint(&self.options, *index);
-                QUARTERS.map(|(x, y)| (angle + x * quarter_angle, velocity + y * quarter_velocity))
+                let (angle, velocity) = midpoint(&self.options, *index).into();
+                QUARTERS.map(|(x, y)| {
+                    State::new(angle + x * quarter_angle, velocity + y * quarter_velocity)
+                })
             })
             .collect();
         let known = self.attractors.len();
@@ -630,10 +632,10 @@ impl Basins {
             .iter()
             .enumerate()
             .filter_map(|(index, cell)| {
-                let (angle_rad, angular_velocity_rad_s) = midpoint(&self.options, index);
+                let midpoint = midpoint(&self.options, index);
                 cell.map(|attractor| Row {
-                    angle_rad,
-                    angular_velocity_rad_s,
+                    angle_rad: midpoint.angle_rad,
+                    angular_velocity_rad_s: midpoint.velocity_rad_s,
                     attractor,
                 })
             })

@@ -5,10 +5,11 @@
 
 use super::Headline;
 use super::cascade::{self, BranchBounds, Cascade};
-use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, PhasePoint};
+use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever};
 use latchgate_kernel::parallel::Control;
-use latchgate_kernel::replay::Section;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::strobe_batch::Ending;
+use latchgate_kernel::replay::{Section, State};
 use latchgate_recording::error::Error;
 use serde::Serialize;
 
@@ -30,9 +31,9 @@ pub struct Options {
     /// Lever, stop, frequency.
     #[serde(flatten)]
     pub forced: ForcedLever,
-    /// Least and largest amplitude [g].
+    /// Amplitudes [g].
     #[serde(rename = "amplitude_g")]
-    pub amplitudes_g: (f64, f64),
+    pub amplitudes_g: Range,
     /// Amplitudes.
     pub points: u32,
     /// Periods left out at each.
@@ -40,7 +41,7 @@ pub struct Options {
     /// Periods kept at each.
     pub periods: u32,
     /// Initial state; `None` for rest.
-    pub initial: Option<PhasePoint>,
+    pub initial: Option<State>,
     /// Whether the state is carried along.
     pub sweep: Sweep,
     /// Doublings that are looked for on each branch; 0 to follow none.
@@ -112,7 +113,7 @@ const WORK_MAX: u32 = 8_000;
 /// As [`latchgate_kernel::replay::Strobe::new`].
 pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
     let amplitude = |index: usize| {
-        let (low, high) = options.amplitudes_g;
+        let Range { low, high } = options.amplitudes_g;
         let last = f64::from(options.points.max(2) - 1);
         let part = index as f64 / last;
         low + (high - low) * part
@@ -159,8 +160,8 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Diagram, Error> {
 fn column(
     options: &Options,
     amplitude_g: f64,
-    initial: Option<PhasePoint>,
-) -> Result<(AmplitudeColumn, Option<PhasePoint>), Error> {
+    initial: Option<State>,
+) -> Result<(AmplitudeColumn, Option<State>), Error> {
     let mut strobe = options.forced.strobe(amplitude_g, initial)?;
     let mut sections = Vec::with_capacity(options.periods as usize);
     let mut followed = (0..options.transient).all(|_| strobe.advance().is_some());
@@ -227,13 +228,9 @@ fn believed(options: &Options, amplitude_g: f64, sections: &[Section], period: u
     if period == 1 {
         return true;
     }
-    let start = Some(state(last));
+    let start = Some(last.state());
     orbit::difference_growth(&options.forced, amplitude_g, start, 0, 2 * period)
         .is_ok_and(|growth| growth.is_none_or(|growth| growth.resolved()))
-}
-
-fn state(section: &Section) -> PhasePoint {
-    (section.angle_rad, section.velocity_rad_s)
 }
 
 /// Returns the periodic motions that do not go on from the amplitude before, with their periods,
@@ -312,10 +309,10 @@ fn changes(
 ) -> (Vec<Cascade>, bool) {
     let mut wanted = unlike_neighbours(options, columns);
     let forced = &options.forced;
-    let (low, high) = options.amplitudes_g;
+    let Range { low, high } = options.amplitudes_g;
     let pace = (high - low) / f64::from(options.points.max(2) - 1);
     let reach = BranchBounds {
-        amplitudes_g: ((low - pace).max(0.0), high + pace),
+        amplitudes_g: Range::new((low - pace).max(0.0), high + pace),
         levels: options.doublings,
         work: WORK_MAX,
     };
@@ -327,7 +324,7 @@ fn changes(
         column.sections.last().is_some_and(|last| {
             branches
                 .iter()
-                .any(|branch| branch.contains(forced, column.amplitude_g, period, state(last)))
+                .any(|branch| branch.contains(forced, column.amplitude_g, period, last.state()))
         })
     };
     while branches.len() < BRANCHES_MAX {
@@ -356,7 +353,7 @@ fn changes(
         });
         let followed = control.map(batch.len(), |index| {
             let (column, period) = batch[index];
-            let start = column.sections.last().map(state)?;
+            let start = column.sections.last()?.state();
             let orbit = orbit::find(forced, column.amplitude_g, period, start)?;
             Some(cascade::follow(forced, &orbit, pace, &reach))
         });
@@ -412,13 +409,13 @@ fn continues(options: &Options, before: &AmplitudeColumn, after: &AmplitudeColum
     /// Largest move of a section that is still taken for one [rad]; one that moves further is asked
     /// whether it lies on a branch that is known.
     const MOVED: f64 = 0.02;
-    let Some(last) = after.sections.last().map(state) else {
+    let Some(last) = after.sections.last().map(Section::state) else {
         return false;
     };
     before
         .sections
         .iter()
-        .any(|section| options.forced.distance(state(section), last) <= MOVED)
+        .any(|section| options.forced.distance(section.state(), last) <= MOVED)
 }
 
 impl Diagram {

@@ -4,7 +4,9 @@
 //!
 //! Feigenbaum, J. Stat. Phys. 19 (1978) 25.
 
-use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, Orbit, PhasePoint, STEP_MAX};
+use super::orbit::{self, Bifurcation, BifurcationKind, ForcedLever, Orbit, STEP_MAX};
+use latchgate_kernel::range::Range;
+use latchgate_kernel::replay::State;
 use serde::Serialize;
 
 /// The end of a branch, and the doublings after it.
@@ -22,8 +24,8 @@ pub struct Cascade {
 /// Bounds of a branch that is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BranchBounds {
-    /// Least and largest amplitude [g].
-    pub amplitudes_g: (f64, f64),
+    /// Amplitudes [g].
+    pub amplitudes_g: Range,
     /// Doublings at most.
     pub levels: u32,
     /// Work at most: periods computed.
@@ -34,7 +36,7 @@ impl BranchBounds {
     /// Every amplitude, and work enough for `levels` doublings.
     pub fn all(levels: u32) -> Self {
         Self {
-            amplitudes_g: (0.0, f64::INFINITY),
+            amplitudes_g: Range::new(0.0, f64::INFINITY),
             levels,
             work: u32::MAX,
         }
@@ -76,7 +78,7 @@ impl Cascade {
         forced: &ForcedLever,
         amplitude_g: f64,
         period: u32,
-        state: PhasePoint,
+        state: State,
     ) -> bool {
         self.way.windows(2).any(|two| {
             let (low, high) = (&two[0], &two[1]);
@@ -89,11 +91,20 @@ impl Cascade {
             let part =
                 (amplitude_g - low.amplitude_g) / (high.amplitude_g - low.amplitude_g).max(1e-300);
             let on = |a: f64, b: f64| a + part * (b - a);
-            low.points.iter().zip(&high.points).any(|(a, b)| {
-                forced.distance((on(a.0, b.0), on(a.1, b.1)), state) <= 0.5 * STEP_MAX
-            })
+            low.points
+                .iter()
+                .zip(&high.points)
+                .any(|(a, b)| forced.distance(combined(*a, *b, on), state) <= 0.5 * STEP_MAX)
         })
     }
+}
+
+/// Combines two states number by number.
+fn combined(a: State, b: State, of: impl Fn(f64, f64) -> f64) -> State {
+    State::new(
+        of(a.angle_rad, b.angle_rad),
+        of(a.velocity_rad_s, b.velocity_rad_s),
+    )
 }
 
 /// Follows a stable orbit to where it is born, at smaller amplitudes, and through doublings at
@@ -157,7 +168,7 @@ struct BranchWalk<'a> {
 
 impl BranchWalk<'_> {
     /// Finds the orbit at `amplitude_g` [g] near `guess` that goes on from `before`.
-    fn next(&mut self, before: &Orbit, amplitude_g: f64, guess: PhasePoint) -> Option<Orbit> {
+    fn next(&mut self, before: &Orbit, amplitude_g: f64, guess: State) -> Option<Orbit> {
         let period = before.period;
         let spent = &mut self.spent;
         orbit::find_within(self.forced, amplitude_g, period, guess, STEPS_MAX, spent)
@@ -170,7 +181,7 @@ impl BranchWalk<'_> {
         &mut self,
         kind: BifurcationKind,
         period: u32,
-        guess: PhasePoint,
+        guess: State,
         amplitude_g: f64,
     ) -> Option<Bifurcation> {
         if self.spent >= self.reach.work {
@@ -186,7 +197,7 @@ impl BranchWalk<'_> {
         let mut at = orbit.clone();
         let mut pace = longest;
         self.way.push(at.clone());
-        while at.amplitude_g <= self.reach.amplitudes_g.1 && self.spent < self.reach.work {
+        while at.amplitude_g <= self.reach.amplitudes_g.high && self.spent < self.reach.work {
             match self.next(&at, at.amplitude_g + pace, at.points[0]) {
                 Some(next) if next.condition(kind) > 0.0 => {
                     self.way.push(next.clone());
@@ -226,8 +237,8 @@ impl BranchWalk<'_> {
         let mut beyond = 0.05 * gap;
         for _ in 0..TRIES {
             let amplitude = old.amplitude_g + beyond;
-            let start = old.points[0];
-            let nudged = (start.0 + 1e-3 * start.0.abs().max(1e-3), start.1);
+            let mut nudged = old.points[0];
+            nudged.angle_rad += 1e-3 * nudged.angle_rad.abs().max(1e-3);
             if self.spent >= self.reach.work {
                 return None;
             }
@@ -259,7 +270,7 @@ impl BranchWalk<'_> {
         let mut before: Option<Orbit> = None;
         let mut pace = 0.05 * orbit.amplitude_g;
         // Motion that goes with the excitation down to nothing is not born.
-        let least = self.reach.amplitudes_g.0.max(1e-3 * orbit.amplitude_g);
+        let least = self.reach.amplitudes_g.low.max(1e-3 * orbit.amplitude_g);
         let mut sought = false;
         while self.spent < self.reach.work {
             if at.amplitude_g < least {
@@ -294,10 +305,7 @@ impl BranchWalk<'_> {
             let guess = before.as_ref().map_or(at.points[0], |before| {
                 let part = pace / (before.amplitude_g - at.amplitude_g);
                 let on = |a: f64, b: f64| a + part * (a - b);
-                (
-                    on(at.points[0].0, before.points[0].0),
-                    on(at.points[0].1, before.points[0].1),
-                )
+                combined(at.points[0], before.points[0], on)
             });
             let next = self
                 .next(&at, at.amplitude_g - pace, guess)
@@ -332,10 +340,7 @@ impl BranchWalk<'_> {
         if self.forced.distance(state, half) > 0.5 * STEP_MAX {
             return None;
         }
-        let middle = (
-            f64::midpoint(state.0, half.0),
-            f64::midpoint(state.1, half.1),
-        );
+        let middle = combined(state, half, f64::midpoint);
         self.locate(
             BifurcationKind::PeriodDoubling,
             at.period / 2,

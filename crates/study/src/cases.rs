@@ -7,7 +7,7 @@
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::Harmonic;
 use latchgate_kernel::pulse::{Pulse, tones};
-use latchgate_kernel::replay::{self, RunOptions, RunOutcome};
+use latchgate_kernel::replay::{self, RunOptions, RunOutcome, State};
 use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_kernel::units::SampleRate;
 use latchgate_recording::error::Error;
@@ -25,8 +25,8 @@ pub struct StudyCase {
     pub title: String,
     /// What moves the base; negative opens.
     pub drive: Drive,
-    /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest.
-    pub initial: Option<(f64, f64)>,
+    /// Initial state; `None` for rest.
+    pub initial: Option<State>,
 }
 
 /// What moves the base.
@@ -264,6 +264,6 @@ pub fn harmonic(gravity: f64, amplitude_g: f64, angular_frequency: f64, periods:
             },
             end_s: f64::from(periods) * TAU / angular_frequency,
         },
-        initial: Some((0.1, 0.0)),
+        initial: Some(State::new(0.1, 0.0)),
     }
 }

@@ -33,6 +33,7 @@ use crate::stability::Stability;
 use crate::step_size::StepSize;
 use crate::work_precision::WorkPrecision;
 use latchgate_kernel::replay::TracePoint;
+use latchgate_report::plot::chart::Point;
 
 /// Rules of the charts of motions, in terms of the colours' variables.
 const RULES: &str = "\
@@ -110,7 +111,7 @@ charts! {
 }
 
 /// Returns the angle over time, in units of time of which a second has `per_second`.
-fn angles(trace: &[TracePoint], per_second: f64) -> impl Iterator<Item = (f64, f64)> {
+fn angles(trace: &[TracePoint], per_second: f64) -> impl Iterator<Item = Point> {
     let points = trace.iter();
-    points.map(move |point| (point.time_s * per_second, point.angle_rad))
+    points.map(move |point| Point::new(point.time_s * per_second, point.angle_rad))
 }

@@ -4,6 +4,7 @@
 use super::Headline;
 use super::orbit::ForcedLever;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::strobe_batch::{self, Ending, HarmonicStart};
 use latchgate_recording::error::Error;
 use serde::Serialize;
@@ -14,12 +15,12 @@ pub struct Options {
     /// Lever and stop; its own frequency is not used, and gives way to the range in JSON.
     #[serde(flatten)]
     pub forced: ForcedLever,
-    /// Least and largest amplitude [g].
+    /// Amplitudes [g].
     #[serde(rename = "amplitude_g")]
-    pub amplitudes_g: (f64, f64),
+    pub amplitudes_g: Range,
     /// Least and largest angular frequency [rad/s], by their logarithm.
     #[serde(rename = "omega_rad_s")]
-    pub angular_frequencies_rad_s: (f64, f64),
+    pub angular_frequencies_rad_s: Range,
     /// Amplitudes × frequencies.
     pub grid: (u32, u32),
     /// Periods of the excitation that each lever is followed.
@@ -65,12 +66,12 @@ pub struct ExcitationMap {
 
 impl Options {
     fn amplitude(&self, index: u32) -> f64 {
-        let (low, high) = self.amplitudes_g;
+        let Range { low, high } = self.amplitudes_g;
         low + (high - low) * (f64::from(index) + 0.5) / f64::from(self.grid.0)
     }
 
     fn frequency(&self, index: u32) -> f64 {
-        let (low, high) = self.angular_frequencies_rad_s;
+        let Range { low, high } = self.angular_frequencies_rad_s;
         let part = (f64::from(index) + 0.5) / f64::from(self.grid.1);
         low * libm::pow(high / low, part)
     }

@@ -2,7 +2,7 @@
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{self, RunOptions, TracePoint};
+use latchgate_kernel::replay::{self, RunOptions, State, TracePoint};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 use latchgate_recording::error::Error;
@@ -45,10 +45,8 @@ impl Against {
 pub struct Release {
     /// Preload torque in place of the design's own [N m].
     pub preload_torque_nm: f64,
-    /// Initial angle [rad].
-    pub angle_rad: f64,
-    /// Initial angular velocity [rad/s].
-    pub velocity_rad_s: f64,
+    /// Initial state.
+    pub start: State,
     /// How long [s].
     pub duration_s: f64,
     /// Points per second of the history, at least [Hz].
@@ -138,7 +136,7 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<FreeM
         &silence,
         &design,
         &RunOptions {
-            initial: Some((release.angle_rad, release.velocity_rad_s)),
+            initial: Some(release.start),
             trace: true,
             ..RunOptions::new(stop, OpensWhen::Negative)
         },
@@ -172,17 +170,23 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<FreeM
     })
 }
 
+/// The time from an impact to the next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImpactInterval {
+    /// Middle between the two [s].
+    pub middle_s: f64,
+    /// Length [s].
+    pub length_s: f64,
+}
+
 impl FreeMotion {
-    /// Returns the time from each impact to the next: the middle between them [s], and how long
-    /// it is [s].
-    pub fn intervals(&self) -> Vec<(f64, f64)> {
+    /// Returns the time from each impact to the next.
+    pub fn intervals(&self) -> Vec<ImpactInterval> {
         self.impacts
             .windows(2)
-            .map(|pair| {
-                (
-                    f64::midpoint(pair[0][0], pair[1][0]),
-                    pair[1][0] - pair[0][0],
-                )
+            .map(|pair| ImpactInterval {
+                middle_s: f64::midpoint(pair[0][0], pair[1][0]),
+                length_s: pair[1][0] - pair[0][0],
             })
             .collect()
     }

@@ -4,6 +4,7 @@ use super::free::{self, Against, FreeMotion, Release};
 use super::{Figures, Headline};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::State;
 use latchgate_recording::error::Error;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -59,8 +60,7 @@ pub fn run(options: &Options) -> Result<FreeVibration, Error> {
     for preload_torque_nm in preloads {
         let release = Release {
             preload_torque_nm,
-            angle_rad: options.angle_rad,
-            velocity_rad_s: options.velocity_rad_s,
+            start: State::new(options.angle_rad, options.velocity_rad_s),
             duration_s: options.periods * period,
             rate_hz: POINTS_PER_PERIOD / period,
         };
@@ -101,15 +101,19 @@ fn headlines(motions: &[FreeMotion], half_period_s: f64) -> Vec<Headline> {
         );
         figures.say(
             "first time from impact to impact [s]",
-            intervals.first().map(|interval| interval.1),
+            intervals.first().map(|interval| interval.length_s),
         );
         figures.say(
             "the same over π/ω0 [-]",
-            intervals.first().map(|interval| interval.1 / half_period_s),
+            intervals
+                .first()
+                .map(|interval| interval.length_s / half_period_s),
         );
         figures.say(
             "fifth over first time from impact to impact [-]",
-            intervals.get(4).map(|fifth| fifth.1 / intervals[0].1),
+            intervals
+                .get(4)
+                .map(|fifth| fifth.length_s / intervals[0].length_s),
         );
         figures.say("impacts, at most 200 [-]", motion.impacts.len() as f64);
         figures.say("stays on the stop from [s]", motion.settled_s);

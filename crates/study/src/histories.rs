@@ -5,14 +5,18 @@ use super::{Figures, Headline};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::Harmonic;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{self, RunOptions, Section, Strobe, TracePoint};
+use latchgate_kernel::replay::{self, RunOptions, Section, State, Strobe, TracePoint};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// The paper's initial states: angle [rad], angular velocity [rad/s].
-pub const STARTS: [(f64, f64); 3] = [(0.8, 0.0), (0.56, 0.0), (0.9, 0.0)];
+/// The paper's initial states.
+pub const STARTS: [State; 3] = [
+    State::new(0.8, 0.0),
+    State::new(0.56, 0.0),
+    State::new(0.9, 0.0),
+];
 
 /// Options of the study of histories.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,8 +33,8 @@ pub struct Options {
     /// Angular frequency [rad/s].
     #[serde(rename = "omega_rad_s")]
     pub angular_frequency_rad_s: f64,
-    /// Initial states: angle [rad], angular velocity [rad/s].
-    pub starts: Vec<(f64, f64)>,
+    /// Initial states.
+    pub starts: Vec<State>,
     /// Periods shown.
     pub periods: u32,
     /// Periods before the motion is taken to have settled.
@@ -58,8 +62,8 @@ pub struct Settled {
 pub struct History {
     /// Stop model.
     pub model: StopModel,
-    /// Initial angle [rad] and angular velocity [rad/s].
-    pub start: [f64; 2],
+    /// Initial state.
+    pub start: State,
     /// The first impacts (soft stop: contact entries), at most 200: time [s], velocity before
     /// [rad/s].
     pub impacts: Vec<[f64; 2]>,
@@ -98,8 +102,10 @@ pub struct Histories {
     pub period_s: f64,
     /// Length shown [s].
     pub duration_s: f64,
-    /// Amplitude and angular frequency [g, rad/s], to be named in the chart.
-    pub excitation: (f64, f64),
+    /// Amplitude of the excitation [g].
+    pub amplitude_g: f64,
+    /// Its angular frequency [rad/s].
+    pub angular_frequency_rad_s: f64,
     /// What to take away.
     pub headlines: Vec<Headline>,
 }
@@ -138,14 +144,15 @@ pub fn run(options: &Options) -> Result<Histories, Error> {
         histories,
         period_s,
         duration_s,
-        excitation: (options.amplitude_g, options.angular_frequency_rad_s),
+        amplitude_g: options.amplitude_g,
+        angular_frequency_rad_s: options.angular_frequency_rad_s,
     })
 }
 
 fn history(
     options: &Options,
     excitation: &Harmonic,
-    start: (f64, f64),
+    start: State,
     model: StopModel,
     duration_s: f64,
 ) -> Result<History, Error> {
@@ -169,7 +176,7 @@ fn history(
         .fold(f64::NEG_INFINITY, f64::max);
     Ok(History {
         model,
-        start: [start.0, start.1],
+        start,
         impacts: outcome.run.impact_list,
         late_peak_angle_rad,
         settled: settled(options, excitation, start, model)?,
@@ -181,7 +188,7 @@ fn history(
 fn settled(
     options: &Options,
     excitation: &Harmonic,
-    start: (f64, f64),
+    start: State,
     model: StopModel,
 ) -> Result<Settled, Error> {
     let mut strobe = Strobe::new(&options.design, model, excitation, Some(start))?;
@@ -204,13 +211,13 @@ fn settled(
             return Ok(lost);
         };
         sections.push(section);
-        if near(before, (section.angle_rad, section.velocity_rad_s)) {
+        if near(before, section.state()) {
             break;
         }
     }
     let repeats = sections
         .last()
-        .is_some_and(|last| near(before, (last.angle_rad, last.velocity_rad_s)));
+        .is_some_and(|last| near(before, last.state()));
     let peak_angle_rad = sections
         .iter()
         .map(|section| section.peak_angle_rad)
@@ -231,9 +238,10 @@ fn settled(
     })
 }
 
-fn near(one: (f64, f64), other: (f64, f64)) -> bool {
+fn near(one: State, other: State) -> bool {
     let close = |a: f64, b: f64, floor: f64| (a - b).abs() <= SAME * a.abs().max(floor);
-    close(one.0, other.0, 1e-3) && close(one.1, other.1, 1e-1)
+    close(one.angle_rad, other.angle_rad, 1e-3)
+        && close(one.velocity_rad_s, other.velocity_rad_s, 1e-1)
 }
 
 impl Settled {
@@ -259,7 +267,10 @@ fn headlines(histories: &[History]) -> Vec<Headline> {
     for history in histories {
         let settled = &history.settled;
         let mut figures = Figures::of(
-            format!("from ({}, {})", history.start[0], history.start[1]),
+            format!(
+                "from ({}, {})",
+                history.start.angle_rad, history.start.velocity_rad_s
+            ),
             history.model,
         );
         figures.say(
@@ -286,8 +297,8 @@ impl Histories {
         self.histories.iter().flat_map(|history| {
             history.trace.iter().map(|point| Row {
                 stop: history.model,
-                initial_angle_rad: history.start[0],
-                initial_angular_velocity_rad_s: history.start[1],
+                initial_angle_rad: history.start.angle_rad,
+                initial_angular_velocity_rad_s: history.start.velocity_rad_s,
                 time_s: point.time_s,
                 angle_rad: point.angle_rad,
                 angular_velocity_rad_s: point.velocity_rad_s,

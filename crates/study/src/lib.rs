@@ -30,6 +30,7 @@ pub mod step_size;
 pub mod work_precision;
 
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_report::plot::chart::Point;
 use serde::{Deserialize, Serialize};
 
 /// A clock: seconds since some instant.
@@ -64,22 +65,20 @@ const fn usual_digits() -> usize {
 
 /// Returns the slope of the straight line through points by least squares, on the logarithms of both
 /// coordinates: the order of a power law. None of fewer than three points above zero.
-pub fn fitted_order(points: &[(f64, f64)]) -> Option<f64> {
-    let logarithms: Vec<(f64, f64)> = points
+pub fn fitted_order(points: &[Point]) -> Option<f64> {
+    let logarithms: Vec<Point> = points
         .iter()
-        .filter(|(x, y)| *x > 0.0 && *y > 0.0)
-        .map(|(x, y)| (libm::log(*x), libm::log(*y)))
+        .filter(|point| point.x > 0.0 && point.y > 0.0)
+        .map(|point| Point::new(libm::log(point.x), libm::log(point.y)))
         .collect();
     if logarithms.len() < 3 {
         return None;
     }
     let count = logarithms.len() as f64;
-    let (x, y): (f64, f64) = logarithms
-        .iter()
-        .fold((0.0, 0.0), |sum, point| (sum.0 + point.0, sum.1 + point.1));
-    let (middle_x, middle_y) = (x / count, y / count);
+    let middle_x = logarithms.iter().map(|point| point.x).sum::<f64>() / count;
+    let middle_y = logarithms.iter().map(|point| point.y).sum::<f64>() / count;
     let (mut products, mut squares) = (0.0, 0.0);
-    for (x, y) in logarithms {
+    for Point { x, y } in logarithms {
         products += (x - middle_x) * (y - middle_y);
         squares += (x - middle_x) * (x - middle_x);
     }

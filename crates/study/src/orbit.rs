@@ -13,7 +13,7 @@ use latchgate_kernel::model::excitation::Harmonic;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::strobe_batch::{self, Followed, HarmonicStart, StrobeBatchOptions};
-use latchgate_kernel::replay::{Section, Strobe};
+use latchgate_kernel::replay::{Section, State, Strobe};
 use latchgate_recording::error::Error;
 use serde::Serialize;
 
@@ -32,9 +32,6 @@ pub struct ForcedLever {
     pub angular_frequency_rad_s: f64,
 }
 
-/// Angle [rad] and angular velocity [rad/s].
-pub type PhasePoint = (f64, f64);
-
 impl ForcedLever {
     /// Returns the sine of `amplitude_g` [g].
     pub fn sine(&self, amplitude_g: f64) -> Harmonic {
@@ -50,7 +47,7 @@ impl ForcedLever {
     /// # Errors
     ///
     /// As [`Strobe::new`].
-    pub fn strobe(&self, amplitude_g: f64, state: Option<PhasePoint>) -> Result<Strobe, Error> {
+    pub fn strobe(&self, amplitude_g: f64, state: Option<State>) -> Result<Strobe, Error> {
         Ok(Strobe::new(
             &self.design,
             self.stop,
@@ -84,7 +81,7 @@ impl ForcedLever {
     pub(super) fn follow(
         &self,
         count: usize,
-        start: impl Fn(usize) -> (Option<PhasePoint>, f64) + Sync,
+        start: impl Fn(usize) -> (Option<State>, f64) + Sync,
         (periods, keep, peaks): (u32, u32, bool),
         control: &Control<'_>,
     ) -> Result<Vec<Followed>, Error> {
@@ -112,16 +109,14 @@ impl ForcedLever {
     }
 
     /// Size of a change of state, in radians of the excitation's motion.
-    fn size(&self, change: PhasePoint) -> f64 {
-        change
-            .0
-            .abs()
-            .max(change.1.abs() / self.angular_frequency_rad_s)
+    fn size(&self, change: State) -> f64 {
+        let turn = change.velocity_rad_s.abs() / self.angular_frequency_rad_s;
+        change.angle_rad.abs().max(turn)
     }
 
     /// Distance of two states [rad].
-    pub fn distance(&self, a: PhasePoint, b: PhasePoint) -> f64 {
-        self.size((a.0 - b.0, a.1 - b.1))
+    pub fn distance(&self, a: State, b: State) -> f64 {
+        self.size(a - b)
     }
 }
 
@@ -132,8 +127,8 @@ pub struct Orbit {
     pub amplitude_g: f64,
     /// Period, in periods of the excitation.
     pub period: u32,
-    /// State at the start of each period: angle [rad], angular velocity [rad/s].
-    pub points: Vec<PhasePoint>,
+    /// State at the start of each period.
+    pub points: Vec<State>,
     /// Trace of the map's derivative over the whole orbit.
     pub trace: f64,
     /// Its determinant.
@@ -207,8 +202,8 @@ pub struct Bifurcation {
 
 /// What `period` periods make of a state.
 struct Image {
-    to: PhasePoint,
-    points: Vec<PhasePoint>,
+    to: State,
+    points: Vec<State>,
     /// d(to)/d(from), row by row.
     by_state: [[f64; 2]; 2],
     /// A d(to)/dA.
@@ -217,7 +212,7 @@ struct Image {
     impacts: u64,
 }
 
-fn image(forced: &ForcedLever, amplitude_g: f64, from: PhasePoint, period: u32) -> Option<Image> {
+fn image(forced: &ForcedLever, amplitude_g: f64, from: State, period: u32) -> Option<Image> {
     let mut strobe = forced.strobe(amplitude_g, Some(from)).ok()?;
     strobe.start_map();
     let mut image = Image {
@@ -241,8 +236,8 @@ fn image(forced: &ForcedLever, amplitude_g: f64, from: PhasePoint, period: u32) 
 }
 
 impl Image {
-    fn residual(&self, from: PhasePoint) -> PhasePoint {
-        (self.to.0 - from.0, self.to.1 - from.1)
+    fn residual(&self, from: State) -> State {
+        self.to - from
     }
 
     fn trace(&self) -> f64 {
@@ -301,12 +296,7 @@ fn least_period(forced: &ForcedLever, orbit: &Orbit) -> u32 {
 ///
 /// A superstable orbit, one that rests, is found as well: there the map's derivative is zero and
 /// a step is an iteration.
-pub fn find(
-    forced: &ForcedLever,
-    amplitude_g: f64,
-    period: u32,
-    guess: PhasePoint,
-) -> Option<Orbit> {
+pub fn find(forced: &ForcedLever, amplitude_g: f64, period: u32, guess: State) -> Option<Orbit> {
     find_within(forced, amplitude_g, period, guess, STEPS_MAX, &mut 0)
 }
 
@@ -315,7 +305,7 @@ pub(super) fn find_within(
     forced: &ForcedLever,
     amplitude_g: f64,
     period: u32,
-    guess: PhasePoint,
+    guess: State,
     steps: u32,
     spent: &mut u32,
 ) -> Option<Orbit> {
@@ -324,11 +314,11 @@ pub(super) fn find_within(
     for _ in 0..steps {
         *spent = spent.saturating_add(period);
         let image = image(forced, amplitude_g, at, period)?;
-        let (f, g) = image.residual(at);
+        let (f, g) = image.residual(at).into();
         let [[a, b], [c, d]] = image.by_state;
         let (a, d) = (a - 1.0, d - 1.0);
         let determinant = a * d - b * c;
-        let step = ((b * g - d * f) / determinant, (c * f - a * g) / determinant);
+        let step = State::new((b * g - d * f) / determinant, (c * f - a * g) / determinant);
         let size = forced.size(step);
         if !size.is_finite() || size > 1e3 * STEP_MAX {
             return None;
@@ -345,9 +335,10 @@ pub(super) fn find_within(
         }
         least = least.min(size);
         let part = (STEP_MAX / size).min(1.0);
-        at = (at.0 + part * step.0, at.1 + part * step.1);
-        if forced.stop == StopModel::Rigid && at.0 < 0.0 {
-            at.0 = 0.0;
+        at.angle_rad += part * step.angle_rad;
+        at.velocity_rad_s += part * step.velocity_rad_s;
+        if forced.stop == StopModel::Rigid && at.angle_rad < 0.0 {
+            at.angle_rad = 0.0;
         }
     }
     None
@@ -384,7 +375,7 @@ pub(super) fn locate(
     forced: &ForcedLever,
     kind: BifurcationKind,
     period: u32,
-    guess: PhasePoint,
+    guess: State,
     amplitude_g: f64,
     spent: &mut u32,
 ) -> Option<Bifurcation> {
@@ -396,15 +387,18 @@ pub(super) fn locate(
     for _ in 0..LOCATE_STEPS_MAX {
         *spent = spent.saturating_add(7 * period);
         let here = image(forced, amplitude, at, period)?;
-        let (f, g) = here.residual(at);
-        let condition = |at: PhasePoint, amplitude: f64| {
+        let (f, g) = here.residual(at).into();
+        let condition = |at: State, amplitude: f64| {
             image(forced, amplitude, at, period).map(|image| image.condition(kind))
         };
         let slope = |angle: f64, velocity: f64, strength: f64| -> Option<f64> {
             let towards = |way: f64| {
                 let step = way * STEP;
                 condition(
-                    (at.0 + step * angle, at.1 + step * velocity * omega),
+                    State::new(
+                        at.angle_rad + step * angle,
+                        at.velocity_rad_s + step * velocity * omega,
+                    ),
                     amplitude * (1.0 + step * strength),
                 )
             };
@@ -436,10 +430,8 @@ pub(super) fn locate(
         }
         least = least.min(size);
         let part = (0.2 * STEP_MAX / size).min(1.0);
-        at = (
-            at.0 + part * step_angle,
-            at.1 + part * step_velocity * omega,
-        );
+        at.angle_rad += part * step_angle;
+        at.velocity_rad_s += part * step_velocity * omega;
         amplitude *= 1.0 + part * step_strength;
     }
     None
@@ -453,9 +445,9 @@ pub(super) fn locate(
 pub fn settle(
     forced: &ForcedLever,
     amplitude_g: f64,
-    state: Option<PhasePoint>,
+    state: Option<State>,
     periods: u32,
-) -> Result<Option<PhasePoint>, Error> {
+) -> Result<Option<State>, Error> {
     let mut strobe = forced.strobe(amplitude_g, state)?;
     for _ in 0..periods {
         if strobe.advance().is_none() {
@@ -468,13 +460,12 @@ pub fn settle(
 /// Returns the period of a settled sequence of sections: the least p with which it repeats
 /// itself to `tolerance` [rad]; `None` if none up to a third of its length does.
 pub fn period_of(forced: &ForcedLever, sections: &[Section], tolerance: f64) -> Option<u32> {
-    let state = |section: &Section| (section.angle_rad, section.velocity_rad_s);
     (1..=sections.len() / 3)
         .find(|p| {
             sections
                 .iter()
                 .zip(&sections[*p..])
-                .all(|(a, b)| forced.distance(state(a), state(b)) <= tolerance)
+                .all(|(a, b)| forced.distance(a.state(), b.state()) <= tolerance)
         })
         .and_then(|p| u32::try_from(p).ok())
 }
@@ -541,7 +532,7 @@ pub(super) struct GrowthSegment {
 pub(super) fn stretch(
     forced: &ForcedLever,
     amplitude_g: f64,
-    state: Option<PhasePoint>,
+    state: Option<State>,
     transient: u32,
     periods: u32,
 ) -> Result<Option<GrowthSegment>, Error> {
@@ -651,7 +642,7 @@ pub(super) fn growth(stretches: &[GrowthSegment]) -> Option<Growth> {
 pub fn difference_growth(
     forced: &ForcedLever,
     amplitude_g: f64,
-    state: Option<PhasePoint>,
+    state: Option<State>,
     transient: u32,
     periods: u32,
 ) -> Result<Option<Growth>, Error> {

@@ -3,6 +3,8 @@
 use super::{Figures, Headline};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::{StopModel, damping_ratio};
+use latchgate_kernel::range::Range;
+use latchgate_kernel::replay::State;
 use latchgate_kernel::units::Restitution;
 use latchgate_recording::error::Error;
 use serde::Serialize;
@@ -82,7 +84,7 @@ const SPEED: f64 = 14.678_784;
 const DIGITS: usize = 7;
 
 /// Speeds of entry that are looked at [rad/s].
-const SPEEDS: (f64, f64) = (1e-3, 100.0);
+const SPEEDS: Range = Range::new(1e-3, 100.0);
 
 /// Points of the curve below its first regular one, two in a decade.
 pub const FOOT: u32 = 24;
@@ -101,6 +103,15 @@ pub struct FreeContact {
     frequency: f64,
     stiffness: f64,
     damping: f64,
+}
+
+/// How a lever leaves a contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exit {
+    /// Time since the entry [s].
+    pub time_s: f64,
+    /// Angular velocity [rad/s].
+    pub speed_rad_s: f64,
 }
 
 impl FreeContact {
@@ -127,16 +138,15 @@ impl FreeContact {
         PI / self.frequency
     }
 
-    /// Returns angle [rad] and angular velocity [rad/s] at `time` [s] after an entry with
-    /// `speed` [rad/s].
-    pub fn state(&self, time: f64, speed: f64) -> (f64, f64) {
+    /// Returns the state at `time` [s] after an entry with `speed` [rad/s].
+    pub fn state(&self, time: f64, speed: f64) -> State {
         let (sine, cosine) = libm::sincos(self.frequency * time);
         let fade = libm::exp(-self.decay * time);
         let (a, b) = (
             self.offset,
             (self.decay * self.offset - speed) / self.frequency,
         );
-        (
+        State::new(
             -self.offset + fade * (a * cosine + b * sine),
             fade * ((self.frequency * b - self.decay * a) * cosine
                 - (self.frequency * a + self.decay * b) * sine),
@@ -144,23 +154,25 @@ impl FreeContact {
     }
 
     /// Returns the stop's torque on the lever [N m] in a state; negative is tension.
-    pub fn torque_nm(&self, (angle, velocity): (f64, f64)) -> f64 {
-        -(self.stiffness * angle + self.damping * velocity)
+    pub fn torque_nm(&self, state: State) -> f64 {
+        -(self.stiffness * state.angle_rad + self.damping * state.velocity_rad_s)
     }
 
-    /// Returns when the lever leaves after an entry with `speed` [rad/s], and how fast it is
-    /// then; `None` if it stays.
-    pub fn exit(&self, speed: f64) -> Option<(f64, f64)> {
+    /// Returns how the lever leaves after an entry with `speed` [rad/s]; `None` if it stays.
+    pub fn exit(&self, speed: f64) -> Option<Exit> {
         // Between entry and exit the velocity is zero twice at most: deepest, and, of a lever
         // that stays, highest. The second is where an exit must have happened.
         let deepest = self.turn(speed);
         let highest = deepest + self.half_period_s();
-        let out = |time: f64| self.state(time, speed).0 > 0.0;
+        let out = |time: f64| self.state(time, speed).angle_rad > 0.0;
         if !out(highest) {
             return None;
         }
-        let time = bisect(deepest, highest, out);
-        Some((time, self.state(time, speed).1))
+        let time_s = bisect(deepest, highest, out);
+        Some(Exit {
+            time_s,
+            speed_rad_s: self.state(time_s, speed).velocity_rad_s,
+        })
     }
 
     /// Returns when the stop's torque turns into tension after an entry with `speed` [rad/s].
@@ -215,26 +227,30 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
         let exit = loaded.and_then(|contact| contact.exit(speed_rad_s));
         Rebound {
             speed_rad_s,
-            ratio: exit.map(|(_, exit)| exit / speed_rad_s),
-            contact_s: exit.map(|(time, _)| time),
+            ratio: exit.map(|exit| exit.speed_rad_s / speed_rad_s),
+            contact_s: exit.map(|exit| exit.time_s),
         }
     };
     let steps = 10 * options.points;
     let rebounds: Vec<Rebound> = (0..=steps)
         .map(|index| {
             let share = f64::from(index) / f64::from(steps);
-            rebound(SPEEDS.0 * libm::pow(SPEEDS.1 / SPEEDS.0, share))
+            rebound(SPEEDS.low * libm::pow(SPEEDS.high / SPEEDS.low, share))
         })
         .collect();
     // Without preload any speed gets out; with it, a slow lever is kept.
     let capture_speed_rad_s = loaded
-        .filter(|_| rebound(SPEEDS.0).ratio.is_none())
-        .filter(|_| rebound(SPEEDS.1).ratio.is_some())
-        .map(|contact| bisect(SPEEDS.0, SPEEDS.1, |speed| contact.exit(speed).is_some()));
+        .filter(|_| rebound(SPEEDS.low).ratio.is_none())
+        .filter(|_| rebound(SPEEDS.high).ratio.is_some())
+        .map(|contact| {
+            bisect(SPEEDS.low, SPEEDS.high, |speed| {
+                contact.exit(speed).is_some()
+            })
+        });
     let tension_from_s = free.map(|contact| contact.tension_from_s(SPEED));
     let released_ratio = free
         .zip(tension_from_s)
-        .map(|(contact, time)| contact.state(time, SPEED).1 / SPEED);
+        .map(|(contact, time)| contact.state(time, SPEED).velocity_rad_s / SPEED);
     let pushes = free.map_or_else(Vec::new, |contact| pushes(&contact));
     let own = stop.damping_n_s_per_m * radius / (2.0 * inertia * frequency);
     let mut answer = Equivalence {

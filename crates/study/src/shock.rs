@@ -149,7 +149,8 @@ pub fn respond(signal: &Signal, design: &Design, model: StopModel) -> Result<Res
         },
     )?;
     Ok(Response {
-        peak_acceleration_m_s2: conditioning::peak(signal).map_or(0.0, |(peak, _)| peak.abs()),
+        peak_acceleration_m_s2: conditioning::peak(signal)
+            .map_or(0.0, |peak| signal.samples[peak].abs()),
         run: outcome.run,
         trace: outcome.trace,
     })

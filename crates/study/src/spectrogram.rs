@@ -5,6 +5,7 @@ use super::free::{self, Against, FreeMotion, Release};
 use super::{Figures, Headline};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::State;
 use latchgate_kernel::units::SampleRate;
 use latchgate_recording::error::Error;
 use latchgate_verdict::conditioning::spectrum::{self, ShortTime};
@@ -99,8 +100,7 @@ pub fn run(options: &Options) -> Result<MotionSpectrogram, Error> {
         Against::stop(options.model),
         &Release {
             preload_torque_nm: design.lever.preload_torque_nm,
-            angle_rad: options.angle_rad,
-            velocity_rad_s: options.velocity_rad_s,
+            start: State::new(options.angle_rad, options.velocity_rad_s),
             duration_s,
             rate_hz,
         },
@@ -112,9 +112,9 @@ pub fn run(options: &Options) -> Result<MotionSpectrogram, Error> {
     let bounces: Vec<Bounce> = motion
         .intervals()
         .into_iter()
-        .map(|(time_s, length)| Bounce {
-            time_s,
-            frequency_hz: 1.0 / length,
+        .map(|interval| Bounce {
+            time_s: interval.middle_s,
+            frequency_hz: 1.0 / interval.length_s,
         })
         .collect();
     let half_the_rate = 0.5 * rate_hz;

@@ -21,7 +21,7 @@ pub mod situations;
 use super::Headline;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{self, Method, RunOptions, RunOutcome};
+use latchgate_kernel::replay::{self, Method, RunOptions, RunOutcome, State};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 use latchgate_recording::error::Error;
@@ -253,7 +253,7 @@ struct StabilityCase<'a> {
     design: &'a Design,
     model: StopModel,
     signal: Signal,
-    initial: Option<(f64, f64)>,
+    initial: Option<State>,
 }
 
 impl StabilityCase<'_> {

@@ -7,7 +7,8 @@ use super::{Figures, Headline};
 use crate::restitution::FreeContact;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{self, Breakdown, Method, RunOptions, TracePoint};
+use latchgate_kernel::range::Range;
+use latchgate_kernel::replay::{self, Breakdown, Method, RunOptions, State, TracePoint};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 use latchgate_recording::error::Error;
@@ -112,7 +113,7 @@ pub struct StepSize {
 const PHASES: u32 = 24;
 
 /// Steps per period of the scan.
-const SCAN: (f64, f64) = (500.0, 1e6);
+const SCAN: Range = Range::new(500.0, 1e6);
 
 /// Points that the fixed-step method keeps whole.
 const KEPT_STEPS: u64 = 39_000;
@@ -131,8 +132,7 @@ pub fn run(options: &Options) -> Result<StepSize, Error> {
         Against::Soft,
         &Release {
             preload_torque_nm: design.lever.preload_torque_nm,
-            angle_rad: options.angle_rad,
-            velocity_rad_s: options.velocity_rad_s,
+            start: State::new(options.angle_rad, options.velocity_rad_s),
             duration_s,
             rate_hz: 1000.0 / period,
         },
@@ -146,11 +146,11 @@ pub fn run(options: &Options) -> Result<StepSize, Error> {
     let entry_speed_rad_s = exact.impacts.first().map_or(1.0, |impact| -impact[1]);
     let right_ratio = FreeContact::new(design, design.lever.preload_torque_nm)
         .and_then(|contact| contact.exit(entry_speed_rad_s))
-        .map(|(_, speed)| speed / entry_speed_rad_s);
+        .map(|exit| exit.speed_rad_s / entry_speed_rad_s);
     let mut scan = Vec::new();
     for index in 0..options.points {
         let share = f64::from(index) / f64::from(options.points - 1);
-        let steps = SCAN.0 * libm::pow(SCAN.1 / SCAN.0, share);
+        let steps = SCAN.low * libm::pow(SCAN.high / SCAN.low, share);
         scan.push(one_step(
             design,
             steps,
@@ -180,7 +180,7 @@ fn silence(length_s: f64) -> Result<Signal, Error> {
     })
 }
 
-fn fixed(step_s: f64, initial: (f64, f64)) -> RunOptions {
+fn fixed(step_s: f64, initial: State) -> RunOptions {
     RunOptions {
         // The step replaces the steps per natural period.
         method: Method::Rk4 {
@@ -202,12 +202,12 @@ fn one_run(
 ) -> Result<FixedStepRun, Error> {
     let design = &options.design;
     let step_s = TAU / (options.angular_frequency_rad_s * f64::from(steps_per_period));
-    let start = (options.angle_rad, options.velocity_rad_s);
+    let start = State::new(options.angle_rad, options.velocity_rad_s);
     let outcome = replay::run(&silence(duration_s)?, design, &fixed(step_s, start))?;
     let mut trace = vec![TracePoint {
         time_s: 0.0,
-        angle_rad: start.0,
-        velocity_rad_s: start.1,
+        angle_rad: start.angle_rad,
+        velocity_rad_s: start.velocity_rad_s,
     }];
     trace.extend(outcome.trace);
     let every_step = u64::from(steps_per_period) * u64::from(options.periods) <= KEPT_STEPS;
@@ -273,7 +273,7 @@ fn one_step(
         let angle = (f64::from(phase) + 0.5) / f64::from(PHASES) * step_s * speed;
         // To the stop, one and a half contacts, and a few steps to see the exit.
         let length = angle / speed + 1.5 * std::f64::consts::PI / frequency + 4.0 * step_s;
-        let start = (angle, -speed);
+        let start = State::new(angle, -speed);
         let outcome = replay::run(&silence(length)?, design, &fixed(step_s, start))?;
         let mut trace = vec![TracePoint {
             time_s: 0.0,

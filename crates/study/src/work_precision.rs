@@ -14,6 +14,7 @@ use latchgate_kernel::replay::{self, Method, RunOptions, RunOutcome};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
+use latchgate_report::plot::chart::Point;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -234,7 +235,7 @@ fn orders(bench: &TimedCase<'_>, out: &mut Vec<Headline>) -> Result<(), Error> {
             };
             let steps = method.steps_per_period().unwrap_or_default();
             let step_s = replay::fixed_step_s(&bench.options.design, steps);
-            points.push((step_s, error.abs()));
+            points.push(Point::new(step_s, error.abs()));
         }
         let what = if at_end { "angle at the end" } else { "peak" };
         let name = method(coarsest).name();

@@ -11,6 +11,7 @@ use super::runs::RunSetup;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::Method;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::STANDARD_GRAVITY;
@@ -46,7 +47,7 @@ pub(super) fn bound(
     let reading = setup.readings.own()?;
     // What holds the lever is scaled down, what opens it up.
     let (up, down) = (loosest.scale, 2.0 - loosest.scale);
-    let least = |(low, high): (f64, f64)| {
+    let least = |Range { low, high }: Range| {
         let opening = (sign * low).min(sign * high);
         (up * opening).min(down * opening) + sign * loosest.bias_m_s2
     };
@@ -61,7 +62,7 @@ pub(super) fn bound(
         return Ok(Some(Bound::NeverLifts));
     };
     let interval = reading.signal().rate.interval().seconds();
-    let strongest = |(low, high): &(f64, f64)| {
+    let strongest = |Range { low, high }: &Range| {
         loosest.scale.abs() * low.abs().max(high.abs()) + loosest.bias_m_s2.abs()
     };
     let impulse = interval * ranges[first..].iter().map(strongest).sum::<f64>();

@@ -24,6 +24,7 @@ pub mod quality;
 pub mod resample;
 pub mod spectrum;
 
+use latchgate_kernel::range::Window;
 use latchgate_kernel::units::{STANDARD_GRAVITY, SampleRate, plain};
 use latchgate_recording::error::{Error, ErrorKind, Place};
 use latchgate_recording::{Channel, Finding};
@@ -41,8 +42,8 @@ pub use quality::SlowClock;
 pub enum BiasWindow {
     /// All samples at t ≤ −1 ms if they span at least 5 ms; else none, with a warning.
     PreEvent,
-    /// The samples from the first to the second instant [s], both included.
-    Window(f64, f64),
+    /// The samples in a window, both ends included.
+    Window(Window),
     /// None is removed.
     None,
 }
@@ -198,8 +199,8 @@ pub struct Conditioned {
     pub bias_standard_error_m_s2: f64,
     /// Samples in the bias window; 0 if none.
     pub bias_samples: usize,
-    /// First and last instant of the bias window [s].
-    pub bias_window_s: Option<(f64, f64)>,
+    /// The bias window, from its first to its last sample.
+    pub bias_window_s: Option<Window>,
     /// White noise of the raw samples.
     pub noise: Noise,
     /// Class applied.
@@ -387,7 +388,7 @@ fn from_raw(
         bias_samples: bias.window.map_or(0, |(_, count)| count),
         bias_window_s: bias
             .window
-            .map(|(first, count)| (raw.time_s(first), raw.time_s(first + count - 1))),
+            .map(|(first, count)| Window::new(raw.time_s(first), raw.time_s(first + count - 1))),
         noise,
         raw,
         used,
@@ -453,15 +454,15 @@ fn resampled_and_filtered(
     }
 }
 
-/// Returns the value of largest magnitude and its time [s]; the first of equals.
-pub fn peak(signal: &Signal) -> Option<(f64, f64)> {
+/// Returns the index of the sample of largest magnitude; the first of equals.
+pub fn peak(signal: &Signal) -> Option<usize> {
     let mut largest: Option<(usize, f64)> = None;
     for (index, value) in signal.samples.iter().enumerate() {
         if largest.is_none_or(|(_, most)| value.abs() > most.abs()) {
             largest = Some((index, *value));
         }
     }
-    largest.map(|(index, value)| (value, signal.time_s(index)))
+    largest.map(|(index, _)| index)
 }
 
 /// Returns a signal with its bias [m/s²] removed.
@@ -548,7 +549,8 @@ fn filter_padding_s(signal: &Signal) -> f64 {
 }
 
 fn peak_near_end(signal: &Signal, padding_s: f64, why: &str) -> Option<Finding> {
-    let (value, time_s) = peak(signal).filter(|(value, _)| value.abs() > 0.0)?;
+    let peak = peak(signal).filter(|peak| signal.samples[*peak].abs() > 0.0)?;
+    let (value, time_s) = (signal.samples[peak], signal.time_s(peak));
     // Half an interval keeps a peak at exactly one padding from an end outside.
     let reach_s = padding_s - 0.5 * signal.rate.interval().seconds();
     let inside = time_s - signal.start_s < reach_s || signal.end_s() - time_s < reach_s;

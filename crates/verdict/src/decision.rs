@@ -105,8 +105,8 @@ pub struct PeakEstimate {
     pub peak_angle_rad: f64,
     /// U of the peak [rad].
     pub uncertainty_rad: f64,
-    /// Largest angle after the window and its error [rad]; `None` without a coast.
-    pub coast_rad: Option<(f64, f64)>,
+    /// Largest angle after the window, its error on top [rad]; `None` without a coast.
+    pub coast_at_most_rad: Option<f64>,
     /// The method could follow the lever: else the numbers above mean nothing.
     pub followed: bool,
     /// The method bounds its error; one that only estimates it decides no pass.
@@ -119,8 +119,8 @@ impl PeakEstimate {
     }
 
     fn coast_stays_below(&self, threshold_rad: f64) -> bool {
-        self.coast_rad
-            .is_none_or(|(coast, error)| coast + error <= threshold_rad)
+        self.coast_at_most_rad
+            .is_none_or(|coast| coast <= threshold_rad)
     }
 
     fn exceeds(&self, threshold_rad: f64) -> bool {
@@ -257,9 +257,9 @@ impl VariantRun {
         PeakEstimate {
             peak_angle_rad: run.peak_angle_rad,
             uncertainty_rad: self.uncertainty_rad(),
-            coast_rad: run
+            coast_at_most_rad: run
                 .coast_peak_angle_rad
-                .map(|coast| (coast, self.coast_uncertainty_rad())),
+                .map(|coast| coast + self.coast_uncertainty_rad()),
             followed: !self.outcome.broke_down,
             bounded: run.error.is_bound(),
         }

@@ -20,7 +20,7 @@ pub use bounds::LOOKS;
 use draw::TRUNCATION;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::lever::Lever;
-use latchgate_kernel::model::parameters::{PARAMETERS, Range, Slot};
+use latchgate_kernel::model::parameters::{Condition, PARAMETERS, Slot};
 use latchgate_kernel::model::stop::{Stop, StopModel};
 use latchgate_kernel::replay::MethodKind;
 use latchgate_kernel::replay::batch::Member;
@@ -386,7 +386,7 @@ impl Scatter {
                 Slot::Stop(field) => field(&mut member.stop),
                 Slot::InputScale | Slot::InputBias | Slot::Threshold => continue,
             };
-            *value = parameter.range.hold(*value);
+            *value = parameter.condition.hold(*value);
         }
         member.stop.follow_restitution(&self.stop, &self.lever);
         member
@@ -407,11 +407,11 @@ pub fn check(design: &Design) -> Result<(), Error> {
         return Err(refused("input.scale", "less than 1/3", scale));
     }
     for parameter in PARAMETERS {
-        if !parameter.has_tolerance() || parameter.range == Range::Ratio {
+        if !parameter.has_tolerance() || parameter.condition == Condition::Ratio {
             continue;
         }
         let nominal = design.value(parameter);
-        let may_vanish = parameter.range == Range::NotNegative;
+        let may_vanish = parameter.condition == Condition::NotNegative;
         let deviation = design.deviation(parameter).unwrap_or(0.0);
         // A third that is written with 16 digits may exceed a third by rounding.
         let least = nominal - TRUNCATION * deviation;

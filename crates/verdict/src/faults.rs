@@ -2,6 +2,7 @@
 
 use super::wording::instant;
 use crate::conditioning::{Cfc, Conditioned, FilterStandard, cfc, resample};
+use latchgate_kernel::range::Window;
 use latchgate_recording::{Finding, Severity};
 
 /// Length of a filter's reach by its design frequency [-].
@@ -39,7 +40,7 @@ impl Faults {
         conditioned: &Conditioned,
         filter: Option<Cfc>,
         findings: &[Finding],
-        window_s: Option<(f64, f64)>,
+        window: Option<Window>,
     ) -> Self {
         let resampled_s = if conditioned.resample_hz.is_some() {
             resample::end_padding_s(conditioned.raw.rate, conditioned.used.rate)
@@ -50,7 +51,7 @@ impl Faults {
         let bias_end_s = conditioned
             .bias_window_s
             .filter(|_| conditioned.bias_samples > 0)
-            .map(|(_, end)| end);
+            .map(|window| window.until_s);
         let mut faults = Self {
             first_bad: None,
             late: None,
@@ -65,7 +66,7 @@ impl Faults {
             let at = finding.at_s.unwrap_or(f64::NEG_INFINITY);
             // A bias taken from bad samples spoils every sample that it was removed from.
             let spoils_all = bias_end_s.is_some_and(|end| at <= end);
-            let end = window_s.map_or(f64::INFINITY, |(_, end)| end);
+            let end = window.map_or(f64::INFINITY, |window| window.until_s);
             if spoils_all || at - reach_s <= end {
                 let bad = if spoils_all { f64::NEG_INFINITY } else { at };
                 faults.first_bad = earliest(faults.first_bad, bad);

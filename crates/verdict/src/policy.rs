@@ -3,7 +3,8 @@
 use crate::conditioning::Between;
 use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::stop::{Stop, StopModel};
-use latchgate_kernel::replay::Method;
+use latchgate_kernel::range::Window;
+use latchgate_kernel::replay::{Method, State};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::Limits;
 
@@ -74,7 +75,7 @@ pub struct Policy {
     /// Initial angular velocity [rad/s]; `None` for rest.
     pub initial_velocity_rad_s: Option<f64>,
     /// Judged window [s].
-    pub window_s: Option<(f64, f64)>,
+    pub window_s: Option<Window>,
     /// Largest ensemble; 0 for nominal runs alone.
     pub members: u32,
     /// Seed of the ensemble.
@@ -114,14 +115,9 @@ impl Policy {
             .collect()
     }
 
-    /// The initial angle [rad] and velocity [rad/s] asked for, what is left open being that of
-    /// rest on the stop; `None` if all of it is.
-    pub(crate) fn initial(
-        &self,
-        model: StopModel,
-        stop: &Stop,
-        lever: &Lever,
-    ) -> Option<(f64, f64)> {
+    /// The initial state asked for, what is left open being that of rest on the stop; `None` if all
+    /// of it is.
+    pub(crate) fn initial(&self, model: StopModel, stop: &Stop, lever: &Lever) -> Option<State> {
         if self.initial_angle_rad.is_none() && self.initial_velocity_rad_s.is_none() {
             return None;
         }
@@ -129,7 +125,7 @@ impl Policy {
             StopModel::Rigid => 0.0,
             StopModel::Soft => stop.rest_angle_rad(lever),
         };
-        Some((
+        Some(State::new(
             self.initial_angle_rad.unwrap_or_else(rest),
             self.initial_velocity_rad_s.unwrap_or(0.0),
         ))

@@ -5,6 +5,7 @@ use super::policy::{Polarity, Policy};
 use super::wording::{degrees, instant};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::{Range, Window};
 use latchgate_kernel::replay::Method;
 use latchgate_kernel::units::{SampleInterval, plain, short};
 use latchgate_recording::Finding;
@@ -21,19 +22,22 @@ pub(super) fn crossing_outside_window(at_s: f64) -> Finding {
     .at(at_s)
 }
 
-/// Returns the finding of a window [s] that ends far behind a record that ends at `end_s`, as one in
+/// Returns the finding of a window that ends far behind a record that ends at `end_s`, as one in
 /// milliseconds does.
-pub(super) fn window_in_milliseconds((from_s, to_s): (f64, f64), end_s: f64) -> Option<Finding> {
+pub(super) fn window_in_milliseconds(
+    Window { from_s, until_s }: Window,
+    end_s: f64,
+) -> Option<Finding> {
     /// A window that only takes the rest of the record along ends nearer.
     const FAR_TIMES: f64 = 10.0;
     /// How far in milliseconds it may end behind the record all the same.
     const NEAR_TIMES: f64 = 2.0;
-    let as_milliseconds = to_s / 1e3 <= NEAR_TIMES * end_s;
-    (to_s > FAR_TIMES * end_s && as_milliseconds).then(|| {
-        let (from, to, end) = (short(from_s / 1e3, 6), short(to_s / 1e3, 6), short(end_s, 3));
+    let as_milliseconds = until_s / 1e3 <= NEAR_TIMES * end_s;
+    (until_s > FAR_TIMES * end_s && as_milliseconds).then(|| {
+        let (from, to, end) = (short(from_s / 1e3, 6), short(until_s / 1e3, 6), short(end_s, 3));
         let text = format!(
             "The window ends at {} s, the record at {end} s. If milliseconds are meant, state the setting `window` = {from}..{to}.",
-            short(to_s, 6)
+            short(until_s, 6)
         );
         Finding::warning("window-in-milliseconds", text)
     })
@@ -113,7 +117,7 @@ fn implausible(design: &Design) -> Vec<Finding> {
     let of_each = design.implausible();
     of_each
         .map(|(parameter, value)| {
-            let (low, high) = parameter.plausible;
+            let Range { low, high } = parameter.plausible;
             let unit = match parameter.unit {
                 "1" => String::new(),
                 unit => format!(" {unit}"),

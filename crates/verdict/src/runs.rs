@@ -11,7 +11,7 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, MemberOf, MemberPeak};
-use latchgate_kernel::replay::{self, Breakdown, Method, Run, RunOptions, RunOutcome};
+use latchgate_kernel::replay::{self, Breakdown, Method, Run, RunOptions, RunOutcome, State};
 use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
@@ -54,7 +54,7 @@ impl RunSetup<'_> {
         self.design.criterion.threshold_rad
     }
 
-    pub(crate) fn initial(&self, model: StopModel) -> Option<(f64, f64)> {
+    pub(crate) fn initial(&self, model: StopModel) -> Option<State> {
         let Design { stop, lever, .. } = self.design;
         self.policy.initial(model, stop, lever)
     }

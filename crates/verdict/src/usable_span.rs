@@ -2,6 +2,7 @@
 
 use super::Answer;
 use super::faults::Faults;
+use latchgate_kernel::range::Window;
 use latchgate_kernel::signal::Signal;
 use latchgate_recording::error::Error;
 
@@ -44,9 +45,9 @@ impl UsableSpan {
 /// [`OutOfRange`](latchgate_kernel::error::Error::OutOfRange) for a window that holds fewer than two samples.
 pub(crate) fn window_samples(
     signal: &Signal,
-    window_s: Option<(f64, f64)>,
+    window: Option<Window>,
 ) -> Result<Option<SampleSpan>, Error> {
-    let Some((from, to)) = window_s else {
+    let Some(Window { from_s, until_s }) = window else {
         return Ok(None);
     };
     let rate = signal.rate.hertz();
@@ -54,8 +55,8 @@ pub(crate) fn window_samples(
     // A millionth of a sample absorbs the rounding of a bound that was meant to hit a sample.
     let place = |time: f64| (time - signal.start_s) * rate;
     let last = count as f64 - 1.0;
-    let first_index = (place(from) - 1e-6).ceil().max(0.0);
-    let last_index = (place(to) + 1e-6).floor().min(last);
+    let first_index = (place(from_s) - 1e-6).ceil().max(0.0);
+    let last_index = (place(until_s) + 1e-6).floor().min(last);
     if first_index.is_nan() || last_index.is_nan() || first_index >= last_index {
         return Err(Error::out_of_range(
             "window [s]",
@@ -64,7 +65,7 @@ pub(crate) fn window_samples(
                 signal.start_s,
                 signal.end_s()
             ),
-            format!("{from}..{to}"),
+            format!("{from_s}..{until_s}"),
         ));
     }
     Ok(Some((first_index as usize, last_index as usize)))

@@ -1,12 +1,13 @@
 //! `latchgate study basins`.
 
 use super::analysis::{Analysis, Session, StudyAnswer};
-use super::sweep::{self, SineArguments, ValueSpan};
+use super::sweep::{self, SineArguments};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
 use clap::Args;
 use latchgate_kernel::model::Design;
+use latchgate_kernel::range::Range;
 use latchgate_study::basins;
 use latchgate_study::chart;
 use serde_json::json;
@@ -28,10 +29,10 @@ pub struct Arguments {
     pub amplitude: f64,
     /// Initial angles [rad]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "0..1", allow_hyphen_values = true)]
-    pub angle: ValueSpan,
+    pub angle: Range,
     /// Initial angular velocities [rad/s]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_range, default_value = "-20..20", allow_hyphen_values = true)]
-    pub velocity: ValueSpan,
+    pub velocity: Range,
     /// Initial states: angles × velocities
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "200x200", allow_hyphen_values = true)]
     pub grid: (u32, u32),
@@ -46,8 +47,8 @@ impl Analysis for Arguments {
         let base = |stop| basins::Options {
             forced: sweep::forced(design, stop, self.sine.gravity, self.sine.omega),
             amplitude_g: self.amplitude,
-            angle_rad: self.angle.ends(),
-            velocity_rad_s: self.velocity.ends(),
+            angle_rad: self.angle,
+            velocity_rad_s: self.velocity,
             grid: self.grid,
             transient: self.transient,
         };

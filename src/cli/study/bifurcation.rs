@@ -1,12 +1,13 @@
 //! `latchgate study bifurcation`.
 
 use super::analysis::{Analysis, Session, StudyAnswer};
-use super::sweep::{self, SineArguments, StartArguments, ValueSpan};
+use super::sweep::{self, SineArguments, StartArguments};
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
 use clap::{Args, ValueEnum};
 use latchgate_kernel::model::Design;
+use latchgate_kernel::range::Range;
 use latchgate_study::bifurcation::{self, Sweep};
 use latchgate_study::chart;
 use serde_json::json;
@@ -25,7 +26,7 @@ pub struct Arguments {
     pub sine: SineArguments,
     /// Amplitudes [g]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitudes, default_value = "0..5", allow_hyphen_values = true)]
-    pub amplitude: ValueSpan,
+    pub amplitude: Range,
     /// Number of amplitudes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000), default_value_t = 500, allow_hyphen_values = true)]
     pub points: u32,
@@ -63,7 +64,7 @@ impl Analysis for Arguments {
         let initial = self.start.state(&stops)?;
         let base = |stop| bifurcation::Options {
             forced: sweep::forced(design, stop, self.sine.gravity, self.sine.omega),
-            amplitudes_g: self.amplitude.ends(),
+            amplitudes_g: self.amplitude,
             points: self.points,
             transient: self.transient,
             periods: self.periods,

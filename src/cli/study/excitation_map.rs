@@ -1,13 +1,14 @@
 //! `latchgate study excitation-map`.
 
 use super::analysis::{Analysis, Session, StudyAnswer};
-use super::sweep::{self, ValueSpan};
+use super::sweep;
 use crate::cli::failure::Failure;
 use crate::cli::options::StudyCommon;
 use crate::cli::values::ModelArgument;
 use clap::Args;
 use latchgate_document::request::parse_positive;
 use latchgate_kernel::model::Design;
+use latchgate_kernel::range::Range;
 use latchgate_study::chart;
 use latchgate_study::excitation_map;
 use serde_json::json;
@@ -23,10 +24,10 @@ pub struct Arguments {
     pub model: ModelArgument,
     /// Amplitudes [g]
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_amplitude_range, default_value = "0..10", allow_hyphen_values = true)]
-    pub amplitude: ValueSpan,
+    pub amplitude: Range,
     /// Angular frequencies [rad/s], on a logarithmic scale
     #[arg(long, value_name = "LO..HI", value_parser = sweep::parse_frequencies, default_value = "5..1000", allow_hyphen_values = true)]
-    pub omega: ValueSpan,
+    pub omega: Range,
     /// Amplitudes × frequencies
     #[arg(long, value_name = "NxM", value_parser = sweep::parse_grid, default_value = "100x160", allow_hyphen_values = true)]
     pub grid: (u32, u32),
@@ -43,8 +44,8 @@ impl Analysis for Arguments {
         let stops = self.model.stops();
         let base = |stop| excitation_map::Options {
             forced: sweep::forced(design, stop, self.gravity, self.omega.low),
-            amplitudes_g: self.amplitude.ends(),
-            angular_frequencies_rad_s: self.omega.ends(),
+            amplitudes_g: self.amplitude,
+            angular_frequencies_rad_s: self.omega,
             grid: self.grid,
             periods: self.periods,
         };

@@ -35,12 +35,12 @@ pub struct Arguments {
 
 impl Analysis for Arguments {
     fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
-        let (angle_rad, velocity_rad_s) = start(self.phi0, self.omega0, &self.model.stops())?;
+        let start = start(self.phi0, self.omega0, &self.model.stops())?;
         let options = free_vibration::Options {
             design: design.clone(),
             models: self.model.stops(),
-            angle_rad,
-            velocity_rad_s,
+            angle_rad: start.angle_rad,
+            velocity_rad_s: start.velocity_rad_s,
             periods: self.periods,
         };
         let result = free_vibration::run(&options).map_err(Failure::Data)?;

@@ -8,6 +8,7 @@ use crate::cli::values::ModelArgument;
 use clap::Args;
 use latchgate_document::request::{parse_phi0, parse_positive, parse_velocity};
 use latchgate_kernel::model::Design;
+use latchgate_kernel::replay::State;
 use latchgate_study::chart;
 use latchgate_study::files::StudyTable;
 use latchgate_study::histories;
@@ -51,7 +52,7 @@ impl Analysis for Arguments {
             Some(angle) => vec![start(angle, self.omega0, &self.model.stops())?],
             None => histories::STARTS
                 .iter()
-                .map(|(angle, _)| (*angle, self.omega0))
+                .map(|start| State::new(start.angle_rad, self.omega0))
                 .collect(),
         };
         let options = histories::Options {

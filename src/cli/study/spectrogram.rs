@@ -52,7 +52,7 @@ fn parse_window(text: &str) -> Result<f64, String> {
 
 impl Analysis for Arguments {
     fn run(&self, design: &Design, _session: &Session) -> Result<StudyAnswer, Failure> {
-        let (angle_rad, velocity_rad_s) = start(self.phi0, self.omega0, &[self.model.stop()])?;
+        let start = start(self.phi0, self.omega0, &[self.model.stop()])?;
         if self.window >= self.periods {
             return Err(Failure::Usage(Error::out_of_range(
                 "--window [natural periods]",
@@ -63,8 +63,8 @@ impl Analysis for Arguments {
         let options = spectrogram::Options {
             design: design.clone(),
             model: self.model.stop(),
-            angle_rad,
-            velocity_rad_s,
+            angle_rad: start.angle_rad,
+            velocity_rad_s: start.velocity_rad_s,
             periods: self.periods,
             window_periods: self.window,
         };

@@ -5,8 +5,10 @@ use clap::Args;
 use latchgate_document::request::{parse_finite, parse_phi0, parse_positive, parse_velocity};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
+use latchgate_kernel::replay::State;
 use latchgate_recording::error::Error;
-use latchgate_study::orbit::{ForcedLever, PhasePoint};
+use latchgate_study::orbit::ForcedLever;
 
 /// Frequency, gravity and initial state.
 #[derive(Debug, Clone, Args)]
@@ -32,7 +34,7 @@ pub struct StartArguments {
 
 impl StartArguments {
     /// Returns the initial state, which every one of `stops` admits; `None` for rest.
-    pub(super) fn state(&self, stops: &[StopModel]) -> Result<Option<PhasePoint>, Failure> {
+    pub(super) fn state(&self, stops: &[StopModel]) -> Result<Option<State>, Failure> {
         if self.phi0.is_none() && self.omega0.is_none() {
             return Ok(None);
         }
@@ -51,45 +53,19 @@ pub(super) fn forced(design: &Design, stop: StopModel, gravity: f64, omega: f64)
     }
 }
 
-/// A value, or from one to another.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ValueSpan {
-    /// The lower.
-    pub low: f64,
-    /// The upper; the same for a single value.
-    pub high: f64,
-}
-
-impl ValueSpan {
-    /// Returns both ends.
-    pub(super) fn ends(self) -> (f64, f64) {
-        (self.low, self.high)
-    }
-}
-
-impl std::fmt::Display for ValueSpan {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.low < self.high {
-            write!(f, "{}..{}", self.low, self.high)
-        } else {
-            write!(f, "{}", self.low)
-        }
-    }
-}
-
 /// Reads `A` or `LO..HI`.
-pub(super) fn parse_span(text: &str) -> Result<ValueSpan, String> {
+pub(super) fn parse_span(text: &str) -> Result<Range, String> {
     let (low, high) = text.split_once("..").unwrap_or((text, text));
     let (low, high) = (parse_finite(low)?, parse_finite(high)?);
     if low <= high {
-        Ok(ValueSpan { low, high })
+        Ok(Range { low, high })
     } else {
         Err("LO must not lie above HI in LO..HI".into())
     }
 }
 
 /// As [`parse_span`], two different numbers.
-pub(super) fn parse_range(text: &str) -> Result<ValueSpan, String> {
+pub(super) fn parse_range(text: &str) -> Result<Range, String> {
     parse_span(text).and_then(|span| {
         if span.low < span.high {
             Ok(span)
@@ -103,7 +79,7 @@ pub(super) fn parse_range(text: &str) -> Result<ValueSpan, String> {
 const AMPLITUDE_MAX_G: f64 = 50_000.0;
 
 /// As [`parse_span`], from 0 or above.
-pub(super) fn parse_amplitudes(text: &str) -> Result<ValueSpan, String> {
+pub(super) fn parse_amplitudes(text: &str) -> Result<Range, String> {
     parse_span(text).and_then(|span| {
         if span.low >= 0.0 && span.high <= AMPLITUDE_MAX_G {
             Ok(span)
@@ -127,12 +103,12 @@ pub(super) fn parse_positive_amplitude(text: &str) -> Result<f64, String> {
 }
 
 /// As [`parse_amplitudes`], two different numbers.
-pub(super) fn parse_amplitude_range(text: &str) -> Result<ValueSpan, String> {
+pub(super) fn parse_amplitude_range(text: &str) -> Result<Range, String> {
     parse_range(text).and_then(|_| parse_amplitudes(text))
 }
 
 /// As [`parse_range`], above 0.
-pub(super) fn parse_frequencies(text: &str) -> Result<ValueSpan, String> {
+pub(super) fn parse_frequencies(text: &str) -> Result<Range, String> {
     parse_range(text).and_then(|span| {
         if span.low > 0.0 {
             Ok(span)
@@ -159,7 +135,7 @@ pub(super) fn parse_grid(text: &str) -> Result<(u32, u32), String> {
 }
 
 /// Returns an initial state that every one of `stops` admits.
-pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<(f64, f64), Failure> {
+pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<State, Failure> {
     if phi0 < 0.0 && stops.contains(&StopModel::Rigid) {
         return Err(Failure::Usage(Error::out_of_range(
             "--phi0 [rad]",
@@ -167,7 +143,7 @@ pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<(f64,
             phi0.to_string(),
         )));
     }
-    Ok((phi0, omega0))
+    Ok(State::new(phi0, omega0))
 }
 
 /// Most natural periods that a free motion is followed for.

@@ -5,6 +5,7 @@ use latchgate::pipeline::{
     Control, DecisionRow, Design, Document, Extras, Limits, Prepared, Request, Source,
 };
 use latchgate_document::design_file::apply_override;
+use latchgate_kernel::range::Range;
 use latchgate_verdict::Answer;
 use std::fmt::Write as _;
 
@@ -117,7 +118,7 @@ fn check(row: &DecisionRow, document: &Document, what: &str) {
     let share = document.ensemble.as_ref();
     assert_eq!(
         row.share,
-        share.map(|one| (one.p_lower, one.p_upper)),
+        share.map(|one| Range::new(one.p_lower, one.p_upper)),
         "{what}"
     );
 }

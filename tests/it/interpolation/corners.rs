@@ -5,6 +5,7 @@
 
 use super::{Formula, Scene, Shown, judge, look_at, scenes_wanted};
 use crate::support::Random;
+use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::{self, RunOptions};
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 use latchgate_verdict::conditioning::{
@@ -155,7 +156,7 @@ fn verif_corners_come_through_filter_and_resampling() {
         (FilterChoice::Class(Cfc::Cfc60), standards[1], Some(2e3)),
     ] {
         let options = ConditioningOptions {
-            bias: BiasWindow::Window(0.0, 0.01),
+            bias: BiasWindow::Window(Window::new(0.0, 0.01)),
             filter,
             filter_standard,
             resample_hz,

@@ -6,7 +6,8 @@ use super::{
 };
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
-use latchgate_kernel::replay::Section;
+use latchgate_kernel::range::Range;
+use latchgate_kernel::replay::{Section, State};
 use latchgate_study::attractor;
 use latchgate_study::basins::{self, Basins};
 use latchgate_study::bifurcation::{self, Diagram, Sweep};
@@ -15,11 +16,11 @@ use latchgate_study::excitation_map;
 fn diagram(stop: StopModel, doublings: u32) -> bifurcation::Options {
     bifurcation::Options {
         forced: forced(stop, 100.0),
-        amplitudes_g: (0.9, 1.7),
+        amplitudes_g: Range::new(0.9, 1.7),
         points: 17,
         transient: 60,
         periods: 12,
-        initial: Some((0.07, 2.7)),
+        initial: Some(State::new(0.07, 2.7)),
         sweep: Sweep::None,
         doublings,
     }
@@ -27,7 +28,7 @@ fn diagram(stop: StopModel, doublings: u32) -> bifurcation::Options {
 
 fn ensemble() -> attractor::Options {
     attractor::Options {
-        amplitudes_g: (2.4, 2.6),
+        amplitudes_g: Range::new(2.4, 2.6),
         points: 12,
         compared_steps: Some(200),
         ..one_amplitude(forced(StopModel::Rigid, 100.0), 0.0, 20, 20)
@@ -37,8 +38,8 @@ fn ensemble() -> attractor::Options {
 fn map() -> excitation_map::Options {
     excitation_map::Options {
         forced: forced(StopModel::Soft, 1.0),
-        amplitudes_g: (0.0, 6.0),
-        angular_frequencies_rad_s: (20.0, 200.0),
+        amplitudes_g: Range::new(0.0, 6.0),
+        angular_frequencies_rad_s: Range::new(20.0, 200.0),
         grid: (8, 6),
         periods: 5,
     }
@@ -81,9 +82,9 @@ fn prop_threads_change_no_basin_of_chaos() {
     });
 }
 
-fn swept(stop: StopModel, sweep: Sweep, initial: Option<(f64, f64)>) -> Diagram {
+fn swept(stop: StopModel, sweep: Sweep, initial: Option<State>) -> Diagram {
     let options = bifurcation::Options {
-        amplitudes_g: (0.3, 1.5),
+        amplitudes_g: Range::new(0.3, 1.5),
         points: 61,
         initial,
         sweep,
@@ -101,7 +102,7 @@ fn val_a_sweep_carries_the_state_along() {
         (StopModel::Soft, 0.415_660_115_4),
         (StopModel::Rigid, 0.418_637_738_2),
     ] {
-        let down = swept(stop, Sweep::Down, Some((0.075, 3.4)));
+        let down = swept(stop, Sweep::Down, Some(State::new(0.075, 3.4)));
         assert!(down.columns.is_sorted_by_key(|c| c.amplitude_g.to_bits()));
         for column in &down.columns {
             let moves = column.peak_angle_rad > 0.05;
@@ -139,13 +140,13 @@ fn check_followed(found: &Basins) {
             continue;
         }
         let row = found.rows()[index];
-        let start = (row.angle_rad, row.angular_velocity_rad_s);
+        let start = State::new(row.angle_rad, row.angular_velocity_rad_s);
         let mut strobe = forced.strobe(options.amplitude_g, Some(start)).unwrap();
         for _ in 0..options.transient {
             strobe.advance().unwrap();
         }
         let section: Section = strobe.advance().unwrap();
-        let state = (section.angle_rad, section.velocity_rad_s);
+        let state = section.state();
         let reached = if section.peak_angle_rad <= 1e-9 {
             Some(0)
         } else {
@@ -242,7 +243,7 @@ fn calm(control: &Control<'_>) -> Basins {
 #[test]
 fn regress_a_branch_is_found_once_and_whole() {
     let options = bifurcation::Options {
-        amplitudes_g: (0.4, 2.0),
+        amplitudes_g: Range::new(0.4, 2.0),
         points: 33,
         initial: None,
         transient: 500,

@@ -2,6 +2,7 @@
 //! samples carry it to where the finding does not say it is.
 
 use super::*;
+use latchgate_kernel::range::Window;
 use latchgate_verdict::conditioning::cfc::{CfcFilter, design_frequency_hz};
 use latchgate_verdict::conditioning::{Cfc, FilterStandard};
 
@@ -23,7 +24,7 @@ fn filtered(signal: &Signal, class: Cfc) -> Conditioned {
 fn judged(
     conditioned: &Conditioned,
     at_s: f64,
-    window_s: Option<(f64, f64)>,
+    window_s: Option<Window>,
     design: &Design,
 ) -> Assessment {
     let own = Policy {
@@ -81,14 +82,15 @@ fn regress_a_fault_just_after_the_window_reaches_into_it() {
         }
     }
     let class = Cfc::Cfc60;
-    let window = Some((-0.01, 0.0025));
+    let window = Some(Window::new(-0.01, 0.0025));
     let (wrong, right) = (filtered(&faulty, class), filtered(&sound, class));
     let last = 525;
     let change = (wrong.used.samples[last] - right.used.samples[last]).abs() / G;
     assert!(change > 3.0, "{change} g inside the window");
     let answer = |reach: bool| {
         let end = if reach { 0.0025 } else { fault_s - 0.0125 };
-        judged(&wrong, fault_s, Some((-0.045, end)), &Design::reference())
+        let window = Some(Window::new(-0.045, end));
+        judged(&wrong, fault_s, window, &Design::reference())
     };
     let near = answer(true);
     assert_eq!(near.answer, Answer::Unusable, "{:?}", near.why);
@@ -124,7 +126,8 @@ fn verif_a_fault_counts_as_far_as_its_filter_reaches() {
             (end + 0.999 * reach, Answer::Unusable),
             (end + 1.001 * reach, Answer::Pass),
         ] {
-            let found = judged(&used, at_s, Some((-0.01, end)), &Design::reference());
+            let window = Some(Window::new(-0.01, end));
+            let found = judged(&used, at_s, window, &Design::reference());
             assert_eq!(found.answer, expected, "{class:?} {at_s}");
         }
     }
@@ -167,11 +170,11 @@ fn verif_a_crossing_before_the_fault_fails_whatever_the_filter() {
 /// A bias that was taken from bad samples spoils those before the fault as well.
 #[test]
 fn regress_a_bias_taken_after_the_fault_spoils_all() {
-    let window = Some((-0.01, 0.1));
+    let window = Some(Window::new(-0.01, 0.1));
     let of = |bias_end_s: f64| {
         let conditioned = Conditioned {
             bias_samples: 100,
-            bias_window_s: Some((bias_end_s - 0.01, bias_end_s)),
+            bias_window_s: Some(Window::new(bias_end_s - 0.01, bias_end_s)),
             ..as_recorded(samples(weak))
         };
         judged(&conditioned, 0.15, window, &Design::reference())
@@ -193,7 +196,7 @@ fn verif_the_filter_table_counts_each_filters_own_reach() {
     let end = 0.1;
     let at_s = end + 0.005;
     let own = Policy {
-        window_s: Some((-0.01, end)),
+        window_s: Some(Window::new(-0.01, end)),
         ..options(RIGID, NEGATIVE)
     };
     let found = assess(

@@ -3,6 +3,7 @@
 
 use super::ensemble::short_pulse;
 use super::*;
+use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions};
 use latchgate_verdict::ensemble::Scatter;
 
@@ -133,9 +134,9 @@ fn verif_the_short_question_counts_faults_windows_and_coast_alike() {
         for members in [0, 128] {
             for window_s in [
                 None,
-                Some((0.0, 0.012)),
-                Some((0.0, 0.03)),
-                Some((0.03, 0.06)),
+                Some(Window::new(0.0, 0.012)),
+                Some(Window::new(0.0, 0.03)),
+                Some(Window::new(0.03, 0.06)),
             ] {
                 for at_s in [None, Some(-1.0), Some(0.01), Some(0.02), Some(0.05)] {
                     for with_fault in [false, true] {
@@ -173,7 +174,7 @@ fn verif_the_short_question_refuses_alike() {
         ..options(RIGID, NEGATIVE)
     };
     let empty = Policy {
-        window_s: Some((7.0, 8.0)),
+        window_s: Some(Window::new(7.0, 8.0)),
         ..own.clone()
     };
     for (design, own) in [(&wide, &own), (&Design::reference(), &empty)] {

@@ -24,7 +24,7 @@ fn standing(peak: f64, uncertainty: f64) -> PeakEstimate {
     PeakEstimate {
         peak_angle_rad: peak,
         uncertainty_rad: uncertainty,
-        coast_rad: None,
+        coast_at_most_rad: None,
         followed: true,
         bounded: true,
     }
@@ -88,7 +88,7 @@ fn verif_every_branch_with_an_ensemble() {
 #[test]
 fn verif_a_coast_holds_back_a_pass_only() {
     let coasting = |peak: f64, coast: f64, error: f64| PeakEstimate {
-        coast_rad: Some((coast, error)),
+        coast_at_most_rad: Some(coast + error),
         ..standing(peak, 0.001)
     };
     for share in [None, Some((0.0, 0.04))] {

@@ -2,6 +2,7 @@
 //! message says what the setting takes.
 
 use super::value::{self, Word};
+use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::Method;
 use latchgate_kernel::units::{SensorSensitivity, TimeUnit};
 use latchgate_recording::Limits;
@@ -81,7 +82,7 @@ readers! {
         Value::String(text) => value::parse_resample(text),
         _ => value::rate_to_resample(number(value)?).map(Some),
     };
-    window: Option<(f64, f64)> = |value| value::parse_window(text(value)?).map(Some);
+    window: Option<Window> = |value| value::parse_window(text(value)?).map(Some);
     method: Method = |value| value::parse_method(text(value)?, value::STEPS_PER_PERIOD_DEFAULT);
     members: u32 = |value| whole(value, 0, MEMBERS_MAX);
     seed: u64 = |value| {
@@ -147,15 +148,15 @@ pub(super) fn write_number<S: Serializer>(value: &Option<f64>, to: S) -> Result<
 pub(super) fn write_bias<S: Serializer>(value: &BiasWindow, to: S) -> Result<S::Ok, S::Error> {
     match value {
         BiasWindow::PreEvent | BiasWindow::None => to.serialize_str("none"),
-        BiasWindow::Window(start, end) => to.serialize_str(&value::interval((*start, *end))),
+        BiasWindow::Window(window) => to.serialize_str(&value::window(*window)),
     }
 }
 
 pub(super) fn write_window<S: Serializer>(
-    value: &Option<(f64, f64)>,
+    value: &Option<Window>,
     to: S,
 ) -> Result<S::Ok, S::Error> {
-    to.serialize_str(&value.map_or_else(String::new, value::interval))
+    to.serialize_str(&value.map_or_else(String::new, value::window))
 }
 
 pub(super) fn write_method<S: Serializer>(value: &Method, to: S) -> Result<S::Ok, S::Error> {

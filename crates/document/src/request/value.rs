@@ -1,6 +1,7 @@
 //! The values of settings as words, for options, files and documents alike.
 
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::Method;
 use latchgate_kernel::units::{
     AccelerationUnit, DecimalMark, MessageClock, SensorSensitivity, TimeUnit,
@@ -362,13 +363,13 @@ pub fn parse_resample(text: &str) -> Result<Option<f64>, String> {
 /// # Errors
 ///
 /// As [`parse_number`].
-pub fn parse_window(text: &str) -> Result<(f64, f64), String> {
+pub fn parse_window(text: &str) -> Result<Window, String> {
     let (start, end) = text
         .split_once("..")
         .ok_or("expected START..END in seconds, for example -0.02..0.3")?;
-    let (start_s, end_s) = (parse_finite(start)?, parse_finite(end)?);
-    if start_s < end_s {
-        Ok((start_s, end_s))
+    let (from_s, until_s) = (parse_finite(start)?, parse_finite(end)?);
+    if from_s < until_s {
+        Ok(Window { from_s, until_s })
     } else {
         Err("START must lie before END".into())
     }
@@ -383,11 +384,11 @@ pub fn parse_bias(text: &str) -> Result<BiasWindow, String> {
     if text.trim().eq_ignore_ascii_case("none") {
         return Ok(BiasWindow::None);
     }
-    parse_window(text).map(|(start_s, end_s)| BiasWindow::Window(start_s, end_s))
+    parse_window(text).map(BiasWindow::Window)
 }
 
-/// Writes an interval so that [`parse_window`] reads it back.
-pub(super) fn interval((start, end): (f64, f64)) -> String {
+/// Writes a window so that [`parse_window`] reads it back.
+pub(super) fn window(Window { from_s, until_s }: Window) -> String {
     // A negative zero asks nothing else than a plain one.
-    format!("{}..{}", start + 0.0, end + 0.0)
+    format!("{}..{}", from_s + 0.0, until_s + 0.0)
 }

@@ -4,7 +4,7 @@
 //! against the table of parameters.
 
 use super::lever::Lever;
-use super::parameters::{DesignParameter, PARAMETERS, Range, Slot};
+use super::parameters::{Condition, DesignParameter, PARAMETERS, Slot};
 use super::stop::Stop;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -225,7 +225,7 @@ impl Design {
     /// Returns the numbers that no latch of this world has, with their values.
     pub fn implausible(&self) -> impl Iterator<Item = (&'static DesignParameter, f64)> + '_ {
         let of_each = PARAMETERS.iter().map(|known| (known, self.value(known)));
-        of_each.filter(|(known, value)| !(known.plausible.0..=known.plausible.1).contains(value))
+        of_each.filter(|(known, value)| !known.plausible.contains(*value))
     }
 
     /// Gives the number of `name` a value, as a design file states it.
@@ -243,7 +243,7 @@ impl Design {
             let names: Vec<_> = PARAMETERS.iter().map(|known| known.name).collect();
             return Err(unknown(name, &names));
         };
-        parameter.range.check(name, value)?;
+        parameter.condition.check(name, value)?;
         self.put(parameter, value);
         Ok(())
     }
@@ -299,7 +299,7 @@ impl Design {
     pub fn validate(&self) -> Result<(), Error> {
         for parameter in PARAMETERS {
             parameter
-                .range
+                .condition
                 .check(parameter.name, self.value(parameter))?;
         }
         for (key, deviation) in &self.tolerance {
@@ -346,7 +346,7 @@ fn check_tolerance(key: &str, deviation: f64) -> Result<(), Error> {
             .collect();
         return Err(unknown(&name, &names));
     }
-    Range::NotNegative.check(&name, deviation)
+    Condition::NotNegative.check(&name, deviation)
 }
 
 fn unknown<T: ToString>(key: &str, known: &[T]) -> Error {

@@ -6,6 +6,7 @@
 use super::lever::Lever;
 use super::stop::Stop;
 use crate::error::Error;
+use crate::range::Range;
 
 /// A number of a design.
 #[derive(Debug, Clone, Copy)]
@@ -17,10 +18,10 @@ pub struct DesignParameter {
     /// Unit; `1` for a ratio.
     pub unit: &'static str,
     /// Condition on its value.
-    pub range: Range,
+    pub condition: Condition,
     /// Least and greatest value that a latch of this world may have, generously; beyond it a
     /// verdict is warned of.
-    pub plausible: (f64, f64),
+    pub plausible: Range,
     /// Number of the generator's stream that draws it in an ensemble; `None` of a number that
     /// is not scattered.
     ///
@@ -51,7 +52,7 @@ pub enum Slot {
 
 /// A condition on one number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Range {
+pub enum Condition {
     /// Greater than zero, and finite.
     Positive,
     /// Zero or greater, and finite.
@@ -60,7 +61,7 @@ pub enum Range {
     Ratio,
 }
 
-impl Range {
+impl Condition {
     /// Checks `value` of the number `name`.
     ///
     /// # Errors
@@ -82,7 +83,7 @@ impl Range {
         }
     }
 
-    /// Returns the value of this range that is nearest to `value`; a number that must be
+    /// Returns the value of this condition that is nearest to `value`; a number that must be
     /// positive has none and stays.
     pub fn hold(self, value: f64) -> f64 {
         match self {
@@ -123,14 +124,14 @@ macro_rules! slot {
 }
 
 macro_rules! parameters {
-    ($($section:ident.$key:ident as $slot:ident, $range:ident, $low:literal..$high:expr, $stream:expr, $symbol:literal, $unit:literal, $what:literal, $noun:literal;)*) => {
+    ($($section:ident.$key:ident as $slot:ident, $condition:ident, $low:literal..$high:expr, $stream:expr, $symbol:literal, $unit:literal, $what:literal, $noun:literal;)*) => {
         /// Every number of a design, in the order of a design file.
         pub const PARAMETERS: &[DesignParameter] = &[$(DesignParameter {
             name: concat!(stringify!($section), ".", stringify!($key)),
             symbol: $symbol,
             unit: $unit,
-            range: Range::$range,
-            plausible: ($low, $high),
+            condition: Condition::$condition,
+            plausible: Range::new($low, $high),
             stream: $stream,
             what: $what,
             noun: $noun,

@@ -14,7 +14,7 @@ use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX, chose
 use super::kernel::{CURVED_TRUNCATION, Kernel, PEAK_TRUNCATION};
 use super::recorder::Recorder;
 use super::taylor::Turned;
-use super::{MOVING_ENERGY_J, RunOptions, Within, check_initial};
+use super::{MOVING_ENERGY_J, RunOptions, State, Within, check_initial};
 use crate::error::Error;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
@@ -93,8 +93,8 @@ pub struct BatchOptions {
     pub stop: StopModel,
     /// Sign of the recorded acceleration that opens.
     pub opens_when: OpensWhen,
-    /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest on the stop.
-    pub initial: Option<(f64, f64)>,
+    /// Initial state; `None` for rest on the stop.
+    pub initial: Option<State>,
     /// First and last sample of the judged window; `None` for all.
     pub window: Option<(usize, usize)>,
     /// Follow the lever beyond the window's end.
@@ -359,13 +359,7 @@ impl<const K: usize> Lane<K> {
 
     /// Tells whether the lever stays below its peak so far, or below what is asked for. `ahead` is the
     /// recording's ∫|a| dt [m/s] over the `left` seconds to come.
-    fn stays_below(
-        &self,
-        state: (f64, f64),
-        ahead: f64,
-        left: f64,
-        options: &BatchOptions,
-    ) -> bool {
+    fn stays_below(&self, state: State, ahead: f64, left: f64, options: &BatchOptions) -> bool {
         let Member { lever, stop, .. } = &self.member;
         let impulse = self.scale.abs() * ahead + self.bias.abs() * left;
         let best = self.kernel.recorder.highest();
@@ -584,12 +578,12 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
             *a *= scale;
         }
         base[0] += bias;
-        let lowest = (scale * piece.low).min(scale * piece.high) + bias;
+        let lowest = (scale * piece.range.low).min(scale * piece.range.high) + bias;
         if *settled || kernel.stuck || *reached > index || (kernel.dwells() && lowest > *lift_off) {
             return;
         }
         self.store(lane);
-        let before = self.lanes[lane].kernel.state().0;
+        let before = self.lanes[lane].kernel.angle;
         let until = self.next_question(index);
         let Lane {
             kernel,
@@ -613,7 +607,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
         *reached = index + taken.max(1);
         *scalar_samples += u32::try_from(taken.max(1)).unwrap_or(u32::MAX);
         if kernel.recorder.judging {
-            let (after, peak) = (kernel.state().0, kernel.recorder.peak);
+            let (after, peak) = (kernel.angle, kernel.recorder.peak);
             self.best.set(lane, kernel.recorder.highest());
             let threshold = self.threshold.lane(lane);
             if after > threshold {
@@ -635,14 +629,14 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
             let this = &self.lanes[lane];
             let state = if self.flies(lane) {
                 let velocity = self.state.slope.lane(lane) * self.pieces.signal.rate.hertz();
-                (self.state.angle.lane(lane), velocity)
+                State::new(self.state.angle.lane(lane), velocity)
             } else {
                 this.kernel.state()
             };
             let enough = self.options.asked.to_rad;
             if !this.settled
                 && !this.kernel.stuck
-                && (this.kernel.recorder.peak.angle.max(state.0) > enough
+                && (this.kernel.recorder.peak.angle.max(state.angle_rad) > enough
                     || this.stays_below(state, self.ahead[index / ASKED_EVERY], left, self.options))
             {
                 self.store(lane);
@@ -662,7 +656,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
         } = &self.lanes[lane];
         if kernel.flies_free() && !*settled {
             self.flying |= 1 << lane;
-            let (angle, velocity) = kernel.state();
+            let (angle, velocity) = (kernel.angle, kernel.velocity);
             let Turned { sine, cosine } = kernel.turned();
             let interval = self.pieces.signal.rate.interval().seconds();
             self.state.angle.set(lane, angle);
@@ -713,7 +707,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
         for lane in 0..self.lanes.len() {
             self.store(lane);
             let kernel = &mut self.lanes[lane].kernel;
-            let angle = kernel.state().0;
+            let angle = kernel.angle;
             kernel.recorder.open_window(angle, 0.0, 0.0);
             self.best.set(lane, kernel.recorder.highest());
             if angle > self.options.threshold_rad {
@@ -739,8 +733,8 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
                 *b = self.gain * constant(*term);
             }
         }
-        let low = self.gain.fused(constant(piece.low), self.offset);
-        let high = self.gain.fused(constant(piece.high), self.offset);
+        let low = self.gain.fused(constant(piece.range.low), self.offset);
+        let high = self.gain.fused(constant(piece.range.high), self.offset);
         let strongest = low.magnitude().upper(high.magnitude());
         let bounds = coefficients.bounds(state, strongest);
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
@@ -819,8 +813,8 @@ fn finish<const K: usize>(
     options: &BatchOptions,
     within: &Within<'_>,
 ) -> MemberPeak {
-    let (angle, velocity) = lane.kernel.state();
-    let raises = !lane.stays_below((angle, velocity), 0.0, 0.0, options);
+    let (angle, velocity) = (lane.kernel.angle, lane.kernel.velocity);
+    let raises = !lane.stays_below(lane.kernel.state(), 0.0, 0.0, options);
     let Lane {
         member, mut kernel, ..
     } = lane;

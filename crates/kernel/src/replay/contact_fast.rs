@@ -14,7 +14,7 @@
 
 use super::kernel::Kernel;
 use super::sensitivity::{Smooths, StateMap};
-use super::taylor::Branch;
+use super::taylor::{AngleSlope, Branch, Tolerance};
 use crate::signal::{CURVED, Pieces, bend_at_most, value};
 use std::ops::{Add, Mul, Sub};
 
@@ -154,11 +154,11 @@ impl Mul<f64> for Eight {
 #[derive(Debug, Clone, Copy)]
 struct StepResponse<const K: usize> {
     /// Of the angle at the start.
-    angle: (f64, f64),
+    to_angle: AngleSlope,
     /// Of the slope: the impulse response and its derivative.
-    slope: (f64, f64),
+    to_slope: AngleSlope,
     /// Of an acceleration that is a power of the part of the sample.
-    powers: [(f64, f64); K],
+    to_powers: [AngleSlope; K],
 }
 
 impl<const K: usize> StepResponse<K> {
@@ -177,14 +177,14 @@ impl<const K: usize> StepResponse<K> {
         let rate = terms.fold(0.0, |sum, (j, x)| sum + j as f64 * x) / part;
         let impulse = integral(0);
         let mut factorial = 1.0;
-        let powers = std::array::from_fn(|n| {
+        let to_powers = std::array::from_fn(|n| {
             factorial *= n.max(1) as f64;
-            (factorial * integral(n + 1), factorial * integral(n))
+            AngleSlope::new(factorial * integral(n + 1), factorial * integral(n))
         });
         Self {
-            angle: (rate + damping * impulse, -stiffness * impulse),
-            slope: (impulse, rate),
-            powers,
+            to_angle: AngleSlope::new(rate + damping * impulse, -stiffness * impulse),
+            to_slope: AngleSlope::new(impulse, rate),
+            to_powers,
         }
     }
 }
@@ -240,7 +240,7 @@ pub(super) struct FastContact<const K: usize> {
     /// Recorded acceleration to b: factor and offset.
     gain: f64,
     offset: f64,
-    tolerance: (f64, f64),
+    tolerance: Tolerance,
     end: StepResponse<K>,
     /// Powers of the nodes.
     nodes: [Eight; K],
@@ -303,14 +303,14 @@ impl<const K: usize> FastContact<K> {
             softness: 1.0 / phase,
             gain: scale * kernel.gain() * square,
             offset: bias * kernel.gain() * square,
-            tolerance: kernel.truncation(),
+            tolerance: kernel.tolerance(),
             end: respond(1.0),
             nodes: std::array::from_fn(|n| lanes(&|node| power(n, node))),
-            angle: lanes(&|node| at[node].angle.0),
-            slope: lanes(&|node| at[node].slope.0),
-            powers: std::array::from_fn(|n| lanes(&|node| at[node].powers[n].0)),
-            angle_weights: lanes(&|node| weights[node] * from[node].slope.0),
-            slope_weights: lanes(&|node| weights[node] * from[node].slope.1),
+            angle: lanes(&|node| at[node].to_angle.angle),
+            slope: lanes(&|node| at[node].to_slope.angle),
+            powers: std::array::from_fn(|n| lanes(&|node| at[node].to_powers[n].angle)),
+            angle_weights: lanes(&|node| weights[node] * from[node].to_slope.angle),
+            slope_weights: lanes(&|node| weights[node] * from[node].to_slope.slope),
             mutual: mutual_weights(scaled, scaled_damping),
             map: StateMap::oscillator(stiffness, damping, f64::from(TOGETHER) * interval),
         })
@@ -329,8 +329,7 @@ impl<const K: usize> FastContact<K> {
         if !kernel.is_pressed() {
             return 0;
         }
-        let (mut angle, velocity) = kernel.state();
-        let mut slope = velocity * self.interval;
+        let (mut angle, mut slope) = (kernel.angle, kernel.velocity * self.interval);
         let error = kernel.error_soon(0.0);
         let (peak, threshold, above) = kernel.recorder.awaits(2.0 * error);
         if threshold <= 0.0 || above {
@@ -355,7 +354,7 @@ impl<const K: usize> FastContact<K> {
             let reach = angle.abs() + slope.abs() + curve;
             let square = reach * reach;
             let moves = angle.abs() + slope.abs();
-            let allowed = self.tolerance.0.max(self.tolerance.1 * moves);
+            let allowed = self.tolerance.of(moves);
             let mut linear = self.angle * angle + self.slope * slope - self.powers[0] * push;
             let mut excitation = Eight::splat(b[0]);
             for ((power, nodes), b) in self.powers.iter().zip(&self.nodes).zip(&b).skip(1) {
@@ -377,9 +376,9 @@ impl<const K: usize> FastContact<K> {
                 small = excitation * lessened(moved);
                 twice += 1;
             }
-            let (after, slope_after) = self.after((angle, slope), push, &b, small);
+            let after = self.after(AngleSlope { angle, slope }, push, &b, small);
             // Between the ends it cannot rise above them by more than an eighth of its bend.
-            if angle.max(after) + 0.125 * curve >= ceiling || after.is_nan() {
+            if angle.max(after.angle) + 0.125 * curve >= ceiling || after.angle.is_nan() {
                 break;
             }
             let middle = value(&b, 0.5);
@@ -391,7 +390,7 @@ impl<const K: usize> FastContact<K> {
             gathered.velocity_square += slope_size * slope_size;
             gathered.truncation += tail;
             gathered.count += 1;
-            (angle, slope) = (after, slope_after);
+            AngleSlope { angle, slope } = after;
             taken += 1;
             if kernel.recorder.trace.is_some() {
                 let time = pieces.signal.time_s(first + taken);
@@ -416,24 +415,25 @@ impl<const K: usize> FastContact<K> {
     #[inline(always)]
     fn after(
         &self,
-        (angle, slope): (f64, f64),
+        AngleSlope { angle, slope }: AngleSlope,
         push: f64,
         b: &[f64; K],
         small: Eight,
-    ) -> (f64, f64) {
-        let end = &self.end;
-        let mut forced = (end.powers[0].0 * push, end.powers[0].1 * push);
-        for (power, b) in end.powers.iter().zip(b).skip(1) {
-            forced.0 += power.0 * b;
-            forced.1 += power.1 * b;
+    ) -> AngleSlope {
+        let (to_angle, to_slope, to_powers) =
+            (&self.end.to_angle, &self.end.to_slope, &self.end.to_powers);
+        let mut forced = AngleSlope::new(to_powers[0].angle * push, to_powers[0].slope * push);
+        for (power, b) in to_powers.iter().zip(b).skip(1) {
+            forced.angle += power.angle * b;
+            forced.slope += power.slope * b;
         }
-        let kept = (
-            end.angle.0 * angle + end.slope.0 * slope,
-            end.angle.1 * angle + end.slope.1 * slope,
+        let kept = AngleSlope::new(
+            to_angle.angle * angle + to_slope.angle * slope,
+            to_angle.slope * angle + to_slope.slope * slope,
         );
-        (
-            kept.0 - forced.0 + sum(self.angle_weights * small),
-            kept.1 - forced.1 + sum(self.slope_weights * small),
+        AngleSlope::new(
+            kept.angle - forced.angle + sum(self.angle_weights * small),
+            kept.slope - forced.slope + sum(self.slope_weights * small),
         )
     }
 

@@ -1,5 +1,6 @@
 //! How far energy and impulse may still take a lever.
 
+use super::State;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::signal::Pieces;
@@ -22,7 +23,7 @@ pub(super) fn energy_of(
         + 0.5 * stiffness * angle * angle
 }
 
-/// Tells whether a lever in a state [rad, rad/s] stays below the angle `best` [rad], whatever its
+/// Tells whether a lever in a state stays below the angle `best` [rad], whatever its
 /// impacts do: its energy and the `impulse` still to come, ∫|a| dt [m/s], are too small.
 ///
 /// # Source
@@ -30,7 +31,7 @@ pub(super) fn energy_of(
 /// d√E/dt ≤ mL|a|/√(2 I0), and its soft stop's counterpart.
 pub(super) fn stays_below(
     (lever, stop, model): (&Lever, &Stop, StopModel),
-    (angle, velocity): (f64, f64),
+    state: State,
     best: f64,
     impulse: f64,
 ) -> bool {
@@ -45,7 +46,7 @@ pub(super) fn stays_below(
     };
     let inertia = lever.moment_of_inertia_kg_m2;
     let speed = |energy: f64| (2.0 * energy / inertia).sqrt();
-    let energy = stored + energy_of(lever, stop, model, angle, velocity);
+    let energy = stored + energy_of(lever, stop, model, state.angle_rad, state.velocity_rad_s);
     let needed = stored + energy_of(lever, stop, model, best, 0.0);
     let gained = lever.unbalance_kg_m() / inertia * impulse;
     // At an angle of zero the potential does not tell a lever from its stop; a state that is

@@ -12,7 +12,7 @@
 use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX};
 use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::sensitivity::Smooths;
-use super::taylor::Turned;
+use super::taylor::{Tolerance, Turned};
 use crate::signal::{Pieces, STRAIGHT, value};
 
 /// Steps whose error is carried along together.
@@ -30,10 +30,8 @@ pub(super) struct FastFlight {
     coefficients: StepCoefficients<f64>,
     /// Recorded acceleration to b, sign included.
     gain: f64,
-    /// Truncation let pass: absolute [rad], relative.
-    tolerance: (f64, f64),
-    /// What is let pass counts in the angular velocity as well.
-    counts_slope: bool,
+    /// Truncation let pass.
+    tolerance: Tolerance,
     /// Six orders are tried, which mostly suffice for refined samples; never where an error is
     /// stated, since what they leave out is an estimate.
     six: bool,
@@ -57,9 +55,8 @@ impl FastFlight {
             interval,
             coefficients: StepCoefficients::scaled(kernel.free_branch(), interval)?,
             gain: sign * kernel.gain() * interval * interval,
-            tolerance: kernel.truncation(),
-            counts_slope: kernel.counts_truncation(),
-            six: !kernel.states_error() && kernel.truncation().1 >= PEAK_TRUNCATION,
+            tolerance: kernel.tolerance(),
+            six: !kernel.states_error() && kernel.tolerance().relative >= PEAK_TRUNCATION,
         })
     }
 
@@ -92,11 +89,10 @@ impl FastFlight {
         last: usize,
     ) -> usize {
         let mut taken = 0;
-        let (angle, velocity) = kernel.state();
         let turned = kernel.turned();
         let mut state = LaneState {
-            angle,
-            slope: velocity * self.interval,
+            angle: kernel.angle,
+            slope: kernel.velocity * self.interval,
             sine: turned.sine,
             cosine: turned.cosine,
         };
@@ -156,7 +152,7 @@ impl FastFlight {
         b: &[f64; K],
     ) -> Option<(LaneState<f64>, f64, u64)> {
         let mut orders = self.coefficients.orders(state, bounds, b);
-        let allowed = self.tolerance.0.max(self.tolerance.1 * orders.motion());
+        let allowed = self.tolerance.of(orders.motion());
         if SIX {
             let tail = orders.tail_of_six(&[b[0], b[1]]);
             let turned = orders.tail_turned_of_six();
@@ -254,7 +250,7 @@ impl Gathered {
             angle_square: gathered.angle_square,
             velocity_square: gathered.slope_square / (of.interval * of.interval),
             truncation: gathered.truncation,
-            truncation_velocity: if of.counts_slope {
+            truncation_velocity: if of.tolerance.counts() {
                 10.0 * gathered.truncation / of.interval
             } else {
                 0.0

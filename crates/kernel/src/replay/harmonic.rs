@@ -4,7 +4,7 @@ use super::forcing::Sine;
 use super::kernel::Kernel;
 use super::recorder::Recorder;
 use super::tangent::Tangent;
-use super::{RunOptions, RunOutcome, Within};
+use super::{RunOptions, RunOutcome, State, Within};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
@@ -94,8 +94,7 @@ impl pulp::WithSimd for HarmonicRun<'_> {
             kernel.recorder.trace_gap_s = quarters.length / TRACE_POINTS_PER_QUARTER;
         }
         let error = kernel.angle_error();
-        let angle = kernel.state().0;
-        kernel.recorder.open_window(angle, 0.0, error);
+        kernel.recorder.open_window(kernel.angle, 0.0, error);
         let mut index = 0;
         while quarters.start_s(index) < self.end && !kernel.stuck {
             kernel.advance_sine(&quarters.piece(index, self.end));
@@ -116,7 +115,7 @@ impl pulp::WithSimd for HarmonicRun<'_> {
 pub(super) fn check(
     stop: StopModel,
     excitation: &Harmonic,
-    initial: Option<(f64, f64)>,
+    initial: Option<State>,
 ) -> Result<(), Error> {
     let mut options = RunOptions::new(stop, crate::units::OpensWhen::Negative);
     options.initial = initial;
@@ -154,6 +153,13 @@ pub struct Section {
     pub rested: bool,
 }
 
+impl Section {
+    /// Returns the state that is seen.
+    pub fn state(&self) -> State {
+        State::new(self.angle_rad, self.velocity_rad_s)
+    }
+}
+
 /// Derivatives of the state at the end of a stretch of periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StrobeMap {
@@ -177,7 +183,7 @@ pub struct Strobe {
 }
 
 impl Strobe {
-    /// Puts a lever in its initial state, (angle [rad], angular velocity [rad/s]) or rest.
+    /// Puts a lever in its initial state, or at rest.
     ///
     /// # Errors
     ///
@@ -187,7 +193,7 @@ impl Strobe {
         design: &Design,
         stop: StopModel,
         excitation: &Harmonic,
-        initial: Option<(f64, f64)>,
+        initial: Option<State>,
     ) -> Result<Self, Error> {
         check(stop, excitation, initial)?;
         let kernel = Kernel::new(design, stop, initial, None, Recorder::peak_only())
@@ -199,8 +205,8 @@ impl Strobe {
         })
     }
 
-    /// Returns angle [rad] and angular velocity [rad/s].
-    pub fn state(&self) -> (f64, f64) {
+    /// Returns the state.
+    pub fn state(&self) -> State {
         self.kernel.state()
     }
 
@@ -237,11 +243,11 @@ impl pulp::WithSimd for Period<'_> {
     fn with_simd<S: pulp::Simd>(self, _simd: S) -> Self::Output {
         let Strobe { kernel, quarters } = self.strobe;
         let (impacts_before, rests_before) = (kernel.recorder.impacts, kernel.rests);
-        kernel.recorder.open_window(kernel.state().0, 0.0, 0.0);
+        kernel.recorder.open_window(kernel.angle, 0.0, 0.0);
         for index in 0..4 {
             kernel.advance_sine(&quarters.piece(index, f64::INFINITY));
         }
-        let (angle_rad, velocity_rad_s) = kernel.state();
+        let (angle_rad, velocity_rad_s) = (kernel.angle, kernel.velocity);
         (!kernel.stuck).then(|| Section {
             angle_rad,
             velocity_rad_s,

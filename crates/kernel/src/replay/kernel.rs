@@ -12,8 +12,8 @@ use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
 use super::tangent::{Tangent, TangentStep};
 pub(super) use super::taylor::PEAK_TRUNCATION;
-use super::taylor::{Branch, Start, TaylorSeries, Tolerance, Turned};
-use super::{Within, Work};
+use super::taylor::{AngleSlope, Branch, Start, TaylorSeries, Tolerance, Turned};
+use super::{State, Within, Work};
 use crate::model::design::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
@@ -91,8 +91,10 @@ pub(super) struct Kernel {
     gain: f64,
     tolerance: Tolerance,
     phase: Phase,
-    angle: f64,
-    velocity: f64,
+    /// Angle [rad].
+    pub(super) angle: f64,
+    /// Angular velocity [rad/s].
+    pub(super) velocity: f64,
     /// Sine and cosine of the angle, and how often they were turned on since they were
     /// computed afresh.
     turned: Turned,
@@ -110,8 +112,10 @@ pub(super) struct Kernel {
     pub(super) rests: u64,
     pub(super) recorder: Recorder,
     pub(super) work: Work,
-    /// Longest step in flight and in contact [s].
-    step_max: (f64, f64),
+    /// Longest step in flight [s].
+    flight_step_max: f64,
+    /// Longest step in contact [s].
+    contact_step_max: f64,
     steps_max: u64,
     /// Set when one sample held more events than any chatter can, the steps ran out, or the
     /// state left what a double can hold.
@@ -121,11 +125,11 @@ pub(super) struct Kernel {
 }
 
 impl Kernel {
-    /// Builds a lever in its initial state; `initial` is (angle, angular velocity) or rest.
+    /// Builds a lever in its initial state, or at rest.
     pub(super) fn new(
         design: &Design,
         stop: StopModel,
-        initial: Option<(f64, f64)>,
+        initial: Option<State>,
         tolerance: Option<f64>,
         recorder: Recorder,
     ) -> Self {
@@ -144,19 +148,20 @@ impl Kernel {
         lever: &Lever,
         stop_of: &Stop,
         stop: StopModel,
-        initial: Option<(f64, f64)>,
+        initial: Option<State>,
         tolerance: Option<f64>,
         recorder: Recorder,
     ) -> Self {
         let inertia = lever.moment_of_inertia_kg_m2;
         let pressing = lever.preload_torque_nm / inertia;
-        let (phase, angle, velocity) = match (stop, initial) {
-            (StopModel::Rigid, None) => (Phase::Dwell, 0.0, 0.0),
-            (StopModel::Soft, None) => (Phase::Contact, stop_of.rest_angle_rad(lever), 0.0),
-            (StopModel::Soft, Some((angle, velocity))) if angle < 0.0 => {
-                (Phase::Contact, angle, velocity)
+        let (phase, state) = match (stop, initial) {
+            (StopModel::Rigid, None) => (Phase::Dwell, State::new(0.0, 0.0)),
+            (StopModel::Soft, None) => {
+                let rest = State::new(stop_of.rest_angle_rad(lever), 0.0);
+                (Phase::Contact, rest)
             }
-            (_, Some((angle, velocity))) => (Phase::Flight, angle, velocity),
+            (StopModel::Soft, Some(state)) if state.angle_rad < 0.0 => (Phase::Contact, state),
+            (_, Some(state)) => (Phase::Flight, state),
         };
         let mut kernel = Self {
             stop,
@@ -177,9 +182,9 @@ impl Kernel {
                 relative: TRUNCATION,
             },
             phase,
-            angle,
-            velocity,
-            turned: Turned::of(angle),
+            angle: state.angle_rad,
+            velocity: state.velocity_rad_s,
+            turned: Turned::of(state.angle_rad),
             turns: 0,
             lifting: false,
             bounds_error: true,
@@ -189,7 +194,8 @@ impl Kernel {
             rests: 0,
             recorder,
             work: Work::default(),
-            step_max: (f64::INFINITY, f64::INFINITY),
+            flight_step_max: f64::INFINITY,
+            contact_step_max: f64::INFINITY,
             steps_max: STEPS_MAX.0,
             stuck: false,
             breakdown: None,
@@ -197,12 +203,13 @@ impl Kernel {
         // Over a longer step in contact the terms of the series grow before they fall, and a
         // truncation relative to their sum says nothing of the angle.
         let phase = CONTACT_PHASE_MAX / kernel.contact.stiffness.sqrt();
-        kernel.step_max = (kernel.free.step_max(), kernel.contact.step_max().min(phase));
+        kernel.flight_step_max = kernel.free.step_max();
+        kernel.contact_step_max = kernel.contact.step_max().min(phase);
         if stop == StopModel::Soft {
             // A static equilibrium computed in double precision is off by its rounding.
             kernel
                 .sensitivity
-                .event(&StateMap([[1.0, 0.0], [0.0, 1.0]]), angle);
+                .event(&StateMap([[1.0, 0.0], [0.0, 1.0]]), state.angle_rad);
         }
         kernel
     }
@@ -257,9 +264,9 @@ impl Kernel {
         self
     }
 
-    /// Returns angle [rad] and angular velocity [rad/s].
-    pub(super) fn state(&self) -> (f64, f64) {
-        (self.angle, self.velocity)
+    /// Returns the state.
+    pub(super) fn state(&self) -> State {
+        State::new(self.angle, self.velocity)
     }
 
     /// Returns the coefficients off the stop.
@@ -282,14 +289,9 @@ impl Kernel {
         self.turned
     }
 
-    /// Returns the truncation that a step lets pass: absolute [rad] and relative.
-    pub(super) fn truncation(&self) -> (f64, f64) {
-        (self.tolerance.absolute, self.tolerance.relative)
-    }
-
-    /// Returns whether what is let pass counts in the angular velocity as well.
-    pub(super) fn counts_truncation(&self) -> bool {
-        self.tolerance.counts()
+    /// Returns the truncation that a step lets pass.
+    pub(super) fn tolerance(&self) -> Tolerance {
+        self.tolerance
     }
 
     /// Puts a lever that flies free where it has got to [rad, rad/s], with sine and cosine.
@@ -459,7 +461,7 @@ impl Kernel {
             return local;
         }
         let mut step = (stretch.length() - local)
-            .min(self.step_max.0)
+            .min(self.flight_step_max)
             .min(stretch.step_max());
         if self.angle <= 0.0 && self.velocity <= 0.0 {
             step = step.min(libm::cbrt(6.0 * FIRST_STEP_ANGLE / slope.abs()));
@@ -590,7 +592,7 @@ impl Kernel {
                 part,
             });
         }
-        let (angle, slope) = series.at(part);
+        let AngleSlope { angle, slope } = series.at(part);
         if self.bounds_error {
             let elapsed = part * step;
             let middle = stretch.at(local + 0.5 * elapsed);
@@ -834,7 +836,7 @@ impl Kernel {
             return local;
         }
         let step = (stretch.length() - local)
-            .min(self.step_max.1)
+            .min(self.contact_step_max)
             .min(stretch.step_max());
         let start = Start {
             angle: self.angle,
@@ -888,8 +890,7 @@ impl Kernel {
         if hit || self.stop != StopModel::Rigid || series.slope() >= 0.0 {
             return;
         }
-        let (_, slope) = series.at(part);
-        if slope <= 0.0 {
+        if series.at(part).slope <= 0.0 {
             return;
         }
         let error = self.angle_error().max(1e-15 * series.slope().abs());
@@ -901,7 +902,7 @@ impl Kernel {
         let (derivative, count) = series.derivative();
         polynomial::sign_changes(&derivative[..count], part, &mut |x, rises| {
             if rises {
-                lowest = lowest.min(series.at(x).0);
+                lowest = lowest.min(series.at(x).angle);
             }
             true
         });

@@ -35,8 +35,8 @@ use super::breakdown::Breakdown;
 use super::kernel::Kernel;
 use super::recorder::Recorder;
 use super::{
-    ErrorStatement, MOVING_ENERGY_J, Method, Run, RunOptions, RunOutcome, TracePoint, Within, Work,
-    energy_j, finite,
+    ErrorStatement, MOVING_ENERGY_J, Method, Run, RunOptions, RunOutcome, State, TracePoint,
+    Within, Work, energy_j, finite,
 };
 use crate::error::Error;
 use crate::model::design::Design;
@@ -79,7 +79,7 @@ pub(super) struct Problem<'a, E> {
     pub(super) excitation: &'a E,
     pub(super) design: &'a Design,
     pub(super) stop: StopModel,
-    pub(super) initial: Option<(f64, f64)>,
+    pub(super) initial: Option<State>,
     /// First instant [s].
     pub(super) start_s: f64,
     /// Last instant [s].
@@ -118,10 +118,13 @@ impl<E> Problem<'_, E> {
     }
 
     /// Returns the state to start from.
-    fn start_state(&self) -> (f64, f64) {
-        self.initial.unwrap_or(match self.stop {
-            StopModel::Rigid => (0.0, 0.0),
-            StopModel::Soft => (self.design.stop.rest_angle_rad(&self.design.lever), 0.0),
+    fn start_state(&self) -> State {
+        self.initial.unwrap_or_else(|| {
+            let angle = match self.stop {
+                StopModel::Rigid => 0.0,
+                StopModel::Soft => self.design.stop.rest_angle_rad(&self.design.lever),
+            };
+            State::new(angle, 0.0)
         })
     }
 }
@@ -130,7 +133,7 @@ impl<E> Problem<'_, E> {
 #[derive(Debug, Clone)]
 pub(super) struct Raw {
     pub(super) record: Record,
-    pub(super) state: (f64, f64),
+    pub(super) state: State,
     pub(super) work: Work,
     pub(super) breakdown: Option<Breakdown>,
 }
@@ -158,8 +161,8 @@ pub(super) fn run<E: Excitation>(
             // change that refining brings; twice that again is stated. Two runs that agree by
             // chance do not make the error zero: rounding adds up, and no adaptive run is
             // better than its tolerance.
-            let change = 4.0 * (coarse.record.peak.0 - fine.record.peak.0).abs();
-            let rounding = f64::EPSILON * coarse.work.steps as f64 * coarse.record.peak.0.abs();
+            let change = 4.0 * (coarse.record.peak_angle - fine.record.peak_angle).abs();
+            let rounding = f64::EPSILON * coarse.work.steps as f64 * coarse.record.peak_angle.abs();
             let floor = match options.method {
                 Method::Dopri5 { .. } => tolerance,
                 _ => 0.0,
@@ -242,17 +245,18 @@ fn check<E>(problem: &Problem<'_, E>, options: &RunOptions) -> Result<(), Error>
 }
 
 fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f64) -> RunOutcome {
-    let (angle, velocity) = raw.state;
+    let (angle, velocity) = (raw.state.angle_rad, raw.state.velocity_rad_s);
     let record = raw.record;
-    let sound = angle.is_finite() && velocity.is_finite() && record.peak.0.is_finite();
+    let sound = angle.is_finite() && velocity.is_finite() && record.peak_angle.is_finite();
     let breakdown = raw.breakdown.or((!sound).then_some(Breakdown::NotFinite));
     let moving = breakdown.is_none()
         && energy_j(problem.design, problem.stop, angle, velocity) > MOVING_ENERGY_J;
     let coast = if moving {
-        let start = match problem.stop {
-            StopModel::Rigid => (angle.max(0.0), velocity),
-            StopModel::Soft => (angle, velocity),
+        let start_angle = match problem.stop {
+            StopModel::Rigid => angle.max(0.0),
+            StopModel::Soft => angle,
         };
+        let start = State::new(start_angle, velocity);
         let recorder = Recorder::new(problem.design.criterion.threshold_rad, false);
         Kernel::new(problem.design, problem.stop, Some(start), None, recorder)
             .coast(problem.end_s, problem.within)
@@ -269,8 +273,8 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
             model: problem.stop,
             method: options.method.kind(),
             opens_when: options.opens_when,
-            peak_angle_rad: finite(record.peak.0),
-            peak_time_s: record.peak.1,
+            peak_angle_rad: finite(record.peak_angle),
+            peak_time_s: record.peak_time,
             first_crossing_s: record.first_crossing,
             time_above_threshold_s: record.time_above,
             first_release_s: record.first_release,

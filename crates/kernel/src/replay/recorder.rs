@@ -1,7 +1,7 @@
 //! What is kept of a trajectory: peak, crossings of the threshold, impacts, trace.
 
 use super::TracePoint;
-use super::taylor::TaylorSeries;
+use super::taylor::{AngleSlope, TaylorSeries};
 use crate::numerics::polynomial;
 
 /// Impacts slower than this are not counted [rad/s].
@@ -225,7 +225,7 @@ impl Recorder {
             true
         });
         // A crossing that falls on the joint of two stretches is seen by neither.
-        let end = series.at(part).0;
+        let end = series.at(part).angle;
         let instant = time + part * step;
         if end > self.threshold && self.above_since.is_none() {
             let instant = if shifted[0] >= 0.0 { time } else { instant };
@@ -251,13 +251,13 @@ impl Recorder {
         let (derivative, count) = series.derivative();
         polynomial::sign_changes(&derivative[..count], part, &mut |x, rises| {
             if !rises {
-                self.peak.offer(series.at(x).0, time + x * step, error);
+                self.peak.offer(series.at(x).angle, time + x * step, error);
             }
             true
         });
         self.peak.offer(series.start(), time, error);
         self.peak
-            .offer(series.at(part).0, time + part * step, error);
+            .offer(series.at(part).angle, time + part * step, error);
     }
 
     /// Adds points inside a step to the trace.
@@ -276,7 +276,7 @@ impl Recorder {
         let mut piece = 1.0;
         while piece < pieces {
             let x = part * piece / pieces;
-            let (angle, slope) = series.at(x);
+            let AngleSlope { angle, slope } = series.at(x);
             self.point(time + x * step, angle, slope / step);
             piece += 1.0;
         }

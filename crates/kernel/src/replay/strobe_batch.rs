@@ -15,11 +15,11 @@
 
 mod cut;
 
-use super::Section;
 use super::eventless_step::{LaneState, StepCoefficients, chosen};
 use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::recorder::Recorder;
 use super::taylor::Turned;
+use super::{Section, State};
 use crate::error::Error;
 use crate::model::Design;
 use crate::model::excitation::Harmonic;
@@ -34,8 +34,8 @@ use std::sync::{Mutex, PoisonError};
 /// One lever of a batch: where it starts, and how strongly it is shaken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HarmonicStart {
-    /// Initial angle [rad] and angular velocity [rad/s]; `None` for rest on the stop.
-    pub initial: Option<(f64, f64)>,
+    /// Initial state; `None` for rest on the stop.
+    pub initial: Option<State>,
     /// Amplitude A of A sin(ω t + θ), in the model's sign: negative opens [m/s²].
     pub amplitude_m_s2: f64,
 }
@@ -344,7 +344,7 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
         {
             *before = (kernel.recorder.impacts, kernel.rests);
             if peaks {
-                let angle = if *flying { angle } else { kernel.state().0 };
+                let angle = if *flying { angle } else { kernel.angle };
                 kernel.recorder.open_window(angle, 0.0, 0.0);
                 self.best.set(lane, angle);
             }
@@ -360,7 +360,7 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
                 let slope = self.state.slope.lane(lane);
                 (self.state.angle.lane(lane), slope / self.cut.length)
             } else {
-                of.kernel.state()
+                (of.kernel.angle, of.kernel.velocity)
             };
             Section {
                 angle_rad,
@@ -484,7 +484,7 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
             *flying = kernel.flies_free();
             if *flying {
                 self.flying += 1;
-                let (angle, velocity) = kernel.state();
+                let (angle, velocity) = (kernel.angle, kernel.velocity);
                 let Turned { sine, cosine } = kernel.turned();
                 self.state.angle.set(lane, angle);
                 self.state.slope.set(lane, velocity * self.cut.length);

@@ -100,13 +100,29 @@ pub(super) struct Start {
     pub(super) lifting: bool,
 }
 
+/// An angle and its derivative by the part of a step, σ.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AngleSlope {
+    /// [rad].
+    pub(super) angle: f64,
+    /// [rad].
+    pub(super) slope: f64,
+}
+
+impl AngleSlope {
+    #[inline(always)]
+    pub(super) fn new(angle: f64, slope: f64) -> Self {
+        Self { angle, slope }
+    }
+}
+
 /// Coefficients of the angle over a step, in powers of σ, as many as the step needs.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TaylorSeries<const N: usize> {
     coefficients: [f64; N],
     count: usize,
-    /// Angle and its derivative by σ at the end of the step [rad].
-    pub(super) end: (f64, f64),
+    /// At the end of the step.
+    pub(super) end: AngleSlope,
     /// Bounds on what bends the step.
     pub(super) curved: Curved,
     /// Truncation let pass in this step [rad].
@@ -152,8 +168,9 @@ impl Tolerance {
         self.absolute > 0.0 || self.relative > PEAK_TRUNCATION
     }
 
-    #[inline]
-    fn of(&self, size: f64) -> f64 {
+    /// Returns the truncation let pass at an angle and change of this size [rad].
+    #[inline(always)]
+    pub(super) fn of(&self, size: f64) -> f64 {
         self.absolute.max(self.relative * size)
     }
 }
@@ -292,20 +309,20 @@ impl<const N: usize> TaylorSeries<N> {
             size,
             ..
         } = found;
-        let mut end = (0.0, 0.0);
+        let (mut end, mut end_slope) = (0.0, 0.0);
         let mut curved = Curved {
             angle: 0.0,
             slope: 0.0,
         };
         // From the small to the large.
         for (x, w) in x[2..count].iter().zip(&weighted[2..count]).rev() {
-            end.0 += x;
-            end.1 += w;
+            end += x;
+            end_slope += w;
             curved.angle += x.abs();
             curved.slope += w.abs();
         }
         Self {
-            end: (x0 + (x1 + end.0), x1 + end.1),
+            end: AngleSlope::new(x0 + (x1 + end), x1 + end_slope),
             coefficients: x,
             count,
             curved,
@@ -400,12 +417,12 @@ impl<const N: usize> TaylorSeries<N> {
 
     /// Returns the angle and its derivative by σ at `part` of the step.
     #[inline]
-    pub(super) fn at(&self, part: f64) -> (f64, f64) {
+    pub(super) fn at(&self, part: f64) -> AngleSlope {
         if part >= 1.0 {
-            self.end
-        } else {
-            polynomial::evaluate_with_derivative(self.coefficients(), part)
+            return self.end;
         }
+        let (angle, slope) = polynomial::evaluate_with_derivative(self.coefficients(), part);
+        AngleSlope { angle, slope }
     }
 
     /// Returns the coefficients of the derivative by σ, and how many they are.

@@ -293,9 +293,9 @@ impl ChannelHeader {
         } else {
             &stamps_s[..1]
         };
-        let stated = (first_s.unwrap_or(own_s), hertz);
         let by = "the channel's header, beside its channel of times,";
-        held::clock(by, stated, compared, digit_s + first_digit)
+        let start_s = first_s.unwrap_or(own_s);
+        held::clock(by, start_s, hertz, compared, digit_s + first_digit)
     }
 
     /// Returns the channel frequency class that the header states, `CFC` before it or not.

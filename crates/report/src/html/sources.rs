@@ -259,7 +259,8 @@ pub(super) fn provenance(document: &Document) -> Markup {
     let settings = words::settings(request);
     let settings: Vec<_> = settings.lines().map(line).collect();
     let window = request.window_s;
-    let window = window.map(|(start, end)| format!("{} to {}", instant(start), instant(end)));
+    let window =
+        window.map(|window| format!("{} to {}", instant(window.from_s), instant(window.until_s)));
     let state = match (request.phi0_rad, request.omega0_rad_s) {
         (None, None) => "at rest on the stop".to_string(),
         (Some(phi0), omega0) => format!(

@@ -1,11 +1,12 @@
 //! Acceleration over time: as recorded and as used.
 
 use super::PlotContext;
-use super::chart::{At, Chart, Panel};
+use super::chart::{At, Chart, Panel, Point};
 use super::frame::{self, LegendEntry, Sample, Scale};
 use crate::words::{DIGITS, instant};
 use latchgate_document::Document;
 use latchgate_document::number::significant;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::Severity;
 use latchgate_verdict::conditioning::Cfc;
@@ -15,11 +16,11 @@ pub(super) const NAME: &str = "acceleration";
 pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     let signals = [&context.evidence.raw, &context.evidence.used];
     let samples = signals.into_iter().flat_map(|signal| &signal.samples);
-    let (low, high) = frame::extent(samples.map(|value| value / STANDARD_GRAVITY));
-    if low > high {
+    let range = frame::extent(samples.map(|value| value / STANDARD_GRAVITY));
+    if range == Range::EMPTY {
         return None;
     }
-    let (low, high) = (low.min(0.0), high.max(0.0));
+    let Range { low, high } = range.including(0.0);
     let margin = ((high - low) * 0.06).max(1e-6);
     let conditioning = context.document.conditioning.as_ref();
     let bias_window = conditioning.and_then(|block| block.bias_window_s);
@@ -40,8 +41,9 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
             ["raw", "used"].into_iter().zip(signals),
             |panel, (class, signal)| {
                 let samples = signal.samples.iter().enumerate();
-                let points = samples
-                    .map(|(index, value)| (signal.time_s(index) * scale, value / STANDARD_GRAVITY));
+                let points = samples.map(|(index, value)| {
+                    Point::new(signal.time_s(index) * scale, value / STANDARD_GRAVITY)
+                });
                 panel.function(class, points)
             },
         )
@@ -69,8 +71,8 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         ),
         description: format!(
             "Acceleration in g and m/s² over time, as recorded and as used, from {} to {}.{peak}",
-            instant(context.span_s.0),
-            instant(context.span_s.1)
+            instant(context.span.from_s),
+            instant(context.span.until_s)
         ),
         ..context.chart()
     })

@@ -1,11 +1,12 @@
 //! The lever's angle over time, with the limit, the impacts, the first crossing and the peak.
 
 use super::PlotContext;
-use super::chart::{At, Chart, Panel, Shape};
+use super::chart::{At, Chart, Panel, Point, Shape};
 use super::frame::{LegendEntry, Sample, Scale};
 use crate::{opening, words};
 use latchgate_document::Document;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_verdict::{Answer, Trace};
 
@@ -57,7 +58,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
             vec![marks(context, impacts(context, panel), |_| true)]
         }
         Some(zoom) => {
-            let is_in_zoom = |angle: f64| (zoom.0..=zoom.1).contains(&angle);
+            let is_in_zoom = |angle: f64| zoom.contains(angle);
             let main = panel(context, &traces, 240.0, main_range).x("", context.time());
             let main = marks(context, main, |angle| !is_in_zoom(angle));
             let zoom = impacts(context, panel(context, &traces, 170.0, zoom));
@@ -89,7 +90,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
 
 /// Returns the range of the angle, that of a second panel where one needs it to be seen against
 /// the limit, and whether a run exceeds the limit.
-fn ranges(context: &PlotContext, traces: &[&Trace]) -> ((f64, f64), Option<(f64, f64)>, bool) {
+fn ranges(context: &PlotContext, traces: &[&Trace]) -> (Range, Option<Range>, bool) {
     let document = context.document;
     let threshold = document.threshold_rad;
     let angles = || {
@@ -102,12 +103,15 @@ fn ranges(context: &PlotContext, traces: &[&Trace]) -> ((f64, f64), Option<(f64,
     let largest = angles().fold(f64::NEG_INFINITY, f64::max);
     let least = angles().fold(0.0, f64::min);
     let high = largest.max(threshold);
-    let main_range = (least - (high - least) * 0.03, high + (high - least) * 0.14);
+    let main_range = Range::new(least - (high - least) * 0.03, high + (high - least) * 0.14);
     let zoom_range = if largest > FAR * threshold {
-        Some((least.max(-threshold) - 0.06 * threshold, 1.5 * threshold))
+        Some(Range::new(
+            least.max(-threshold) - 0.06 * threshold,
+            1.5 * threshold,
+        ))
     } else if largest > 0.0 && largest < threshold / FAR {
         let least = least.max(-largest);
-        Some((
+        Some(Range::new(
             least - (largest - least) * 0.08,
             largest + (largest - least) * 0.25,
         ))
@@ -164,18 +168,18 @@ pub(super) fn result_sentence(document: &Document) -> String {
 }
 
 /// Returns the angles of all traces in a range, with the limit where it lies in it.
-fn panel(context: &PlotContext, traces: &[&Trace], height: f64, range: (f64, f64)) -> Panel {
+fn panel(context: &PlotContext, traces: &[&Trace], height: f64, range: Range) -> Panel {
     let curves = traces.iter().zip(trace_classes(traces));
     let panel = context
         .over_time(height)
-        .y("angle φ [rad]", Scale::Linear(range.0, range.1))
+        .y("angle φ [rad]", Scale::Linear(range.low, range.high))
         .right(f64::to_degrees(1.0), "angle φ [°]")
         .level("zero", 0.0)
         .each(curves, |panel, (trace, class)| {
             panel.function(class, context.angles(trace))
         });
     let panel = context.judged_window(panel);
-    match (range.0..=range.1).contains(&context.document.threshold_rad) {
+    match range.contains(context.document.threshold_rad) {
         true => context.limit(panel),
         false => panel,
     }
@@ -206,7 +210,11 @@ fn marks(context: &PlotContext, panel: Panel, is_best: impl Fn(f64) -> bool) -> 
             // Away from the limit's own label at the left, below the line.
             let at = (At::Value(at_s * scale, 0.0), At::Value(limit, 20.0));
             panel
-                .marks("cross", Shape::Diamond(6.0), [(at_s * scale, limit)])
+                .marks(
+                    "cross",
+                    Shape::Diamond(6.0),
+                    [Point::new(at_s * scale, limit)],
+                )
                 .beside(
                     "alarm halo",
                     at,
@@ -216,10 +224,8 @@ fn marks(context: &PlotContext, panel: Panel, is_best: impl Fn(f64) -> bool) -> 
         .each(peak, |panel, run| {
             let (x, y) = (run.peak_time_s * scale, run.peak_angle_rad);
             let text = format!("peak {}", words::short_peak(context.document, run));
-            panel.marks("mark", Shape::Circle(4.5), [(x, y)]).beside(
-                "strong halo",
-                (At::Value(x, 0.0), At::Value(y, -7.0)),
-                text,
-            )
+            panel
+                .marks("mark", Shape::Circle(4.5), [Point::new(x, y)])
+                .beside("strong halo", (At::Value(x, 0.0), At::Value(y, -7.0)), text)
         })
 }

@@ -9,6 +9,40 @@ pub struct Canvas {
     out: String,
 }
 
+/// A place in the drawing [units], or a pair of values in a panel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// To the right.
+    pub x: f64,
+    /// Downwards in the drawing, upwards in a panel.
+    pub y: f64,
+}
+
+impl Point {
+    /// Returns the point of two coordinates.
+    pub const fn new(x: f64, y: f64) -> Self {
+        Self { x, y }
+    }
+
+    /// True unless a coordinate is infinite or none.
+    pub fn is_finite(self) -> bool {
+        self.x.is_finite() && self.y.is_finite()
+    }
+}
+
+/// A rectangle of the drawing [units].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rectangle {
+    /// Left edge.
+    pub left: f64,
+    /// Upper edge.
+    pub top: f64,
+    /// Width.
+    pub width: f64,
+    /// Height.
+    pub height: f64,
+}
+
 /// Where a text is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
@@ -59,8 +93,8 @@ impl Canvas {
     }
 
     /// Draws a straight line.
-    pub fn line(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
-        let [x1, y1, x2, y2] = [from.0, from.1, to.0, to.1].map(Unit);
+    pub fn line(&mut self, class: &str, from: Point, to: Point) {
+        let [x1, y1, x2, y2] = [from.x, from.y, to.x, to.y].map(Unit);
         draw!(
             self,
             r#"<line class="{class}" x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}"/>"#
@@ -68,13 +102,13 @@ impl Canvas {
     }
 
     /// Draws a rectangle.
-    pub fn rectangle(&mut self, class: &str, corner: (f64, f64), size: (f64, f64)) {
-        draw!(self, r#"<rect class="{class}"{}/>"#, extent(corner, size));
+    pub fn rectangle(&mut self, class: &str, rectangle: Rectangle) {
+        draw!(self, r#"<rect class="{class}"{}/>"#, extent(rectangle));
     }
 
     /// Begins a group that is cut at the edges of a rectangle; `id` is its own in the drawing.
-    pub fn begin_clipped(&mut self, id: &str, corner: (f64, f64), size: (f64, f64)) {
-        let extent = extent(corner, size);
+    pub fn begin_clipped(&mut self, id: &str, rectangle: Rectangle) {
+        let extent = extent(rectangle);
         draw!(self, r#"<clipPath id="{id}"><rect{extent}/></clipPath>"#);
         draw!(self, r#"<g clip-path="url(#{id})">"#);
     }
@@ -90,8 +124,8 @@ impl Canvas {
     }
 
     /// Draws a circle.
-    pub fn circle(&mut self, class: &str, (x, y): (f64, f64), radius: f64) {
-        let [x, y, radius] = [x, y, radius].map(Unit);
+    pub fn circle(&mut self, class: &str, centre: Point, radius: f64) {
+        let [x, y, radius] = [centre.x, centre.y, radius].map(Unit);
         draw!(
             self,
             r#"<circle class="{class}" cx="{x}" cy="{y}" r="{radius}"/>"#
@@ -99,8 +133,9 @@ impl Canvas {
     }
 
     /// Draws a square on its corner.
-    pub fn diamond(&mut self, class: &str, (x, y): (f64, f64), r: f64) {
+    pub fn diamond(&mut self, class: &str, Point { x, y }: Point, r: f64) {
         let corners = [(x, y - r), (x + r, y), (x, y + r), (x - r, y)];
+        let corners = corners.map(|(x, y)| Point::new(x, y));
         draw!(
             self,
             r#"<path class="{class}" d="{}Z"/>"#,
@@ -109,13 +144,13 @@ impl Canvas {
     }
 
     /// Writes a text; `text` is escaped here.
-    pub fn text(&mut self, class: &str, (x, y): (f64, f64), anchor: Anchor, text: &str) {
+    pub fn text(&mut self, class: &str, at: Point, anchor: Anchor, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "",
             Anchor::Middle => r#" text-anchor="middle""#,
             Anchor::End => r#" text-anchor="end""#,
         };
-        let (x, y, text) = (Unit(x), Unit(y), markup(text));
+        let (x, y, text) = (Unit(at.x), Unit(at.y), markup(text));
         draw!(
             self,
             r#"<text class="{class}" x="{x}" y="{y}"{anchor}>{text}</text>"#
@@ -123,8 +158,8 @@ impl Canvas {
     }
 
     /// Writes a text that reads upwards, centred at a point.
-    pub fn upward_text(&mut self, class: &str, (x, y): (f64, f64), text: &str) {
-        let (x, y, text) = (Unit(x), Unit(y), markup(text));
+    pub fn upward_text(&mut self, class: &str, at: Point, text: &str) {
+        let (x, y, text) = (Unit(at.x), Unit(at.y), markup(text));
         draw!(
             self,
             r#"<text class="{class}" text-anchor="middle" transform="translate({x} {y}) rotate(-90)">{text}</text>"#
@@ -132,33 +167,34 @@ impl Canvas {
     }
 
     /// Places a PNG, given as base64, stretched over a rectangle.
-    pub fn png(&mut self, base64: &str, corner: (f64, f64), size: (f64, f64)) {
+    pub fn png(&mut self, base64: &str, rectangle: Rectangle) {
         draw!(
             self,
             r#"<image{} preserveAspectRatio="none" href="data:image/png;base64,{base64}"/>"#,
-            extent(corner, size)
+            extent(rectangle)
         );
     }
 
     /// Draws straight lines through points; a point that is not finite breaks the line.
-    pub fn polyline(&mut self, class: &str, points: impl Iterator<Item = (f64, f64)>) {
+    pub fn polyline(&mut self, class: &str, points: impl Iterator<Item = Point>) {
         draw!(self, r#"<path class="{class}" d="{}"/>"#, path(points));
     }
 }
 
-fn extent(corner: (f64, f64), size: (f64, f64)) -> String {
-    let [x, y] = [corner.0, corner.1].map(Unit);
-    let [width, height] = [size.0, size.1].map(|length| Unit(length.max(0.0)));
+fn extent(rectangle: Rectangle) -> String {
+    let [x, y] = [rectangle.left, rectangle.top].map(Unit);
+    let sides = [rectangle.width, rectangle.height];
+    let [width, height] = sides.map(|length| Unit(length.max(0.0)));
     format!(r#" x="{x}" y="{y}" width="{width}" height="{height}""#)
 }
 
-fn path(points: impl Iterator<Item = (f64, f64)>) -> String {
+fn path(points: impl Iterator<Item = Point>) -> String {
     let mut path = String::new();
     let mut command = 'M';
-    for (x, y) in points {
-        if x.is_finite() && y.is_finite() {
+    for point in points {
+        if point.is_finite() {
             // Writing into a String cannot fail.
-            let _ = write!(path, "{command}{} {}", Unit(x), Unit(y));
+            let _ = write!(path, "{command}{} {}", Unit(point.x), Unit(point.y));
             command = 'L';
         } else {
             command = 'M';
@@ -180,13 +216,14 @@ pub enum Shape {
 
 impl Shape {
     /// Draws the mark.
-    pub fn draw(self, canvas: &mut Canvas, class: &str, (x, y): (f64, f64)) {
+    pub fn draw(self, canvas: &mut Canvas, class: &str, at: Point) {
+        let beside = |right, down| Point::new(at.x + right, at.y + down);
         match self {
-            Self::Circle(radius) => canvas.circle(class, (x, y), radius),
-            Self::Diamond(radius) => canvas.diamond(class, (x, y), radius),
+            Self::Circle(radius) => canvas.circle(class, at, radius),
+            Self::Diamond(radius) => canvas.diamond(class, at, radius),
             Self::Cross(r) => {
-                canvas.line(class, (x - r, y - r), (x + r, y + r));
-                canvas.line(class, (x - r, y + r), (x + r, y - r));
+                canvas.line(class, beside(-r, -r), beside(r, r));
+                canvas.line(class, beside(-r, r), beside(r, -r));
             }
         }
     }

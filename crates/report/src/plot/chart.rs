@@ -1,8 +1,8 @@
 //! Charts as data: panels of layers, laid out and drawn by one function.
 
 pub use super::axis::At;
-pub use super::canvas::Shape;
-use super::canvas::{Anchor, Canvas};
+use super::canvas::{Anchor, Canvas, Rectangle};
+pub use super::canvas::{Point, Shape};
 use super::frame::{self, Frame, LEFT, LegendEntry, Lettering, RIGHT, Scale};
 use super::heat::Bar;
 use super::raster::{self, Rgb};
@@ -31,36 +31,49 @@ pub struct Chart {
     pub description: String,
 }
 
-/// Left and right edge of a panel [units]. A panel to the right of the one before stands beside it;
-/// any other begins a row.
-pub type Edges = (f64, f64);
+/// Edges of a panel [units]. A panel to the right of the one before stands beside it; any other
+/// begins a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edges {
+    /// Left edge.
+    pub left: f64,
+    /// Right edge.
+    pub right: f64,
+}
+
+impl Edges {
+    /// Returns the edges at two places.
+    pub const fn new(left: f64, right: f64) -> Self {
+        Self { left, right }
+    }
+}
 
 /// Edges of a panel that has a second scale or a bar at its right.
-pub const ACROSS: Edges = (LEFT, RIGHT);
+pub const ACROSS: Edges = Edges::new(LEFT, RIGHT);
 /// Edges of a panel over the whole width.
-pub const WHOLE: Edges = (72.0, WIDTH - 16.0);
+pub const WHOLE: Edges = Edges::new(72.0, WIDTH - 16.0);
 /// Edges of two panels beside one another.
-pub const HALVES: [Edges; 2] = [(72.0, 438.0), (520.0, WIDTH - 16.0)];
+pub const HALVES: [Edges; 2] = [Edges::new(72.0, 438.0), Edges::new(520.0, WIDTH - 16.0)];
 
-/// Pairs of values, x and y.
-pub type Points = Vec<(f64, f64)>;
+/// Pairs of values.
+pub type Points = Vec<Point>;
 
 impl Chart {
     /// Draws the chart.
     pub fn draw(self) -> Figure {
         let mut canvas = Canvas::default();
         let [above, between, below] = self.room;
-        let left = self.panels.iter().map(|panel| panel.edges.0);
+        let left = self.panels.iter().map(|panel| panel.edges.left);
         let left = left.fold(LEFT, f64::min);
         let head = frame::header(&mut canvas, left, &self.title, &self.notes, &self.legend);
         let mut top = head + above;
         let (mut right, mut bottom) = (0.0, top);
         for (index, panel) in self.panels.iter().enumerate() {
-            if panel.edges.0 < right {
+            if panel.edges.left < right {
                 top = bottom + between;
             }
             panel.draw(&mut canvas, top, &format!("{}-{index}", self.name));
-            (right, bottom) = (panel.edges.1, top + panel.height);
+            (right, bottom) = (panel.edges.right, top + panel.height);
         }
         let height = bottom + below;
         if !self.origin.is_empty() {
@@ -174,18 +187,18 @@ impl Panel {
     pub fn band(mut self, class: &'static str, from: f64, to: f64) -> Self {
         self.below_grid.push(Box::new(move |canvas, frame| {
             let place = |x: f64| frame.x.place(x.clamp(frame.x.low(), frame.x.high()));
-            let size = ((place(to) - place(from)).max(1.0), frame.size().1);
-            canvas.rectangle(class, (place(from), frame.top), size);
+            let band = Rectangle {
+                left: place(from),
+                width: (place(to) - place(from)).max(1.0),
+                ..frame.area()
+            };
+            canvas.rectangle(class, band);
         }));
         self
     }
 
     /// Adds a function of x, thinned to what can be seen.
-    pub fn function(
-        self,
-        class: &'static str,
-        points: impl IntoIterator<Item = (f64, f64)>,
-    ) -> Self {
+    pub fn function(self, class: &'static str, points: impl IntoIterator<Item = Point>) -> Self {
         let points: Points = points.into_iter().collect();
         self.inside(move |canvas, frame| frame.function(canvas, class, points.iter().copied()))
     }
@@ -194,7 +207,7 @@ impl Panel {
     pub fn curve(
         self,
         class: &'static str,
-        points: impl IntoIterator<Item = (f64, f64)>,
+        points: impl IntoIterator<Item = Point>,
         most: usize,
     ) -> Self {
         let points: Points = points.into_iter().collect();
@@ -210,7 +223,7 @@ impl Panel {
     pub fn lines(
         self,
         class: impl AsRef<str> + 'static,
-        points: impl IntoIterator<Item = (f64, f64)>,
+        points: impl IntoIterator<Item = Point>,
     ) -> Self {
         let points: Points = points.into_iter().collect();
         self.inside(move |canvas, frame| {
@@ -236,8 +249,7 @@ impl Panel {
     /// Adds a rectangle between two corners.
     pub fn patch(self, class: &'static str, from: (At, At), to: (At, At)) -> Self {
         self.inside(move |canvas, frame| {
-            let (corner, size) = frame.rectangle(from, to);
-            canvas.rectangle(class, corner, size);
+            canvas.rectangle(class, frame.rectangle(from, to));
         })
     }
 
@@ -245,8 +257,7 @@ impl Panel {
     pub fn picture(self, png: Option<String>, from: (At, At), to: (At, At)) -> Self {
         self.each(png, |panel, png| {
             panel.inside(move |canvas, frame| {
-                let (corner, size) = frame.rectangle(from, to);
-                canvas.png(&png, corner, size);
+                canvas.png(&png, frame.rectangle(from, to));
             })
         })
     }
@@ -261,9 +272,9 @@ impl Panel {
     pub fn cloud(self, colour: Rgb, points: Points, dot: usize) -> Self {
         self.inside(move |canvas, frame| {
             let points = points.iter().copied();
-            let (corner, size) = (frame.corner(), frame.size());
-            if let Some(png) = raster::cloud(points, &frame.x, &frame.y, size, dot, colour) {
-                canvas.png(&png, corner, size);
+            let area = frame.area();
+            if let Some(png) = raster::cloud(points, &frame.x, &frame.y, area, dot, colour) {
+                canvas.png(&png, area);
             }
         })
     }
@@ -273,7 +284,7 @@ impl Panel {
         self,
         class: impl AsRef<str> + 'static,
         shape: Shape,
-        points: impl IntoIterator<Item = (f64, f64)>,
+        points: impl IntoIterator<Item = Point>,
     ) -> Self {
         let points: Points = points.into_iter().collect();
         self.above(move |canvas, frame| {
@@ -303,7 +314,7 @@ impl Panel {
 
     /// Draws the panel from `top` on; `id` is its own in the drawing.
     fn draw(&self, canvas: &mut Canvas, top: f64, id: &str) {
-        let ((left, right), bottom) = (self.edges, top + self.height);
+        let (Edges { left, right }, bottom) = (self.edges, top + self.height);
         let frame = Frame::new(
             self.lettering,
             (left, right, top, bottom),
@@ -329,6 +340,6 @@ impl Panel {
         if let Some(bar) = &self.bar {
             bar.draw(canvas, (right + 10.0, top, bottom));
         }
-        frame::legend(canvas, (left, bottom + 62.0), &self.legend);
+        frame::legend(canvas, Point::new(left, bottom + 62.0), &self.legend);
     }
 }

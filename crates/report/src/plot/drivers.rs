@@ -2,7 +2,7 @@
 
 use super::PlotContext;
 use super::chart::At::{High, Low, Value};
-use super::chart::{Chart, Panel};
+use super::chart::{Chart, Edges, Panel};
 use super::frame::{LEFT, LegendEntry, RIGHT, Sample, Scale, WIDE};
 use crate::words;
 use latchgate_document::number::significant;
@@ -26,7 +26,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     let list: Vec<String> = list.collect();
     let panel = Panel::new(
         &WIDE,
-        (LEFT + 250.0, RIGHT),
+        Edges::new(LEFT + 250.0, RIGHT),
         12.0 + 30.0 * rows.len() as f64,
     )
     .x(

@@ -3,12 +3,13 @@
 //! The drawing knows curves, marks and panels alone: the report of one verdict fills it here, the
 //! page of two verdicts in `overlay`.
 
-use super::canvas::{Anchor, Canvas};
+use super::canvas::{Anchor, Canvas, Point};
 use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
 use super::{Figure, WIDTH, acceleration, angle, origin, time_unit};
 use crate::{opening, words};
 use latchgate_document::Document;
 use latchgate_document::number::exact;
+use latchgate_kernel::range::{Range, Window};
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::Severity;
 use latchgate_verdict::{Answer, SampledSeries, SeriesRun};
@@ -29,8 +30,7 @@ const GAP: f64 = 16.0;
 
 /// An instant or a span that is marked in all panels.
 pub(super) struct EventMark {
-    start_s: f64,
-    end_s: f64,
+    span: Window,
     text: String,
     class: &'static str,
 }
@@ -38,17 +38,12 @@ pub(super) struct EventMark {
 impl EventMark {
     /// Marks an instant by a line.
     pub(super) fn at(at_s: f64, text: String, class: &'static str) -> Self {
-        Self::span((at_s, at_s), text, class)
+        Self::span(Window::new(at_s, at_s), text, class)
     }
 
     /// Marks a span by a shade.
-    fn span((start_s, end_s): (f64, f64), text: String, class: &'static str) -> Self {
-        Self {
-            start_s,
-            end_s,
-            text,
-            class,
-        }
+    fn span(span: Window, text: String, class: &'static str) -> Self {
+        Self { span, text, class }
     }
 
     /// Marks when a lever opens, if it does: the span of the varied levers, or one instant.
@@ -58,21 +53,22 @@ impl EventMark {
         let word = opening::opens_or_may(document.verdict);
         let text = format!("{name}{word} {}", opening::cell(opens));
         Some(match opening::span(opens) {
-            Some(span) => Self::span((span.start_s, span.end_s), text, "crossing"),
+            Some(span) => Self::span(Window::new(span.start_s, span.end_s), text, "crossing"),
             None => Self::at(first_s, text, "crossing"),
         })
     }
 
-    /// Returns the part of it that is in view [s].
-    pub(super) fn seen(&self, view: (f64, f64)) -> Option<(f64, f64)> {
-        let seen = (self.start_s.max(view.0), self.end_s.min(view.1));
-        (seen.0 <= seen.1).then_some(seen)
+    /// Returns the part of it that is in view.
+    pub(super) fn seen(&self, view: Window) -> Option<Window> {
+        let from_s = self.span.from_s.max(view.from_s);
+        let until_s = self.span.until_s.min(view.until_s);
+        (from_s <= until_s).then_some(Window { from_s, until_s })
     }
 
     /// Returns where its label stands [s]: in the middle of what is seen.
-    fn middle_s(&self, view: (f64, f64)) -> f64 {
-        let (start_s, end_s) = self.seen(view).unwrap_or((self.start_s, self.end_s));
-        0.5 * (start_s + end_s)
+    fn middle_s(&self, view: Window) -> f64 {
+        let Window { from_s, until_s } = self.seen(view).unwrap_or(self.span);
+        0.5 * (from_s + until_s)
     }
 }
 
@@ -92,7 +88,7 @@ pub(super) struct EventPanel<'a> {
     title: String,
     curves: Vec<EventCurve<'a>>,
     factor: f64,
-    range: (f64, f64),
+    range: Range,
 }
 
 /// Acceleration, velocity and angle over one time axis.
@@ -100,8 +96,8 @@ pub(super) struct EventDrawing<'a> {
     pub(super) title: &'a str,
     /// Samples of all curves [s].
     pub(super) time_s: &'a [f64],
-    /// What is shown at first [s].
-    pub(super) view: (f64, f64),
+    /// What is shown at first.
+    pub(super) view: Window,
     /// The panels; the last is that of the angle.
     pub(super) panels: [EventPanel<'a>; 3],
     /// The limit angle [rad], and how it is named.
@@ -128,15 +124,15 @@ pub(crate) fn draw(document: &Document, series: &SampledSeries) -> Option<(Figur
         panels: panels(document, series, view),
         limit: (limit, limit_name(limit)),
         marks: marks(document, series, view),
-        time_unit: time_unit((first, last)),
+        time_unit: time_unit(Window::new(first, last)),
         origin: &origin(document),
     };
     let sentence = angle::result_sentence(document);
     let caption = caption(document, &drawing.panels);
     let description = format!(
         "Acceleration, its integral and the angle of the lever over time, from {} to {}. {sentence}",
-        words::instant(view.0),
-        words::instant(view.1)
+        words::instant(view.from_s),
+        words::instant(view.until_s)
     );
     Some(drawing.draw(caption, description))
 }
@@ -180,12 +176,9 @@ impl EventDrawing<'_> {
         let mut drawn = Vec::new();
         let label = format!("time [{unit}]");
         for (index, (panel, height)) in self.panels.iter().zip(HEIGHTS).enumerate() {
-            let time = Scale::Linear(self.view.0 * scale, self.view.1 * scale);
-            let place = Frame::wide(
-                (top, top + height),
-                time,
-                Scale::Linear(panel.range.0, panel.range.1),
-            );
+            let time = Scale::Linear(self.view.from_s * scale, self.view.until_s * scale);
+            let values = Scale::Linear(panel.range.low, panel.range.high);
+            let place = Frame::wide(top, top + height, time, values);
             let last = index + 1 == self.panels.len();
             place.grid(canvas, last.then_some(&*label), Some(&panel.title));
             place.level(canvas, "zero", 0.0);
@@ -195,18 +188,18 @@ impl EventDrawing<'_> {
             }
             for curve in &panel.curves {
                 let points = self.time_s.iter().zip(curve.values);
-                let points = points.map(|(at, value)| (at * scale, value * panel.factor));
+                let points = points.map(|(at, value)| Point::new(at * scale, value * panel.factor));
                 place.function(canvas, curve.class, points);
             }
             canvas.end_group();
             for mark in &self.marks {
-                let Some((start_s, end_s)) = mark.seen(self.view) else {
+                let Some(Window { from_s, until_s }) = mark.seen(self.view) else {
                     continue;
                 };
-                if end_s > start_s {
-                    place.shade(canvas, mark.class, (start_s * scale, end_s * scale));
+                if until_s > from_s {
+                    place.shade(canvas, mark.class, from_s * scale, until_s * scale);
                 } else {
-                    place.upright(canvas, mark.class, start_s * scale);
+                    place.upright(canvas, mark.class, from_s * scale);
                 }
             }
             if last {
@@ -215,7 +208,7 @@ impl EventDrawing<'_> {
             place.frame(canvas);
             drawn.push(
                 json!({"top": top, "bottom": top + height, "title": panel.title,
-                "range": [panel.range.0, panel.range.1]}),
+                "range": panel.range}),
             );
             top += height + GAP;
         }
@@ -227,34 +220,32 @@ impl EventDrawing<'_> {
         for (mark, row) in self.marks.iter().zip(rows) {
             let x = axis.place(mark.middle_s(self.view) * self.time_unit.0);
             let y = first_top - 6.0 - 18.0 * *row as f64;
-            canvas.line(mark.class, (x, y + 1.0), (x, first_top));
-            canvas.text(
-                "muted",
-                (held(x, &mark.text), y - 2.0),
-                Anchor::Middle,
-                &mark.text,
-            );
+            canvas.line(mark.class, Point::new(x, y + 1.0), Point::new(x, first_top));
+            let at = Point::new(held(x, &mark.text), y - 2.0);
+            canvas.text("muted", at, Anchor::Middle, &mark.text);
         }
     }
 
     fn axis(&self) -> super::axis::Axis {
         let (scale, _) = self.time_unit;
-        super::axis::Axis::linear(self.view.0 * scale, self.view.1 * scale, LEFT, RIGHT)
+        let Window { from_s, until_s } = self.view;
+        super::axis::Axis::linear(from_s * scale, until_s * scale, LEFT, RIGHT)
     }
 
     /// Returns the row above the panels in which each mark's label stands, so that none meets another.
     fn rows(&self) -> Vec<usize> {
         let axis = self.axis();
-        let mut taken: Vec<Vec<(f64, f64)>> = Vec::new();
+        let mut taken: Vec<Vec<Range>> = Vec::new();
         self.marks
             .iter()
             .map(|mark| {
                 let at = axis.place(mark.middle_s(self.view) * self.time_unit.0);
                 let middle = held(at, &mark.text);
                 let half = width(&mark.text) / 2.0 + 6.0;
-                let own = (middle - half, middle + half);
-                let free = |row: &Vec<(f64, f64)>| {
-                    row.iter().all(|other| own.1 < other.0 || own.0 > other.1)
+                let own = Range::new(middle - half, middle + half);
+                let free = |row: &Vec<Range>| {
+                    row.iter()
+                        .all(|other| own.high < other.low || own.low > other.high)
                 };
                 let row = taken.iter().position(free).unwrap_or(taken.len());
                 if row == taken.len() {
@@ -289,13 +280,13 @@ impl EventDrawing<'_> {
         let marks: Vec<Value> = self
             .marks
             .iter()
-            .map(|mark| json!({"start": mark.start_s, "end": mark.end_s, "text": mark.text, "class": mark.class}))
+            .map(|mark| json!({"start": mark.span.from_s, "end": mark.span.until_s, "text": mark.text, "class": mark.class}))
             .collect();
         json!({
             "left": LEFT,
             "right": RIGHT,
             "span": [self.time_s[0], self.time_s[self.time_s.len() - 1]],
-            "view": [self.view.0, self.view.1],
+            "view": [self.view.from_s, self.view.until_s],
             "scale": self.time_unit.0,
             "unit": self.time_unit.1,
             "limit": self.limit.0,
@@ -312,7 +303,7 @@ fn caption(document: &Document, panels: &[EventPanel<'_>]) -> String {
         document
             .nominal
             .iter()
-            .any(|run| run.peak_angle_rad > panel.range.1)
+            .any(|run| run.peak_angle_rad > panel.range.high)
     });
     let cut = if cut {
         " The curve of the angle leaves its panel; the angles it reaches stand in the appendix."
@@ -332,7 +323,7 @@ fn width(text: &str) -> f64 {
     text.chars().count() as f64 * (frame::LETTER - 1.2)
 }
 
-fn marks(document: &Document, series: &SampledSeries, view: (f64, f64)) -> Vec<EventMark> {
+fn marks(document: &Document, series: &SampledSeries, view: Window) -> Vec<EventMark> {
     let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
     match &document.nominal {
         // What faulty samples come to is no event.
@@ -367,7 +358,7 @@ fn bad_span(document: &Document, time_s: &[f64]) -> Option<EventMark> {
         "not usable".into()
     };
     Some(EventMark::span(
-        (from.clamp(first, last), last),
+        Window::new(from.clamp(first, last), last),
         text,
         "bad",
     ))
@@ -380,15 +371,15 @@ fn past_a_right_angle(series: &SampledSeries) -> Option<f64> {
     Some(series.time_s[past])
 }
 
-/// Returns the stretch of time in which acceleration or lever are at work, with some room [s].
-fn view(document: &Document, series: &SampledSeries) -> (f64, f64) {
+/// Returns the window in which acceleration or lever are at work, with some room.
+fn view(document: &Document, series: &SampledSeries) -> Window {
     let (first, last) = (series.time_s[0], series.time_s[series.time_s.len() - 1]);
     let magnitude = |value: &f64| if value.is_finite() { value.abs() } else { 0.0 };
     let largest = series.used_m_s2.iter().map(magnitude).fold(0.0, f64::max);
-    let mut span = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut span = Range::EMPTY;
     let mut include = |time: f64| {
         if time.is_finite() {
-            span = (span.0.min(time), span.1.max(time));
+            span = span.including(time);
         }
     };
     for (time, value) in series.time_s.iter().zip(&series.used_m_s2) {
@@ -412,21 +403,23 @@ fn view(document: &Document, series: &SampledSeries) -> (f64, f64) {
     if (first..=last).contains(&0.0) {
         include(0.0);
     }
-    let length = span.1 - span.0;
-    if length.is_nan() || length <= 0.0 || length > 0.8 * (last - first) {
-        return (first, last);
-    }
-    (
-        (span.0 - 0.1 * length).max(first),
-        (span.1 + 0.25 * length).min(last),
-    )
+    with_room(span, Window::new(first, last))
 }
 
-fn panels<'a>(
-    document: &Document,
-    series: &'a SampledSeries,
-    view: (f64, f64),
-) -> [EventPanel<'a>; 3] {
+/// Returns the window of a span with some room, within all that there is; all, if the span takes
+/// most of it.
+pub(super) fn with_room(span: Range, all: Window) -> Window {
+    let length = span.width();
+    if length.is_nan() || length <= 0.0 || length > 0.8 * (all.until_s - all.from_s) {
+        return all;
+    }
+    Window {
+        from_s: (span.low - 0.1 * length).max(all.from_s),
+        until_s: (span.high + 0.25 * length).min(all.until_s),
+    }
+}
+
+fn panels<'a>(document: &Document, series: &'a SampledSeries, view: Window) -> [EventPanel<'a>; 3] {
     let acceleration = vec![
         EventCurve {
             class: "raw",
@@ -487,17 +480,16 @@ impl<'a> EventPanel<'a> {
         title: String,
         curves: Vec<EventCurve<'a>>,
         factor: f64,
-        (time_s, view): (&[f64], (f64, f64)),
+        (time_s, view): (&[f64], Window),
         limit: Option<f64>,
     ) -> Self {
         let seen = curves
             .iter()
             .flat_map(|curve| time_s.iter().zip(curve.values));
         let seen = seen
-            .filter(|(at, _)| (view.0..=view.1).contains(*at))
+            .filter(|(at, _)| (view.from_s..=view.until_s).contains(*at))
             .map(|(_, value)| value * factor);
-        let (low, high) = frame::extent(seen);
-        let (mut low, mut high) = (low.min(0.0), high.max(0.0));
+        let Range { mut low, mut high } = frame::extent(seen).including(0.0);
         if let Some(limit) = limit {
             high = high.clamp(1.2 * limit, REACH * limit);
             low = low.max(-0.5 * limit);
@@ -507,7 +499,7 @@ impl<'a> EventPanel<'a> {
             title,
             curves,
             factor,
-            range: (low - room, high + room),
+            range: Range::new(low - room, high + room),
         }
     }
 }

@@ -2,10 +2,11 @@
 
 pub use super::axis::Scale;
 use super::axis::{At, Axis};
-use super::canvas::{Anchor, Canvas, Shape};
+use super::canvas::{Anchor, Canvas, Point, Rectangle, Shape};
 use super::raster::{self, Rgb};
 use super::{WIDTH, thin};
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
 
 /// Left and right edge of every panel across the drawing, so that time axes of all plots stand
 /// under one another.
@@ -101,49 +102,55 @@ impl Frame {
     }
 
     /// Lays a panel across the drawing.
-    pub fn wide((top, bottom): (f64, f64), x: Scale, y: Scale) -> Self {
+    pub fn wide(top: f64, bottom: f64, x: Scale, y: Scale) -> Self {
         Self::new(&WIDE, (LEFT, RIGHT, top, bottom), x, y)
     }
 
     /// Returns where a pair of values stands.
-    pub fn place(&self, x: f64, y: f64) -> (f64, f64) {
-        (self.x.place(x), self.y.place(y))
+    pub fn place(&self, values: Point) -> Point {
+        Point::new(self.x.place(values.x), self.y.place(values.y))
     }
 
     /// Returns where a place of a layer is.
-    pub fn at(&self, (x, y): (At, At)) -> (f64, f64) {
+    pub fn at(&self, (x, y): (At, At)) -> Point {
         let along = |axis: &Axis, at: At| match at {
             At::Value(value, further) => axis.place(value) + further,
             At::Low(further) => axis.place(axis.low()) + further,
             At::High(further) => axis.place(axis.high()) + further,
         };
-        (along(&self.x, x), along(&self.y, y))
+        Point::new(along(&self.x, x), along(&self.y, y))
     }
 
     /// Returns where pairs of values stand.
-    pub fn placed(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
-        points.iter().map(|(x, y)| self.place(*x, *y)).collect()
+    pub fn placed(&self, points: &[Point]) -> Vec<Point> {
+        points.iter().map(|values| self.place(*values)).collect()
     }
 
-    /// Returns upper left corner and size of the rectangle between two places.
-    pub fn rectangle(&self, from: (At, At), to: (At, At)) -> ((f64, f64), (f64, f64)) {
-        let ((x0, y0), (x1, y1)) = (self.at(from), self.at(to));
-        ((x0.min(x1), y0.min(y1)), ((x1 - x0).abs(), (y1 - y0).abs()))
+    /// Returns the rectangle between two places.
+    pub fn rectangle(&self, from: (At, At), to: (At, At)) -> Rectangle {
+        let (from, to) = (self.at(from), self.at(to));
+        Rectangle {
+            left: from.x.min(to.x),
+            top: from.y.min(to.y),
+            width: (to.x - from.x).abs(),
+            height: (to.y - from.y).abs(),
+        }
     }
 
-    /// Returns the upper left corner.
-    pub fn corner(&self) -> (f64, f64) {
-        (self.left, self.top)
-    }
-
-    /// Returns width and height.
-    pub fn size(&self) -> (f64, f64) {
-        (self.right - self.left, self.bottom - self.top)
+    /// Returns the rectangle of the panel.
+    pub fn area(&self) -> Rectangle {
+        Rectangle {
+            left: self.left,
+            top: self.top,
+            width: self.right - self.left,
+            height: self.bottom - self.top,
+        }
     }
 
     /// Writes the panel's own title above it.
     pub fn title(&self, canvas: &mut Canvas, text: &str) {
-        canvas.text("strong", (self.left, self.top - 9.0), Anchor::Start, text);
+        let at = Point::new(self.left, self.top - 9.0);
+        canvas.text("strong", at, Anchor::Start, text);
     }
 
     /// Draws grid, ticks, tick labels and titles of the axes; the frame comes after the curves.
@@ -157,41 +164,39 @@ impl Frame {
         } = self.lettering;
         for tick in self.x.ticks(spacing.0, LETTER) {
             let x = self.x.place(tick.value);
-            if !self.grid_line(canvas, &tick.label, (x, self.top), (x, self.bottom)) {
+            let (top, bottom) = (Point::new(x, self.top), Point::new(x, self.bottom));
+            if !self.grid_line(canvas, &tick.label, top, bottom) {
                 continue;
             }
             if x_title.is_some() {
-                self.tick(canvas, (x, self.bottom), (0.0, 1.0));
-                let at = (x, self.bottom + label.0);
+                self.tick(canvas, bottom, 0.0, 1.0);
+                let at = Point::new(x, self.bottom + label.0);
                 canvas.text(self.lettering.class, at, Anchor::Middle, &tick.label);
             }
         }
         for tick in self.y.ticks(spacing.1, 0.0) {
             let y = self.y.place(tick.value);
-            if self.grid_line(canvas, &tick.label, (self.left, y), (self.right, y)) {
-                self.tick(canvas, (self.left - self.lettering.tick, y), (1.0, 0.0));
-                let at = (self.left - label.1, y + label.2);
+            let (left, right) = (Point::new(self.left, y), Point::new(self.right, y));
+            if self.grid_line(canvas, &tick.label, left, right) {
+                let outside = Point::new(self.left - self.lettering.tick, y);
+                self.tick(canvas, outside, 1.0, 0.0);
+                let at = Point::new(self.left - label.1, y + label.2);
                 canvas.text(self.lettering.class, at, Anchor::End, &tick.label);
             }
         }
         if let Some(text) = y_title {
             let middle = f64::midpoint(self.top, self.bottom);
-            canvas.upward_text("", (self.left - title.1, middle), text);
+            canvas.upward_text("", Point::new(self.left - title.1, middle), text);
         }
         if let Some(text) = x_title {
             let middle = f64::midpoint(self.left, self.right);
-            canvas.text("", (middle, self.bottom + title.0), Anchor::Middle, text);
+            let at = Point::new(middle, self.bottom + title.0);
+            canvas.text("", at, Anchor::Middle, text);
         }
     }
 
     /// Draws a line of the grid; false if it is one between labelled ones.
-    fn grid_line(
-        &self,
-        canvas: &mut Canvas,
-        label: &str,
-        from: (f64, f64),
-        to: (f64, f64),
-    ) -> bool {
+    fn grid_line(&self, canvas: &mut Canvas, label: &str, from: Point, to: Point) -> bool {
         if !label.is_empty() {
             canvas.line("grid", from, to);
         } else if self.lettering.minor {
@@ -200,10 +205,11 @@ impl Frame {
         !label.is_empty()
     }
 
-    fn tick(&self, canvas: &mut Canvas, (x, y): (f64, f64), (right, down): (f64, f64)) {
+    fn tick(&self, canvas: &mut Canvas, from: Point, right: f64, down: f64) {
         let length = self.lettering.tick;
         if length > 0.0 {
-            canvas.line("tick", (x, y), (x + right * length, y + down * length));
+            let to = Point::new(from.x + right * length, from.y + down * length);
+            canvas.line("tick", from, to);
         }
     }
 
@@ -218,34 +224,29 @@ impl Frame {
         );
         for tick in axis.ticks(spacing.2, 0.0) {
             let y = axis.place(tick.value);
-            self.tick(canvas, (self.right, y), (1.0, 0.0));
-            let at = (self.right + label.1, y + label.2);
+            self.tick(canvas, Point::new(self.right, y), 1.0, 0.0);
+            let at = Point::new(self.right + label.1, y + label.2);
             canvas.text(self.lettering.class, at, Anchor::Start, &tick.label);
         }
         let middle = f64::midpoint(self.top, self.bottom);
-        canvas.upward_text("", (WIDTH - 8.0, middle), title);
+        canvas.upward_text("", Point::new(WIDTH - 8.0, middle), title);
     }
 
     /// Draws the frame; it comes after the curves.
     pub fn frame(&self, canvas: &mut Canvas) {
-        canvas.rectangle("frame", self.corner(), self.size());
+        canvas.rectangle("frame", self.area());
     }
 
     /// Opens a group that draws inside the panel only; `id` is its own in the drawing.
     pub fn begin_inside(&self, canvas: &mut Canvas, id: &str) {
-        canvas.begin_clipped(id, self.corner(), self.size());
+        canvas.begin_clipped(id, self.area());
     }
 
     /// Draws a function of x, thinned to what can be seen.
-    pub fn function(
-        &self,
-        canvas: &mut Canvas,
-        class: &str,
-        points: impl Iterator<Item = (f64, f64)>,
-    ) {
+    pub fn function(&self, canvas: &mut Canvas, class: &str, points: impl Iterator<Item = Point>) {
         let placed = points
-            .map(|(x, y)| self.place(x, y))
-            .filter(|(x, _)| *x >= self.left - 40.0 && *x <= self.right + 40.0);
+            .map(|values| self.place(values))
+            .filter(|at| at.x >= self.left - 40.0 && at.x <= self.right + 40.0);
         canvas.polyline(class, thin::columns(placed, 0.7).into_iter());
     }
 
@@ -253,7 +254,7 @@ impl Frame {
     pub fn level(&self, canvas: &mut Canvas, class: &str, y: f64) {
         if self.y.contains(y) {
             let at = self.y.place(y);
-            canvas.line(class, (self.left, at), (self.right, at));
+            canvas.line(class, Point::new(self.left, at), Point::new(self.right, at));
         }
     }
 
@@ -261,30 +262,31 @@ impl Frame {
     pub fn upright(&self, canvas: &mut Canvas, class: &str, x: f64) {
         if self.x.contains(x) {
             let at = self.x.place(x);
-            canvas.line(class, (at, self.top), (at, self.bottom));
+            canvas.line(class, Point::new(at, self.top), Point::new(at, self.bottom));
         }
     }
 
     /// Shades a span of `x` over the whole height.
-    pub fn shade(&self, canvas: &mut Canvas, class: &str, (from, to): (f64, f64)) {
+    pub fn shade(&self, canvas: &mut Canvas, class: &str, from: f64, to: f64) {
         let (left, right) = (self.x.place(from), self.x.place(to));
-        canvas.rectangle(
-            class,
-            (left, self.top),
-            (right - left, self.bottom - self.top),
-        );
+        let shaded = Rectangle {
+            left,
+            width: right - left,
+            ..self.area()
+        };
+        canvas.rectangle(class, shaded);
     }
 
     /// Writes a text beside a point, on the side where the panel has more room, inside it.
-    pub fn label(&self, canvas: &mut Canvas, class: &str, at: (f64, f64), text: &str) {
-        let left_half = at.0 < f64::midpoint(self.left, self.right);
+    pub fn label(&self, canvas: &mut Canvas, class: &str, at: Point, text: &str) {
+        let left_half = at.x < f64::midpoint(self.left, self.right);
         let (x, anchor) = if left_half {
-            (at.0 + 11.0, Anchor::Start)
+            (at.x + 11.0, Anchor::Start)
         } else {
-            (at.0 - 11.0, Anchor::End)
+            (at.x - 11.0, Anchor::End)
         };
-        let y = at.1.clamp(self.top + 16.0, self.bottom - 8.0);
-        canvas.text(class, (x, y), anchor, text);
+        let y = at.y.clamp(self.top + 16.0, self.bottom - 8.0);
+        canvas.text(class, Point::new(x, y), anchor, text);
     }
 }
 
@@ -349,43 +351,49 @@ pub fn header(
     entries: &[LegendEntry],
 ) -> f64 {
     let mut y = if notes.is_empty() { 22.0 } else { 24.0 };
-    canvas.text("title", (left, y), Anchor::Start, title);
+    canvas.text("title", Point::new(left, y), Anchor::Start, title);
     for note in notes {
         y += 20.0;
-        canvas.text("muted", (left, y), Anchor::Start, note);
+        canvas.text("muted", Point::new(left, y), Anchor::Start, note);
     }
     if entries.is_empty() {
         return y + 16.0;
     }
-    legend(canvas, (left, y + 24.0), entries) + 14.0
+    legend(canvas, Point::new(left, y + 24.0), entries) + 14.0
 }
 
 /// Writes entries in lines from a place on and returns the height of the last line.
-pub fn legend(canvas: &mut Canvas, (left, top): (f64, f64), entries: &[LegendEntry]) -> f64 {
-    let (mut x, mut y) = (left, top);
+pub fn legend(canvas: &mut Canvas, first: Point, entries: &[LegendEntry]) -> f64 {
+    let Point { mut x, mut y } = first;
     for entry in entries {
         let width = 34.0 + entry.text.chars().count() as f64 * (LETTER - 1.2) + 16.0;
-        if x > left && x + width > WIDTH - 4.0 {
-            x = left;
+        if x > first.x && x + width > WIDTH - 4.0 {
+            x = first.x;
             y += 21.0;
         }
-        let (from, to) = ((x, y - 5.0), (x + 26.0, y - 5.0));
-        let (corner, size) = ((x, y - 12.0), (26.0, 14.0));
+        let right_of = |distance, up| Point::new(x + distance, y - up);
+        let (from, to) = (right_of(0.0, 5.0), right_of(26.0, 5.0));
+        let patch = Rectangle {
+            left: x,
+            top: y - 12.0,
+            width: 26.0,
+            height: 14.0,
+        };
         match &entry.sample {
             Sample::Line(class) => canvas.line(class, from, to),
-            Sample::Patch(class) => canvas.rectangle(class, corner, size),
-            Sample::Tick(class) => canvas.line(class, (x + 13.0, y - 12.0), (x + 13.0, y + 2.0)),
+            Sample::Patch(class) => canvas.rectangle(class, patch),
+            Sample::Tick(class) => canvas.line(class, right_of(13.0, 12.0), right_of(13.0, -2.0)),
             Sample::Marked(line, mark, shape) => {
                 canvas.line(line, from, to);
-                shape.draw(canvas, mark, (x + 13.0, y - 5.0));
+                shape.draw(canvas, mark, right_of(13.0, 5.0));
             }
             Sample::Colour(colour) => {
                 if let Some(png) = raster::encode(colour, 1, 1) {
-                    canvas.png(&png, corner, size);
+                    canvas.png(&png, patch);
                 }
             }
         }
-        canvas.text("", (x + 34.0, y), Anchor::Start, &entry.text);
+        canvas.text("", right_of(34.0, 0.0), Anchor::Start, &entry.text);
         x += width;
     }
     y
@@ -396,24 +404,20 @@ pub const FOOTER: f64 = 66.0;
 
 /// Writes at the bottom right what the drawing belongs to.
 pub fn footer(canvas: &mut Canvas, origin: &str, height: f64) {
-    let at = (RIGHT, height - 6.0);
+    let at = Point::new(RIGHT, height - 6.0);
     canvas.text("origin", at, Anchor::End, origin);
 }
 
-/// Returns the least and largest of finite values; infinite ones, the least above the largest, of
-/// none.
-pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        })
+/// Returns the range of finite values; [`Range::EMPTY`] of none.
+pub fn extent(values: impl Iterator<Item = f64>) -> Range {
+    let finite = values.filter(|value| value.is_finite());
+    finite.fold(Range::EMPTY, Range::including)
 }
 
 /// Returns the scale of finite values, with a margin on both sides as a share of the range between,
 /// or of one where all are equal; `0..1` of none.
 pub fn range(values: impl Iterator<Item = f64>, margin: f64) -> Scale {
-    let (low, high) = extent(values);
+    let Range { low, high } = extent(values);
     if low > high {
         return Scale::Linear(0.0, 1.0);
     }

@@ -2,7 +2,7 @@
 //! the cells of a map, and the bar that explains them.
 
 use super::axis::{Axis, Scale};
-use super::canvas::{Anchor, Canvas};
+use super::canvas::{Anchor, Canvas, Point, Rectangle};
 use super::raster::encode;
 use latchgate_document::number::trimmed;
 
@@ -70,19 +70,25 @@ pub struct Bar {
 impl Bar {
     /// Draws the bar at `left` from `top` to `bottom`.
     pub(super) fn draw(&self, canvas: &mut Canvas, (left, top, bottom): (f64, f64, f64)) {
-        let (corner, size) = ((left, top), (14.0, bottom - top));
+        let bar = Rectangle {
+            left,
+            top,
+            width: 14.0,
+            height: bottom - top,
+        };
+        let right_of = |distance, y| Point::new(left + distance, y);
         let steps = cells((1, 64), |_, step| Some((step as f64 + 0.5) / 64.0));
         if let Some(steps) = steps {
-            canvas.png(&steps, corner, size);
+            canvas.png(&steps, bar);
         }
-        canvas.rectangle("frame", corner, size);
+        canvas.rectangle("frame", bar);
         let axis = Axis::new(self.scale, bottom, top);
         for tick in axis.ticks(46.0, 0.0) {
             if tick.label.is_empty() {
                 continue;
             }
             let y = axis.place(tick.value);
-            canvas.line("tick", (left + 14.0, y), (left + 19.0, y));
+            canvas.line("tick", right_of(14.0, y), right_of(19.0, y));
             let label = if self.open && y < top + 0.5 {
                 format!("≥ {}", trimmed(tick.value, 3))
             } else if self.open && y > bottom - 0.5 {
@@ -90,12 +96,12 @@ impl Bar {
             } else {
                 tick.label
             };
-            canvas.text("muted", (left + 23.0, y + 5.0), Anchor::Start, &label);
+            canvas.text("muted", right_of(23.0, y + 5.0), Anchor::Start, &label);
         }
         for (class, value) in &self.marked {
             let y = axis.place(*value);
-            canvas.line(class, (left, y), (left + 14.0, y));
+            canvas.line(class, right_of(0.0, y), right_of(14.0, y));
         }
-        canvas.text("", (left + 70.0, top - 12.0), Anchor::End, &self.title);
+        canvas.text("", right_of(70.0, top - 12.0), Anchor::End, &self.title);
     }
 }

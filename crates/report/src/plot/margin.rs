@@ -2,12 +2,13 @@
 
 use super::Figure;
 use super::chart::At::{High, Low, Value};
-use super::chart::{ACROSS, Chart, Edges, HALVES, Panel, Shape};
+use super::chart::{ACROSS, Chart, Edges, HALVES, Panel, Point, Shape};
 use super::frame::{LegendEntry, OPEN, Scale, WIDE};
 use crate::words;
 use latchgate_document::MarginDocument;
 use latchgate_document::number::{significant, trimmed};
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
 use latchgate_verdict::margin::{LimitCurve, LimitPoint, Margins, Quantity, Scan};
 use std::f64::consts::FRAC_PI_2;
 
@@ -56,11 +57,11 @@ fn limit(limit: &LimitCurve) -> Chart {
         .each(curves(), |panel, (stop, class)| {
             panel.lines(class, points(stop).map(|(_, at)| at))
         })
-        .each(named, |panel, (ms, (x, y))| {
+        .each(named, |panel, (ms, at)| {
             let text = format!("{} ms", trimmed(ms, 3));
-            panel.marks("mark", Shape::Circle(3.6), [(x, y)]).text(
+            panel.marks("mark", Shape::Circle(3.6), [at]).text(
                 "muted halo",
-                (Value(x, 9.0), Value(y, -5.0)),
+                (Value(at.x, 9.0), Value(at.y, -5.0)),
                 text,
             )
         })
@@ -91,11 +92,9 @@ fn limit(limit: &LimitCurve) -> Chart {
                 1 => "recording".to_string(),
                 _ => format!("recording, {}", words::opens(point.opens_when)),
             };
-            panel.marks("cross", Shape::Diamond(7.0), [(x, y)]).beside(
-                "strong halo",
-                (Value(x, 0.0), Value(y, 5.0)),
-                text,
-            )
+            panel
+                .marks("cross", Shape::Diamond(7.0), [Point::new(x, y)])
+                .beside("strong halo", (Value(x, 0.0), Value(y, 5.0)), text)
         });
     let entries = curves()
         .map(|(stop, class)| LegendEntry::line(class, format!("limit, {}", words::stop(stop))));
@@ -113,25 +112,24 @@ fn limit(limit: &LimitCurve) -> Chart {
 }
 
 /// Returns change of velocity [m/s] and amplitude [g] of a point, where both are known.
-fn known(point: &LimitPoint) -> Option<(f64, f64)> {
-    Some((point.velocity_change_m_s?, point.amplitude_g?))
+fn known(point: &LimitPoint) -> Option<Point> {
+    Some(Point::new(point.velocity_change_m_s?, point.amplitude_g?))
 }
 
 /// Returns scales that show the curve, its bounds and the recording.
 fn limit_scales(limit: &LimitCurve) -> (Scale, Scale) {
-    let mut x = (limit.impulse_threshold_m_s, limit.impulse_threshold_m_s);
-    let mut y = (limit.static_threshold_g, limit.static_threshold_g);
+    let mut x = Range::EMPTY.including(limit.impulse_threshold_m_s);
+    let mut y = Range::EMPTY.including(limit.static_threshold_g);
     let recorded = limit
         .recording
         .iter()
-        .map(|point| (point.velocity_change_m_s, point.peak_g));
-    for (change, amplitude) in limit.points.iter().filter_map(known).chain(recorded) {
-        if change > 0.0 && amplitude > 0.0 {
-            x = (x.0.min(change), x.1.max(change));
-            y = (y.0.min(amplitude), y.1.max(amplitude));
+        .map(|point| Point::new(point.velocity_change_m_s, point.peak_g));
+    for at in limit.points.iter().filter_map(known).chain(recorded) {
+        if at.x > 0.0 && at.y > 0.0 {
+            (x, y) = (x.including(at.x), y.including(at.y));
         }
     }
-    let wider = |(low, high): (f64, f64)| {
+    let wider = |Range { low, high }: Range| {
         let low = if low > 0.0 { low / 1.5 } else { high / 1e3 };
         Scale::Logarithmic(low, high * 1.6)
     };
@@ -203,19 +201,19 @@ fn scan_panel(document: &MarginDocument, scan: &Scan, edges: Edges) -> Panel {
     };
     let peaks = scan.points.iter().map(|(value, peak)| {
         let peak = peak.map_or(f64::NAN, |peak| peak.clamp(least, largest));
-        (*value, peak)
+        Point::new(*value, peak)
     });
     let limits = scan
         .points
         .iter()
-        .map(|(value, _)| (*value, limit_at(*value)));
+        .map(|(value, _)| Point::new(*value, limit_at(*value)));
     let boundaries = document.boundaries.iter().filter(|boundary| {
         let answers = [boundary.below, boundary.above];
         boundary.quantity == scan.quantity.name()
             && answers[0] != answers[1]
             && answers.contains(&latchgate_verdict::margin::NominalAnswer::Pass)
     });
-    let boundaries = boundaries.map(|boundary| (boundary.at, limit_at(boundary.at)));
+    let boundaries = boundaries.map(|boundary| Point::new(boundary.at, limit_at(boundary.at)));
     Panel::new(&OPEN, edges, 230.0)
         .x(format!("{} [{unit}]", scan.quantity.title()), x)
         .y("peak angle [rad]", Scale::Logarithmic(least, largest))

@@ -1,10 +1,11 @@
 //! Verdicts over one time axis, aligned at first contact.
 
-use super::event::{EventCurve, EventDrawing, EventMark, EventPanel, limit_name};
+use super::event::{EventCurve, EventDrawing, EventMark, EventPanel, limit_name, with_room};
 use super::{Figure, time_unit};
 use crate::comparison::{VERDICTS_MAX, letter};
 use crate::words;
 use latchgate_document::Document;
+use latchgate_kernel::range::{Range, Window};
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_verdict::SampledSeries;
 use serde_json::Value;
@@ -107,11 +108,11 @@ fn brought(to_s: &[f64], time_s: &[f64], values: &[f64]) -> Vec<f64> {
 }
 
 /// Draws all, and returns with it what a script needs to draw it anew. `view` is what is shown at
-/// first [s].
+/// first.
 pub(crate) fn draw(
     series: &CommonSeries,
     documents: &[&Document],
-    view: (f64, f64),
+    view: Window,
 ) -> (Figure, Value) {
     let shown = (&*series.time_s, view);
     let in_g = 1.0 / STANDARD_GRAVITY;
@@ -165,8 +166,8 @@ pub(crate) fn draw(
     );
     let description = format!(
         "Acceleration, its integral and the angle of the lever over time for each verdict, from {} to {}.",
-        words::instant(view.0),
-        words::instant(view.1)
+        words::instant(view.from_s),
+        words::instant(view.until_s)
     );
     drawing.draw(caption, description)
 }
@@ -184,7 +185,7 @@ fn curves<'a>(what: &str, first: usize, values: &'a [Vec<f64>]) -> Vec<EventCurv
     each.collect()
 }
 
-fn marks(documents: &[&Document], view: (f64, f64)) -> Vec<EventMark> {
+fn marks(documents: &[&Document], view: Window) -> Vec<EventMark> {
     let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
     for (place, document) in documents.iter().enumerate() {
         let name = format!("{} ", letter(place));
@@ -194,11 +195,11 @@ fn marks(documents: &[&Document], view: (f64, f64)) -> Vec<EventMark> {
     marks
 }
 
-/// Returns the stretch in which any acceleration or lever is at work, with some room [s].
-pub(crate) fn view(series: &CommonSeries, documents: &[&Document]) -> (f64, f64) {
+/// Returns the window in which any acceleration or lever is at work, with some room.
+pub(crate) fn view(series: &CommonSeries, documents: &[&Document]) -> Window {
     let (first, last) = (series.time_s[0], series.time_s[series.time_s.len() - 1]);
-    let mut span = (0.0_f64.clamp(first, last), 0.0_f64.clamp(first, last));
-    let mut include = |at: f64| span = (span.0.min(at), span.1.max(at));
+    let mut span = Range::EMPTY.including(0.0_f64.clamp(first, last));
+    let mut include = |at: f64| span = span.including(at);
     for values in &series.used_m_s2 {
         let largest = values
             .iter()
@@ -219,12 +220,5 @@ pub(crate) fn view(series: &CommonSeries, documents: &[&Document]) -> (f64, f64)
         let instants = instants.into_iter().flatten();
         instants.for_each(|at| include(at.clamp(first, last)));
     }
-    let length = span.1 - span.0;
-    if length <= 0.0 || length > 0.8 * (last - first) {
-        return (first, last);
-    }
-    (
-        (span.0 - 0.1 * length).max(first),
-        (span.1 + 0.25 * length).min(last),
-    )
+    with_room(span, Window::new(first, last))
 }

@@ -2,7 +2,7 @@
 
 use super::PlotContext;
 use super::angle::{drawn_traces, legend, trace_classes};
-use super::chart::{ACROSS, At, Chart, Panel};
+use super::chart::{ACROSS, At, Chart, Panel, Point};
 use super::frame::{LegendEntry, WIDE, range};
 use crate::words;
 use latchgate_document::number::exact;
@@ -30,7 +30,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
             traces.iter().zip(trace_classes(&traces)),
             |panel, (trace, class)| {
                 let points = trace.points.iter();
-                let points = points.map(|point| (point.angle_rad, point.velocity_rad_s));
+                let points = points.map(|point| Point::new(point.angle_rad, point.velocity_rad_s));
                 panel.curve(class, points, MOST_POINTS)
             },
         )

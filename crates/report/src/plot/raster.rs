@@ -1,6 +1,7 @@
 //! Pictures made of pixels: clouds of points by their density, maps by their cells.
 
 use super::axis::Axis;
+use super::canvas::{Point, Rectangle};
 use base64::Engine as _;
 
 /// Pixels per unit of the drawing.
@@ -41,25 +42,25 @@ pub const ORANGE: Rgb = [222, 112, 32];
 /// the more points fall on a pixel the denser, by their logarithm, and a single point can still
 /// be seen. Each point is a square of `dot` pixels.
 pub fn cloud(
-    points: impl Iterator<Item = (f64, f64)>,
+    points: impl Iterator<Item = Point>,
     x: &Axis,
     y: &Axis,
-    size: (f64, f64),
+    area: Rectangle,
     dot: usize,
     colour: Rgb,
 ) -> Option<String> {
     let (width, height) = (
-        (size.0 * SCALE).round() as usize,
-        (size.1 * SCALE).round() as usize,
+        (area.width * SCALE).round() as usize,
+        (area.height * SCALE).round() as usize,
     );
     let mut counts = vec![0_u32; width * height];
     let (left, top) = (x.place(x.low()), y.place(y.high()));
-    for (px, py) in points {
-        if !(x.contains(px) && y.contains(py)) {
+    for point in points {
+        if !(x.contains(point.x) && y.contains(point.y)) {
             continue;
         }
-        let column = (((x.place(px) - left) * SCALE) as usize).saturating_sub(dot / 2);
-        let row = (((y.place(py) - top) * SCALE) as usize).saturating_sub(dot / 2);
+        let column = (((x.place(point.x) - left) * SCALE) as usize).saturating_sub(dot / 2);
+        let row = (((y.place(point.y) - top) * SCALE) as usize).saturating_sub(dot / 2);
         for row in row..(row + dot).min(height) {
             for column in column..(column + dot).min(width) {
                 counts[row * width + column] += 1;

@@ -2,7 +2,7 @@
 
 use super::PlotContext;
 use super::acceleration::filter_text;
-use super::chart::{ACROSS, At, Chart, Panel};
+use super::chart::{ACROSS, At, Chart, Panel, Point};
 use super::frame::{LegendEntry, Scale, WIDE, extent};
 use latchgate_document::number::trimmed;
 use latchgate_kernel::units::STANDARD_GRAVITY;
@@ -20,9 +20,9 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     let evidence = context.evidence;
     let spectra = [&evidence.spectrum_raw, &evidence.spectrum_used];
     let points = || spectra.into_iter().flat_map(shown);
-    let (least, largest) = extent(points().map(|(_, amplitude)| amplitude));
-    let (low_hz, high_hz) = extent(points().map(|(frequency, _)| frequency));
-    if !(largest > 0.0 && high_hz > low_hz) {
+    let amplitudes = extent(points().map(|point| point.y));
+    let frequencies = extent(points().map(|point| point.x));
+    if !(amplitudes.high > 0.0 && frequencies.width() > 0.0) {
         return None;
     }
     let conditioning = context.document.conditioning.as_ref();
@@ -30,13 +30,19 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         .and_then(|block| block.filter)
         .map(|filter| f64::from(filter.class()));
     let design_hz = conditioning.and_then(|block| block.filter_design_frequency_hz);
-    let low = least.max(largest * DEPTH) * 0.8;
+    let low = amplitudes.low.max(amplitudes.high * DEPTH) * 0.8;
     let marks = [(class, "class", 18.0), (design_hz, "fd", 38.0)].into_iter();
     let marks = marks.filter_map(|(hz, name, y)| Some((hz?, name, y)));
-    let marks = marks.filter(|(hz, ..)| (low_hz..=high_hz).contains(hz));
+    let marks = marks.filter(|(hz, ..)| frequencies.contains(*hz));
     let panel = Panel::new(&WIDE, ACROSS, 270.0)
-        .x("frequency [Hz]", Scale::Logarithmic(low_hz, high_hz))
-        .y("amplitude [g]", Scale::Logarithmic(low, largest * HEADROOM))
+        .x(
+            "frequency [Hz]",
+            Scale::Logarithmic(frequencies.low, frequencies.high),
+        )
+        .y(
+            "amplitude [g]",
+            Scale::Logarithmic(low, amplitudes.high * HEADROOM),
+        )
         .each(
             ["raw", "used"].into_iter().zip(spectra),
             |panel, (class, spectrum)| panel.function(class, shown(spectrum)),
@@ -69,9 +75,9 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         description: format!(
             "Amplitude in g against frequency from {} to {} Hz, as recorded and as used; the \
              largest is {} g.{filter}",
-            trimmed(low_hz, 4),
-            trimmed(high_hz, 4),
-            trimmed(largest, 4)
+            trimmed(frequencies.low, 4),
+            trimmed(frequencies.high, 4),
+            trimmed(amplitudes.high, 4)
         ),
         ..context.chart()
     })
@@ -86,13 +92,11 @@ fn used_text(context: &PlotContext) -> String {
 }
 
 /// Returns frequency [Hz] and amplitude [g] of what a logarithmic scale can show.
-fn shown(spectrum: &AmplitudeSpectrum) -> impl Iterator<Item = (f64, f64)> + '_ {
+fn shown(spectrum: &AmplitudeSpectrum) -> impl Iterator<Item = Point> + '_ {
     spectrum
         .frequency_hz
         .iter()
         .zip(&spectrum.amplitude_m_s2)
-        .map(|(&frequency, &amplitude)| (frequency, amplitude / STANDARD_GRAVITY))
-        .filter(|(frequency, amplitude)| {
-            *frequency > 0.0 && *amplitude > 0.0 && frequency.is_finite() && amplitude.is_finite()
-        })
+        .map(|(&frequency, &amplitude)| Point::new(frequency, amplitude / STANDARD_GRAVITY))
+        .filter(|point| point.x > 0.0 && point.y > 0.0 && point.is_finite())
 }

@@ -2,11 +2,12 @@
 
 use super::PlotContext;
 use super::angle::result_sentence;
-use super::chart::{Chart, Points};
+use super::chart::{Chart, Point, Points};
 use super::frame::{LegendEntry, Sample, Scale, extent};
 use crate::words;
 use latchgate_document::number::count;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
 use latchgate_verdict::QuantileBand;
 
 pub(super) const NAME: &str = "spread";
@@ -19,12 +20,12 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     let angles = nominal.into_iter().flat_map(|trace| &trace.points);
     let angles = angles.map(|point| point.angle_rad);
     let angles = angles.chain(band.p05.iter().chain(&band.p95).copied());
-    let (low, high) = extent(angles.chain([0.0, context.document.threshold_rad]));
+    let Range { low, high } = extent(angles.chain([0.0, context.document.threshold_rad]));
     let room = high - low;
     let along = |values: &[f64]| -> Points {
         let points = band.time_s.iter().zip(values);
         points
-            .map(|(time, angle)| (time * context.time_scale, *angle))
+            .map(|(time, angle)| Point::new(time * context.time_scale, *angle))
             .collect()
     };
     let outline = along(&band.p95);

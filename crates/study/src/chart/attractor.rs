@@ -2,9 +2,10 @@
 
 use crate::attractor::Attractor;
 use latchgate_document::number::{count, significant};
+use latchgate_kernel::range::Range;
 use latchgate_report::plot::axis::Axis;
 use latchgate_report::plot::chart::At::{High, Low};
-use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Points, Shape, WHOLE};
+use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Point, Points, Shape, WHOLE};
 use latchgate_report::plot::frame::{OPEN, Scale, range};
 use latchgate_report::plot::raster::{BLUE, ORANGE};
 use std::collections::BTreeSet;
@@ -50,7 +51,7 @@ pub(super) fn chart(attractors: &[Attractor]) -> Chart {
 }
 
 fn title(attractor: &Attractor) -> String {
-    let (low, high) = attractor.options.amplitudes_g;
+    let Range { low, high } = attractor.options.amplitudes_g;
     let amplitude = if attractor.options.amplitudes() > 1 {
         format!("{low} to {high}")
     } else {
@@ -91,7 +92,7 @@ fn panel(attractor: &Attractor, method: &str, name: &str, edges: Edges) -> Panel
     let y = range(rows.clone().map(|row| row.angular_velocity_rad_s), 0.06);
     let points: Points = rows
         .filter(|row| row.method == method)
-        .map(|row| (row.angle_rad, row.angular_velocity_rad_s))
+        .map(|row| Point::new(row.angle_rad, row.angular_velocity_rad_s))
         .collect();
     let distinct = distinct(&points, x, y, edges);
     let (class, colour) = match method {
@@ -110,7 +111,9 @@ fn panel(attractor: &Attractor, method: &str, name: &str, edges: Edges) -> Panel
     };
     let orbit = attractor.orbit.iter().filter(|_| method == "event-driven");
     let panel = panel.each(orbit, |panel, orbit| {
-        panel.marks("ring", Shape::Circle(7.0), orbit.points.clone())
+        let points = orbit.points.iter();
+        let points = points.map(|state| Point::new(state.angle_rad, state.velocity_rad_s));
+        panel.marks("ring", Shape::Circle(7.0), points)
     });
     let stop = attractor.options.forced.stop.name();
     if edges == WHOLE {
@@ -130,13 +133,13 @@ fn panel(attractor: &Attractor, method: &str, name: &str, edges: Edges) -> Panel
 
 /// Returns the points, those within a quarter of a unit of the drawing once, [`MANY`] at most.
 fn distinct(points: &Points, x: Scale, y: Scale, edges: Edges) -> Points {
-    let (x, y) = (Axis::new(x, edges.0, edges.1), Axis::new(y, HEIGHT, 0.0));
+    let x = Axis::new(x, edges.left, edges.right);
+    let y = Axis::new(y, HEIGHT, 0.0);
     let mut taken: BTreeSet<(i64, i64)> = BTreeSet::new();
     let quarter = |place: f64| (4.0 * place).round() as i64;
-    let mut is_new =
-        |at: &(f64, f64)| taken.insert((quarter(x.place(at.0)), quarter(y.place(at.1))));
+    let mut is_new = |at: &Point| taken.insert((quarter(x.place(at.x)), quarter(y.place(at.y))));
     let shown = points.iter().copied();
-    let shown = shown.filter(|at| x.contains(at.0) && y.contains(at.1));
+    let shown = shown.filter(|at| x.contains(at.x) && y.contains(at.y));
     shown.filter(|at| is_new(at)).take(MANY).collect()
 }
 

@@ -63,10 +63,13 @@ fn panel(basins: &Basins) -> Panel {
     let stop = basins.options.forced.stop.name();
     Panel::new(&WIDE, ACROSS, 400.0)
         .title(format!("{stop} stop"))
-        .x("initial angle [rad]", Scale::Linear(angles.0, angles.1))
+        .x(
+            "initial angle [rad]",
+            Scale::Linear(angles.low, angles.high),
+        )
         .y(
             "initial angular velocity [rad/s]",
-            Scale::Linear(velocities.0, velocities.1),
+            Scale::Linear(velocities.low, velocities.high),
         )
         .map(cells(basins))
         .legend(entries)

@@ -2,8 +2,9 @@
 
 use crate::bifurcation::Diagram;
 use crate::orbit::BifurcationKind;
+use latchgate_kernel::range::Range;
 use latchgate_report::plot::chart::At::{Low, Value};
-use latchgate_report::plot::chart::{ACROSS, Chart, Panel};
+use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Point};
 use latchgate_report::plot::frame::{Scale, WIDE, range};
 use latchgate_report::plot::raster::BLUE;
 
@@ -43,11 +44,11 @@ pub(super) fn chart(diagrams: &[Diagram]) -> Chart {
 }
 
 fn panel(diagram: &Diagram, velocities: Scale) -> Panel {
-    let (low, high) = diagram.options.amplitudes_g;
+    let Range { low, high } = diagram.options.amplitudes_g;
     let rows = diagram.rows();
     let points = rows
         .iter()
-        .map(|row| (row.amplitude_g, row.angular_velocity_rad_s));
+        .map(|row| Point::new(row.amplitude_g, row.angular_velocity_rad_s));
     let dot = (2000 / diagram.columns.len().max(1)).clamp(2, 6);
     Panel::new(&WIDE, ACROSS, 330.0)
         .title(format!("{} stop", diagram.options.forced.stop.name()))
@@ -66,7 +67,7 @@ fn panel(diagram: &Diagram, velocities: Scale) -> Panel {
 
 /// Explains the marks at the foot of the panels, if there are any.
 fn marks(diagrams: &[Diagram]) -> Option<String> {
-    let (low, high) = diagrams.first()?.options.amplitudes_g;
+    let Range { low, high } = diagrams.first()?.options.amplitudes_g;
     let shown = |kind: BifurcationKind| {
         diagrams
             .iter()

@@ -3,7 +3,7 @@
 use crate::damages::{Damages, Row};
 use latchgate_report::plot::WIDTH;
 use latchgate_report::plot::chart::At::{High, Low, Value};
-use latchgate_report::plot::chart::{Chart, Panel};
+use latchgate_report::plot::chart::{Chart, Edges, Panel};
 use latchgate_report::plot::frame::{LegendEntry, NARROW, Sample, Scale};
 
 /// Rules of the bars, in terms of the colours' variables.
@@ -19,7 +19,7 @@ pub(super) fn chart(result: &Damages) -> Chart {
     let kinds: Vec<&[Row]> = result.rows.chunk_by(|a, b| a.kind == b.kind).collect();
     let rows = kinds.len() + 1;
     let title = "share [%]; at the right, of passes in silence";
-    let mut panel = Panel::new(&NARROW, (250.0, WIDTH - 60.0), 22.0 * rows as f64)
+    let mut panel = Panel::new(&NARROW, Edges::new(250.0, WIDTH - 60.0), 22.0 * rows as f64)
         .x(title, Scale::Linear(0.0, 100.0))
         .y("", Scale::Cells(rows));
     let mut description = String::from("Shares of damages by kind.");

@@ -2,7 +2,7 @@
 
 use crate::excitation_map::ExcitationMap;
 use latchgate_document::number::{significant, trimmed};
-use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Points};
+use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Point, Points};
 use latchgate_report::plot::frame::{Scale, WIDE};
 use latchgate_report::plot::heat::{self, Bar};
 
@@ -59,7 +59,7 @@ fn panel(map: &ExcitationMap, threshold: f64) -> Panel {
     });
     let contour = map.boundary.iter().map(|at| {
         let amplitude = at.amplitude_g.unwrap_or(f64::NAN);
-        (at.angular_frequency_rad_s, amplitude)
+        Point::new(at.angular_frequency_rad_s, amplitude)
     });
     let contour: Points = contour.collect();
     let (x, y) = (
@@ -68,8 +68,11 @@ fn panel(map: &ExcitationMap, threshold: f64) -> Panel {
     );
     Panel::new(&WIDE, ACROSS, 380.0)
         .title(format!("{} stop", map.options.forced.stop.name()))
-        .x("angular frequency ω [rad/s]", Scale::Logarithmic(x.0, x.1))
-        .y("amplitude A [g]", Scale::Linear(y.0, y.1))
+        .x(
+            "angular frequency ω [rad/s]",
+            Scale::Logarithmic(x.low, x.high),
+        )
+        .y("amplitude A [g]", Scale::Linear(y.low, y.high))
         .map(cells)
         .each(CONTOUR, |panel, class| panel.lines(class, contour.clone()))
         .level("lift-edge", map.lift_off_g)

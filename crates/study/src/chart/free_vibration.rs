@@ -4,8 +4,9 @@ use super::angles;
 use crate::free::{Against, FreeMotion};
 use crate::free_vibration::FreeVibration;
 use latchgate_document::number::{exact, significant};
+use latchgate_kernel::range::Range;
 use latchgate_report::plot::chart::At::{High, Value};
-use latchgate_report::plot::chart::{Chart, Panel, Shape, WHOLE};
+use latchgate_report::plot::chart::{Chart, Panel, Point, Points, Shape, WHOLE};
 use latchgate_report::plot::frame::{LegendEntry, NARROW, Scale, extent, range};
 
 pub(super) fn chart(result: &FreeVibration) -> Chart {
@@ -62,7 +63,7 @@ fn description(result: &FreeVibration) -> String {
                 exact(motion.preload_torque_nm),
                 motion.against.name(),
                 significant(first[0], 6),
-                significant(interval.1, 6)
+                significant(interval.length_s, 6)
             ));
         }
     }
@@ -85,18 +86,16 @@ fn history(result: &FreeVibration, motions: &[FreeMotion], letter: char) -> Pane
     Panel::new(&NARROW, WHOLE, 220.0)
         .title(format!("({letter}) T0 = {} N·m: {words}", exact(preload)))
         .x("time [s]", Scale::Linear(0.0, result.duration_s))
-        .y("angle φ [rad]", range(points.map(|point| point.1), 0.06))
+        .y("angle φ [rad]", range(points.map(|point| point.y), 0.06))
         .level("zero", 0.0)
         .each(motions, |panel, motion| {
             panel.function(class(motion.against), angles(&motion.trace, 1.0))
         })
         .each(settled, |panel, time| {
             let text = format!("at rest from {} s (rigid stop)", significant(time, 6));
-            panel.marks("spot", Shape::Circle(4.0), [(time, 0.0)]).text(
-                "small halo",
-                (Value(time, 8.0), Value(0.0, -9.0)),
-                text,
-            )
+            panel
+                .marks("spot", Shape::Circle(4.0), [Point::new(time, 0.0)])
+                .text("small halo", (Value(time, 8.0), Value(0.0, -9.0)), text)
         })
 }
 
@@ -104,12 +103,16 @@ fn history(result: &FreeVibration, motions: &[FreeMotion], letter: char) -> Pane
 fn intervals(result: &FreeVibration) -> Panel {
     let half_period = result.half_period_s;
     let all = result.motions.iter().flat_map(FreeMotion::intervals);
-    let (low, high) = extent(all.map(|interval| interval.1).chain([half_period]));
+    let Range { low, high } = extent(all.map(|interval| interval.length_s).chain([half_period]));
     // Two stops all but agree: the dots of one are enough.
     let mut stops = result.motions.iter().map(|motion| motion.against);
     let marked = stops.find(|against| *against != Against::Nothing);
     let curves = result.motions.iter();
-    let curves = curves.map(|motion| (motion, motion.intervals()));
+    let curves = curves.map(|motion| {
+        let points = motion.intervals().into_iter();
+        let points = points.map(|interval| Point::new(interval.middle_s, interval.length_s));
+        (motion, points.collect::<Points>())
+    });
     let dotted = curves
         .clone()
         .filter(|(motion, _)| Some(motion.against) == marked);
@@ -126,18 +129,18 @@ fn intervals(result: &FreeVibration) -> Panel {
         })
         .each(dotted, |panel, (motion, mut points)| {
             points.truncate(40);
-            let Some(&(start, first)) = points.first() else {
+            let Some(&first) = points.first() else {
                 return panel;
             };
             // Right below the curve, which falls or is level.
             let over = points
                 .iter()
-                .take_while(|at| at.0 < start + 0.1 * result.duration_s);
-            let lowest = over.fold(first, |lowest, at| at.1.min(lowest));
+                .take_while(|at| at.x < first.x + 0.1 * result.duration_s);
+            let lowest = over.fold(first.y, |lowest, at| at.y.min(lowest));
             let text = format!("T0 = {} N·m", exact(motion.preload_torque_nm));
             panel.marks("spot", Shape::Circle(2.4), points).text(
                 "small halo",
-                (Value(start, 6.0), Value(lowest, 18.0)),
+                (Value(first.x, 6.0), Value(lowest, 18.0)),
                 text,
             )
         })

@@ -4,32 +4,30 @@ use super::angles;
 use crate::histories::{Histories, History};
 use latchgate_document::number::{exact, significant};
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
 use latchgate_report::plot::WIDTH;
 use latchgate_report::plot::chart::At::High;
-use latchgate_report::plot::chart::{Chart, Panel};
+use latchgate_report::plot::chart::{Chart, Edges, Panel};
 use latchgate_report::plot::frame::{NARROW, Scale, extent, range, stop_legend};
 
 /// Periods of the excitation in the panels at the right.
 const LATE_PERIODS: f64 = 6.0;
 
 pub(super) fn chart(result: &Histories) -> Chart {
-    let (amplitude, frequency) = result.excitation;
     let is_shown = |model| {
         result
             .histories
             .iter()
             .any(|history| history.model == model)
     };
-    let by_start = result
-        .histories
-        .chunk_by(|a, b| a.start.map(f64::to_bits) == b.start.map(f64::to_bits));
+    let by_start = result.histories.chunk_by(|a, b| a.start == b.start);
     let rows = ('a'..).zip(by_start);
     Chart {
         name: "histories",
         title: format!(
             "Where different starts end up: A = {} g, ω = {} rad/s",
-            exact(amplitude),
-            exact(frequency)
+            exact(result.amplitude_g),
+            exact(result.angular_frequency_rad_s)
         ),
         notes: vec![
             "Left: from the start. Right: the last periods shown, on a scale of their own.".into(),
@@ -57,8 +55,8 @@ fn description(result: &Histories) -> String {
     for history in &result.histories {
         text.push_str(&format!(
             " From ({}, {}), {} stop: {}.",
-            history.start[0],
-            history.start[1],
+            history.start.angle_rad,
+            history.start.velocity_rad_s,
             history.model.name(),
             history.settled.words()
         ));
@@ -71,8 +69,8 @@ fn row(result: &Histories, group: &[History], letter: char) -> [Panel; 2] {
     let end = result.duration_s;
     let from = (end - LATE_PERIODS * result.period_s).max(0.0);
     let points = || group.iter().flat_map(|history| angles(&history.trace, 1.0));
-    let late = points().filter(|point| point.0 >= from);
-    let (low, high) = extent(late.map(|point| point.1));
+    let late = points().filter(|point| point.x >= from);
+    let Range { low, high } = extent(late.map(|point| point.y));
     let room = 0.08 * (high - low);
     // A lever at rest deserves no scale that makes mountains of rounding.
     let late = Scale::Linear((low - room).min(-0.002), (high + room).max(0.02));
@@ -84,12 +82,13 @@ fn row(result: &Histories, group: &[History], letter: char) -> [Panel; 2] {
                 panel.function(class(history.model), angles(&history.trace, 1.0))
             })
     };
-    let [angle, velocity] = group[0].start.map(exact);
-    let whole = panel((72.0, 560.0), 0.0)
+    let start = group[0].start;
+    let (angle, velocity) = (exact(start.angle_rad), exact(start.velocity_rad_s));
+    let whole = panel(Edges::new(72.0, 560.0), 0.0)
         .title(format!(
             "({letter}) from φ = {angle} rad, φ′ = {velocity} rad/s"
         ))
-        .y("angle φ [rad]", range(points().map(|point| point.1), 0.05))
+        .y("angle φ [rad]", range(points().map(|point| point.y), 0.05))
         .each(group.iter().zip(0..), |panel, (history, line)| {
             let settled = &history.settled;
             let peak = match settled.rests {
@@ -100,5 +99,8 @@ fn row(result: &Histories, group: &[History], letter: char) -> [Panel; 2] {
             let y = High(18.0 + 17.0 * f64::from(line));
             panel.text("small halo", (High(-8.0), y), text)
         });
-    [whole, panel((640.0, WIDTH - 16.0), from).y("", late)]
+    [
+        whole,
+        panel(Edges::new(640.0, WIDTH - 16.0), from).y("", late),
+    ]
 }

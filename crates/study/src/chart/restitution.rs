@@ -3,7 +3,7 @@
 use crate::restitution::Equivalence;
 use latchgate_document::number::{exact, significant, trimmed};
 use latchgate_report::plot::chart::At::{Low, Value};
-use latchgate_report::plot::chart::{Chart, HALVES, Panel, Shape, WHOLE};
+use latchgate_report::plot::chart::{Chart, HALVES, Panel, Point, Shape, WHOLE};
 use latchgate_report::plot::frame::{NARROW, Scale, range};
 
 pub(super) fn chart(result: &Equivalence) -> Chart {
@@ -28,7 +28,7 @@ pub(super) fn chart(result: &Equivalence) -> Chart {
 
 fn curve(result: &Equivalence) -> Panel {
     let rows = result.rows.iter();
-    let rows = rows.map(|row| (row.restitution, row.damping_ratio));
+    let rows = rows.map(|row| Point::new(row.restitution, row.damping_ratio));
     let (x, y) = (result.half_period_ratio, result.damping_ratio);
     let at = (Value(x, 0.0), Value(y, 0.0));
     // The words stand above the curve, with room for half of them on each side.
@@ -44,11 +44,14 @@ fn curve(result: &Equivalence) -> Panel {
         .title("(a) equivalent damping ratio")
         .x("coefficient of restitution R [–]", Scale::Linear(0.0, 1.0))
         .y("damping ratio ξ [–]", Scale::Linear(0.0, 1.0))
-        .function("line bold rigid", [(0.0, 1.0)].into_iter().chain(rows))
+        .function(
+            "line bold rigid",
+            [Point::new(0.0, 1.0)].into_iter().chain(rows),
+        )
         .segment("edge", at, (at.0, Low(0.0)))
         .segment("edge", at, (Low(0.0), at.1))
         .segment("tick", (at.0, Value(words_y, 26.0)), (at.0, Value(y, -6.0)))
-        .marks("spot", Shape::Circle(5.0), [(x, y)])
+        .marks("spot", Shape::Circle(5.0), [Point::new(x, y)])
         .text("halo", words(0.0), this)
         .text("halo", words(19.0), gives)
 }
@@ -62,7 +65,8 @@ fn rebounds(result: &Equivalence) -> Panel {
         result.rebounds.last().map_or(1e2, |at| at.speed_rad_s),
     );
     let points = result.rebounds.iter();
-    let points = points.map(|rebound| (rebound.speed_rad_s, rebound.ratio.unwrap_or(0.0)));
+    let points =
+        points.map(|rebound| Point::new(rebound.speed_rad_s, rebound.ratio.unwrap_or(0.0)));
     Panel::new(&NARROW, HALVES[0], 228.0)
         .title("(b) with preload, slow levers stay")
         .x("speed of entry [rad/s]", speeds)
@@ -88,10 +92,10 @@ fn pushes(result: &Equivalence) -> Panel {
         result
             .pushes
             .iter()
-            .map(|push| (push.time_s * 1e3, push.torque_nm))
+            .map(|push| Point::new(push.time_s * 1e3, push.torque_nm))
     };
-    let end_ms = points().next_back().map_or(1.0, |point| point.0);
-    let torques = points().map(|point| point.1).chain([0.0]);
+    let end_ms = points().next_back().map_or(1.0, |point| point.x);
+    let torques = points().map(|point| point.y).chain([0.0]);
     let speed = trimmed(result.speed_rad_s, 4);
     let from_ms = result.tension_from_s.map(|from| from * 1e3);
     Panel::new(&NARROW, HALVES[1], 228.0)

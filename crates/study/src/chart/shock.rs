@@ -4,8 +4,9 @@ use super::angles;
 use crate::shock::{Response, Shock};
 use latchgate_document::number::{exact, significant, trimmed};
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
 use latchgate_report::plot::chart::At::{High, Value};
-use latchgate_report::plot::chart::{ACROSS, Chart, Panel};
+use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Point};
 use latchgate_report::plot::frame::{LegendEntry, NARROW, Scale, extent, range, stop_legend};
 
 pub(super) fn chart(result: &Shock) -> Chart {
@@ -66,7 +67,7 @@ fn peak(result: &Shock, responses: &[Response]) -> String {
 fn acceleration(result: &Shock) -> Panel {
     let signal = &result.signals[0];
     let points = signal.samples.iter().enumerate();
-    let points = points.map(|(index, a)| (signal.time_s(index) * 1e3, a * 1e-3));
+    let points = points.map(|(index, a)| Point::new(signal.time_s(index) * 1e3, a * 1e-3));
     let peak = peak(result, &result.responses);
     let accelerations = range(signal.samples.iter().map(|a| a * 1e-3), 0.06);
     Panel::new(&NARROW, ACROSS, 190.0)
@@ -85,7 +86,7 @@ fn response(result: &Shock, responses: &[Response], letter: &str, reading: &str)
     let points = responses
         .iter()
         .flat_map(|response| angles(&response.trace, 1e3));
-    let (low, high) = extent(points.map(|point| point.1).chain([0.0, threshold]));
+    let Range { low, high } = extent(points.map(|point| point.y).chain([0.0, threshold]));
     let room = 0.06 * (high - low);
     // Room for the words at the top.
     let scale = Scale::Linear(low - room, high + room + 0.25 * (high - low));

@@ -4,7 +4,7 @@ use super::angles;
 use crate::spectrogram::MotionSpectrogram;
 use latchgate_document::number::{exact, significant, trimmed};
 use latchgate_report::plot::chart::At::{Low, Value};
-use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Shape};
+use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Point, Shape};
 use latchgate_report::plot::frame::{NARROW, Scale, range};
 use latchgate_report::plot::heat::{self, Bar};
 
@@ -19,7 +19,7 @@ pub(super) fn chart(result: &MotionSpectrogram) -> Chart {
     let points = || angles(&motion.trace, 1.0);
     let history = Panel::new(&NARROW, ACROSS, 120.0)
         .x("", Scale::Linear(0.0, result.duration_s))
-        .y("angle φ [rad]", range(points().map(|point| point.1), 0.06))
+        .y("angle φ [rad]", range(points().map(|point| point.y), 0.06))
         .function("line rigid", points());
     Chart {
         name: "spectrogram",
@@ -60,7 +60,7 @@ fn picture(result: &MotionSpectrogram) -> Panel {
     let shown = data.amplitudes.iter().flat_map(|row| row.iter().take(bins));
     let largest = shown.copied().fold(0.0, f64::max);
     let ridge = result.bounces.iter();
-    let ridge = ridge.map(|bounce| (bounce.time_s, bounce.frequency_hz));
+    let ridge = ridge.map(|bounce| Point::new(bounce.time_s, bounce.frequency_hz));
     let mut panel = Panel::new(&NARROW, ACROSS, 350.0)
         .x("time [s]", Scale::Linear(0.0, result.duration_s))
         .y("frequency [Hz]", Scale::Linear(0.0, highest))
@@ -89,6 +89,6 @@ fn picture(result: &MotionSpectrogram) -> Panel {
         .marks(
             "ridge-dot",
             Shape::Circle(3.0),
-            ridge.filter(|at| at.1 <= highest),
+            ridge.filter(|at| at.y <= highest),
         )
 }

@@ -4,9 +4,10 @@ use super::methods;
 use crate::stability::{Grade, PAPER_STEPS, Row, Stability, paper_step_s, situations};
 use latchgate_document::number::{exact, trimmed};
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::range::Range;
 use latchgate_report::plot::WIDTH;
 use latchgate_report::plot::chart::At::{self, High, Low, Value};
-use latchgate_report::plot::chart::{Chart, HALVES, Panel, Shape};
+use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Point, Shape};
 use latchgate_report::plot::frame::{LegendEntry, OPEN, Sample, Scale};
 
 /// Height of a panel.
@@ -64,9 +65,7 @@ fn reach(result: &Stability, row: &Row) -> Option<f64> {
 /// Returns the scale of ω_R times step, of all that were run.
 fn reaches(result: &Stability) -> Scale {
     let reaches = rows(result, "contact").filter_map(|row| reach(result, row));
-    let (low, high) = reaches.fold((0.01_f64, 5.0_f64), |(low, high), reach| {
-        (low.min(reach), high.max(reach))
-    });
+    let Range { low, high } = reaches.fold(Range::new(0.01, 5.0), Range::including);
     Scale::Logarithmic(low, high * 1.02)
 }
 
@@ -107,7 +106,7 @@ fn contact(result: &Stability) -> Panel {
         .each(rows, |panel, (method, reach, ratio)| {
             if (0.0..=RATIO_MAX).contains(&ratio) {
                 let class = format!("dot-{method}");
-                return panel.marks(class, Shape::Circle(1.4), [(reach, ratio)]);
+                return panel.marks(class, Shape::Circle(1.4), [Point::new(reach, ratio)]);
             }
             // What rk4 makes of the others is seen at the edge.
             let edge = if ratio > RATIO_MAX {
@@ -188,13 +187,13 @@ fn errors<'a>(
     panel: Panel,
     own: impl Iterator<Item = (f64, &'a Row)>,
     title: &str,
-    (low, high): (f64, f64),
+    Range { low, high }: Range,
 ) -> Panel {
     let mut own: Vec<(f64, &Row)> = own.collect();
     own.sort_by(|a, b| a.0.total_cmp(&b.0));
     // The right answers' bounds, from edge to edge where there is one for all.
     let bounds = own.iter();
-    let bounds = bounds.map(|(x, row)| (*x, row.right_bound.clamp(low, high)));
+    let bounds = bounds.map(|(x, row)| Point::new(*x, row.right_bound.clamp(low, high)));
     // What has no error stands a little below the upper edge.
     let failed = high * libm::pow(low / high, 8.0 / HEIGHT);
     panel
@@ -205,8 +204,9 @@ fn errors<'a>(
             let (points, failures): (Vec<_>, Vec<_>) =
                 own.partition(|(_, row)| row.error.is_some());
             let points = points.into_iter();
-            let points = points.filter_map(|(x, row)| Some((x, row.error?.clamp(low, high))));
-            let failures = failures.into_iter().map(|(x, _)| (x, failed));
+            let points =
+                points.filter_map(|(x, row)| Some(Point::new(x, row.error?.clamp(low, high))));
+            let failures = failures.into_iter().map(|(x, _)| Point::new(x, failed));
             panel
                 .lines(format!("line {method}"), points.clone())
                 .marks(format!("dot dot-{method}"), methods::shape(method), points)
@@ -224,7 +224,12 @@ fn graze(result: &Stability) -> Panel {
             Scale::Logarithmic(5e-13, 2e-3),
         );
     let own = own.map(|row| (-row.variable_value, row));
-    errors(panel, own, "error of the angle [rad]", (1e-15, 1e-2))
+    errors(
+        panel,
+        own,
+        "error of the angle [rad]",
+        Range::new(1e-15, 1e-2),
+    )
 }
 
 fn chatter(result: &Stability) -> Panel {
@@ -235,7 +240,7 @@ fn chatter(result: &Stability) -> Panel {
             "step [s], or tolerance [rad]",
             Scale::Logarithmic(5e-13, 1e-3),
         );
-    errors(panel, own, "error of the time [s]", (1e-13, 1e-1))
+    errors(panel, own, "error of the time [s]", Range::new(1e-13, 1e-1))
 }
 
 /// Returns methods against situations.
@@ -258,7 +263,7 @@ fn table(result: &Stability) -> Panel {
             .map(|(method, column)| (method, f64::from(column)))
     };
     let lines = situations.iter().rev().zip(0..);
-    Panel::new(&OPEN, (352.0, WIDTH - 18.0), 23.0 * situations.len() as f64)
+    Panel::new(&OPEN, Edges::new(352.0, WIDTH - 18.0), 23.0 * situations.len() as f64)
         .x("", Scale::Cells(METHODS.len()))
         .y("", Scale::Cells(situations.len()))
         .text(

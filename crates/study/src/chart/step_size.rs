@@ -4,7 +4,7 @@ use crate::step_size::{FixedStepRun, StepScan, StepSize};
 use latchgate_document::number::{count, significant};
 use latchgate_kernel::replay::TracePoint;
 use latchgate_report::plot::chart::At::{High, Low, Value};
-use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Points, WHOLE};
+use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Point, Points, WHOLE};
 use latchgate_report::plot::frame::{LegendEntry, NARROW, Scale, range};
 
 /// Points of a phase diagram at most.
@@ -62,7 +62,7 @@ fn phase(result: &StepSize, run: &FixedStepRun, letter: char, edges: Edges) -> P
     let points = |trace: &[TracePoint]| -> Points {
         let points = trace.iter();
         points
-            .map(|point| (point.angle_rad, point.velocity_rad_s))
+            .map(|point| Point::new(point.angle_rad, point.velocity_rad_s))
             .collect()
     };
     let ratios = run.exit_over_entry.iter().take(4);
@@ -113,10 +113,9 @@ fn limit(result: &StepSize) -> Panel {
     // The least and the largest ratio over the phases, and what lies between.
     let bound = |ratio: fn(&StepScan) -> f64| -> Points {
         let points = result.scan.iter();
-        let points = points.map(|scan| (scan.steps_per_period, ratio(scan)));
-        let points = points.filter(|point| point.1.is_finite());
+        let points = points.filter(|scan| ratio(scan).is_finite());
         points
-            .map(|(steps, ratio)| (steps, ratio.clamp(-1.0, 3.0)))
+            .map(|scan| Point::new(scan.steps_per_period, ratio(scan).clamp(-1.0, 3.0)))
             .collect()
     };
     let (least, largest) = (

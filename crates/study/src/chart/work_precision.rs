@@ -4,8 +4,9 @@ use super::methods;
 use crate::cases::BETWEEN_SAMPLES;
 use crate::work_precision::{PAPER_STEPS, Row, Status, Truth, WorkPrecision};
 use latchgate_document::number::significant;
+use latchgate_kernel::range::Range;
 use latchgate_report::plot::chart::At::Value;
-use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Shape};
+use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Point, Shape};
 use latchgate_report::plot::frame::{OPEN, Scale};
 
 /// Factor between the upper edge and the highest point, so that no mark stands on the edge.
@@ -66,27 +67,27 @@ fn drawn(result: &WorkPrecision) -> Vec<&'static str> {
 }
 
 /// The same axes for every panel, so that panels compare.
-fn ranges(result: &WorkPrecision) -> ((f64, f64), (f64, f64)) {
-    let mut times = (1.0_f64, 1.0_f64);
-    let mut errors = (1e-6_f64, 1.0_f64);
+fn ranges(result: &WorkPrecision) -> (Range, Range) {
+    let mut times = Range::new(1.0, 1.0);
+    let mut errors = Range::new(1e-6, 1.0);
     for row in &result.rows {
         if row.time_ratio.is_finite() && row.time_ratio > 0.0 {
-            times = (times.0.min(row.time_ratio), times.1.max(row.time_ratio));
+            times = times.including(row.time_ratio);
         }
         if let Some(error) = row.peak_angle_error_rad.filter(|error| *error > 0.0) {
-            errors = (errors.0.min(error), errors.1.max(error));
+            errors = errors.including(error);
         }
     }
     let decade = |value: f64, round: fn(f64) -> f64| libm::pow(10.0, round(libm::log10(value)));
     (
         // Not up to a whole decade, whose label would stand out of the drawing.
-        (
-            decade(times.0, f64::floor).max(1e-3),
-            (1.5 * times.1).min(1e6),
+        Range::new(
+            decade(times.low, f64::floor).max(1e-3),
+            (1.5 * times.high).min(1e6),
         ),
-        (
-            decade(errors.0, f64::floor).max(1e-18),
-            decade(errors.1.min(1e2) * HEADROOM, f64::ceil),
+        Range::new(
+            decade(errors.low, f64::floor).max(1e-18),
+            decade(errors.high.min(1e2) * HEADROOM, f64::ceil),
         ),
     )
 }
@@ -95,14 +96,14 @@ fn panel(
     result: &WorkPrecision,
     truth: &Truth,
     edges: Edges,
-    (times, errors): ((f64, f64), (f64, f64)),
+    (times, errors): (Range, Range),
 ) -> Panel {
     // Failures that have no error, or a larger one, stand a little below the upper edge.
-    let highest = errors.1 / HEADROOM;
+    let highest = errors.high / HEADROOM;
     let place = |row: &Row| {
         let error = row.peak_angle_error_rad;
-        let error = error.map_or(highest, |error| error.clamp(errors.0, highest));
-        (row.time_ratio.clamp(times.0, times.1), error)
+        let error = error.map_or(highest, |error| error.clamp(errors.low, highest));
+        Point::new(row.time_ratio.clamp(times.low, times.high), error)
     };
     let own = || {
         let rows = result.rows.iter();
@@ -113,23 +114,23 @@ fn panel(
     let mut failures: Vec<_> = failures
         .map(|row| (place(row), letter(row.status)))
         .collect();
-    failures.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+    failures.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
     let failures = failures.into_iter().zip([-4.0, 13.0].into_iter().cycle());
     let readings = own().filter_map(|row| Some((place(row), reading(row)?)));
     Panel::new(&OPEN, edges, 262.0)
         .title(format!("{}, {} stop", truth.title, truth.model.name()))
         .x(
             "time over event-driven [–]",
-            Scale::Logarithmic(times.0, times.1),
+            Scale::Logarithmic(times.low, times.high),
         )
         .y(
             "error of the peak [rad]",
-            Scale::Logarithmic(errors.0, errors.1),
+            Scale::Logarithmic(errors.low, errors.high),
         )
         .level("edge", MATTERS_RAD)
         .level("edge", truth.peak_angle_bound_rad)
-        .each(failures, |panel, (((x, y), letter), down)| {
-            panel.text("tiny halo", (Value(x, 6.0), Value(y, down)), letter)
+        .each(failures, |panel, ((at, letter), down)| {
+            panel.text("tiny halo", (Value(at.x, 6.0), Value(at.y, down)), letter)
         })
         .each(drawn(result), |panel, method| {
             let rows = own().filter(|row| row.method == method);
@@ -147,8 +148,8 @@ fn panel(
                 .marks("failure", methods::CROSS, failed.into_iter().map(place))
                 .marks("ring", Shape::Circle(9.0), rows.filter(is_paper).map(place))
         })
-        .each(readings, |panel, ((x, y), text)| {
-            panel.text("tiny halo", (Value(x, 0.0), Value(y, 16.0)), text)
+        .each(readings, |panel, (at, text)| {
+            panel.text("tiny halo", (Value(at.x, 0.0), Value(at.y, 16.0)), text)
         })
 }
 

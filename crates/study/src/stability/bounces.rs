@@ -11,6 +11,7 @@ use super::{
 };
 use crate::Headline;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::replay::State;
 use latchgate_recording::error::Error;
 
 pub(super) const SUBJECT: &str = "bounces";
@@ -31,7 +32,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             design,
             model: StopModel::Soft,
             signal: silence(LENGTH_S, intervals)?,
-            initial: Some((START_RAD, 0.0)),
+            initial: Some(State::new(START_RAD, 0.0)),
         })
     };
     // Samples close enough that the kernel's trace holds points inside each contact; one sample

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::Headline;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::TracePoint;
+use latchgate_kernel::replay::{State, TracePoint};
 use latchgate_recording::error::Error;
 
 pub(super) const SUBJECT: &str = "chatter";
@@ -31,7 +31,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
         design: &options.design,
         model: StopModel::Rigid,
         signal: silence(LENGTH_S, 1000)?,
-        initial: Some((START_RAD, 0.0)),
+        initial: Some(State::new(START_RAD, 0.0)),
     };
     let Some(right) = rest_time(&problem.ask(&MethodSetting::kernel(), true)?.trace) else {
         // A lever that does not come to rest in this time has no chatter to look at.

@@ -5,7 +5,8 @@ use super::{silence, speed_at_stop};
 use crate::Headline;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::TracePoint;
+use latchgate_kernel::range::Range;
+use latchgate_kernel::replay::{State, TracePoint};
 use latchgate_recording::error::Error;
 
 pub(super) const SUBJECT: &str = "contact";
@@ -17,7 +18,7 @@ const ENTRY_SPEED: f64 = 14.7;
 const PHASES: u32 = 16;
 
 /// Least and largest contact angular frequency times step.
-const REACH: (f64, f64) = (0.01, 5.0);
+const REACH: Range = Range::new(0.01, 5.0);
 
 pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error> {
     let design = &options.design;
@@ -26,7 +27,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
     answer.right_ratio = right;
     let last = f64::from(options.points - 1);
     let mut reaches: Vec<f64> = (0..options.points)
-        .map(|index| REACH.0 * libm::pow(REACH.1 / REACH.0, f64::from(index) / last))
+        .map(|index| REACH.low * libm::pow(REACH.high / REACH.low, f64::from(index) / last))
         .collect();
     reaches.extend(super::PAPER_STEPS.map(|steps| frequency * paper_step_s(steps)));
     reaches.sort_unstable_by(f64::total_cmp);
@@ -104,7 +105,7 @@ fn ratio(
         design,
         model: StopModel::Soft,
         signal: silence(length, intervals)?,
-        initial: Some((angle, -ENTRY_SPEED)),
+        initial: Some(State::new(angle, -ENTRY_SPEED)),
     };
     let outcome = problem.ask(setting, true)?;
     let mut points = vec![TracePoint {

@@ -7,9 +7,11 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::{Excitation, Sampled};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::numerics::{Motion, rk4};
+use latchgate_kernel::replay::State;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::SampleRate;
 use latchgate_recording::error::Error;
+use latchgate_report::plot::chart::Point;
 use std::ops::RangeInclusive;
 
 pub(super) const SUBJECT: &str = "graze";
@@ -42,7 +44,8 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             .map(|index| -amplitude * libm::sin(100.0 * f64::from(index) / RATE_HZ + 1.0))
             .collect(),
     };
-    let (angle, velocity) = before_touch(design, &signal);
+    let start = before_touch(design, &signal);
+    let (angle, velocity) = (start.angle_rad, start.velocity_rad_s);
     if !(0.0..=FARTHEST_RAD).contains(&angle) || !velocity.is_finite() {
         // Backwards in time the motion leads through the stop or out of all bounds: this lever
         // cannot come to the touch by this excitation.
@@ -60,7 +63,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
                 design,
                 model,
                 signal: signal.clone(),
-                initial: Some((angle, velocity + change)),
+                initial: Some(State::new(angle, velocity + change)),
             };
             problem.ask(setting, false)
         };
@@ -76,7 +79,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
                 steepest = steepest.max(moved / change.abs());
                 // Towards the stop: the other way the lever passes it by.
                 if change < 0.0 {
-                    grown.push((-change, moved));
+                    grown.push(Point::new(-change, moved));
                 }
             }
             for setting in MethodSetting::usual(model) {
@@ -129,7 +132,7 @@ impl Motion for Backwards<'_> {
 }
 
 /// Returns the state at time 0 from which the lever reaches (0, 0) at sample [`TOUCH`].
-fn before_touch(design: &Design, signal: &Signal) -> (f64, f64) {
+fn before_touch(design: &Design, signal: &Signal) -> State {
     /// Steps in a sample; the error of fourth order is far below rounding.
     const STEPS: u32 = 4;
     let motion = Backwards {
@@ -142,5 +145,5 @@ fn before_touch(design: &Design, signal: &Signal) -> (f64, f64) {
     for index in 0..TOUCH * STEPS {
         (q, v) = rk4::step(&motion, f64::from(index) * step, step, q, v);
     }
-    (q, -v)
+    State::new(q, -v)
 }

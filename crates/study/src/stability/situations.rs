@@ -3,6 +3,7 @@
 use super::{MethodSetting, Options, Stability, StabilityCase};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::pulse::Pulse;
+use latchgate_kernel::replay::State;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::SampleRate;
 use latchgate_recording::error::Error;
@@ -13,7 +14,7 @@ struct Situation {
     subject: &'static str,
     models: &'static [StopModel],
     signal: Signal,
-    initial: Option<(f64, f64)>,
+    initial: Option<State>,
 }
 
 const BOTH: &[StopModel] = &[StopModel::Rigid, StopModel::Soft];
@@ -133,7 +134,11 @@ fn situations(options: &Options) -> Result<Vec<Situation>, Error> {
             None,
         ),
         // From 1e-5 rad the bounces of the reference lever are over within 4 ms.
-        (RIGID, sampled(100.0, 2, &|_, _| 0.0)?, Some((1e-5, 0.0))),
+        (
+            RIGID,
+            sampled(100.0, 2, &|_, _| 0.0)?,
+            Some(State::new(1e-5, 0.0)),
+        ),
         (
             BOTH,
             sampled(1000.0, 60, &|index, _| match index {

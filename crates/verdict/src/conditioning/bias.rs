@@ -4,6 +4,7 @@
 //! in over 0.33 s is 0.32 m/s, most of the velocity that opens a weak lever.
 
 use super::{BiasWindow, Conditioned, Signal};
+use latchgate_kernel::range::Window;
 use latchgate_kernel::units::{STANDARD_GRAVITY, plain};
 use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
@@ -64,7 +65,7 @@ pub fn bias(signal: &Signal, window: BiasWindow) -> Result<(Bias, Vec<Finding>),
                 )],
             ),
         }),
-        BiasWindow::Window(from_s, to_s) => named(signal, from_s, to_s).map(|bias| {
+        BiasWindow::Window(window) => named(signal, window).map(|bias| {
             let doubtful = doubtful(signal, &bias).into_iter();
             let findings = doubtful.chain(too_short(signal, &bias)).collect();
             (bias, findings)
@@ -241,26 +242,26 @@ fn too_short(signal: &Signal, bias: &Bias) -> Option<Finding> {
 /// as well: its window holds signal, or reaches past −1 ms or is loud with a mean beyond 1 g.
 pub fn must_pass_without(conditioned: &Conditioned) -> bool {
     let (raw, mean) = (&conditioned.raw, conditioned.bias_m_s2);
-    let Some((from_s, _)) = conditioned.bias_window_s else {
+    let Some(window) = conditioned.bias_window_s else {
         return false;
     };
-    let (first, count) = (samples_before(raw, from_s), conditioned.bias_samples);
+    let (first, count) = (samples_before(raw, window.from_s), conditioned.bias_samples);
     let loudness = loudness(raw, first, count, mean);
     let doubtful = loudness > LOUD_PART || reaches_event(raw, first, count);
     loudness > SIGNAL_PART || (doubtful && mean.abs() > STANDARD_GRAVITY)
 }
 
-fn named(signal: &Signal, from_s: f64, to_s: f64) -> Result<Bias, Error> {
+fn named(signal: &Signal, Window { from_s, until_s }: Window) -> Result<Bias, Error> {
     let refuse = |expected: String, found: String| -> Error {
         Error::out_of_range("bias window [s]", expected, found)
     };
-    if !(from_s.is_finite() && to_s.is_finite() && from_s < to_s) {
+    if !(from_s.is_finite() && until_s.is_finite() && from_s < until_s) {
         return Err(refuse(
             "a start before an end".into(),
-            format!("{from_s}..{to_s}"),
+            format!("{from_s}..{until_s}"),
         ));
     }
-    let until = samples_until(signal, to_s);
+    let until = samples_until(signal, until_s);
     let first = samples_before(signal, from_s).min(until);
     let count = until - first;
     if count < 2 {
@@ -270,7 +271,7 @@ fn named(signal: &Signal, from_s: f64, to_s: f64) -> Result<Bias, Error> {
                 signal.start_s,
                 signal.end_s()
             ),
-            format!("{from_s}..{to_s} with {count}"),
+            format!("{from_s}..{until_s} with {count}"),
         ));
     }
     Ok(of_samples(signal, first, count))

@@ -175,10 +175,8 @@ fn stretch_around_peak(signal: &Signal) -> &[f64] {
     if count <= LONGEST_SPECTRUM {
         return &signal.samples;
     }
-    let middle = peak(signal).map_or(0, |(_, time_s)| {
-        ((time_s - signal.start_s) * signal.rate.hertz()).round() as usize
-    });
-    let first = middle
+    let first = peak(signal)
+        .unwrap_or(0)
         .saturating_sub(LONGEST_SPECTRUM / 2)
         .min(count - LONGEST_SPECTRUM);
     &signal.samples[first..first + LONGEST_SPECTRUM]

@@ -47,10 +47,10 @@ pub(super) fn run<E: Excitation>(
 }
 
 impl Adaptive {
-    fn scaled_error(&self, from: (f64, f64), step: &dopri5::IntegrationStep) -> f64 {
+    fn scaled_error(&self, q: f64, v: f64, step: &dopri5::IntegrationStep) -> f64 {
         let scale = |a: f64, b: f64| self.tolerance * (1.0 + a.abs().max(b.abs()));
-        let q = step.error_q / scale(from.0, step.q);
-        let v = step.error_v / scale(from.1, step.v);
+        let q = step.error_q / scale(q, step.q);
+        let v = step.error_v / scale(v, step.v);
         (0.5 * (q * q + v * v)).sqrt()
     }
 }
@@ -84,7 +84,7 @@ impl Stepper for Adaptive {
             branch.acceleration(t, q, v)
         });
         let step = dopri5::step(branch, t, h, q, v, start);
-        let error = self.scaled_error((q, v), &step);
+        let error = self.scaled_error(q, v, &step);
         let kept = error <= 1.0;
         let wanted = h * dopri5::step_factor(error);
         // A step cut short by an end says little about the next one.

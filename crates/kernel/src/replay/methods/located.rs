@@ -9,7 +9,7 @@
 
 use super::lever::SmoothBranch;
 use super::record::Record;
-use super::{Breakdown, Problem, Raw, STEPS_MAX, Work};
+use super::{Breakdown, Problem, Raw, STEPS_MAX, State, Work};
 use crate::model::excitation::Excitation;
 use crate::model::stop::StopModel;
 use crate::numerics::event;
@@ -93,7 +93,8 @@ pub(super) fn run<E: Excitation, S: Stepper>(
     stepper: S,
     at_samples: bool,
 ) -> Raw {
-    let (q, v) = problem.start_state();
+    let start = problem.start_state();
+    let (q, v) = (start.angle_rad, start.velocity_rad_s);
     let phase = match problem.stop {
         StopModel::Rigid if problem.initial.is_none() => LocatedPhase::Dwell,
         StopModel::Soft if q < 0.0 => LocatedPhase::Contact,
@@ -109,7 +110,7 @@ pub(super) fn run<E: Excitation, S: Stepper>(
         t: problem.start_s,
         q,
         v,
-        record: Record::new(problem, (q, v)),
+        record: Record::new(problem, q, v),
         work: Work::default(),
         breakdown: None,
     };
@@ -119,7 +120,7 @@ pub(super) fn run<E: Excitation, S: Stepper>(
     driver.go();
     Raw {
         record: driver.record,
-        state: (driver.q, driver.v),
+        state: State::new(driver.q, driver.v),
         work: driver.work,
         breakdown: driver.breakdown,
     }

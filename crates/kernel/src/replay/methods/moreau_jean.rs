@@ -14,7 +14,7 @@
 
 use super::lever::SmoothBranch;
 use super::record::Record;
-use super::{Breakdown, Problem, Raw, Work};
+use super::{Breakdown, Problem, Raw, State, Work};
 use crate::model::excitation::Excitation;
 use crate::numerics::Motion;
 
@@ -30,8 +30,11 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
     let restitution = problem.design.stop.restitution;
     let (start, end) = (problem.start_s, problem.end_s);
     let step = problem.fixed_step(steps_per_period);
-    let (mut q, mut v) = problem.start_state();
-    let mut record = Record::new(problem, (q, v));
+    let State {
+        angle_rad: mut q,
+        velocity_rad_s: mut v,
+    } = problem.start_state();
+    let mut record = Record::new(problem, q, v);
     let mut work = Work::default();
     let (mut breakdown, mut looked) = (None, 0);
     let steps = ((end - start) / step).ceil() as u64;
@@ -68,7 +71,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
     }
     Raw {
         record,
-        state: (q, v),
+        state: State::new(q, v),
         work,
         breakdown,
     }

@@ -10,8 +10,10 @@ use crate::numerics::polynomial;
 pub(in super::super) struct Record {
     threshold: f64,
     judged_from: f64,
-    /// Angle [rad] and time [s].
-    pub(in super::super) peak: (f64, f64),
+    /// Largest angle [rad].
+    pub(in super::super) peak_angle: f64,
+    /// Time of it [s].
+    pub(in super::super) peak_time: f64,
     /// Lowest angle at the end of a step [rad].
     pub(in super::super) lowest: f64,
     pub(in super::super) first_crossing: Option<f64>,
@@ -24,14 +26,15 @@ pub(in super::super) struct Record {
 }
 
 impl Record {
-    /// Starts with the lever at `angle`, when the run starts.
-    pub(super) fn new<E>(problem: &Problem<'_, E>, (angle, velocity): (f64, f64)) -> Self {
+    /// Starts with the lever where it is when the run starts.
+    pub(super) fn new<E>(problem: &Problem<'_, E>, angle: f64, velocity: f64) -> Self {
         let (start, threshold) = (problem.start_s, problem.design.criterion.threshold_rad);
         let judged_from = problem.judged_from_s;
         let mut record = Self {
             threshold,
             judged_from,
-            peak: (f64::NEG_INFINITY, start),
+            peak_angle: f64::NEG_INFINITY,
+            peak_time: start,
             lowest: angle,
             first_crossing: None,
             time_above: 0.0,
@@ -63,8 +66,8 @@ impl Record {
     #[inline]
     pub(super) fn offer(&mut self, angle: f64, time: f64) {
         self.lowest = self.lowest.min(angle);
-        if time >= self.judged_from && angle > self.peak.0 {
-            self.peak = (angle, time);
+        if time >= self.judged_from && angle > self.peak_angle {
+            (self.peak_angle, self.peak_time) = (angle, time);
         }
     }
 
@@ -93,7 +96,7 @@ impl Record {
         let (start, slope) = (coefficients[0], coefficients[1]);
         let bend: f64 = coefficients[2..].iter().map(|c| c.abs()).sum();
         let highest = start + slope.max(0.0) + bend;
-        if highest > self.peak.0 {
+        if highest > self.peak_angle {
             self.offer(end, time + part * length);
             self.offer_maxima(coefficients, part, time, length);
         }

@@ -1,8 +1,9 @@
 //! A sine's period cut into equal pieces: what is known of each before any lever flies.
 
-use super::StrobeBatchOptions;
+use super::{State, StrobeBatchOptions};
 use crate::model::Design;
 use crate::model::stop::StopModel;
+use crate::range::Range;
 use crate::replay::eventless_step::StepCoefficients;
 use crate::replay::forcing::Sine;
 use crate::replay::kernel::Kernel;
@@ -90,7 +91,7 @@ pub(super) struct Piece {
     /// Bound on its size over the piece.
     pub(super) strongest: f64,
     /// Bounds on its values over the piece.
-    range: (f64, f64),
+    range: Range,
 }
 
 impl Piece {
@@ -115,14 +116,14 @@ impl Piece {
             cosine,
             series,
             strongest: (sine.abs().max(after.abs()) + bulge).min(1.0),
-            range: (sine.min(after) - bulge, sine.max(after) + bulge),
+            range: Range::new(sine.min(after) - bulge, sine.max(after) + bulge),
         }
     }
 
     /// Returns a bound below b over the piece for a sine of `strength` [rad/s²].
     #[inline(always)]
     pub(super) fn lowest(&self, strength: f64) -> f64 {
-        (strength * self.range.0).min(strength * self.range.1)
+        (strength * self.range.low).min(strength * self.range.high)
     }
 
     /// Returns the piece as the scalar kernel takes it.
@@ -167,21 +168,21 @@ impl Cut {
             &self.table[index],
             &self.table[(index + 1) % self.table.len()],
         );
-        let (angle, velocity) = kernel.state();
-        let (rest_angle, rest_velocity) = settled.response(strength, from);
-        let (angle, velocity) = (angle - rest_angle, velocity - rest_velocity);
+        let (before, after) = (settled.state(strength, from), settled.state(strength, to));
+        let angle = kernel.angle - before.angle_rad;
+        let velocity = kernel.velocity - before.velocity_rad_s;
         // The energy of what rings falls.
         let ring = (angle * angle + velocity * velocity / settled.stiffness).sqrt();
-        let (low, high) = settled.range(strength, from);
+        let Range { low, high } = settled.range(strength, from);
         if !(high + ring < 0.0 && low - ring > -SHALLOW) {
             return false;
         }
-        let (rest_angle, rest_velocity_after) = settled.response(strength, to);
         if kernel.recorder.judging && high + ring > kernel.recorder.peak.angle {
             // Where the settled motion is slower than the ringing, a turn may be the peak.
             let speed = ring * settled.stiffness.sqrt() + settled.bend(strength, self.swing);
-            let slowest = if rest_velocity * rest_velocity_after > 0.0 {
-                rest_velocity.abs().min(rest_velocity_after.abs())
+            let (from, to) = (before.velocity_rad_s, after.velocity_rad_s);
+            let slowest = if from * to > 0.0 {
+                from.abs().min(to.abs())
             } else {
                 0.0
             };
@@ -191,8 +192,8 @@ impl Cut {
         }
         let [[a, b], [c, d]] = settled.ring;
         kernel.put_pressed(
-            rest_angle + (a * angle + b * velocity),
-            rest_velocity_after + (c * angle + d * velocity),
+            after.angle_rad + (a * angle + b * velocity),
+            after.velocity_rad_s + (c * angle + d * velocity),
         );
         true
     }
@@ -203,8 +204,10 @@ impl Cut {
 struct SteadyResponse {
     /// Angle under the preload alone [rad].
     rest: f64,
-    /// Response per b, with the sine and with the cosine [s²].
-    response: (f64, f64),
+    /// Response per b in phase with the sine [s²].
+    in_phase: f64,
+    /// Response per b in phase with the cosine [s²].
+    in_quadrature: f64,
     angular_frequency: f64,
     /// k/I0 [1/s²].
     stiffness: f64,
@@ -223,7 +226,8 @@ impl SteadyResponse {
         let (decay, sine) = (libm::exp(-half * length), sine / ringing);
         (ringing > 0.0 && size > 0.0).then(|| Self {
             rest: -branch.pressing / stiffness,
-            response: (-apart / size, lag / size),
+            in_phase: -apart / size,
+            in_quadrature: lag / size,
             angular_frequency,
             stiffness,
             ring: [
@@ -233,11 +237,11 @@ impl SteadyResponse {
         })
     }
 
-    /// Returns angle [rad] and angular velocity [rad/s] settled to, at the start of `piece`.
-    fn response(&self, strength: f64, piece: &Piece) -> (f64, f64) {
-        let (with, across) = (strength * self.response.0, strength * self.response.1);
+    /// Returns the state settled to, at the start of `piece`.
+    fn state(&self, strength: f64, piece: &Piece) -> State {
+        let (with, across) = (strength * self.in_phase, strength * self.in_quadrature);
         let (sine, cosine) = (piece.series[0], piece.cosine);
-        (
+        State::new(
             self.rest + (with * sine + across * cosine),
             self.angular_frequency * (with * cosine - across * sine),
         )
@@ -245,15 +249,15 @@ impl SteadyResponse {
 
     /// Returns how far that velocity is off its chord over a piece, at most [rad/s].
     fn bend(&self, strength: f64, turn: f64) -> f64 {
-        let size = strength.abs() * (self.response.0.abs() + self.response.1.abs());
+        let size = strength.abs() * (self.in_phase.abs() + self.in_quadrature.abs());
         0.125 * turn * turn * self.angular_frequency * size
     }
 
     /// Returns bounds on that angle over `piece` [rad].
-    fn range(&self, strength: f64, piece: &Piece) -> (f64, f64) {
-        let (with, across) = (strength * self.response.0, strength * self.response.1);
-        let (one, other) = (with * piece.range.0, with * piece.range.1);
-        (
+    fn range(&self, strength: f64, piece: &Piece) -> Range {
+        let (with, across) = (strength * self.in_phase, strength * self.in_quadrature);
+        let (one, other) = (with * piece.range.low, with * piece.range.high);
+        Range::new(
             self.rest + one.min(other) - across.abs(),
             self.rest + one.max(other) + across.abs(),
         )

@@ -3,6 +3,7 @@
 
 use super::{EVENT_PART, QUIET_PART, SignalFacts, in_g};
 use crate::conditioning::bias;
+use latchgate_kernel::range::Range;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::Finding;
 
@@ -10,7 +11,7 @@ use latchgate_recording::Finding;
 const ALIASED_PART: f64 = 0.5;
 
 /// Mean before the event that speaks of gravity [g], and its largest standard error.
-const GRAVITY_G: (f64, f64) = (0.9, 1.1);
+const GRAVITY_G: Range = Range::new(0.9, 1.1);
 const GRAVITY_ERROR_G: f64 = 0.05;
 
 /// Part of all pushes that must add up to one side before a sign is told from them.
@@ -23,7 +24,7 @@ const LOBE_PART: f64 = 0.1;
 const SIGN_VELOCITY: f64 = 0.5;
 
 /// Peaks of vehicle structures near a door [g].
-const PLAUSIBLE_PEAK_G: (f64, f64) = (5.0, 2000.0);
+const PLAUSIBLE_PEAK_G: Range = Range::new(5.0, 2000.0);
 
 /// Velocity that a wrong zero has to add to be worth a look [m/s]: what opens the paper's lever.
 const ADDED_VELOCITY: f64 = 0.48;
@@ -31,7 +32,8 @@ const ADDED_VELOCITY: f64 = 0.48;
 /// Largest velocity of a crash channel from which a return to nought is odd [m/s]; part of it, and
 /// velocity on top [m/s], that count as nought. Struck bodies keep more than half of it.
 const RETURNING_VELOCITY: f64 = 0.3;
-const RETURNED: (f64, f64) = (0.1, 0.1);
+const RETURNED_PART: f64 = 0.1;
+const RETURNED_VELOCITY: f64 = 0.1;
 
 /// Stretch at the end of a record that must be calm [s], and the part of the peak that is not.
 const CALM_S: f64 = 1e-2;
@@ -79,9 +81,8 @@ fn aliasing(facts: &SignalFacts<'_>) -> Option<Finding> {
 /// The mean before the event is that of a sensor that stands upright.
 fn gravity(facts: &SignalFacts<'_>) -> Option<Finding> {
     let mean_g = facts.pre_mean / STANDARD_GRAVITY;
-    let (least, most) = GRAVITY_G;
     (facts.pre_event > 0
-        && (least..=most).contains(&mean_g.abs())
+        && GRAVITY_G.contains(mean_g.abs())
         && facts.pre_mean_error <= GRAVITY_ERROR_G * STANDARD_GRAVITY)
         .then(|| {
             let text = format!(
@@ -146,10 +147,10 @@ fn ends_early(facts: &SignalFacts<'_>) -> Option<Finding> {
 
 fn implausible_peak(facts: &SignalFacts<'_>) -> Option<Finding> {
     let peak_g = facts.peak / STANDARD_GRAVITY;
-    let (least, most) = PLAUSIBLE_PEAK_G;
-    (!(least..=most).contains(&peak_g)).then(|| {
+    let Range { low, high } = PLAUSIBLE_PEAK_G;
+    (!PLAUSIBLE_PEAK_G.contains(peak_g)).then(|| {
         let text = format!(
-            "the peak is {peak_g:.4} g. Channels near a door reach {least} to {most} g in a crash. \
+            "the peak is {peak_g:.4} g. Channels near a door reach {low} to {high} g in a crash. \
              Check the unit and the channel"
         );
         Finding::warning("implausible-peak", text)
@@ -257,9 +258,8 @@ fn velocity_returns(facts: &SignalFacts<'_>) -> Option<Finding> {
         end += (value - facts.bias) / facts.raw.rate.hertz();
         largest = largest.max(f64::abs(end));
     }
-    let (part, least) = RETURNED;
-    let unsure = (facts.pre_mean_error * facts.raw.end_s()).min(least);
-    let returned = end.abs() < part * largest + least + unsure;
+    let unsure = (facts.pre_mean_error * facts.raw.end_s()).min(RETURNED_VELOCITY);
+    let returned = end.abs() < RETURNED_PART * largest + RETURNED_VELOCITY + unsure;
     (facts.pre_event > 0 && returned && largest > RETURNING_VELOCITY).then(|| {
         let text = format!(
             "the velocity reaches {:.2} m/s and ends at {:.3} m/s, as behind a high pass (AC \

@@ -44,9 +44,11 @@ const TURNS: usize = 30;
 /// Part of the whole span that a step takes if the converter wrapped around.
 const WRAP_PART: f64 = 0.6;
 
-/// Largest part of such a step that the others may have, once it is undone, if it certainly wrapped, or
-/// may have.
-const UNWRAPPED_PART: (f64, f64) = (1.0 / 3.0, 0.75);
+/// Largest part of such a step that the others may have, once it is undone, if it certainly wrapped.
+const CERTAINLY_WRAPPED_PART: f64 = 1.0 / 3.0;
+
+/// The same if it may have wrapped.
+const PERHAPS_WRAPPED_PART: f64 = 0.75;
 
 /// Returns what speaks of saturation, the surest first.
 pub(super) fn clipping(facts: &SignalFacts<'_>, range_g: Option<f64>) -> Vec<Finding> {
@@ -296,8 +298,7 @@ pub(super) fn wrap_around(facts: &SignalFacts<'_>) -> Option<Finding> {
         largest = largest.max((pair[1] + f64::from(turns) * span).abs());
     }
     let first = first?;
-    let (certain, doubtful) = UNWRAPPED_PART;
-    let smooth = largest_rest <= doubtful * least_wrap;
+    let smooth = largest_rest <= PERHAPS_WRAPPED_PART * least_wrap;
     let few = wraps <= (facts.samples.len() / 20).max(16);
     let at_the_ends = (high + low).abs() <= 2.0 * largest_rest + 4.0 * facts.quantum;
     let beyond = largest > high.max(-low) + 5.0 * facts.quantum + 5.0 * facts.pre_deviation;
@@ -312,7 +313,7 @@ pub(super) fn wrap_around(facts: &SignalFacts<'_>) -> Option<Finding> {
         in_g(facts.samples[first - 1]),
         in_g(facts.samples[first])
     );
-    let finding = if turns == 0 && largest_rest <= certain * least_wrap {
+    let finding = if turns == 0 && largest_rest <= CERTAINLY_WRAPPED_PART * least_wrap {
         Finding::blocking("wrap-around", text)
     } else {
         Finding::warning("wrap-around", text)
