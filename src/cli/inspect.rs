@@ -10,7 +10,6 @@ use crate::pipeline::{self, ChannelStatus, ListedChannel, Listing};
 use latchgate_document::number;
 use latchgate_kernel::units::AccelerationUnit;
 use latchgate_kernel::units::short;
-use latchgate_recording::error::Error;
 use latchgate_recording::{Finding, Limits};
 use latchgate_report::terminal::{self, Look};
 use latchgate_report::{escape, test_facts};
@@ -30,12 +29,7 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
     drop(progress);
     let listing = listing.map_err(Failure::of_data)?;
     match common.format {
-        OutputFormat::Json => {
-            let mut text = serde_json::to_string_pretty(&listing)
-                .map_err(|error| Failure::Data(Error::io("write the listing", &error)))?;
-            text.push('\n');
-            output::document(&text)
-        }
+        OutputFormat::Json => output::document(&latchgate_document::json::render(&listing)),
         OutputFormat::Text => {
             output::text(&table(&listing, &own.read.recording, output::look(common)))
         }

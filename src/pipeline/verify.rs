@@ -310,8 +310,10 @@ pub fn verify(
     };
     let version = both(&|document| &document["run"]["version"]);
     // Another name, other limits or another version stand in the page.
-    let is_same_page =
-        comparison.first.is_none() && !renamed && !within && version.stored == version.now;
+    let is_same_page = comparison.first.is_none()
+        && stored.file() == outcome.document.recording.file
+        && !within
+        && version.stored == version.now;
     let made =
         is_same_page.then(|| latchgate_report::files(&outcome.document, outcome.evidence.as_ref()));
     let report = VerifiedReport::of(folder, made.as_deref());
