@@ -397,7 +397,7 @@ fn verif_a_coast_beyond_the_limit_forbids_a_pass() {
 
 /// Nearly all scattered levers stay below while the record runs, and many open just after it.
 #[test]
-fn verif_scattered_levers_that_coast_beyond_the_limit_forbid_a_pass() {
+fn verif_varied_levers_that_coast_beyond_the_limit_forbid_a_pass() {
     let last = 110_u16;
     let until = |t: f64| t < (f64::from(last) + 0.5) / 10_000.0;
     let longer = samples(|t| {

@@ -388,7 +388,7 @@ fn cli_verify_finds_a_recording_whose_name_begins_with_a_hyphen() {
 /// told, and what was not compared is named.
 #[test]
 fn cli_verify_compares_the_report_beside_the_verdict() {
-    let folder = Folder::new("verify-report");
+    let folder = Folder::new("verify-files");
     let out = folder.path().join("report");
     let shown = out.to_str().unwrap();
     let burst = signal_file("burst.csv");

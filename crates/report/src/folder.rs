@@ -1,12 +1,20 @@
 //! A report's folder: its name, and that it holds the earlier report, the new one or none, never
 //! parts of both.
 
-use super::{COMPARE_FILE, VERDICT_FILE, margin};
 use latchgate_recording::error::Error;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+
+/// File name of the verdict.
+pub const VERDICT_FILE: &str = "verdict.json";
+
+/// File name of the document of a margin.
+pub const MARGIN_FILE: &str = "margin.json";
+
+/// File name of the page of several verdicts.
+pub const COMPARE_FILE: &str = "compare.html";
 
 /// Attempts to put a report in its place while others put theirs there.
 const ATTEMPTS: u32 = 100;
@@ -183,7 +191,7 @@ impl Unplaced {
 
 /// Tells whether a folder holds files, and no report among them.
 fn is_foreign(dir: &Path) -> bool {
-    const FILES: [&str; 3] = [VERDICT_FILE, margin::DOCUMENT_FILE, COMPARE_FILE];
+    const FILES: [&str; 3] = [VERDICT_FILE, MARGIN_FILE, COMPARE_FILE];
     let is_one = |name: &&str| {
         let mut head = Vec::new();
         let read =

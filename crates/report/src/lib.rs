@@ -45,7 +45,7 @@ pub mod terminal;
 pub mod text;
 mod words;
 
-pub use folder::{Unplaced, folder_name};
+pub use folder::{COMPARE_FILE, Unplaced, VERDICT_FILE, folder_name};
 use latchgate_recording::error::Error;
 pub use words::{UNSEEN, test_facts};
 
@@ -64,9 +64,6 @@ pub const REPORT_FILE: &str = "report.html";
 
 /// File name of the page as printed.
 pub const PDF_FILE: &str = "report.pdf";
-
-/// File name of the verdict.
-pub const VERDICT_FILE: &str = "verdict.json";
 
 /// File name of the series.
 pub const SERIES_FILE: &str = "series.csv";
@@ -148,9 +145,6 @@ pub fn names() -> Vec<String> {
     .chain(plots)
     .collect()
 }
-
-/// File name of the page of several verdicts.
-pub const COMPARE_FILE: &str = "compare.html";
 
 /// Writes the page that shows verdicts side by side into `dir`, and returns its path. `tables` are their
 /// series, where all have them.

@@ -1,5 +1,6 @@
 //! What `latchgate margin` hands over: its text, and the files of its report.
 
+pub use super::folder::MARGIN_FILE as DOCUMENT_FILE;
 use super::margin_words::{advised, direction, headline, titled, without_advice};
 use super::terminal::{Look, TerminalLines};
 use super::words;
@@ -16,9 +17,6 @@ use std::path::{Path, PathBuf};
 
 /// File name of the page.
 pub const PAGE_FILE: &str = "margin.html";
-
-/// File name of the document.
-pub const DOCUMENT_FILE: &str = "margin.json";
 
 /// Every file that a report may hold.
 const FILES: [&str; 6] = [

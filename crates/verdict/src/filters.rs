@@ -42,7 +42,7 @@ pub struct FilteredDirection {
     /// The sign of the recorded acceleration that opens.
     pub opens_when: OpensWhen,
     /// The answer of the nominal runs by the rule without an ensemble.
-    pub verdict: Answer,
+    pub answer: Answer,
     /// Largest angle in the judged window, of the stops [rad].
     pub peak_angle_rad: Option<f64>,
 }
@@ -183,7 +183,7 @@ fn judged<'a>(
         let peaks = peaks.filter(|(variant, _)| variant.opens_when == *opens_when);
         FilteredDirection {
             opens_when: *opens_when,
-            verdict: span.answer(own(&signed), own(&of_good)),
+            answer: span.answer(own(&signed), own(&of_good)),
             peak_angle_rad: peaks.map(|(_, peak)| *peak).reduce(f64::max),
         }
     };

@@ -290,7 +290,7 @@ pub(super) fn filters(document: &Document) -> Markup {
                             @for sign in &signs {
                                 @let own = row.by_direction.iter().find(|own| own.opens_when == *sign);
                                 (peak(own.and_then(|own| own.peak_angle_rad), document.threshold_rad))
-                                td { (own.map_or("–", |own| own.verdict.name())) }
+                                td { (own.map_or("–", |own| own.answer.name())) }
                             }
                             td {
                                 @if let Some(reason) = &row.reason { (line(&words::sentence(reason))) }
