@@ -236,7 +236,8 @@ impl Store {
     /// # Errors
     ///
     /// What is in the way, in a sentence.
-    pub fn open(data: &Path) -> Result<Self, String> {
+    pub fn open(config: &Config) -> Result<Self, String> {
+        let data = config.data.as_path();
         let shown = data.display();
         let cannot = |error: io::Error| format!("{shown}: {error}");
         fs::create_dir_all(data).map_err(cannot)?;
@@ -251,8 +252,10 @@ impl Store {
             },
         )?;
         let told = |error: StoreError| format!("{shown}: {error}");
+        let ledger = SqliteLedger::open(&data.join("ledger.sqlite")).map_err(told)?;
+        let order_s = config.order_time.as_secs();
         Ok(Self {
-            ledger: Arc::new(SqliteLedger::open(&data.join("ledger.sqlite")).map_err(told)?),
+            ledger: Arc::new(ledger.with_limits(config.child_memory_bytes, order_s)),
             blobs: Arc::new(BlobFolder::open(&data.join("blobs")).map_err(told)?),
             lock: Some(lock),
         })

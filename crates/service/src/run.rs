@@ -12,6 +12,7 @@ use crate::pool::{Answer, ChildOptions, Crew, CrewOptions, Lost, Order, Slot, Tr
 use crate::store::StoredToken;
 use crate::{cluster_gates, gate, http};
 use clap::{Args, Parser, Subcommand};
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -235,7 +236,8 @@ fn log(config: &Config) {
 
 fn serve(config: Config) -> Result<ExitCode, String> {
     log(&config);
-    let store = Store::open(&config.data)?;
+    raise_open_files(config.connections)?;
+    let store = Store::open(&config)?;
     // Whoever held these is gone: this process alone serves the folder.
     let told = |error: crate::store::StoreError| error.to_string();
     store.ledger.reclaim(now_ms(), true).map_err(told)?;
@@ -273,6 +275,31 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     let outcome = runtime.block_on(listen(app));
     runtime.shutdown_timeout(Duration::from_secs(1));
     outcome
+}
+
+/// Lets this process have the files that its connections need: two each, one to the client and one
+/// to a stored file, and some for ledger, children and log. Were there fewer, idle connections could
+/// take those that a child is started with.
+fn raise_open_files(connections: usize) -> Result<(), String> {
+    let needed = 2 * connections as u64 + 64;
+    let known = getrlimit(Resource::Nofile);
+    let within = |limit: Option<u64>| limit.is_none_or(|limit| limit >= needed);
+    if within(known.current) {
+        return Ok(());
+    }
+    if !within(known.maximum) {
+        let most = known.maximum.unwrap_or_default();
+        return Err(format!(
+            "{connections} connections need {needed} open files, and this process may have {most}: \
+             raise that (`ulimit -n`, LimitNOFILE= of systemd), or lower `connections`"
+        ));
+    }
+    let raised = Rlimit {
+        current: Some(needed),
+        maximum: known.maximum,
+    };
+    setrlimit(Resource::Nofile, raised)
+        .map_err(|error| format!("{needed} open files cannot be allowed: {error}"))
 }
 
 async fn listen(app: App) -> Result<ExitCode, String> {
@@ -363,7 +390,7 @@ fn trials(config: &Config) -> Result<ExitCode, String> {
                 Answer::Tried { stopped, how } => (stopped, how),
                 _ => (false, "no clear answer".into()),
             },
-            Err(lost @ (Lost::Ended { .. } | Lost::Late { .. })) => (true, lost.to_string()),
+            Err(lost @ (Lost::Ended(_) | Lost::Late { .. })) => (true, lost.to_string()),
             Err(lost) => (false, lost.to_string()),
         };
         whole &= stopped;

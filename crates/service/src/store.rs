@@ -432,6 +432,9 @@ pub struct StoredToken {
     reason = "each call says the same: StoreError, if the disk or the database refuses"
 )]
 pub trait Ledger: Send + Sync {
+    /// Names what answers: the version of the program, and what its children may take.
+    fn program(&self) -> &str;
+
     /// Keeps a recording; false if it was known.
     fn put_recording(
         &self,
@@ -470,8 +473,15 @@ pub trait Ledger: Send + Sync {
     fn finish(&self, id: &str, attempt: i64, result: &StoredResult) -> Result<(), StoreError>;
     /// Ends a job of which the decision alone was wanted, if this attempt still has it.
     fn decide(&self, id: &str, attempt: i64, row: &Value) -> Result<(), StoreError>;
-    /// Ends a job without an answer, if this attempt still has it.
-    fn refuse(&self, id: &str, attempt: i64, problem: &Value) -> Result<(), StoreError>;
+    /// Ends a job without an answer, if this attempt still has it. One that `lasts` is answered from
+    /// the store until another program or other limits may do better.
+    fn refuse(
+        &self,
+        id: &str,
+        attempt: i64,
+        problem: &Value,
+        lasts: bool,
+    ) -> Result<(), StoreError>;
     /// Puts a job back whose child ended, to be taken from `not_before_ms` on; returns how often
     /// that has happened to it.
     fn give_back(

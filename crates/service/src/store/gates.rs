@@ -43,6 +43,7 @@ pub(super) fn put(
     gate: &StoredGate,
     pairs: &[Question],
     owner: &str,
+    program: &str,
 ) -> Result<bool, StoreError> {
     let body = text_of(gate);
     let added = connection.execute(
@@ -50,13 +51,13 @@ pub(super) fn put(
         params![gate.id, gate.name, body, of_row("gate", &gate.id, &body)],
     )?;
     if added == 0 {
-        return again(connection, gate, pairs, owner);
+        return again(connection, gate, pairs, owner, program);
     }
     let mut statement =
         connection.prepare_cached("INSERT INTO pairs (gate, number, job) VALUES (?, ?, ?)")?;
     for (number, question) in (0_i64..).zip(pairs) {
         let job = question.id();
-        jobs::submit(connection, &job, question, owner, gate.created_ms)?;
+        jobs::submit(connection, &job, question, owner, gate.created_ms, program)?;
         statement.execute(params![gate.id, number, job])?;
     }
     Ok(true)
@@ -70,10 +71,18 @@ fn again(
     gate: &StoredGate,
     pairs: &[Question],
     owner: &str,
+    program: &str,
 ) -> Result<bool, StoreError> {
     let before: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
     for question in pairs {
-        jobs::submit(connection, &question.id(), question, owner, gate.created_ms)?;
+        jobs::submit(
+            connection,
+            &question.id(),
+            question,
+            owner,
+            gate.created_ms,
+            program,
+        )?;
     }
     let after: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
     let known = find(connection, &gate.id)?.and_then(|standing| standing.outcome);

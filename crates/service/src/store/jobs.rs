@@ -7,8 +7,14 @@ use super::{Job, JobState, Load, Question, StoreError};
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde_json::Value;
 
-/// What made a refusal; another program may answer where this one did not.
-const PROGRAM: &str = env!("CARGO_PKG_VERSION");
+/// Version of the program.
+pub(super) const PROGRAM: &str = env!("CARGO_PKG_VERSION");
+
+/// Names what makes a refusal: another program, or children that may take more, may answer where
+/// this one did not.
+pub(super) fn program_of(memory_bytes: u64, order_s: u64) -> String {
+    format!("{PROGRAM} {memory_bytes} B {order_s} s")
+}
 
 pub(super) const COLUMNS: &str =
     "id, body, sum, state, attempt, failures, answer, answer_sum, program";
@@ -56,11 +62,12 @@ pub(super) fn submit(
     question: &Question,
     owner: &str,
     now_ms: i64,
+    program: &str,
 ) -> Result<(Job, bool), StoreError> {
-    // What another version refused is asked again.
+    // What another version, or the same with other limits, refused is asked again.
     connection.execute(
         "DELETE FROM jobs WHERE id = ? AND state = 'refused' AND program <> ?",
-        params![id, PROGRAM],
+        params![id, program],
     )?;
     let body = text_of(question);
     // Of one question somebody waits for the answer; the many of a gate come after those.
@@ -137,15 +144,9 @@ pub(super) fn end(
     connection: &Connection,
     id: &str,
     attempt: i64,
-    state: &str,
-    answer: &Value,
+    (state, answer): (&str, &Value),
+    program: &str,
 ) -> Result<(), StoreError> {
-    // What was damaged may be restored, who killed a child may be gone, and a machine that was busy
-    // may be idle; it is asked again.
-    let program = match answer["code"].as_str() {
-        Some("damaged" | "reader-was-killed" | "reader-was-late") => "",
-        _ => PROGRAM,
-    };
     let answer = text_of(answer);
     let sum = of_row(state, id, &answer);
     fenced(connection.execute(

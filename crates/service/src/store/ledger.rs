@@ -11,8 +11,8 @@ use super::{
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Changes that are committed together at most.
@@ -28,6 +28,7 @@ type Change = Box<dyn FnOnce(&Connection) -> After + Send>;
 #[derive(Debug)]
 pub struct SqliteLedger {
     path: PathBuf,
+    program: Arc<str>,
     readers: Mutex<Vec<Connection>>,
     changes: SyncSender<Change>,
 }
@@ -60,9 +61,17 @@ impl SqliteLedger {
             .spawn(move || write_in_groups(&writer, &waiting))?;
         Ok(Self {
             path: path.to_path_buf(),
+            program: jobs::PROGRAM.into(),
             readers: Mutex::new(Vec::new()),
             changes,
         })
+    }
+
+    /// States what children may take who answer: memory [bytes] and time [s].
+    #[must_use]
+    pub fn with_limits(mut self, memory_bytes: u64, order_s: u64) -> Self {
+        self.program = jobs::program_of(memory_bytes, order_s).into();
+        self
     }
 
     /// Has the writer make a change, and returns once it is on the disk.
@@ -192,6 +201,10 @@ fn design_of(row: &Row<'_>) -> Result<StoredDesign, StoreError> {
 }
 
 impl Ledger for SqliteLedger {
+    fn program(&self) -> &str {
+        &self.program
+    }
+
     fn put_recording(
         &self,
         manifest: &Manifest,
@@ -260,7 +273,10 @@ impl Ledger for SqliteLedger {
         now_ms: i64,
     ) -> Result<(Job, bool), StoreError> {
         let (id, question, owner) = (id.to_string(), question.clone(), owner.to_string());
-        self.write(move |connection| jobs::submit(connection, &id, &question, &owner, now_ms))
+        let program = Arc::clone(&self.program);
+        self.write(move |connection| {
+            jobs::submit(connection, &id, &question, &owner, now_ms, &program)
+        })
     }
 
     fn job(&self, id: &str) -> Result<Option<Job>, StoreError> {
@@ -282,26 +298,37 @@ impl Ledger for SqliteLedger {
 
     fn finish(&self, id: &str, attempt: i64, result: &StoredResult) -> Result<(), StoreError> {
         let (id, result) = (id.to_string(), result.clone());
+        let program = Arc::clone(&self.program);
         self.write(move |connection| {
             put_result(connection, &result)?;
-            jobs::end(
-                connection,
-                &id,
-                attempt,
-                "done",
-                &Value::from(result.report_id),
-            )
+            let answer = Value::from(result.report_id);
+            jobs::end(connection, &id, attempt, ("done", &answer), &program)
         })
     }
 
     fn decide(&self, id: &str, attempt: i64, row: &Value) -> Result<(), StoreError> {
         let (id, row) = (id.to_string(), row.clone());
-        self.write(move |connection| jobs::end(connection, &id, attempt, "done", &row))
+        let program = Arc::clone(&self.program);
+        self.write(move |connection| jobs::end(connection, &id, attempt, ("done", &row), &program))
     }
 
-    fn refuse(&self, id: &str, attempt: i64, problem: &Value) -> Result<(), StoreError> {
+    fn refuse(
+        &self,
+        id: &str,
+        attempt: i64,
+        problem: &Value,
+        lasts: bool,
+    ) -> Result<(), StoreError> {
         let (id, problem) = (id.to_string(), problem.clone());
-        self.write(move |connection| jobs::end(connection, &id, attempt, "refused", &problem))
+        // What no program made is asked again of every one.
+        let program = if lasts {
+            Arc::clone(&self.program)
+        } else {
+            "".into()
+        };
+        self.write(move |connection| {
+            jobs::end(connection, &id, attempt, ("refused", &problem), &program)
+        })
     }
 
     fn give_back(
@@ -393,7 +420,8 @@ impl Ledger for SqliteLedger {
         owner: &str,
     ) -> Result<bool, StoreError> {
         let (gate, owner) = (gate.clone(), owner.to_string());
-        self.write(move |connection| gates::put(connection, &gate, &pairs, &owner))
+        let program = Arc::clone(&self.program);
+        self.write(move |connection| gates::put(connection, &gate, &pairs, &owner, &program))
     }
 
     fn gate(&self, id: &str) -> Result<Option<GateStanding>, StoreError> {

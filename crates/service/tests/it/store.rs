@@ -66,7 +66,7 @@ fn verif_an_attempt_that_lost_its_lease_changes_nothing() {
     for late in [
         ledger.hold("a", first.attempt, 900),
         ledger.finish("a", first.attempt, &result("x")),
-        ledger.refuse("a", first.attempt, &json!({})),
+        ledger.refuse("a", first.attempt, &json!({}), true),
         ledger.give_back("a", first.attempt, true, 0).map(|_| ()),
     ] {
         assert_eq!(late, Err(StoreError::Fenced));
@@ -139,7 +139,7 @@ fn verif_a_gate_is_open_again_where_its_refusals_pass() {
         assert!(ledger.put_gate(&gate, vec![pair.clone()], "lab").unwrap());
         let job = taken(&ledger, 0);
         ledger
-            .refuse(&job.id, job.attempt, &json!({"code": code}))
+            .refuse(&job.id, job.attempt, &json!({"code": code}), !passes)
             .unwrap();
         let outcome = GateOutcome {
             exit_code: 4,
