@@ -376,9 +376,7 @@ pub(crate) fn settle(
     for number in summary.worst().into_iter().take(IN_FULL) {
         let question = question(gate, number, false);
         let owner = format!("gate {}", plan.gate);
-        parts
-            .ledger
-            .submit(&question.id(), &question, &owner, now_ms())?;
+        parts.ledger.submit(&question.id(), &question, &owner)?;
     }
     parts.crew.ring();
     Ok(outcome)

@@ -21,6 +21,7 @@ mod sql;
 mod sum;
 
 pub use folder::{BlobFolder, BlobWriter};
+pub use jobs::LONGEST_PAUSE_MS;
 pub use ledger::SqliteLedger;
 pub use sum::{Hex, sha256_hex, sha256_of};
 
@@ -456,13 +457,8 @@ pub trait Ledger: Send + Sync {
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError>;
 
     /// Puts a job in the queue unless it is known; returns how it stands, and whether it is new.
-    fn submit(
-        &self,
-        id: &str,
-        question: &Question,
-        owner: &str,
-        now_ms: i64,
-    ) -> Result<(Job, bool), StoreError>;
+    fn submit(&self, id: &str, question: &Question, owner: &str)
+    -> Result<(Job, bool), StoreError>;
     /// Finds a job.
     fn job(&self, id: &str) -> Result<Option<Job>, StoreError>;
     /// Takes the next job that waits, until `lease_ms`.
@@ -482,7 +478,8 @@ pub trait Ledger: Send + Sync {
         problem: &Value,
         lasts: bool,
     ) -> Result<(), StoreError>;
-    /// Puts a job back whose child ended, to be taken from `not_before_ms` on; returns how often
+    /// Puts a job back whose child ended, to be taken from `not_before_ms` on, at most
+    /// [`LONGEST_PAUSE_MS`] later; returns how often
     /// that has happened to it.
     fn give_back(
         &self,
@@ -491,7 +488,8 @@ pub trait Ledger: Send + Sync {
         counts: bool,
         not_before_ms: i64,
     ) -> Result<i64, StoreError>;
-    /// Puts jobs back whose lease has passed; all that run if `every`.
+    /// Puts jobs back whose lease has passed; all that run if `every`, and then none waits longer than
+    /// until now.
     fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError>;
     /// Returns how many jobs wait and run, all of them and those of one owner.
     fn load(&self, owner: &str) -> Result<Load, StoreError>;

@@ -4,7 +4,6 @@ use super::files;
 use super::jobs::{self, JobStanding};
 use crate::app::App;
 use crate::auth::Visitor;
-use crate::clock::now_ms;
 use crate::pool::{Answer, How, Order, request_of};
 use crate::problem::{Placed, Problem, Queried, bounded};
 use crate::store::{Job, JobState, Question, ResultFilter, StoredResult, Summary};
@@ -109,11 +108,7 @@ pub(super) async fn submit(
     let mut watched = app.crew.watch(&id);
     let wanted = id.clone();
     let (job, is_new) = app
-        .on_disk(move |parts| {
-            parts
-                .ledger
-                .submit(&wanted, &question, &visitor.name, now_ms())
-        })
+        .on_disk(move |parts| parts.ledger.submit(&wanted, &question, &visitor.name))
         .await?;
     if is_new {
         app.crew.ring();

@@ -5,7 +5,9 @@ use super::words::{Answer, How, Order};
 use crate::clock::now_ms;
 use crate::jail::Jail;
 use crate::problem::Problem;
-use crate::store::{Blobs, Job, JobState, Ledger, Manifest, StoreError, StoredResult};
+use crate::store::{
+    Blobs, Job, JobState, LONGEST_PAUSE_MS, Ledger, Manifest, StoreError, StoredResult,
+};
 use axum::http::StatusCode;
 use std::collections::{HashMap, VecDeque};
 use std::io;
@@ -17,9 +19,6 @@ use tokio::sync::{oneshot, watch};
 
 /// Attempts of an order that ends its child.
 const ATTEMPTS: i64 = 3;
-
-/// Longest pause of a job that was put back [ms].
-const LONGEST_PAUSE_MS: i64 = 30_000;
 
 /// Time for which a place waits that could not start a child.
 const START_PAUSE: Duration = Duration::from_millis(500);

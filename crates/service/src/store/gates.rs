@@ -57,7 +57,7 @@ pub(super) fn put(
         connection.prepare_cached("INSERT INTO pairs (gate, number, job) VALUES (?, ?, ?)")?;
     for (number, question) in (0_i64..).zip(pairs) {
         let job = question.id();
-        jobs::submit(connection, &job, question, owner, gate.created_ms, program)?;
+        jobs::submit(connection, &job, question, owner, program)?;
         statement.execute(params![gate.id, number, job])?;
     }
     Ok(true)
@@ -75,14 +75,7 @@ fn again(
 ) -> Result<bool, StoreError> {
     let before: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
     for question in pairs {
-        jobs::submit(
-            connection,
-            &question.id(),
-            question,
-            owner,
-            gate.created_ms,
-            program,
-        )?;
+        jobs::submit(connection, &question.id(), question, owner, program)?;
     }
     let after: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
     let known = find(connection, &gate.id)?.and_then(|standing| standing.outcome);

@@ -270,13 +270,10 @@ impl Ledger for SqliteLedger {
         id: &str,
         question: &Question,
         owner: &str,
-        now_ms: i64,
     ) -> Result<(Job, bool), StoreError> {
         let (id, question, owner) = (id.to_string(), question.clone(), owner.to_string());
         let program = Arc::clone(&self.program);
-        self.write(move |connection| {
-            jobs::submit(connection, &id, &question, &owner, now_ms, &program)
-        })
+        self.write(move |connection| jobs::submit(connection, &id, &question, &owner, &program))
     }
 
     fn job(&self, id: &str) -> Result<Option<Job>, StoreError> {

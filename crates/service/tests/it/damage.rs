@@ -419,7 +419,7 @@ fn verif_a_long_queue_is_no_hindrance() {
                         decision_alone: false,
                     };
                     ledger
-                        .submit(&format!("{hand}-{number}"), &question, "lab", 0)
+                        .submit(&format!("{hand}-{number}"), &question, "lab")
                         .unwrap();
                 }
             })
