@@ -1,10 +1,11 @@
 //! How an upload becomes files: streamed to the disk, hashed on the way, never read here.
 
+use super::form::Form;
 use crate::app::App;
 use crate::problem::Problem;
 use crate::store::{Blobs, Manifest, StoreError, StoredFile};
 use axum::body::{Body, Bytes};
-use axum::extract::{FromRequest, Multipart, Request};
+use axum::extract::Request;
 use axum::http::{StatusCode, header};
 use std::sync::Arc;
 use tokio::sync::{mpsc, oneshot};
@@ -12,6 +13,9 @@ use tokio_stream::{Stream, StreamExt};
 
 /// Letters of a name.
 const NAME_LETTERS: usize = 200;
+
+/// Bytes of a form beside its files.
+const FORM_BYTES: u64 = 1 << 20;
 
 /// Bytes of a card.
 const CARD_BYTES: u64 = 1 << 20;
@@ -41,7 +45,7 @@ pub(super) async fn receive(
     };
     // A form has lines around its parts.
     if let Some(length) = stated
-        && length > room.left.saturating_add(if form { 1 << 20 } else { 0 })
+        && length > room.left.saturating_add(if form { FORM_BYTES } else { 0 })
     {
         return Err(room.crossed(&format!("{length} bytes")));
     }
@@ -106,7 +110,9 @@ async fn of_body(
     let name = plain(&name.ok_or_else(|| {
         Problem::bad_request("state the file's name, which readers go by: ?name=NAME")
     })?)?;
-    let file = store(app, &name, body.into_data_stream(), room).await?;
+    let cut = |error: axum::Error| Problem::bad_request(format!("the upload: {error}"));
+    let pieces = body.into_data_stream().map(move |piece| piece.map_err(cut));
+    let file = store(app, &name, pieces, room).await?;
     Ok(Manifest {
         name,
         files: vec![file],
@@ -120,22 +126,20 @@ async fn of_form(
     request: Request,
     mut room: Room,
 ) -> Result<Manifest, Problem> {
-    let refused = |error: axum::extract::multipart::MultipartRejection| {
-        Problem::bad_request(error.body_text())
-    };
-    let mut form = Multipart::from_request(request, &())
-        .await
-        .map_err(refused)?;
-    let broken =
-        |error: axum::extract::multipart::MultipartError| Problem::bad_request(error.body_text());
+    let mut form = Form::begin(
+        request,
+        room.left.saturating_add(FORM_BYTES),
+        room.crossed("a longer form"),
+    )
+    .await?;
     let mut manifest = Manifest {
         name: name.as_deref().map(plain).transpose()?.unwrap_or_default(),
         files: Vec::new(),
         card: None,
     };
-    while let Some(field) = form.next_field().await.map_err(broken)? {
-        let role = field.name().unwrap_or("").to_string();
-        let own = field.file_name().map(String::from);
+    while let Some(part) = form.next().await? {
+        let role = part.role().to_string();
+        let own = part.file_name().map(String::from);
         let is_card = role == "card";
         let own = match own {
             Some(own) => plain(&own)?,
@@ -163,7 +167,7 @@ async fn of_form(
         } else {
             room
         };
-        let file = store(app, &own, field, own_room).await?;
+        let file = store(app, &own, part, own_room).await?;
         room.left -= file.bytes.min(room.left);
         if is_card {
             manifest.card = Some(file);
@@ -194,10 +198,10 @@ async fn of_form(
 }
 
 /// Writes a stream of bytes into a blob, on a thread that may wait for the disk.
-async fn store<E: std::fmt::Display>(
+async fn store(
     app: &App,
     name: &str,
-    stream: impl Stream<Item = Result<Bytes, E>>,
+    stream: impl Stream<Item = Result<Bytes, Problem>>,
     room: Room,
 ) -> Result<StoredFile, Problem> {
     let (pieces, waiting) = mpsc::channel::<Bytes>(4);
@@ -207,7 +211,7 @@ async fn store<E: std::fmt::Display>(
     let mut stream = std::pin::pin!(stream);
     let mut bytes = 0_u64;
     while let Some(piece) = stream.next().await {
-        let piece = piece.map_err(|error| Problem::bad_request(format!("the upload: {error}")))?;
+        let piece = piece?;
         bytes += piece.len() as u64;
         if bytes > room.left {
             return Err(room.crossed("a larger upload"));

@@ -246,6 +246,89 @@ fn verif_a_question_that_takes_too_long_is_ended() {
     client.post("/v1/verdicts?wait=0", &asking).expect(202);
 }
 
+/// Begins a form in chunks.
+fn begun_form(service: &Service) -> TcpStream {
+    let mut stream = TcpStream::connect(&service.address).unwrap();
+    let wait = Some(Duration::from_secs(20));
+    stream.set_read_timeout(wait).unwrap();
+    stream.set_write_timeout(wait).unwrap();
+    let host = &service.address;
+    let head = format!(
+        "POST /v1/recordings HTTP/1.1\r\nHost: {host}\r\nTransfer-Encoding: chunked\r\n\
+         Content-Type: multipart/form-data; boundary=part\r\n\r\n"
+    );
+    stream.write_all(head.as_bytes()).unwrap();
+    stream
+}
+
+/// Sends chunks until they are no longer taken; returns how many bytes were, and the answer.
+fn sent_until_refused(
+    mut stream: TcpStream,
+    pieces: impl Iterator<Item = Vec<u8>>,
+) -> (u64, String) {
+    let mut sent = 0;
+    for piece in pieces {
+        let mut chunk = format!("{:x}\r\n", piece.len()).into_bytes();
+        chunk.extend_from_slice(&piece);
+        chunk.extend_from_slice(b"\r\n");
+        // What lies in the buffers of the system counts as sent; let it be read first.
+        std::thread::sleep(Duration::from_millis(5));
+        if stream.write_all(&chunk).is_err() {
+            break;
+        }
+        sent += piece.len() as u64;
+    }
+    let mut answer = Vec::new();
+    let _ = std::io::Read::read_to_end(&mut stream, &mut answer);
+    (sent, String::from_utf8_lossy(&answer).into_owned())
+}
+
+/// What a form holds beside its files is bounded: before the first part, in a part's head, and in all.
+#[test]
+fn regress_a_form_is_bounded_beside_its_files() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["upload_mib=1", "rate_burst=100000"]);
+    let filler = || std::iter::repeat_n(vec![b'x'; 8 << 10], 10 << 7);
+    let disposition = "--part\r\nContent-Disposition: form-data; name=\"file\"; filename=\"";
+    for begin in ["", disposition] {
+        let mut stream = begun_form(&service);
+        let first = format!("{:x}\r\n{begin}\r\n", begin.len());
+        if !begin.is_empty() {
+            stream.write_all(first.as_bytes()).unwrap();
+        }
+        let (sent, answer) = sent_until_refused(stream, filler());
+        assert!(sent <= 256 << 10, "{sent} bytes were taken: {answer}");
+        // The answer may be lost where the rest of the body is not taken.
+        assert!(
+            answer.is_empty() || answer.contains("form_head_bytes"),
+            "{answer}"
+        );
+    }
+    // Many parts, each with a head that is long enough to matter in all.
+    let part = |number: u32| {
+        let head = format!(
+            "{disposition}{number}.csv\"\r\nX: {}\r\n\r\n",
+            "x".repeat(8 << 10)
+        );
+        format!("{head}t\r\n").into_bytes()
+    };
+    let (sent, answer) = sent_until_refused(begun_form(&service), (0..500).map(part));
+    assert!(sent <= 3 << 20, "{sent} bytes were taken: {answer}");
+    // A form with many small parts, and one with a file that looks like a boundary, are taken.
+    let names: Vec<String> = (0..300).map(|number| format!("{number:03}.csv")).collect();
+    let table = signal("burst.csv");
+    let odd = b"t_s,acc_y_g\n\r\n--par\r\r\n";
+    let parts: Vec<(&str, &str, &[u8])> = names
+        .iter()
+        .map(|name| ("part", name.as_str(), &odd[..]))
+        .chain([("file", "a.csv", &table[..])])
+        .collect();
+    let client = service.client();
+    let recording = client.upload_form("?name=many", &parts).expect(201).json();
+    let bytes = 300 * odd.len() + table.len();
+    assert_eq!(recording["bytes"], bytes, "{recording}");
+}
+
 /// Uploads of each kind; `LATCHGATE_SERVICE_UPLOADS` says how many.
 fn uploads() -> u32 {
     std::env::var("LATCHGATE_SERVICE_UPLOADS").map_or(12, |text| text.parse().unwrap())
