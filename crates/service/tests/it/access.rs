@@ -577,6 +577,43 @@ fn cli_uploads_at_once_keep_to_the_share() {
     assert_eq!(listed.len(), 3, "what was refused is not kept");
 }
 
+/// Whoever may only read changes nothing on the disk, whatever the query says.
+#[test]
+fn verif_a_reader_writes_nothing() {
+    let folder = Folder::new();
+    let (reader, writer) = (folder.token("r", "read"), folder.token("w", "read,submit"));
+    let service = Service::start(&folder, &[]);
+    let client = service.client().bearer(&writer);
+    let id = client.upload("burst.csv")["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    let verdict = client.post("/v1/verdicts?wait=60", &question).expect(200);
+    let place = verdict.header("location").unwrap().to_string();
+    let before = blobs(&folder);
+    assert!(before > 1, "{before} files");
+    let reader = service.client().bearer(&reader);
+    let recording = format!("/v1/recordings/{}", id.as_str().unwrap());
+    for number in 0..20 {
+        let range = format!("t0=0.0{number:02}&t1=0.0{}", number + 30);
+        reader
+            .get(&format!("{place}/series.csv?{range}"))
+            .expect(200);
+        let request = format!("{recording}?request=%7B%22header_line%22:{}%7D", number + 1);
+        reader.get(&request);
+    }
+    for path in [&place, &recording, "/", "/gates", "/designs"] {
+        reader.get(path).expect(200);
+    }
+    assert_eq!(blobs(&folder), before);
+}
+
+/// Counts the files that are kept, and those that are under way.
+pub(crate) fn blobs(folder: &Folder) -> usize {
+    let folders = fs::read_dir(folder.data().join("blobs")).unwrap().flatten();
+    folders
+        .map(|folder| fs::read_dir(folder.path()).unwrap().count())
+        .sum()
+}
+
 /// Two services on one folder would take each other's jobs and uploads away: the second is refused,
 /// and the first goes on.
 #[test]
