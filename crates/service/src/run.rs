@@ -9,7 +9,7 @@ use crate::auth::{Scope, Secret};
 use crate::clock::now_ms;
 use crate::config::{Config, Layers};
 use crate::pool::{Answer, ChildOptions, Crew, CrewOptions, Lost, Order, Slot, Trial, child_work};
-use crate::store::StoredToken;
+use crate::store::{self, Collected, StoredToken};
 use crate::{cluster_gates, gate, http};
 use clap::{Args, Parser, Subcommand};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
@@ -83,7 +83,12 @@ enum Command {
         folder: PathBuf,
     },
     /// Read every row and every file again and compare each with its hash
-    Fsck,
+    Fsck {
+        /// Remove files older than a day that no row names, as each start of the service does; not
+        /// while it runs
+        #[arg(long)]
+        collect: bool,
+    },
     /// Print the description of the HTTP interface
     Openapi,
 }
@@ -158,9 +163,12 @@ fn upkeep_of(command: Command, config: &Config) -> Result<ExitCode, String> {
         Command::Jail => trials(config),
         Command::Backup { folder } => upkeep::backup(&config.data, &folder).and_then(say),
         Command::Restore { folder } => upkeep::restore(&folder, &config.data).and_then(say),
-        Command::Fsck => {
+        Command::Fsck { collect } => {
             let (whole, text) = upkeep::fsck(&config.data)?;
             say(text)?;
+            if collect {
+                say(upkeep::collect(config)?)?;
+            }
             Ok(ExitCode::from(if whole { 0 } else { 4 }))
         }
         _ => Ok(ExitCode::SUCCESS),
@@ -311,6 +319,7 @@ async fn listen(app: App) -> Result<ExitCode, String> {
     let data = app.config.data.display();
     say(format!("latchgate serves http://{own}/, data in {data}"))?;
     tokio::spawn(reclaim(app.clone()));
+    tokio::spawn(collect(app.clone()));
     tokio::spawn(gate::keep(app.clone()));
     tokio::spawn(cluster_gates::keep(app.clone()));
     http::serve(app, listener)
@@ -330,6 +339,20 @@ async fn reclaim(app: App) {
             Ok(0) => {}
             Ok(jobs) => tracing::warn!(jobs, "leases ran out"),
             Err(problem) => tracing::warn!(problem = %problem.detail, "leases cannot be looked at"),
+        }
+    }
+}
+
+/// Removes what an earlier process left in the store that no row names.
+async fn collect(app: App) {
+    let collecting = app.on_disk(|parts| store::collect(&*parts.ledger, &*parts.blobs));
+    match collecting.await {
+        Ok(Collected { files: 0, .. }) => {}
+        Ok(Collected { files, bytes }) => {
+            tracing::info!(files, bytes, "files that no row names were removed");
+        }
+        Err(problem) => {
+            tracing::warn!(problem = %problem.detail, "files that no row names stay");
         }
     }
 }

@@ -27,10 +27,11 @@ pub use sum::{Hex, sha256_hex, sha256_of};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io;
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 /// Why something could not be stored or read back.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -543,6 +544,8 @@ pub trait Ledger: Send + Sync {
 
     /// Writes a copy that holds together into a file that does not exist.
     fn copy_to(&self, path: &Path) -> Result<(), StoreError>;
+    /// Reads the rows that name blobs, and returns what is damaged and the blobs that the others name.
+    fn named(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError>;
     /// Reads every row, and returns what is damaged and the hashes of the blobs that are needed.
     fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError>;
 }
@@ -558,6 +561,35 @@ pub struct Load {
     pub own: u64,
 }
 
+/// Blobs that were removed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Collected {
+    /// Number.
+    pub files: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+/// Age from which a blob that no row names is no upload under way.
+const COLLECTED_AFTER: Duration = Duration::from_secs(86_400);
+
+/// Removes the blobs that no row names and that are older than a day: what a process left that ended
+/// between a blob and its row.
+///
+/// # Errors
+///
+/// [`StoreError`]; a row that is damaged may name any of them, and then none is removed.
+pub fn collect(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<Collected, StoreError> {
+    let before = SystemTime::now().checked_sub(COLLECTED_AFTER);
+    let before = before.unwrap_or(SystemTime::UNIX_EPOCH);
+    let (damaged, named) = ledger.named()?;
+    if let Some(what) = damaged.into_iter().next() {
+        return Err(StoreError::Damaged { what });
+    }
+    let named = named.into_iter().map(|file| file.sha256).collect();
+    blobs.collect(&named, before)
+}
+
 /// Bytes by their SHA-256.
 #[expect(
     clippy::missing_errors_doc,
@@ -570,4 +602,10 @@ pub trait Blobs: Send + Sync {
     fn open(&self, sha256: &str) -> Result<File, StoreError>;
     /// Returns the bytes that are free where the blobs lie.
     fn free_bytes(&self) -> Result<u64, StoreError>;
+    /// Removes the blobs whose hash is not `named` and that were kept before some time.
+    fn collect(
+        &self,
+        named: &BTreeSet<String>,
+        before: SystemTime,
+    ) -> Result<Collected, StoreError>;
 }

@@ -3,12 +3,12 @@
 use super::form::Form;
 use crate::app::App;
 use crate::problem::Problem;
-use crate::store::{Blobs, Manifest, StoreError, StoredFile};
+use crate::store::{BlobWriter, Blobs, Manifest, StoreError, StoredFile};
 use axum::body::{Body, Bytes};
 use axum::extract::Request;
 use axum::http::{StatusCode, header};
 use std::sync::Arc;
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::mpsc;
 use tokio_stream::{Stream, StreamExt};
 
 /// Letters of a name.
@@ -112,10 +112,11 @@ async fn of_body(
     })?)?;
     let cut = |error: axum::Error| Problem::bad_request(format!("the upload: {error}"));
     let pieces = body.into_data_stream().map(move |piece| piece.map_err(cut));
-    let file = store(app, &name, pieces, room).await?;
+    let received = store(app, pieces, room).await?;
+    let files = kept(app, vec![(name.clone(), received)]).await?;
     Ok(Manifest {
         name,
-        files: vec![file],
+        files,
         card: None,
     })
 }
@@ -137,6 +138,7 @@ async fn of_form(
         files: Vec::new(),
         card: None,
     };
+    let (mut files, mut card) = (Vec::new(), None);
     while let Some(part) = form.next().await? {
         let role = part.role().to_string();
         let own = part.file_name().map(String::from);
@@ -146,7 +148,7 @@ async fn of_form(
             None if is_card => "card.toml".into(),
             None => return Err(Problem::bad_request("each file of a form needs a name")),
         };
-        if manifest.files.len() >= app.config.upload_files {
+        if files.len() >= app.config.upload_files {
             let most = app.config.upload_files as u64;
             let way_out = "send the files of one test alone, or an archive";
             let status = StatusCode::PAYLOAD_TOO_LARGE;
@@ -167,24 +169,21 @@ async fn of_form(
         } else {
             room
         };
-        let file = store(app, &own, part, own_room).await?;
-        room.left -= file.bytes.min(room.left);
+        let blob = store(app, part, own_room).await?;
+        room.left -= blob.bytes().min(room.left);
         if is_card {
-            manifest.card = Some(file);
+            card = Some((own, blob));
             continue;
         }
         if role == "file" && manifest.name.is_empty() {
-            manifest.name = own;
+            manifest.name.clone_from(&own);
         }
-        if manifest.files.iter().any(|known| known.name == file.name) {
-            return Err(Problem::bad_request(format!(
-                "two files of the name {}",
-                file.name
-            )));
+        if files.iter().any(|(known, _)| *known == own) {
+            return Err(Problem::bad_request(format!("two files of the name {own}")));
         }
-        manifest.files.push(file);
+        files.push((own, blob));
     }
-    if manifest.files.is_empty() {
+    if files.is_empty() {
         return Err(Problem::bad_request(
             "the form holds no file; name its part `file`",
         ));
@@ -193,21 +192,23 @@ async fn of_form(
         let text = "name the part to read `file`, or the folder that the parts form: ?name=NAME";
         return Err(Problem::bad_request(text));
     }
+    // Only what was understood to its end is kept.
+    manifest.files = kept(app, files).await?;
     manifest.files.sort();
+    manifest.card = kept(app, card.into_iter().collect()).await?.pop();
     Ok(manifest)
 }
 
-/// Writes a stream of bytes into a blob, on a thread that may wait for the disk.
+/// Writes a stream of bytes into a blob that is not in its place yet, on a thread that may wait for
+/// the disk.
 async fn store(
     app: &App,
-    name: &str,
     stream: impl Stream<Item = Result<Bytes, Problem>>,
     room: Room,
-) -> Result<StoredFile, Problem> {
+) -> Result<BlobWriter, Problem> {
     let (pieces, waiting) = mpsc::channel::<Bytes>(4);
-    let (ready, whole) = oneshot::channel();
-    let (blobs, name) = (Arc::clone(&app.blobs), name.to_string());
-    let written = tokio::task::spawn_blocking(move || write(&*blobs, &name, waiting, whole));
+    let blobs = Arc::clone(&app.blobs);
+    let written = tokio::task::spawn_blocking(move || write(&*blobs, waiting));
     let mut stream = std::pin::pin!(stream);
     let mut bytes = 0_u64;
     while let Some(piece) = stream.next().await {
@@ -220,11 +221,9 @@ async fn store(
             break;
         }
     }
-    // Only a whole upload is kept.
-    let _ = ready.send(());
     drop(pieces);
     match written.await {
-        Ok(Ok(file)) => Ok(file),
+        Ok(Ok(blob)) => Ok(blob),
         Ok(Err(error)) => Err(error.into()),
         Err(error) => Err(StoreError::Broken {
             reason: error.to_string(),
@@ -233,22 +232,23 @@ async fn store(
     }
 }
 
-fn write(
-    blobs: &dyn Blobs,
-    name: &str,
-    mut waiting: mpsc::Receiver<Bytes>,
-    whole: oneshot::Receiver<()>,
-) -> Result<StoredFile, StoreError> {
+/// Writes what comes, and closes the file: a form may have many.
+fn write(blobs: &dyn Blobs, mut waiting: mpsc::Receiver<Bytes>) -> Result<BlobWriter, StoreError> {
     let mut writer = blobs.begin()?;
     while let Some(piece) = waiting.blocking_recv() {
         writer.write(&piece)?;
     }
-    let mut whole = whole;
-    if whole.try_recv().is_err() {
-        let reason = "the upload ended before its end".into();
-        return Err(StoreError::Broken { reason });
-    }
-    writer.finish(name)
+    writer.close()?;
+    Ok(writer)
+}
+
+/// Puts blobs in their places.
+async fn kept(app: &App, blobs: Vec<(String, BlobWriter)>) -> Result<Vec<StoredFile>, Problem> {
+    app.on_disk(move |_| {
+        let blobs = blobs.into_iter();
+        blobs.map(|(name, blob)| blob.finish(&name)).collect()
+    })
+    .await
 }
 
 /// Takes a name that a file of an upload may have: relative, with `/` between folders.

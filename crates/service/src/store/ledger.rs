@@ -494,6 +494,10 @@ impl Ledger for SqliteLedger {
         self.read(|connection| Ok(connection.execute("VACUUM INTO ?", [path]).map(|_| ())?))
     }
 
+    fn named(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+        self.read(named)
+    }
+
     fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
         self.read(check)
     }
@@ -501,55 +505,61 @@ impl Ledger for SqliteLedger {
 
 /// Reads every row and notes which do not fit their hash, and which blobs the others need.
 fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
-    let (mut damaged, mut needed) = (Vec::new(), Vec::new());
+    let mut damaged = Vec::new();
     let whole: String = connection.query_row("PRAGMA integrity_check", [], |row| row.get(0))?;
     if whole != "ok" {
         damaged.push(format!("the database: {whole}"));
     }
-    let mut note = |error| match error {
-        StoreError::Damaged { what } => {
-            damaged.push(what);
-            Ok(())
-        }
-        other => Err(other),
-    };
+    let (of_named, needed) = named(connection)?;
+    damaged.extend(of_named);
+    let sql = "SELECT name, version, body, sum FROM designs";
+    for found in rows(connection, sql, [], |row| Ok(design_of(row)))? {
+        whole_or_noted(found, &mut damaged)?;
+    }
+    for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
+        whole_or_noted(found, &mut damaged)?;
+    }
+    Ok((damaged, needed))
+}
+
+/// Reads the rows that name blobs and notes which do not fit their hash, and what the others name.
+fn named(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+    let (mut damaged, mut named) = (Vec::new(), Vec::new());
     let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings");
     for found in rows(connection, &sql, [], |row| Ok(recording_of(row)))? {
-        match found {
-            Ok((_, recording)) => {
-                needed.extend(recording.manifest.files);
-                needed.extend(recording.manifest.card);
-            }
-            Err(error) => note(error)?,
+        if let Some((_, recording)) = whole_or_noted(found, &mut damaged)? {
+            named.extend(recording.manifest.files);
+            named.extend(recording.manifest.card);
         }
     }
     let sql = "SELECT number, report_id, body, sum FROM results";
     for found in rows(connection, sql, [], |row| Ok(result_of(row)))? {
-        match found {
-            Ok((_, result)) => needed.extend(result.files.into_values()),
-            Err(error) => note(error)?,
+        if let Some((_, result)) = whole_or_noted(found, &mut damaged)? {
+            named.extend(result.files.into_values());
         }
-    }
-    let sql = "SELECT name, version, body, sum FROM designs";
-    for found in rows(connection, sql, [], |row| Ok(design_of(row)))? {
-        found.map(|_| ()).or_else(&mut note)?;
     }
     for found in rows(connection, gates::EVERY, [], |row| Ok(gates::gate_of(row)))? {
-        match found {
-            Ok((_, gate)) => {
-                needed.extend(
-                    gate.outcome
-                        .into_iter()
-                        .flat_map(|own| own.files.into_values()),
-                );
-            }
-            Err(error) => note(error)?,
+        if let Some((_, gate)) = whole_or_noted(found, &mut damaged)? {
+            let outcome = gate.outcome.into_iter();
+            named.extend(outcome.flat_map(|outcome| outcome.files.into_values()));
         }
     }
-    for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
-        found.map(|_| ()).or_else(&mut note)?;
+    Ok((damaged, named))
+}
+
+/// Returns what was read, or notes what is damaged.
+fn whole_or_noted<T>(
+    found: Result<T, StoreError>,
+    damaged: &mut Vec<String>,
+) -> Result<Option<T>, StoreError> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(StoreError::Damaged { what }) => {
+            damaged.push(what);
+            Ok(None)
+        }
+        Err(error) => Err(error),
     }
-    Ok((damaged, needed))
 }
 
 fn find_result(

@@ -1,5 +1,6 @@
 //! What survives: kills, a full disk, damaged files, the end of service.
 
+use crate::access::blobs;
 use crate::support::{Client, Folder, Service, signal, wait_for, without_run};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -325,6 +326,57 @@ fn verif_a_damaged_file_is_never_served() {
 fn blob_of(folder: &Folder, bytes: &[u8]) -> std::path::PathBuf {
     let sha256 = latchgate_service::store::sha256_hex(bytes);
     folder.data().join("blobs").join(&sha256[..2]).join(sha256)
+}
+
+/// A form that is refused at its end leaves none of its files, and what a kill left between a file
+/// and its row is collected a day later.
+#[test]
+fn regress_nothing_lies_in_the_store_that_no_row_names() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let parts: [(&str, &str, &[u8]); 3] = [
+        ("file", "a.csv", b"t_s,acc_y_g\n0,1\n"),
+        ("part", "b.csv", b"t_s,acc_y_g\n0,2\n"),
+        ("part", "../c.csv", b"t_s,acc_y_g\n0,3\n"),
+    ];
+    client.upload_form("", &parts).expect(400);
+    wait_for("nothing is left", Duration::from_secs(5), || {
+        blobs(&folder) == 0
+    });
+    client.upload_form("", &parts[..2]).expect(201);
+    assert_eq!(blobs(&folder), 2);
+    let long_ago = std::time::SystemTime::now() - Duration::from_secs(2 * 86_400);
+    let put = |bytes: &[u8], is_old: bool| {
+        let path = blob_of(&folder, bytes);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, bytes).unwrap();
+        if is_old {
+            let file = fs::File::open(&path).unwrap();
+            file.set_modified(long_ago).unwrap();
+        }
+        path
+    };
+    let (fresh, old) = (put(b"fresh", false), put(b"old", true));
+    let kept = put(parts[0].2, true);
+    let (code, text) = folder.run(&["fsck", "--collect"]);
+    assert_eq!(code, 4, "not beside a service: {text}");
+    assert!(old.exists());
+    assert_eq!(service.end(), 0);
+    let (code, text) = folder.run(&["fsck", "--collect"]);
+    assert_eq!(code, 0, "{text}");
+    assert!(
+        text.contains("1 files of 3 bytes that no row names"),
+        "{text}"
+    );
+    assert_eq!(
+        [fresh.exists(), old.exists(), kept.exists()],
+        [true, false, true]
+    );
+    put(b"old", true);
+    let _service = Service::start(&folder, &[]);
+    wait_for("it is collected", Duration::from_secs(10), || !old.exists());
+    assert!(fresh.exists() && kept.exists());
 }
 
 #[test]
