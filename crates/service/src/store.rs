@@ -412,6 +412,17 @@ impl StoredDesign {
     }
 }
 
+/// Part of a list. A row that is damaged costs that row alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page<T> {
+    /// What is whole.
+    pub entries: Vec<T>,
+    /// Names of the rows that are damaged and left out.
+    pub damaged: Vec<String>,
+    /// Number of the last row, where more may follow.
+    pub next: Option<i64>,
+}
+
 /// A token without its secret.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredToken {
@@ -437,7 +448,7 @@ pub trait Ledger: Send + Sync {
     /// Names what answers: the version of the program, and what its children may take.
     fn program(&self) -> &str;
 
-    /// Keeps a recording; false if it was known.
+    /// Keeps a recording; false if it was known. A row that is damaged is written anew.
     fn put_recording(
         &self,
         manifest: &Manifest,
@@ -453,7 +464,7 @@ pub trait Ledger: Send + Sync {
         &self,
         before: Option<i64>,
         limit: u32,
-    ) -> Result<Vec<(i64, StoredRecording)>, StoreError>;
+    ) -> Result<Page<StoredRecording>, StoreError>;
     /// Returns the bytes that an owner has uploaded.
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError>;
 
@@ -498,7 +509,7 @@ pub trait Ledger: Send + Sync {
     /// Finds a result.
     fn result(&self, report_id: &str) -> Result<Option<StoredResult>, StoreError>;
     /// Lists results, the newest first.
-    fn results(&self, filter: &ResultFilter) -> Result<Vec<(i64, StoredResult)>, StoreError>;
+    fn results(&self, filter: &ResultFilter) -> Result<Page<StoredResult>, StoreError>;
 
     /// Keeps a design under a name and returns its version: that of the newest, if it says the same.
     fn put_design(
@@ -510,7 +521,7 @@ pub trait Ledger: Send + Sync {
     /// Finds a version of a design, the newest if none is named.
     fn design(&self, name: &str, version: Option<i64>) -> Result<Option<StoredDesign>, StoreError>;
     /// Lists every version of every design, by name, the newest first.
-    fn designs(&self) -> Result<Vec<StoredDesign>, StoreError>;
+    fn designs(&self) -> Result<Page<StoredDesign>, StoreError>;
 
     /// Keeps a gate and puts its pairs in the queue; of one that is known those that were refused
     /// for a reason that passes. Returns whether any wait now that did not.
@@ -523,13 +534,9 @@ pub trait Ledger: Send + Sync {
     /// Finds a gate and how far it is.
     fn gate(&self, id: &str) -> Result<Option<GateStanding>, StoreError>;
     /// Lists gates, the newest first.
-    fn gates(
-        &self,
-        before: Option<i64>,
-        limit: u32,
-    ) -> Result<Vec<(i64, GateStanding)>, StoreError>;
+    fn gates(&self, before: Option<i64>, limit: u32) -> Result<Page<GateStanding>, StoreError>;
     /// Lists the gates that have no outcome yet.
-    fn open_gates(&self) -> Result<Vec<GateStanding>, StoreError>;
+    fn open_gates(&self) -> Result<Page<GateStanding>, StoreError>;
     /// Returns the jobs of a gate's pairs, by recording and design.
     fn pairs(&self, id: &str) -> Result<Vec<Job>, StoreError>;
     /// Keeps what came of a gate.

@@ -211,6 +211,8 @@ pub(super) struct RecordingList {
     recordings: Vec<RecordingEntry>,
     /// The `cursor` of the next part; absent at the end.
     next: Option<i64>,
+    /// Rows that are damaged and left out; the log and `latchgate-serve fsck` name them.
+    damaged: usize,
 }
 
 /// Lists recordings, the newest first.
@@ -228,14 +230,17 @@ pub(super) async fn list(
     let found = app
         .on_disk(move |parts| parts.ledger.recordings(part.cursor, limit))
         .await?;
-    let full = found.len() == limit as usize;
-    let next = found.last().filter(|_| full).map(|(number, _)| *number);
-    let recordings = found.into_iter().map(|(_, stored)| RecordingEntry {
+    let (damaged, next) = (found.damaged.len(), found.next);
+    let recordings = found.entries.into_iter().map(|stored| RecordingEntry {
         bytes: stored.manifest.bytes(),
         name: stored.manifest.name,
         id: stored.id,
         created_ms: stored.created_ms,
     });
     let recordings = recordings.collect();
-    Ok(Json(RecordingList { recordings, next }))
+    Ok(Json(RecordingList {
+        recordings,
+        next,
+        damaged,
+    }))
 }

@@ -314,6 +314,8 @@ pub(crate) struct VerdictList {
     pub(crate) verdicts: Vec<VerdictEntry>,
     /// The `cursor` of the next part; absent at the end.
     pub(crate) next: Option<i64>,
+    /// Rows that are damaged and left out; the log and `latchgate-serve fsck` name them.
+    pub(crate) damaged: usize,
 }
 
 /// Lists verdicts, the newest first.
@@ -343,14 +345,17 @@ pub(crate) async fn listed(app: &App, wanted: Wanted) -> Result<VerdictList, Pro
     let found = app
         .on_disk(move |parts| parts.ledger.results(&filter))
         .await?;
-    let full = found.len() == limit as usize;
-    let next = found.last().filter(|_| full).map(|(number, _)| *number);
-    let verdicts = found.into_iter().map(|(_, stored)| VerdictEntry {
+    let (damaged, next) = (found.damaged.len(), found.next);
+    let verdicts = found.entries.into_iter().map(|stored| VerdictEntry {
         report_id: stored.report_id,
         recording: stored.recording,
         created_ms: stored.created_ms,
         summary: stored.summary,
     });
     let verdicts = verdicts.collect();
-    Ok(VerdictList { verdicts, next })
+    Ok(VerdictList {
+        verdicts,
+        next,
+        damaged,
+    })
 }

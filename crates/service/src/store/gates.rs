@@ -1,8 +1,8 @@
 //! Gates and their pairs: each pair is a job, and one that was decided for another gate is decided.
 
-use super::sql::{confirmed, rows, text_of};
+use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
-use super::{GateOutcome, GateStanding, Job, Question, StoreError, StoredGate, jobs};
+use super::{GateOutcome, GateStanding, Job, Page, Question, StoreError, StoredGate, jobs};
 use rusqlite::{Connection, Row, params};
 
 /// Reads every gate.
@@ -105,16 +105,19 @@ pub(super) fn list(
     connection: &Connection,
     before: Option<i64>,
     limit: u32,
-) -> Result<Vec<(i64, GateStanding)>, StoreError> {
+) -> Result<Page<GateStanding>, StoreError> {
     let sql = format!("{STANDING} WHERE number < ? ORDER BY number DESC LIMIT ?");
     let before = before.unwrap_or(i64::MAX);
-    rows(connection, &sql, params![before, limit], gate_of)
+    page(connection, &sql, params![before, limit], limit, |row| {
+        gate_of(row).map(|(_, standing)| standing)
+    })
 }
 
-pub(super) fn open(connection: &Connection) -> Result<Vec<GateStanding>, StoreError> {
+pub(super) fn open(connection: &Connection) -> Result<Page<GateStanding>, StoreError> {
     let sql = format!("{STANDING} WHERE outcome IS NULL ORDER BY number");
-    let found = rows(connection, &sql, [], gate_of)?;
-    Ok(found.into_iter().map(|(_, standing)| standing).collect())
+    page(connection, &sql, [], u32::MAX, |row| {
+        gate_of(row).map(|(_, standing)| standing)
+    })
 }
 
 pub(super) fn pairs(connection: &Connection, id: &str) -> Result<Vec<Job>, StoreError> {

@@ -2,11 +2,12 @@
 //! waits as one group, readers beside it.
 
 use super::schema;
-use super::sql::{confirmed, rows, text_of};
+use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
-    GateOutcome, GateStanding, Job, Ledger, Load, Manifest, Question, ResultFilter, StoreError,
-    StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredToken, gates, jobs,
+    GateOutcome, GateStanding, Job, Ledger, Load, Manifest, Page, Question, ResultFilter,
+    StoreError, StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredToken,
+    gates, jobs,
 };
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value;
@@ -194,9 +195,10 @@ fn result_of(row: &Row<'_>) -> Result<(i64, StoredResult), StoreError> {
     Ok((row.get(0)?, confirmed("result", &id, &body, &sum)?))
 }
 
-fn design_of(row: &Row<'_>) -> Result<StoredDesign, StoreError> {
-    let (name, version): (String, i64) = (row.get(0)?, row.get(1)?);
-    let (body, sum): (String, String) = (row.get(2)?, row.get(3)?);
+/// Reads a design whose columns begin with `first`.
+fn design_of(row: &Row<'_>, first: usize) -> Result<StoredDesign, StoreError> {
+    let (name, version): (String, i64) = (row.get(first)?, row.get(first + 1)?);
+    let (body, sum): (String, String) = (row.get(first + 2)?, row.get(first + 3)?);
     confirmed("design", &format!("{name}@{version}"), &body, &sum)
 }
 
@@ -222,7 +224,19 @@ impl Ledger for SqliteLedger {
                 "INSERT OR IGNORE INTO recordings (id, owner, bytes, body, sum) VALUES (?, ?, ?, ?, ?)",
                 params![id, owner, bytes as i64, body, sum],
             )?;
-            Ok(added == 1)
+            if added == 1 {
+                return Ok(true);
+            }
+            match find_recording(connection, &id) {
+                Err(StoreError::Damaged { .. }) => {
+                    connection.execute(
+                        "UPDATE recordings SET body = ?, sum = ?, listing = NULL, listing_sum = NULL WHERE id = ?",
+                        params![body, sum, id],
+                    )?;
+                    Ok(true)
+                }
+                found => found.map(|_| false),
+            }
         })
     }
 
@@ -239,19 +253,21 @@ impl Ledger for SqliteLedger {
     }
 
     fn recording(&self, id: &str) -> Result<Option<StoredRecording>, StoreError> {
-        let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings WHERE id = ?");
-        self.read(|connection| Ok(rows(connection, &sql, [id], recording_of)?.pop()))
-            .map(|found| found.map(|(_, recording)| recording))
+        self.read(|connection| find_recording(connection, id))
     }
 
     fn recordings(
         &self,
         before: Option<i64>,
         limit: u32,
-    ) -> Result<Vec<(i64, StoredRecording)>, StoreError> {
+    ) -> Result<Page<StoredRecording>, StoreError> {
         let sql = "SELECT number, id, body, sum, NULL, NULL FROM recordings WHERE number < ? ORDER BY number DESC LIMIT ?";
         let before = before.unwrap_or(i64::MAX);
-        self.read(|connection| rows(connection, sql, params![before, limit], recording_of))
+        self.read(|connection| {
+            page(connection, sql, params![before, limit], limit, |row| {
+                recording_of(row).map(|(_, recording)| recording)
+            })
+        })
     }
 
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError> {
@@ -353,10 +369,10 @@ impl Ledger for SqliteLedger {
         self.read(|connection| find_result(connection, report_id))
     }
 
-    fn results(&self, filter: &ResultFilter) -> Result<Vec<(i64, StoredResult)>, StoreError> {
+    fn results(&self, filter: &ResultFilter) -> Result<Page<StoredResult>, StoreError> {
         let text = filter.text.as_ref().map(|text| text.to_lowercase());
         self.read(|connection| {
-            rows(
+            page(
                 connection,
                 "SELECT number, report_id, body, sum FROM results
                  WHERE number < ?1 AND (?2 IS NULL OR verdict = ?2)
@@ -371,7 +387,8 @@ impl Ledger for SqliteLedger {
                     text,
                     filter.limit
                 ],
-                result_of,
+                filter.limit,
+                |row| result_of(row).map(|(_, result)| result),
             )
         })
     }
@@ -393,19 +410,20 @@ impl Ledger for SqliteLedger {
                 "SELECT name, version, body, sum FROM designs
                  WHERE name = ?1 AND (?2 IS NULL OR version = ?2) ORDER BY version DESC LIMIT 1",
                 params![name, version],
-                design_of,
+                |row| design_of(row, 0),
             )?;
             Ok(found.into_iter().next())
         })
     }
 
-    fn designs(&self) -> Result<Vec<StoredDesign>, StoreError> {
+    fn designs(&self) -> Result<Page<StoredDesign>, StoreError> {
         self.read(|connection| {
-            rows(
+            page(
                 connection,
-                "SELECT name, version, body, sum FROM designs ORDER BY name, version DESC LIMIT 1000",
+                "SELECT rowid, name, version, body, sum FROM designs ORDER BY name, version DESC LIMIT 1000",
                 [],
-                design_of,
+                u32::MAX,
+                |row| design_of(row, 1),
             )
         })
     }
@@ -425,15 +443,11 @@ impl Ledger for SqliteLedger {
         self.read(|connection| gates::find(connection, id))
     }
 
-    fn gates(
-        &self,
-        before: Option<i64>,
-        limit: u32,
-    ) -> Result<Vec<(i64, GateStanding)>, StoreError> {
+    fn gates(&self, before: Option<i64>, limit: u32) -> Result<Page<GateStanding>, StoreError> {
         self.read(|connection| gates::list(connection, before, limit))
     }
 
-    fn open_gates(&self) -> Result<Vec<GateStanding>, StoreError> {
+    fn open_gates(&self) -> Result<Page<GateStanding>, StoreError> {
         self.read(gates::open)
     }
 
@@ -513,7 +527,7 @@ fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), Stor
     let (of_named, needed) = named(connection)?;
     damaged.extend(of_named);
     let sql = "SELECT name, version, body, sum FROM designs";
-    for found in rows(connection, sql, [], |row| Ok(design_of(row)))? {
+    for found in rows(connection, sql, [], |row| Ok(design_of(row, 0)))? {
         whole_or_noted(found, &mut damaged)?;
     }
     for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
@@ -560,6 +574,15 @@ fn whole_or_noted<T>(
         }
         Err(error) => Err(error),
     }
+}
+
+fn find_recording(
+    connection: &Connection,
+    id: &str,
+) -> Result<Option<StoredRecording>, StoreError> {
+    let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings WHERE id = ?");
+    let found = rows(connection, &sql, [id], recording_of)?.pop();
+    Ok(found.map(|(_, recording)| recording))
 }
 
 fn find_result(
@@ -617,7 +640,7 @@ fn put_design(
         .query_row(
             "SELECT name, version, body, sum FROM designs WHERE name = ? ORDER BY version DESC LIMIT 1",
             [&name],
-            |row| Ok(design_of(row)),
+            |row| Ok(design_of(row, 0)),
         )
         .optional()?
         .transpose()?;
