@@ -402,8 +402,8 @@ fn trials(config: &Config) -> Result<ExitCode, String> {
     // Trials are to end soon, and 1 GiB is to be too much.
     options.memory_bytes = options.memory_bytes.min(1 << 30);
     options.silence = Duration::from_secs(2);
-    let folder = std::env::temp_dir().join(format!("latchgate-trials-{}", std::process::id()));
-    let blobs = crate::store::BlobFolder::open(&folder).map_err(|error| error.to_string())?;
+    let folder = FreshFolder::make()?;
+    let blobs = store::BlobFolder::open(&folder.0).map_err(|error| error.to_string())?;
     let mut whole = true;
     for trial in Trial::ALL {
         let mut slot = Slot::new(options.clone()).map_err(|error| error.to_string())?;
@@ -420,6 +420,28 @@ fn trials(config: &Config) -> Result<ExitCode, String> {
         let word = if stopped { "stopped" } else { "NOT STOPPED" };
         say(format!("{trial:?}: {word} ({how})"))?;
     }
-    let _ = std::fs::remove_dir_all(folder);
     Ok(ExitCode::from(if whole { 0 } else { 4 }))
+}
+
+/// A folder that this process made, for itself alone; it goes with the value. Others write into the
+/// folder of temporary files as well: a name that is taken, or can be guessed, may lead anywhere.
+struct FreshFolder(PathBuf);
+
+impl FreshFolder {
+    fn make() -> Result<Self, String> {
+        use std::os::unix::fs::DirBuilderExt;
+        let mut bits = [0; 16];
+        getrandom::fill(&mut bits).map_err(|error| error.to_string())?;
+        let name = format!("latchgate-trials-{}", store::Hex(&bits));
+        let path = std::env::temp_dir().join(name);
+        let made = std::fs::DirBuilder::new().mode(0o700).create(&path);
+        made.map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for FreshFolder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }

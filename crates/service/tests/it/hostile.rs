@@ -21,6 +21,40 @@ fn cli_the_jail_stops_what_a_child_tries() {
     );
 }
 
+/// The trials touch nothing that others laid out under the name of their folder.
+#[test]
+fn regress_trials_are_made_in_a_folder_of_their_own() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    let (temporary, foreign) = (folder.0.join("tmp"), folder.0.join("foreign"));
+    std::fs::create_dir_all(foreign.join("unfinished")).unwrap();
+    std::fs::create_dir(&temporary).unwrap();
+    let kept = foreign.join("unfinished/kept");
+    std::fs::write(&kept, "a file of somebody else").unwrap();
+    // The shell's number is that of the program that takes its place.
+    let script = "ln -s \"$1\" \"$TMPDIR/latchgate-trials-$$\"; exec \"$0\" jail --data \"$1\"";
+    let mut child = std::process::Command::new("sh")
+        .args(["-c", script, crate::support::PROGRAM])
+        .arg(&foreign)
+        .env("TMPDIR", &temporary)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let own = || {
+        let entries = std::fs::read_dir(&temporary).unwrap().flatten();
+        let mut folders = entries.filter(|entry| entry.file_type().unwrap().is_dir());
+        folders.next().map(|entry| entry.path())
+    };
+    wait_for("its folder is there", Duration::from_secs(10), || {
+        own().is_some()
+    });
+    let about = std::fs::metadata(own().unwrap()).unwrap();
+    assert_eq!(about.permissions().mode() & 0o777, 0o700);
+    assert!(child.wait().unwrap().success());
+    assert!(kept.exists(), "it belongs to somebody else");
+    assert_eq!(own(), None, "its own folder goes");
+}
+
 #[test]
 fn cli_the_whole_jail_can_be_required() {
     let folder = Folder::new();
