@@ -38,6 +38,8 @@ pub struct Parts {
     pub under_way: Mutex<HashMap<String, u64>>,
     /// Set when the service ends: no more work is taken.
     pub ends: AtomicBool,
+    /// Lock of the data folder; released when the process ends.
+    _lock: Option<File>,
 }
 
 /// Requests by what became of them.
@@ -74,6 +76,7 @@ impl App {
             traffic: Traffic::default(),
             under_way: Mutex::default(),
             ends: AtomicBool::new(false),
+            _lock: store.lock,
         }))
     }
 
@@ -224,7 +227,7 @@ pub struct Store {
     /// The blobs.
     pub blobs: Arc<dyn Blobs>,
     /// Held as long as this process is the one that serves the folder.
-    _lock: Option<File>,
+    lock: Option<File>,
 }
 
 impl Store {
@@ -233,19 +236,28 @@ impl Store {
     /// # Errors
     ///
     /// What is in the way, in a sentence.
-    pub fn open(data: &Path) -> Result<Self, String> {
+    pub fn open(config: &Config) -> Result<Self, String> {
+        let data = config.data.as_path();
         let shown = data.display();
         let cannot = |error: io::Error| format!("{shown}: {error}");
         fs::create_dir_all(data).map_err(cannot)?;
         private(data).map_err(cannot)?;
         let lock = File::create(data.join("lock")).map_err(cannot)?;
-        rustix::fs::flock(&lock, rustix::fs::FlockOperation::NonBlockingLockExclusive)
-            .map_err(|_| format!("{shown}: another process serves this folder"))?;
+        rustix::fs::flock(&lock, rustix::fs::FlockOperation::NonBlockingLockExclusive).map_err(
+            |_| {
+                format!(
+                    "{shown}: another process serves this folder; end it first, or name another \
+                     folder with --data"
+                )
+            },
+        )?;
         let told = |error: StoreError| format!("{shown}: {error}");
+        let ledger = SqliteLedger::open(&data.join("ledger.sqlite")).map_err(told)?;
+        let order_s = config.order_time.as_secs();
         Ok(Self {
-            ledger: Arc::new(SqliteLedger::open(&data.join("ledger.sqlite")).map_err(told)?),
+            ledger: Arc::new(ledger.with_limits(config.child_memory_bytes, order_s)),
             blobs: Arc::new(BlobFolder::open(&data.join("blobs")).map_err(told)?),
-            _lock: Some(lock),
+            lock: Some(lock),
         })
     }
 
@@ -262,7 +274,7 @@ impl Store {
         Ok(Self {
             ledger: Arc::new(SqliteLedger::open(&data.join("ledger.sqlite")).map_err(told)?),
             blobs: Arc::new(BlobFolder::beside(&data.join("blobs"))),
-            _lock: None,
+            lock: None,
         })
     }
 }

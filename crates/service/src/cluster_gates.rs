@@ -55,7 +55,7 @@ struct Told {
 pub async fn keep(app: App) {
     loop {
         let kept = app.apart(|parts| {
-            for standing in parts.ledger.open_gates()? {
+            for standing in parts.ledger.open_gates()?.entries {
                 if standing.gate.engine.is_some()
                     && let Err(problem) = step(parts, &standing)
                 {

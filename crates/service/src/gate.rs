@@ -5,8 +5,8 @@ use crate::app::{App, Parts};
 use crate::clock::now_ms;
 use crate::problem::Problem;
 use crate::store::{
-    Blobs, GateOutcome, GateRecording, GateStanding, Job, JobState, Ledger, Question, StoreError,
-    StoredDesign, StoredFile, StoredGate, StoredRecording, sha256_hex,
+    Blobs, GateOutcome, GateRecording, GateStanding, Job, JobState, Ledger, Page, Question,
+    StoreError, StoredDesign, StoredFile, StoredGate, StoredRecording, sha256_hex,
 };
 use axum::http::StatusCode;
 use glob::{MatchOptions, Pattern};
@@ -24,13 +24,16 @@ use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Recordings that a gate looks through for its names.
 const LOOKED_THROUGH: u32 = 100_000;
 
 /// Time between two looks whether a gate's last pair is decided.
 const LOOK: Duration = Duration::from_millis(500);
+
+/// Time after which an outcome that could not be made is tried again.
+const AGAIN: Duration = Duration::from_secs(5);
 
 /// Pairs that are not as required of which the full report is made, too.
 const IN_FULL: usize = 50;
@@ -167,15 +170,28 @@ fn recordings(
     file: &GateFile,
     errors: &mut Vec<Error>,
 ) -> Result<Vec<PlannedRecording>, StoreError> {
-    let all = ledger.recordings(None, LOOKED_THROUGH)?;
+    let Page {
+        entries: all,
+        damaged,
+        ..
+    } = ledger.recordings(None, LOOKED_THROUGH)?;
     let mut newest: BTreeMap<&str, &StoredRecording> = BTreeMap::new();
-    for (_, recording) in &all {
+    for recording in &all {
         newest.entry(&recording.manifest.name).or_insert(recording);
     }
     let mut found: BTreeMap<String, PlannedRecording> = BTreeMap::new();
     for entry in &file.recordings {
         let request = Arc::new(entry.request.clone());
         for files in &entry.files {
+            let is_identity = all.iter().any(|recording| recording.id == *files);
+            if let Some(what) = damaged.first().filter(|_| !is_identity) {
+                // It might be one that the name or pattern means, and a gate must not lack it.
+                let expected = format!("recordings that can be read to tell which `{files}` means");
+                let hint = "upload that recording again, restore a backup, or name the recordings by identity";
+                let found = format!("a damaged row: {what}");
+                errors.push(Error::malformed(expected, found, hint).at(entry.place.clone()));
+                continue;
+            }
             let mut named = named(files, &all, &newest).peekable();
             if named.peek().is_none() {
                 let expected = format!("a stored recording named `{files}`");
@@ -212,10 +228,10 @@ fn recordings(
 /// Returns the recordings that a name, pattern or identity means, each with its name in the gate.
 fn named<'a>(
     files: &'a str,
-    all: &'a [(i64, StoredRecording)],
+    all: &'a [StoredRecording],
     newest: &'a BTreeMap<&str, &StoredRecording>,
 ) -> Box<dyn Iterator<Item = (String, &'a StoredRecording)> + 'a> {
-    if let Some((_, recording)) = all.iter().find(|(_, recording)| recording.id == files) {
+    if let Some(recording) = all.iter().find(|recording| recording.id == files) {
         let short = files.get(..8).unwrap_or(files);
         let name = format!("{}@{short}", recording.manifest.name);
         return Box::new(std::iter::once((name, recording)));
@@ -376,9 +392,7 @@ pub(crate) fn settle(
     for number in summary.worst().into_iter().take(IN_FULL) {
         let question = question(gate, number, false);
         let owner = format!("gate {}", plan.gate);
-        parts
-            .ledger
-            .submit(&question.id(), &question, &owner, now_ms())?;
+        parts.ledger.submit(&question.id(), &question, &owner)?;
     }
     parts.crew.ring();
     Ok(outcome)
@@ -386,27 +400,39 @@ pub(crate) fn settle(
 
 /// Makes the outcome of every gate whose last pair is decided, until the service ends.
 pub async fn keep(app: App) {
-    let mut seen = None;
+    let (mut seen, mut failed) = (None, None::<Instant>);
     loop {
         let counters = app.crew.counters();
         let ended = [&counters.jobs_done, &counters.jobs_refused];
         let ended = ended.map(|counter| counter.load(Ordering::Relaxed));
-        if seen != Some(ended) {
-            let settling = app.apart(|parts| {
-                for standing in parts.ledger.open_gates()? {
-                    settled(parts, standing)?;
-                }
-                Ok(())
-            });
-            match settling.await {
-                Ok(()) => seen = Some(ended),
+        let again = failed.is_some_and(|failed| failed.elapsed() > AGAIN);
+        if seen != Some(ended) || again {
+            seen = Some(ended);
+            let is_whole = match app.apart(settle_open).await {
+                Ok(is_whole) => is_whole,
                 Err(problem) => {
-                    tracing::warn!(problem = %problem.detail, "an outcome cannot be made");
+                    tracing::warn!(problem = %problem.detail, "open gates cannot be looked at");
+                    false
                 }
-            }
+            };
+            failed = (!is_whole).then(Instant::now);
         }
         tokio::time::sleep(LOOK).await;
     }
+}
+
+/// Makes the outcome of every gate whose last pair is decided; false if that of one could not be
+/// made, which holds up no other.
+fn settle_open(parts: &Parts) -> Result<bool, Problem> {
+    let mut is_whole = true;
+    for standing in parts.ledger.open_gates()?.entries {
+        let gate = standing.gate.id.clone();
+        if let Err(problem) = settled(parts, standing) {
+            tracing::warn!(%gate, problem = %problem.detail, "an outcome cannot be made");
+            is_whole = false;
+        }
+    }
+    Ok(is_whole)
 }
 
 /// Holds the decisions of a gate against what it requires.

@@ -4,6 +4,7 @@
 //! - `server`: connections under deadlines, and the end of service;
 //! - `operations`: health, readiness, limits, counters, the description of the interface;
 //! - `recordings`: uploads;
+//! - `form`: parts of an upload's form;
 //! - `upload`: how an upload becomes files;
 //! - `verdicts`: questions, answers and their files;
 //! - `jobs`: questions under way;
@@ -14,6 +15,7 @@
 
 pub(crate) mod designs;
 mod files;
+mod form;
 pub(crate) mod gates;
 mod guard;
 mod jobs;

@@ -9,9 +9,10 @@ use crate::auth::{Scope, Secret};
 use crate::clock::now_ms;
 use crate::config::{Config, Layers};
 use crate::pool::{Answer, ChildOptions, Crew, CrewOptions, Lost, Order, Slot, Trial, child_work};
-use crate::store::StoredToken;
+use crate::store::{self, Collected, StoredToken};
 use crate::{cluster_gates, gate, http};
 use clap::{Args, Parser, Subcommand};
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -82,7 +83,12 @@ enum Command {
         folder: PathBuf,
     },
     /// Read every row and every file again and compare each with its hash
-    Fsck,
+    Fsck {
+        /// Remove files older than a day that no row names, as each start of the service does; not
+        /// while it runs
+        #[arg(long)]
+        collect: bool,
+    },
     /// Print the description of the HTTP interface
     Openapi,
 }
@@ -157,9 +163,12 @@ fn upkeep_of(command: Command, config: &Config) -> Result<ExitCode, String> {
         Command::Jail => trials(config),
         Command::Backup { folder } => upkeep::backup(&config.data, &folder).and_then(say),
         Command::Restore { folder } => upkeep::restore(&folder, &config.data).and_then(say),
-        Command::Fsck => {
+        Command::Fsck { collect } => {
             let (whole, text) = upkeep::fsck(&config.data)?;
             say(text)?;
+            if collect {
+                say(upkeep::collect(config)?)?;
+            }
             Ok(ExitCode::from(if whole { 0 } else { 4 }))
         }
         _ => Ok(ExitCode::SUCCESS),
@@ -235,7 +244,8 @@ fn log(config: &Config) {
 
 fn serve(config: Config) -> Result<ExitCode, String> {
     log(&config);
-    let store = Store::open(&config.data)?;
+    raise_open_files(config.connections)?;
+    let store = Store::open(&config)?;
     // Whoever held these is gone: this process alone serves the folder.
     let told = |error: crate::store::StoreError| error.to_string();
     store.ledger.reclaim(now_ms(), true).map_err(told)?;
@@ -275,6 +285,31 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     outcome
 }
 
+/// Lets this process have the files that its connections need: two each, one to the client and one
+/// to a stored file, and some for ledger, children and log. Were there fewer, idle connections could
+/// take those that a child is started with.
+fn raise_open_files(connections: usize) -> Result<(), String> {
+    let needed = 2 * connections as u64 + 64;
+    let known = getrlimit(Resource::Nofile);
+    let within = |limit: Option<u64>| limit.is_none_or(|limit| limit >= needed);
+    if within(known.current) {
+        return Ok(());
+    }
+    if !within(known.maximum) {
+        let most = known.maximum.unwrap_or_default();
+        return Err(format!(
+            "{connections} connections need {needed} open files, and this process may have {most}: \
+             raise that (`ulimit -n`, LimitNOFILE= of systemd), or lower `connections`"
+        ));
+    }
+    let raised = Rlimit {
+        current: Some(needed),
+        maximum: known.maximum,
+    };
+    setrlimit(Resource::Nofile, raised)
+        .map_err(|error| format!("{needed} open files cannot be allowed: {error}"))
+}
+
 async fn listen(app: App) -> Result<ExitCode, String> {
     let address = app.config.listen;
     let listener = TcpListener::bind(address)
@@ -284,6 +319,7 @@ async fn listen(app: App) -> Result<ExitCode, String> {
     let data = app.config.data.display();
     say(format!("latchgate serves http://{own}/, data in {data}"))?;
     tokio::spawn(reclaim(app.clone()));
+    tokio::spawn(collect(app.clone()));
     tokio::spawn(gate::keep(app.clone()));
     tokio::spawn(cluster_gates::keep(app.clone()));
     http::serve(app, listener)
@@ -303,6 +339,20 @@ async fn reclaim(app: App) {
             Ok(0) => {}
             Ok(jobs) => tracing::warn!(jobs, "leases ran out"),
             Err(problem) => tracing::warn!(problem = %problem.detail, "leases cannot be looked at"),
+        }
+    }
+}
+
+/// Removes what an earlier process left in the store that no row names.
+async fn collect(app: App) {
+    let collecting = app.on_disk(|parts| store::collect(&*parts.ledger, &*parts.blobs));
+    match collecting.await {
+        Ok(Collected { files: 0, .. }) => {}
+        Ok(Collected { files, bytes }) => {
+            tracing::info!(files, bytes, "files that no row names were removed");
+        }
+        Err(problem) => {
+            tracing::warn!(problem = %problem.detail, "files that no row names stay");
         }
     }
 }
@@ -352,8 +402,8 @@ fn trials(config: &Config) -> Result<ExitCode, String> {
     // Trials are to end soon, and 1 GiB is to be too much.
     options.memory_bytes = options.memory_bytes.min(1 << 30);
     options.silence = Duration::from_secs(2);
-    let folder = std::env::temp_dir().join(format!("latchgate-trials-{}", std::process::id()));
-    let blobs = crate::store::BlobFolder::open(&folder).map_err(|error| error.to_string())?;
+    let folder = FreshFolder::make()?;
+    let blobs = store::BlobFolder::open(&folder.0).map_err(|error| error.to_string())?;
     let mut whole = true;
     for trial in Trial::ALL {
         let mut slot = Slot::new(options.clone()).map_err(|error| error.to_string())?;
@@ -363,13 +413,35 @@ fn trials(config: &Config) -> Result<ExitCode, String> {
                 Answer::Tried { stopped, how } => (stopped, how),
                 _ => (false, "no clear answer".into()),
             },
-            Err(lost @ (Lost::Ended { .. } | Lost::Late { .. })) => (true, lost.to_string()),
+            Err(lost @ (Lost::Ended(_) | Lost::Late { .. })) => (true, lost.to_string()),
             Err(lost) => (false, lost.to_string()),
         };
         whole &= stopped;
         let word = if stopped { "stopped" } else { "NOT STOPPED" };
         say(format!("{trial:?}: {word} ({how})"))?;
     }
-    let _ = std::fs::remove_dir_all(folder);
     Ok(ExitCode::from(if whole { 0 } else { 4 }))
+}
+
+/// A folder that this process made, for itself alone; it goes with the value. Others write into the
+/// folder of temporary files as well: a name that is taken, or can be guessed, may lead anywhere.
+struct FreshFolder(PathBuf);
+
+impl FreshFolder {
+    fn make() -> Result<Self, String> {
+        use std::os::unix::fs::DirBuilderExt;
+        let mut bits = [0; 16];
+        getrandom::fill(&mut bits).map_err(|error| error.to_string())?;
+        let name = format!("latchgate-trials-{}", store::Hex(&bits));
+        let path = std::env::temp_dir().join(name);
+        let made = std::fs::DirBuilder::new().mode(0o700).create(&path);
+        made.map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(Self(path))
+    }
+}
+
+impl Drop for FreshFolder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
 }

@@ -21,15 +21,17 @@ mod sql;
 mod sum;
 
 pub use folder::{BlobFolder, BlobWriter};
+pub use jobs::LONGEST_PAUSE_MS;
 pub use ledger::SqliteLedger;
 pub use sum::{Hex, sha256_hex, sha256_of};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io;
 use std::path::Path;
+use std::time::{Duration, SystemTime};
 
 /// Why something could not be stored or read back.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -410,6 +412,17 @@ impl StoredDesign {
     }
 }
 
+/// Part of a list. A row that is damaged costs that row alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page<T> {
+    /// What is whole.
+    pub entries: Vec<T>,
+    /// Names of the rows that are damaged and left out.
+    pub damaged: Vec<String>,
+    /// Number of the last row, where more may follow.
+    pub next: Option<i64>,
+}
+
 /// A token without its secret.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredToken {
@@ -432,7 +445,10 @@ pub struct StoredToken {
     reason = "each call says the same: StoreError, if the disk or the database refuses"
 )]
 pub trait Ledger: Send + Sync {
-    /// Keeps a recording; false if it was known.
+    /// Names what answers: the version of the program, and what its children may take.
+    fn program(&self) -> &str;
+
+    /// Keeps a recording; false if it was known. A row that is damaged is written anew.
     fn put_recording(
         &self,
         manifest: &Manifest,
@@ -448,18 +464,13 @@ pub trait Ledger: Send + Sync {
         &self,
         before: Option<i64>,
         limit: u32,
-    ) -> Result<Vec<(i64, StoredRecording)>, StoreError>;
+    ) -> Result<Page<StoredRecording>, StoreError>;
     /// Returns the bytes that an owner has uploaded.
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError>;
 
     /// Puts a job in the queue unless it is known; returns how it stands, and whether it is new.
-    fn submit(
-        &self,
-        id: &str,
-        question: &Question,
-        owner: &str,
-        now_ms: i64,
-    ) -> Result<(Job, bool), StoreError>;
+    fn submit(&self, id: &str, question: &Question, owner: &str)
+    -> Result<(Job, bool), StoreError>;
     /// Finds a job.
     fn job(&self, id: &str) -> Result<Option<Job>, StoreError>;
     /// Takes the next job that waits, until `lease_ms`.
@@ -470,9 +481,17 @@ pub trait Ledger: Send + Sync {
     fn finish(&self, id: &str, attempt: i64, result: &StoredResult) -> Result<(), StoreError>;
     /// Ends a job of which the decision alone was wanted, if this attempt still has it.
     fn decide(&self, id: &str, attempt: i64, row: &Value) -> Result<(), StoreError>;
-    /// Ends a job without an answer, if this attempt still has it.
-    fn refuse(&self, id: &str, attempt: i64, problem: &Value) -> Result<(), StoreError>;
-    /// Puts a job back whose child ended, to be taken from `not_before_ms` on; returns how often
+    /// Ends a job without an answer, if this attempt still has it. One that `lasts` is answered from
+    /// the store until another program or other limits may do better.
+    fn refuse(
+        &self,
+        id: &str,
+        attempt: i64,
+        problem: &Value,
+        lasts: bool,
+    ) -> Result<(), StoreError>;
+    /// Puts a job back whose child ended, to be taken from `not_before_ms` on, at most
+    /// [`LONGEST_PAUSE_MS`] later; returns how often
     /// that has happened to it.
     fn give_back(
         &self,
@@ -481,7 +500,8 @@ pub trait Ledger: Send + Sync {
         counts: bool,
         not_before_ms: i64,
     ) -> Result<i64, StoreError>;
-    /// Puts jobs back whose lease has passed; all that run if `every`.
+    /// Puts jobs back whose lease has passed; all that run if `every`, and then none waits longer than
+    /// until now.
     fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError>;
     /// Returns how many jobs wait and run, all of them and those of one owner.
     fn load(&self, owner: &str) -> Result<Load, StoreError>;
@@ -489,7 +509,7 @@ pub trait Ledger: Send + Sync {
     /// Finds a result.
     fn result(&self, report_id: &str) -> Result<Option<StoredResult>, StoreError>;
     /// Lists results, the newest first.
-    fn results(&self, filter: &ResultFilter) -> Result<Vec<(i64, StoredResult)>, StoreError>;
+    fn results(&self, filter: &ResultFilter) -> Result<Page<StoredResult>, StoreError>;
 
     /// Keeps a design under a name and returns its version: that of the newest, if it says the same.
     fn put_design(
@@ -501,7 +521,7 @@ pub trait Ledger: Send + Sync {
     /// Finds a version of a design, the newest if none is named.
     fn design(&self, name: &str, version: Option<i64>) -> Result<Option<StoredDesign>, StoreError>;
     /// Lists every version of every design, by name, the newest first.
-    fn designs(&self) -> Result<Vec<StoredDesign>, StoreError>;
+    fn designs(&self) -> Result<Page<StoredDesign>, StoreError>;
 
     /// Keeps a gate and puts its pairs in the queue; of one that is known those that were refused
     /// for a reason that passes. Returns whether any wait now that did not.
@@ -514,13 +534,9 @@ pub trait Ledger: Send + Sync {
     /// Finds a gate and how far it is.
     fn gate(&self, id: &str) -> Result<Option<GateStanding>, StoreError>;
     /// Lists gates, the newest first.
-    fn gates(
-        &self,
-        before: Option<i64>,
-        limit: u32,
-    ) -> Result<Vec<(i64, GateStanding)>, StoreError>;
+    fn gates(&self, before: Option<i64>, limit: u32) -> Result<Page<GateStanding>, StoreError>;
     /// Lists the gates that have no outcome yet.
-    fn open_gates(&self) -> Result<Vec<GateStanding>, StoreError>;
+    fn open_gates(&self) -> Result<Page<GateStanding>, StoreError>;
     /// Returns the jobs of a gate's pairs, by recording and design.
     fn pairs(&self, id: &str) -> Result<Vec<Job>, StoreError>;
     /// Keeps what came of a gate.
@@ -535,6 +551,8 @@ pub trait Ledger: Send + Sync {
 
     /// Writes a copy that holds together into a file that does not exist.
     fn copy_to(&self, path: &Path) -> Result<(), StoreError>;
+    /// Reads the rows that name blobs, and returns what is damaged and the blobs that the others name.
+    fn named(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError>;
     /// Reads every row, and returns what is damaged and the hashes of the blobs that are needed.
     fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError>;
 }
@@ -550,6 +568,35 @@ pub struct Load {
     pub own: u64,
 }
 
+/// Blobs that were removed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Collected {
+    /// Number.
+    pub files: u64,
+    /// Their bytes.
+    pub bytes: u64,
+}
+
+/// Age from which a blob that no row names is no upload under way.
+const COLLECTED_AFTER: Duration = Duration::from_secs(86_400);
+
+/// Removes the blobs that no row names and that are older than a day: what a process left that ended
+/// between a blob and its row.
+///
+/// # Errors
+///
+/// [`StoreError`]; a row that is damaged may name any of them, and then none is removed.
+pub fn collect(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<Collected, StoreError> {
+    let before = SystemTime::now().checked_sub(COLLECTED_AFTER);
+    let before = before.unwrap_or(SystemTime::UNIX_EPOCH);
+    let (damaged, named) = ledger.named()?;
+    if let Some(what) = damaged.into_iter().next() {
+        return Err(StoreError::Damaged { what });
+    }
+    let named = named.into_iter().map(|file| file.sha256).collect();
+    blobs.collect(&named, before)
+}
+
 /// Bytes by their SHA-256.
 #[expect(
     clippy::missing_errors_doc,
@@ -562,4 +609,10 @@ pub trait Blobs: Send + Sync {
     fn open(&self, sha256: &str) -> Result<File, StoreError>;
     /// Returns the bytes that are free where the blobs lie.
     fn free_bytes(&self) -> Result<u64, StoreError>;
+    /// Removes the blobs whose hash is not `named` and that were kept before some time.
+    fn collect(
+        &self,
+        named: &BTreeSet<String>,
+        before: SystemTime,
+    ) -> Result<Collected, StoreError>;
 }

@@ -62,6 +62,8 @@ impl From<StoredDesign> for KeptDesign {
 pub(super) struct DesignList {
     /// By name, the newest version first.
     designs: Vec<KeptDesign>,
+    /// Rows that are damaged and left out; the log and `latchgate-serve fsck` name them.
+    damaged: usize,
 }
 
 /// Finds a design by `name` or `name@version`.
@@ -106,8 +108,9 @@ pub(super) async fn resolved(
 )]
 pub(super) async fn list(State(app): State<App>) -> Result<Json<DesignList>, Problem> {
     let stored = app.on_disk(|parts| parts.ledger.designs()).await?;
-    let designs = stored.into_iter().map(KeptDesign::from).collect();
-    Ok(Json(DesignList { designs }))
+    let damaged = stored.damaged.len();
+    let designs = stored.entries.into_iter().map(KeptDesign::from).collect();
+    Ok(Json(DesignList { designs, damaged }))
 }
 
 /// Keeps a design; one that says the same as the newest version is that version.

@@ -186,6 +186,8 @@ pub(crate) struct GateList {
     pub(crate) gates: Vec<GateEntry>,
     /// The `cursor` of the next part; absent at the end.
     pub(crate) next: Option<i64>,
+    /// Rows that are damaged and left out; the log and `latchgate-serve fsck` name them.
+    pub(crate) damaged: usize,
 }
 
 /// Lists gates, the newest first.
@@ -205,13 +207,17 @@ pub(crate) async fn listed(app: &App, part: GatePart) -> Result<GateList, Proble
     let found = app
         .on_disk(move |parts| parts.ledger.gates(part.cursor, limit))
         .await?;
-    let full = found.len() == limit as usize;
-    let next = found.last().filter(|_| full).map(|(number, _)| *number);
+    let (damaged, next) = (found.damaged.len(), found.next);
     let gates = found
+        .entries
         .into_iter()
-        .map(|(_, standing)| GateEntry::of(app, standing));
+        .map(|standing| GateEntry::of(app, standing));
     let gates = gates.collect();
-    Ok(GateList { gates, next })
+    Ok(GateList {
+        gates,
+        next,
+        damaged,
+    })
 }
 
 /// Says how far a gate is.

@@ -1,5 +1,6 @@
 //! Health, readiness, limits, counters, the description of the interface.
 
+use super::form::HEAD_BYTES;
 use crate::app::App;
 use crate::config::meaning;
 use crate::jail::Jail;
@@ -127,6 +128,12 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             WAITING as u64,
             "orders",
             "Uploads, what-ifs and plots that wait for a child.",
+        ),
+        fixed(
+            "form_head_bytes",
+            HEAD_BYTES,
+            "bytes",
+            "Bytes of an upload's form before a file, and between two files.",
         ),
     ];
     let of_reading = Limits::default()

@@ -137,6 +137,7 @@ async fn home(State(app): State<App>, Queried(wanted): Queried<Wanted>) -> Resul
             button { "Show" }
         }
         form method="get" action="/compare" { (table(&list.verdicts)) }
+        (show::damaged(list.damaged))
         @if let Some(next) = list.next {
             p { a href=(format!("/?cursor={next}&filter={}&verdict={}", show::encoded(filter), show::encoded(chosen))) { "Earlier ones" } }
         }

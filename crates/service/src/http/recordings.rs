@@ -105,8 +105,13 @@ pub(crate) async fn look(
         .await?;
     let stored = stored.ok_or_else(|| Problem::not_found("such recording"))?;
     if let (Some(listing), None) = (&stored.listing, &request) {
-        let listing = listing.clone();
-        return Ok(Recording::of(stored, listing));
+        let mut listing = listing.clone();
+        let program = without_program(&mut listing);
+        let is_read = listing.get("problem").is_none();
+        // Another program, or children that may take more, may read what ended its reader.
+        if is_read || program.is_some_and(|program| program == app.ledger.program()) {
+            return Ok(Recording::of(stored, listing));
+        }
     }
     let keeps = request.is_none();
     let order = Order::Inspect {
@@ -126,11 +131,22 @@ pub(crate) async fn look(
         }
     };
     if keeps && lasts {
-        let (id, listing) = (stored.id.clone(), listing.clone());
+        let (id, mut listing) = (stored.id.clone(), listing.clone());
+        if listing.get("problem").is_some() {
+            listing[PROGRAM] = json!(app.ledger.program());
+        }
         app.on_disk(move |parts| parts.ledger.put_listing(&id, &listing))
             .await?;
     }
     Ok(Recording::of(stored, listing))
+}
+
+/// Key of a kept listing that says what could not read it.
+const PROGRAM: &str = "program";
+
+/// Takes out of a kept listing what could not read it.
+fn without_program(listing: &mut Value) -> Option<Value> {
+    listing.as_object_mut()?.remove(PROGRAM)
 }
 
 fn nothing_read(problem: Value) -> Value {
@@ -195,6 +211,8 @@ pub(super) struct RecordingList {
     recordings: Vec<RecordingEntry>,
     /// The `cursor` of the next part; absent at the end.
     next: Option<i64>,
+    /// Rows that are damaged and left out; the log and `latchgate-serve fsck` name them.
+    damaged: usize,
 }
 
 /// Lists recordings, the newest first.
@@ -212,14 +230,17 @@ pub(super) async fn list(
     let found = app
         .on_disk(move |parts| parts.ledger.recordings(part.cursor, limit))
         .await?;
-    let full = found.len() == limit as usize;
-    let next = found.last().filter(|_| full).map(|(number, _)| *number);
-    let recordings = found.into_iter().map(|(_, stored)| RecordingEntry {
+    let (damaged, next) = (found.damaged.len(), found.next);
+    let recordings = found.entries.into_iter().map(|stored| RecordingEntry {
         bytes: stored.manifest.bytes(),
         name: stored.manifest.name,
         id: stored.id,
         created_ms: stored.created_ms,
     });
     let recordings = recordings.collect();
-    Ok(Json(RecordingList { recordings, next }))
+    Ok(Json(RecordingList {
+        recordings,
+        next,
+        damaged,
+    }))
 }

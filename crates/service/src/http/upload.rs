@@ -1,17 +1,21 @@
 //! How an upload becomes files: streamed to the disk, hashed on the way, never read here.
 
+use super::form::Form;
 use crate::app::App;
 use crate::problem::Problem;
-use crate::store::{Blobs, Manifest, StoreError, StoredFile};
+use crate::store::{BlobWriter, Blobs, Manifest, StoreError, StoredFile};
 use axum::body::{Body, Bytes};
-use axum::extract::{FromRequest, Multipart, Request};
+use axum::extract::Request;
 use axum::http::{StatusCode, header};
 use std::sync::Arc;
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::mpsc;
 use tokio_stream::{Stream, StreamExt};
 
 /// Letters of a name.
 const NAME_LETTERS: usize = 200;
+
+/// Bytes of a form beside its files.
+const FORM_BYTES: u64 = 1 << 20;
 
 /// Bytes of a card.
 const CARD_BYTES: u64 = 1 << 20;
@@ -41,7 +45,7 @@ pub(super) async fn receive(
     };
     // A form has lines around its parts.
     if let Some(length) = stated
-        && length > room.left.saturating_add(if form { 1 << 20 } else { 0 })
+        && length > room.left.saturating_add(if form { FORM_BYTES } else { 0 })
     {
         return Err(room.crossed(&format!("{length} bytes")));
     }
@@ -106,10 +110,13 @@ async fn of_body(
     let name = plain(&name.ok_or_else(|| {
         Problem::bad_request("state the file's name, which readers go by: ?name=NAME")
     })?)?;
-    let file = store(app, &name, body.into_data_stream(), room).await?;
+    let cut = |error: axum::Error| Problem::bad_request(format!("the upload: {error}"));
+    let pieces = body.into_data_stream().map(move |piece| piece.map_err(cut));
+    let received = store(app, pieces, room).await?;
+    let files = kept(app, vec![(name.clone(), received)]).await?;
     Ok(Manifest {
         name,
-        files: vec![file],
+        files,
         card: None,
     })
 }
@@ -120,29 +127,28 @@ async fn of_form(
     request: Request,
     mut room: Room,
 ) -> Result<Manifest, Problem> {
-    let refused = |error: axum::extract::multipart::MultipartRejection| {
-        Problem::bad_request(error.body_text())
-    };
-    let mut form = Multipart::from_request(request, &())
-        .await
-        .map_err(refused)?;
-    let broken =
-        |error: axum::extract::multipart::MultipartError| Problem::bad_request(error.body_text());
+    let mut form = Form::begin(
+        request,
+        room.left.saturating_add(FORM_BYTES),
+        room.crossed("a longer form"),
+    )
+    .await?;
     let mut manifest = Manifest {
         name: name.as_deref().map(plain).transpose()?.unwrap_or_default(),
         files: Vec::new(),
         card: None,
     };
-    while let Some(field) = form.next_field().await.map_err(broken)? {
-        let role = field.name().unwrap_or("").to_string();
-        let own = field.file_name().map(String::from);
+    let (mut files, mut card) = (Vec::new(), None);
+    while let Some(part) = form.next().await? {
+        let role = part.role().to_string();
+        let own = part.file_name().map(String::from);
         let is_card = role == "card";
         let own = match own {
             Some(own) => plain(&own)?,
             None if is_card => "card.toml".into(),
             None => return Err(Problem::bad_request("each file of a form needs a name")),
         };
-        if manifest.files.len() >= app.config.upload_files {
+        if files.len() >= app.config.upload_files {
             let most = app.config.upload_files as u64;
             let way_out = "send the files of one test alone, or an archive";
             let status = StatusCode::PAYLOAD_TOO_LARGE;
@@ -163,24 +169,21 @@ async fn of_form(
         } else {
             room
         };
-        let file = store(app, &own, field, own_room).await?;
-        room.left -= file.bytes.min(room.left);
+        let blob = store(app, part, own_room).await?;
+        room.left -= blob.bytes().min(room.left);
         if is_card {
-            manifest.card = Some(file);
+            card = Some((own, blob));
             continue;
         }
         if role == "file" && manifest.name.is_empty() {
-            manifest.name = own;
+            manifest.name.clone_from(&own);
         }
-        if manifest.files.iter().any(|known| known.name == file.name) {
-            return Err(Problem::bad_request(format!(
-                "two files of the name {}",
-                file.name
-            )));
+        if files.iter().any(|(known, _)| *known == own) {
+            return Err(Problem::bad_request(format!("two files of the name {own}")));
         }
-        manifest.files.push(file);
+        files.push((own, blob));
     }
-    if manifest.files.is_empty() {
+    if files.is_empty() {
         return Err(Problem::bad_request(
             "the form holds no file; name its part `file`",
         ));
@@ -189,25 +192,27 @@ async fn of_form(
         let text = "name the part to read `file`, or the folder that the parts form: ?name=NAME";
         return Err(Problem::bad_request(text));
     }
+    // Only what was understood to its end is kept.
+    manifest.files = kept(app, files).await?;
     manifest.files.sort();
+    manifest.card = kept(app, card.into_iter().collect()).await?.pop();
     Ok(manifest)
 }
 
-/// Writes a stream of bytes into a blob, on a thread that may wait for the disk.
-async fn store<E: std::fmt::Display>(
+/// Writes a stream of bytes into a blob that is not in its place yet, on a thread that may wait for
+/// the disk.
+async fn store(
     app: &App,
-    name: &str,
-    stream: impl Stream<Item = Result<Bytes, E>>,
+    stream: impl Stream<Item = Result<Bytes, Problem>>,
     room: Room,
-) -> Result<StoredFile, Problem> {
+) -> Result<BlobWriter, Problem> {
     let (pieces, waiting) = mpsc::channel::<Bytes>(4);
-    let (ready, whole) = oneshot::channel();
-    let (blobs, name) = (Arc::clone(&app.blobs), name.to_string());
-    let written = tokio::task::spawn_blocking(move || write(&*blobs, &name, waiting, whole));
+    let blobs = Arc::clone(&app.blobs);
+    let written = tokio::task::spawn_blocking(move || write(&*blobs, waiting));
     let mut stream = std::pin::pin!(stream);
     let mut bytes = 0_u64;
     while let Some(piece) = stream.next().await {
-        let piece = piece.map_err(|error| Problem::bad_request(format!("the upload: {error}")))?;
+        let piece = piece?;
         bytes += piece.len() as u64;
         if bytes > room.left {
             return Err(room.crossed("a larger upload"));
@@ -216,11 +221,9 @@ async fn store<E: std::fmt::Display>(
             break;
         }
     }
-    // Only a whole upload is kept.
-    let _ = ready.send(());
     drop(pieces);
     match written.await {
-        Ok(Ok(file)) => Ok(file),
+        Ok(Ok(blob)) => Ok(blob),
         Ok(Err(error)) => Err(error.into()),
         Err(error) => Err(StoreError::Broken {
             reason: error.to_string(),
@@ -229,22 +232,23 @@ async fn store<E: std::fmt::Display>(
     }
 }
 
-fn write(
-    blobs: &dyn Blobs,
-    name: &str,
-    mut waiting: mpsc::Receiver<Bytes>,
-    whole: oneshot::Receiver<()>,
-) -> Result<StoredFile, StoreError> {
+/// Writes what comes, and closes the file: a form may have many.
+fn write(blobs: &dyn Blobs, mut waiting: mpsc::Receiver<Bytes>) -> Result<BlobWriter, StoreError> {
     let mut writer = blobs.begin()?;
     while let Some(piece) = waiting.blocking_recv() {
         writer.write(&piece)?;
     }
-    let mut whole = whole;
-    if whole.try_recv().is_err() {
-        let reason = "the upload ended before its end".into();
-        return Err(StoreError::Broken { reason });
-    }
-    writer.finish(name)
+    writer.close()?;
+    Ok(writer)
+}
+
+/// Puts blobs in their places.
+async fn kept(app: &App, blobs: Vec<(String, BlobWriter)>) -> Result<Vec<StoredFile>, Problem> {
+    app.on_disk(move |_| {
+        let blobs = blobs.into_iter();
+        blobs.map(|(name, blob)| blob.finish(&name)).collect()
+    })
+    .await
 }
 
 /// Takes a name that a file of an upload may have: relative, with `/` between folders.

@@ -4,7 +4,6 @@ use super::files;
 use super::jobs::{self, JobStanding};
 use crate::app::App;
 use crate::auth::Visitor;
-use crate::clock::now_ms;
 use crate::pool::{Answer, How, Order, request_of};
 use crate::problem::{Placed, Problem, Queried, bounded};
 use crate::store::{Job, JobState, Question, ResultFilter, StoredResult, Summary};
@@ -109,11 +108,7 @@ pub(super) async fn submit(
     let mut watched = app.crew.watch(&id);
     let wanted = id.clone();
     let (job, is_new) = app
-        .on_disk(move |parts| {
-            parts
-                .ledger
-                .submit(&wanted, &question, &visitor.name, now_ms())
-        })
+        .on_disk(move |parts| parts.ledger.submit(&wanted, &question, &visitor.name))
         .await?;
     if is_new {
         app.crew.ring();
@@ -319,6 +314,8 @@ pub(crate) struct VerdictList {
     pub(crate) verdicts: Vec<VerdictEntry>,
     /// The `cursor` of the next part; absent at the end.
     pub(crate) next: Option<i64>,
+    /// Rows that are damaged and left out; the log and `latchgate-serve fsck` name them.
+    pub(crate) damaged: usize,
 }
 
 /// Lists verdicts, the newest first.
@@ -348,14 +345,17 @@ pub(crate) async fn listed(app: &App, wanted: Wanted) -> Result<VerdictList, Pro
     let found = app
         .on_disk(move |parts| parts.ledger.results(&filter))
         .await?;
-    let full = found.len() == limit as usize;
-    let next = found.last().filter(|_| full).map(|(number, _)| *number);
-    let verdicts = found.into_iter().map(|(_, stored)| VerdictEntry {
+    let (damaged, next) = (found.damaged.len(), found.next);
+    let verdicts = found.entries.into_iter().map(|stored| VerdictEntry {
         report_id: stored.report_id,
         recording: stored.recording,
         created_ms: stored.created_ms,
         summary: stored.summary,
     });
     let verdicts = verdicts.collect();
-    Ok(VerdictList { verdicts, next })
+    Ok(VerdictList {
+        verdicts,
+        next,
+        damaged,
+    })
 }

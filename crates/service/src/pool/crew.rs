@@ -5,7 +5,9 @@ use super::words::{Answer, How, Order};
 use crate::clock::now_ms;
 use crate::jail::Jail;
 use crate::problem::Problem;
-use crate::store::{Blobs, Job, JobState, Ledger, Manifest, StoreError, StoredResult};
+use crate::store::{
+    Blobs, Job, JobState, LONGEST_PAUSE_MS, Ledger, Manifest, StoreError, StoredResult,
+};
 use axum::http::StatusCode;
 use std::collections::{HashMap, VecDeque};
 use std::io;
@@ -17,6 +19,9 @@ use tokio::sync::{oneshot, watch};
 
 /// Attempts of an order that ends its child.
 const ATTEMPTS: i64 = 3;
+
+/// Time for which a place waits that could not start a child.
+const START_PAUSE: Duration = Duration::from_millis(500);
 
 /// Time for which a job is held from sign of life to sign of life.
 const LEASE: Duration = Duration::from_secs(30);
@@ -155,7 +160,7 @@ impl Crew {
         order: Order,
         manifest: Option<Manifest>,
     ) -> Result<Delivered, Problem> {
-        let mut attempt = 1;
+        let (mut faults, mut others) = (0, 0);
         loop {
             let (reply, replied) = oneshot::channel();
             {
@@ -184,11 +189,22 @@ impl Crew {
                     return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 1));
                 }
             };
-            let again = matches!(lost, Lost::Ended { .. }) && attempt < ATTEMPTS;
+            let again = match Cause::of(&lost) {
+                Cause::Recording => {
+                    faults += 1;
+                    faults < ATTEMPTS
+                }
+                // Whoever waits does not wait for ever.
+                Cause::Machine => {
+                    others += 1;
+                    tokio::time::sleep(Duration::from_millis(100 << others)).await;
+                    others < ATTEMPTS
+                }
+                Cause::Unknown | Cause::Store => false,
+            };
             if !again {
-                return Err(of_lost(lost, attempt));
+                return Err(of_lost(&lost, faults));
             }
-            attempt += 1;
         }
     }
 
@@ -220,29 +236,72 @@ impl Crew {
     }
 }
 
-/// Says that an order had no answer: a recording that ends its reader is unusable.
-fn of_lost(lost: Lost, attempts: i64) -> Problem {
-    match lost {
-        Lost::Store(error) => error.into(),
-        lost => {
-            let detail = format!(
-                "{lost}, {attempts} of {ATTEMPTS} times; cut the recording to what is needed, or \
-                 raise what a child may take in the service's configuration"
-            );
-            // No child sends itself signal 9, and how long one takes depends on what else the
-            // machine does: who asks again is answered anew.
-            let code = match &lost {
-                Lost::Ended { how } if how.starts_with("signal 9") => "reader-was-killed",
-                Lost::Late { .. } => "reader-was-late",
-                _ => "ends-its-reader",
-            };
-            let status = StatusCode::UNPROCESSABLE_ENTITY;
-            let title = "Reading the recording ends its process";
-            let mut problem = Problem::new(status, code, title, detail);
-            problem.verdict = Some("unusable".into());
-            problem
+/// What left an order without an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Cause {
+    /// The recording: its child ended by itself.
+    Recording,
+    /// The machine, or a person: no child could be started, or it was killed.
+    Machine,
+    /// Nobody can tell: a child that is late may have had too little of a busy machine.
+    Unknown,
+    /// The store.
+    Store,
+}
+
+impl Cause {
+    fn of(lost: &Lost) -> Self {
+        match lost {
+            Lost::Ended(ending) if ending.is_own_fault() => Self::Recording,
+            Lost::Ended(_) | Lost::NotStarted { .. } => Self::Machine,
+            Lost::Late { .. } | Lost::Unclear { .. } => Self::Unknown,
+            Lost::Store(_) => Self::Store,
         }
     }
+}
+
+/// Says that an order had no answer. A recording that ends its reader by itself is unusable; of what
+/// the machine did nothing is said against the recording.
+fn of_lost(lost: &Lost, faults: i64) -> Problem {
+    let code = match lost {
+        Lost::Store(error) => return error.clone().into(),
+        Lost::Ended(ending) if ending.is_own_fault() => {
+            let detail = format!(
+                "{lost}, {faults} of {ATTEMPTS} times; cut the recording to what is needed, or \
+                 raise what a child may take in the service's configuration"
+            );
+            let title = "Reading the recording ends its process";
+            let status = StatusCode::UNPROCESSABLE_ENTITY;
+            let mut problem = Problem::new(status, "ends-its-reader", title, detail);
+            problem.verdict = Some("unusable".into());
+            return problem;
+        }
+        Lost::Ended(_) => "reader-was-killed",
+        Lost::NotStarted { .. } => "reader-not-started",
+        Lost::Late { .. } => "reader-was-late",
+        Lost::Unclear { .. } => "reader-was-unclear",
+    };
+    let way_out = match lost {
+        Lost::Late { .. } => {
+            "ask again when the machine has less to do, or raise `order_s` in the service's \
+             configuration"
+        }
+        _ => "ask again; the recording is not to blame",
+    };
+    Problem {
+        retry_after_s: Some(5),
+        ..Problem::new(
+            StatusCode::SERVICE_UNAVAILABLE,
+            code,
+            "No answer this time",
+            format!("{lost}; {way_out}"),
+        )
+    }
+}
+
+/// Returns for how long a job waits after so many attempts [ms]: longer each time.
+fn pause_ms(attempts: i64) -> i64 {
+    (200 << attempts.clamp(0, 10)).min(LONGEST_PAUSE_MS)
 }
 
 /// What a place does next.
@@ -278,6 +337,10 @@ fn serve(shared: &Shared, mut slot: Slot, takes_jobs: bool) {
         }
         let took = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
         shared.counters.busy_ms.fetch_add(took, Ordering::Relaxed);
+        if slot.failed_to_start() {
+            // The next job would fare no better, and each would be written back.
+            std::thread::sleep(START_PAUSE);
+        }
     }
 }
 
@@ -353,7 +416,7 @@ impl Shared {
                 let written = self.ledger.decide(id, attempt, &row);
                 written.map(|()| done(JobState::Decided { row }))
             }
-            Err(Unanswered::Refused(problem)) => self.refuse(job, *problem),
+            Err(Unanswered::Refused(problem)) => self.refuse(job, *problem, true),
             Err(Unanswered::Lost(lost)) => {
                 self.count_lost(Some(&lost));
                 self.lose(job, lost)
@@ -369,26 +432,33 @@ impl Shared {
         }
     }
 
-    fn refuse(&self, job: &Job, problem: Problem) -> Result<(), StoreError> {
+    fn refuse(&self, job: &Job, problem: Problem, lasts: bool) -> Result<(), StoreError> {
         let problem = problem.to_value();
-        self.ledger.refuse(&job.id, job.attempt, &problem)?;
+        self.ledger.refuse(&job.id, job.attempt, &problem, lasts)?;
         self.counters.jobs_refused.fetch_add(1, Ordering::Relaxed);
         self.tell(&job.id, JobState::Refused { problem }, None);
         Ok(())
     }
 
+    /// Puts a job back whose child gave no answer, or refuses it.
     fn lose(&self, job: &Job, lost: Lost) -> Result<(), StoreError> {
-        let failures = job.failures + 1;
-        let counts = match &lost {
-            Lost::Store(StoreError::Damaged { .. }) => return self.refuse(job, of_lost(lost, 1)),
-            Lost::Store(_) => false,
-            _ if failures >= ATTEMPTS => return self.refuse(job, of_lost(lost, failures)),
-            _ => true,
+        let cause = Cause::of(&lost);
+        let refused = match cause {
+            Cause::Recording => job.failures + 1 >= ATTEMPTS,
+            // One that is late each time would hold a place for ever. It is refused, and worked on
+            // anew when it is asked again.
+            Cause::Unknown => job.attempt >= ATTEMPTS,
+            Cause::Store => matches!(lost, Lost::Store(StoreError::Damaged { .. })),
+            Cause::Machine => false,
         };
-        let pause = if counts { 200 << failures } else { 1000 };
+        if refused {
+            let lasts = cause == Cause::Recording;
+            return self.refuse(job, of_lost(&lost, job.failures + 1), lasts);
+        }
         let (id, attempt) = (&job.id, job.attempt);
-        self.ledger
-            .give_back(id, attempt, counts, now_ms() + pause)?;
+        let counts = cause == Cause::Recording;
+        let not_before_ms = now_ms() + pause_ms(attempt);
+        self.ledger.give_back(id, attempt, counts, not_before_ms)?;
         self.tell(id, JobState::Queued, None);
         Ok(())
     }

@@ -4,9 +4,10 @@ use super::frame;
 use super::words::{Answer, Enclosed, Enclosure, Order, Said, Told};
 use crate::jail::Jail;
 use crate::store::{Blobs, Manifest, StoreError, StoredFile};
+use std::fmt;
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Write};
-use std::os::unix::process::ExitStatusExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -41,12 +42,15 @@ pub struct Delivered {
 /// Why an order has no answer.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Lost {
-    /// The child ended.
-    #[error("the process that read the recording ended: {how}")]
-    Ended {
-        /// By which signal or exit code.
-        how: String,
+    /// No child could be started, or it ended before it had its order.
+    #[error("no process could be started to read the recording ({reason})")]
+    NotStarted {
+        /// What the system said.
+        reason: String,
     },
+    /// The child ended under its order.
+    #[error("the process that read the recording ended: {0}")]
+    Ended(Ending),
     /// The child took too long and was ended.
     #[error("the process that read the recording took longer than {seconds} s and was ended")]
     Late {
@@ -62,6 +66,44 @@ pub enum Lost {
     /// Something could not be stored or read back.
     #[error(transparent)]
     Store(#[from] StoreError),
+}
+
+/// How a child ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// By a signal.
+    Signal(i32),
+    /// With an exit code.
+    Exit(i32),
+}
+
+impl Ending {
+    /// True if the child did it by itself: it exited, or took a signal that a fault of its own
+    /// raises. Any other signal was sent: by a person, a supervisor, or a system short of memory.
+    pub fn is_own_fault(self) -> bool {
+        match self {
+            Self::Exit(_) => true,
+            Self::Signal(signal) => matches!(
+                signal,
+                libc::SIGABRT
+                    | libc::SIGSEGV
+                    | libc::SIGXCPU
+                    | libc::SIGBUS
+                    | libc::SIGSYS
+                    | libc::SIGILL
+                    | libc::SIGFPE
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Ending {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Signal(signal) => write!(f, "signal {signal}{}", meaning(*signal)),
+            Self::Exit(code) => write!(f, "exit code {code}"),
+        }
+    }
 }
 
 /// A child that runs.
@@ -86,6 +128,7 @@ impl Drop for Running {
 pub struct Slot {
     options: ChildOptions,
     running: Option<Running>,
+    failed_to_start: bool,
     watchdog: Watchdog,
 }
 
@@ -99,6 +142,7 @@ impl Slot {
         Ok(Self {
             options,
             running: None,
+            failed_to_start: false,
             watchdog: Watchdog::new()?,
         })
     }
@@ -107,6 +151,11 @@ impl Slot {
     pub fn holds(&self, id: &str) -> bool {
         let holds = |running: &Running| running.holds.iter().any(|held| held == id);
         self.running.as_ref().is_some_and(holds)
+    }
+
+    /// True if the last order found no child because none could be started.
+    pub fn failed_to_start(&self) -> bool {
+        self.failed_to_start
     }
 
     /// Starts a child if none runs, and returns how it is shut in where it is new.
@@ -121,8 +170,8 @@ impl Slot {
             return Ok(None);
         }
         self.running = None;
-        let mut running = spawn(&self.options).map_err(|error| Lost::Ended {
-            how: format!("it could not be started: {error}"),
+        let mut running = spawn(&self.options).map_err(|error| Lost::NotStarted {
+            reason: error.to_string(),
         })?;
         let late = self.watchdog.guard(&running.process, self.options.silence);
         let said = frame::read::<Said>(&mut running.output);
@@ -132,10 +181,13 @@ impl Slot {
                 self.running = Some(running);
                 Ok(Some(jail))
             }
-            Ok(Some(_)) => Err(Lost::Unclear {
-                reason: "no greeting".into(),
+            Ok(Some(_)) => Err(Lost::NotStarted {
+                reason: "it did not greet".into(),
             }),
-            Ok(None) | Err(_) => Err(self.end_of(running, &late)),
+            // It has no order yet, so whatever ended it is no fault of a recording.
+            Ok(None) | Err(_) => Err(Lost::NotStarted {
+                reason: self.end_of(running, &late).to_string(),
+            }),
         }
     }
 
@@ -152,10 +204,12 @@ impl Slot {
         blobs: &dyn Blobs,
         beat: &mut dyn FnMut(Option<f64>),
     ) -> Result<Delivered, Lost> {
-        self.start()?;
+        let started = self.start();
+        self.failed_to_start = started.is_err();
+        started?;
         let Some(mut running) = self.running.take() else {
-            return Err(Lost::Unclear {
-                reason: "no child".into(),
+            return Err(Lost::NotStarted {
+                reason: "it ended at once".into(),
             });
         };
         let needed = manifest.filter(|_| {
@@ -277,14 +331,15 @@ impl Slot {
                 seconds: self.options.order_time.min(self.options.silence).as_secs(),
             };
         }
-        let how = match status {
-            Ok(status) => match (status.signal(), status.code()) {
-                (Some(signal), _) => format!("signal {signal}{}", meaning(signal)),
-                (_, code) => format!("exit code {}", code.unwrap_or_default()),
+        match status {
+            Ok(status) => Lost::Ended(match status.signal() {
+                Some(signal) => Ending::Signal(signal),
+                None => Ending::Exit(status.code().unwrap_or_default()),
+            }),
+            Err(error) => Lost::Unclear {
+                reason: error.to_string(),
             },
-            Err(error) => error.to_string(),
-        };
-        Lost::Ended { how }
+        }
     }
 }
 
@@ -332,6 +387,9 @@ fn spawn(options: &ChildOptions) -> io::Result<Running> {
         .arg(options.memory_bytes.to_string())
         .env_clear()
         .current_dir("/")
+        // A Ctrl-C on the terminal and a signal to the service's group are not meant for it: the
+        // service lets it finish.
+        .process_group(0)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::null())

@@ -1,7 +1,8 @@
 //! Backup, restore, and the check of everything that is stored.
 
 use crate::app::Store;
-use crate::store::{BlobFolder, Blobs, StoreError, StoredFile};
+use crate::config::Config;
+use crate::store::{self, BlobFolder, Blobs, Collected, StoreError, StoredFile};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io;
@@ -117,6 +118,20 @@ pub(super) fn fsck(data: &Path) -> Result<(bool, String), String> {
         format!("damaged:\n{}", damaged.join("\n"))
     };
     Ok((damaged.is_empty(), text))
+}
+
+/// Removes the files that no row names and that are older than a day; no service may run meanwhile.
+pub(super) fn collect(config: &Config) -> Result<String, String> {
+    if !config.data.join(LEDGER).is_file() {
+        let shown = config.data.display();
+        return Err(format!("{shown}: there are no data here"));
+    }
+    let store = Store::open(config)?;
+    let collected = store::collect(&*store.ledger, &*store.blobs);
+    let Collected { files, bytes } = collected.map_err(|error| error.to_string())?;
+    Ok(format!(
+        "{files} files of {bytes} bytes that no row names were removed"
+    ))
 }
 
 fn distinct(files: Vec<StoredFile>) -> Vec<StoredFile> {

@@ -1,18 +1,24 @@
 //! Blobs as files of a folder, each named by its hash: written, synced, renamed, the folder synced.
 
 use super::sum::{Hex, sha256_of};
-use super::{Blobs, StoreError, StoredFile};
+use super::{Blobs, Collected, StoreError, StoredFile};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
 
 /// A folder of blobs.
 #[derive(Debug)]
 pub struct BlobFolder {
     root: PathBuf,
     next: AtomicU64,
+    /// Held while a blob is put in its place or taken away, so that one that is kept again at the
+    /// same time stays.
+    placing: Arc<Mutex<()>>,
 }
 
 impl BlobFolder {
@@ -31,6 +37,7 @@ impl BlobFolder {
         Ok(Self {
             root: root.to_path_buf(),
             next: AtomicU64::new(0),
+            placing: Arc::default(),
         })
     }
 
@@ -39,6 +46,7 @@ impl BlobFolder {
         Self {
             root: root.to_path_buf(),
             next: AtomicU64::new(0),
+            placing: Arc::default(),
         }
     }
 
@@ -60,6 +68,7 @@ impl Blobs for BlobFolder {
             .open(&path)?;
         Ok(BlobWriter {
             root: self.root.clone(),
+            placing: Arc::clone(&self.placing),
             path,
             file: Some(file),
             hash: Sha256::new(),
@@ -89,12 +98,47 @@ impl Blobs for BlobFolder {
         let space = rustix::fs::statvfs(&self.root).map_err(std::io::Error::from)?;
         Ok(space.f_bavail.saturating_mul(space.f_frsize))
     }
+
+    fn collect(
+        &self,
+        named: &BTreeSet<String>,
+        before: SystemTime,
+    ) -> Result<Collected, StoreError> {
+        let mut collected = Collected::default();
+        for folder in fs::read_dir(&self.root)? {
+            let folder = folder?.path();
+            if folder.ends_with("unfinished") || !folder.is_dir() {
+                continue;
+            }
+            for entry in fs::read_dir(&folder)? {
+                let entry = entry?;
+                let name = entry.file_name();
+                let is_named = name.to_str().is_none_or(|name| named.contains(name));
+                if is_named {
+                    continue;
+                }
+                let _placing = locked(&self.placing);
+                let about = match entry.metadata() {
+                    Ok(about) => about,
+                    Err(error) if error.kind() == ErrorKind::NotFound => continue,
+                    Err(error) => return Err(error.into()),
+                };
+                if about.is_file() && about.modified()? < before {
+                    fs::remove_file(entry.path())?;
+                    collected.files += 1;
+                    collected.bytes += about.len();
+                }
+            }
+        }
+        Ok(collected)
+    }
 }
 
 /// A blob that is being written; dropped before its end, it leaves nothing.
 #[derive(Debug)]
 pub struct BlobWriter {
     root: PathBuf,
+    placing: Arc<Mutex<()>>,
     path: PathBuf,
     file: Option<File>,
     hash: Sha256,
@@ -121,23 +165,38 @@ impl BlobWriter {
         self.bytes
     }
 
+    /// Writes the bytes through to the disk and closes the file, which is not in its place yet.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if it cannot be synced.
+    pub fn close(&mut self) -> Result<(), StoreError> {
+        if let Some(file) = self.file.take() {
+            file.sync_all()?;
+        }
+        Ok(())
+    }
+
     /// Puts the blob in its place; when this returns it is on the disk.
     ///
     /// # Errors
     ///
     /// [`StoreError`] if it cannot be synced or renamed.
     pub fn finish(mut self, name: &str) -> Result<StoredFile, StoreError> {
+        self.close()?;
         let sha256 = Hex(&std::mem::take(&mut self.hash).finalize()).to_string();
-        if let Some(file) = self.file.take() {
-            file.sync_all()?;
-        }
         let folder = self.root.join(&sha256[..2]);
         if !folder.is_dir() {
             fs::create_dir_all(&folder)?;
             sync_folder(&self.root)?;
         }
         // One that is there may be damaged; the bytes at hand are not.
-        fs::rename(&self.path, folder.join(&sha256))?;
+        {
+            let _placing = locked(&self.placing);
+            // From now on it is new, however long the rest of its upload took.
+            File::open(&self.path)?.set_modified(SystemTime::now())?;
+            fs::rename(&self.path, folder.join(&sha256))?;
+        }
         sync_folder(&folder)?;
         Ok(StoredFile {
             name: name.into(),
@@ -152,6 +211,10 @@ impl Drop for BlobWriter {
         // Renamed, it is no longer there.
         let _ = fs::remove_file(&self.path);
     }
+}
+
+fn locked(placing: &Mutex<()>) -> MutexGuard<'_, ()> {
+    placing.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn sync_folder(path: &Path) -> Result<(), StoreError> {

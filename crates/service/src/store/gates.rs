@@ -1,8 +1,8 @@
 //! Gates and their pairs: each pair is a job, and one that was decided for another gate is decided.
 
-use super::sql::{confirmed, rows, text_of};
+use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
-use super::{GateOutcome, GateStanding, Job, Question, StoreError, StoredGate, jobs};
+use super::{GateOutcome, GateStanding, Job, Page, Question, StoreError, StoredGate, jobs};
 use rusqlite::{Connection, Row, params};
 
 /// Reads every gate.
@@ -43,6 +43,7 @@ pub(super) fn put(
     gate: &StoredGate,
     pairs: &[Question],
     owner: &str,
+    program: &str,
 ) -> Result<bool, StoreError> {
     let body = text_of(gate);
     let added = connection.execute(
@@ -50,13 +51,13 @@ pub(super) fn put(
         params![gate.id, gate.name, body, of_row("gate", &gate.id, &body)],
     )?;
     if added == 0 {
-        return again(connection, gate, pairs, owner);
+        return again(connection, gate, pairs, owner, program);
     }
     let mut statement =
         connection.prepare_cached("INSERT INTO pairs (gate, number, job) VALUES (?, ?, ?)")?;
     for (number, question) in (0_i64..).zip(pairs) {
         let job = question.id();
-        jobs::submit(connection, &job, question, owner, gate.created_ms)?;
+        jobs::submit(connection, &job, question, owner, program)?;
         statement.execute(params![gate.id, number, job])?;
     }
     Ok(true)
@@ -70,10 +71,11 @@ fn again(
     gate: &StoredGate,
     pairs: &[Question],
     owner: &str,
+    program: &str,
 ) -> Result<bool, StoreError> {
     let before: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
     for question in pairs {
-        jobs::submit(connection, &question.id(), question, owner, gate.created_ms)?;
+        jobs::submit(connection, &question.id(), question, owner, program)?;
     }
     let after: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
     let known = find(connection, &gate.id)?.and_then(|standing| standing.outcome);
@@ -103,16 +105,19 @@ pub(super) fn list(
     connection: &Connection,
     before: Option<i64>,
     limit: u32,
-) -> Result<Vec<(i64, GateStanding)>, StoreError> {
+) -> Result<Page<GateStanding>, StoreError> {
     let sql = format!("{STANDING} WHERE number < ? ORDER BY number DESC LIMIT ?");
     let before = before.unwrap_or(i64::MAX);
-    rows(connection, &sql, params![before, limit], gate_of)
+    page(connection, &sql, params![before, limit], limit, |row| {
+        gate_of(row).map(|(_, standing)| standing)
+    })
 }
 
-pub(super) fn open(connection: &Connection) -> Result<Vec<GateStanding>, StoreError> {
+pub(super) fn open(connection: &Connection) -> Result<Page<GateStanding>, StoreError> {
     let sql = format!("{STANDING} WHERE outcome IS NULL ORDER BY number");
-    let found = rows(connection, &sql, [], gate_of)?;
-    Ok(found.into_iter().map(|(_, standing)| standing).collect())
+    page(connection, &sql, [], u32::MAX, |row| {
+        gate_of(row).map(|(_, standing)| standing)
+    })
 }
 
 pub(super) fn pairs(connection: &Connection, id: &str) -> Result<Vec<Job>, StoreError> {

@@ -7,8 +7,21 @@ use super::{Job, JobState, Load, Question, StoreError};
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde_json::Value;
 
-/// What made a refusal; another program may answer where this one did not.
-const PROGRAM: &str = env!("CARGO_PKG_VERSION");
+/// Version of the program.
+pub(super) const PROGRAM: &str = env!("CARGO_PKG_VERSION");
+
+/// Names what makes a refusal: another program, or children that may take more, may answer where
+/// this one did not.
+pub(super) fn program_of(memory_bytes: u64, order_s: u64) -> String {
+    format!("{PROGRAM} {memory_bytes} B {order_s} s")
+}
+
+/// Longest time for which a job that was put back waits [ms].
+pub const LONGEST_PAUSE_MS: i64 = 30_000;
+
+/// True of a job whose pause is over. One that would wait longer than any pause was put back before
+/// the clock was set back.
+const DUE: &str = "(not_before_ms <= ?1 OR not_before_ms > ?1 + ?2)";
 
 pub(super) const COLUMNS: &str =
     "id, body, sum, state, attempt, failures, answer, answer_sum, program";
@@ -55,12 +68,12 @@ pub(super) fn submit(
     id: &str,
     question: &Question,
     owner: &str,
-    now_ms: i64,
+    program: &str,
 ) -> Result<(Job, bool), StoreError> {
-    // What another version refused is asked again.
+    // What another version, or the same with other limits, refused is asked again.
     connection.execute(
         "DELETE FROM jobs WHERE id = ? AND state = 'refused' AND program <> ?",
-        params![id, PROGRAM],
+        params![id, program],
     )?;
     let body = text_of(question);
     // Of one question somebody waits for the answer; the many of a gate come after those.
@@ -70,18 +83,17 @@ pub(super) fn submit(
         "queued"
     };
     let added = connection.execute(
-        "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state, not_before_ms) VALUES (?, ?, ?, ?, ?, ?)",
-        params![id, owner, body, of_row("job", id, &body), state, now_ms],
+        "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state) VALUES (?, ?, ?, ?, ?)",
+        params![id, owner, body, of_row("job", id, &body), state],
     )?;
     let job = find(connection, id)?.ok_or(StoreError::Fenced)?;
     Ok((job, added == 1))
 }
 
 pub(super) fn any_waits(connection: &Connection, now_ms: i64) -> Result<bool, StoreError> {
-    let mut statement = connection.prepare_cached(
-        "SELECT 1 FROM jobs WHERE state IN ('queued', 'later') AND not_before_ms <= ? LIMIT 1",
-    )?;
-    Ok(statement.exists([now_ms])?)
+    let sql = format!("SELECT 1 FROM jobs WHERE state IN ('queued', 'later') AND {DUE} LIMIT 1");
+    let mut statement = connection.prepare_cached(&sql)?;
+    Ok(statement.exists(params![now_ms, LONGEST_PAUSE_MS])?)
 }
 
 pub(super) fn take(
@@ -89,15 +101,18 @@ pub(super) fn take(
     now_ms: i64,
     lease_ms: i64,
 ) -> Result<Option<Job>, StoreError> {
+    let sql = format!(
+        "UPDATE jobs SET state = 'running', attempt = attempt + 1, lease_ms = ?3
+         WHERE number = coalesce(
+             (SELECT number FROM jobs WHERE state = 'queued' AND {DUE} ORDER BY number LIMIT 1),
+             (SELECT number FROM jobs WHERE state = 'later' AND {DUE} ORDER BY number LIMIT 1))
+         RETURNING id"
+    );
     let id: Option<String> = connection
-        .prepare_cached(
-            "UPDATE jobs SET state = 'running', attempt = attempt + 1, lease_ms = ?2
-             WHERE number = coalesce(
-                 (SELECT number FROM jobs WHERE state = 'queued' AND not_before_ms <= ?1 ORDER BY number LIMIT 1),
-                 (SELECT number FROM jobs WHERE state = 'later' AND not_before_ms <= ?1 ORDER BY number LIMIT 1))
-             RETURNING id",
-        )?
-        .query_row(params![now_ms, lease_ms], |row| row.get(0))
+        .prepare_cached(&sql)?
+        .query_row(params![now_ms, LONGEST_PAUSE_MS, lease_ms], |row| {
+            row.get(0)
+        })
         .optional()?;
     let Some(id) = id else { return Ok(None) };
     match find(connection, &id) {
@@ -137,15 +152,9 @@ pub(super) fn end(
     connection: &Connection,
     id: &str,
     attempt: i64,
-    state: &str,
-    answer: &Value,
+    (state, answer): (&str, &Value),
+    program: &str,
 ) -> Result<(), StoreError> {
-    // What was damaged may be restored, who killed a child may be gone, and a machine that was busy
-    // may be idle; it is asked again.
-    let program = match answer["code"].as_str() {
-        Some("damaged" | "reader-was-killed" | "reader-was-late") => "",
-        _ => PROGRAM,
-    };
     let answer = text_of(answer);
     let sum = of_row(state, id, &answer);
     fenced(connection.execute(
@@ -176,6 +185,11 @@ pub(super) fn reclaim(
     now_ms: i64,
     every: bool,
 ) -> Result<usize, StoreError> {
+    if every {
+        // At the start of a process; the clock may have been set back since the last one.
+        let sql = "UPDATE jobs SET not_before_ms = ?1 WHERE state IN ('queued', 'later', 'running') AND not_before_ms > ?1";
+        connection.execute(sql, [now_ms])?;
+    }
     Ok(connection.execute(
         "UPDATE jobs SET state = 'queued' WHERE state = 'running' AND (?2 OR lease_ms < ?1)",
         params![now_ms, every],

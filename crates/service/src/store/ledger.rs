@@ -2,17 +2,18 @@
 //! waits as one group, readers beside it.
 
 use super::schema;
-use super::sql::{confirmed, rows, text_of};
+use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
-    GateOutcome, GateStanding, Job, Ledger, Load, Manifest, Question, ResultFilter, StoreError,
-    StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredToken, gates, jobs,
+    GateOutcome, GateStanding, Job, Ledger, Load, Manifest, Page, Question, ResultFilter,
+    StoreError, StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredToken,
+    gates, jobs,
 };
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Changes that are committed together at most.
@@ -28,6 +29,7 @@ type Change = Box<dyn FnOnce(&Connection) -> After + Send>;
 #[derive(Debug)]
 pub struct SqliteLedger {
     path: PathBuf,
+    program: Arc<str>,
     readers: Mutex<Vec<Connection>>,
     changes: SyncSender<Change>,
 }
@@ -60,9 +62,17 @@ impl SqliteLedger {
             .spawn(move || write_in_groups(&writer, &waiting))?;
         Ok(Self {
             path: path.to_path_buf(),
+            program: jobs::PROGRAM.into(),
             readers: Mutex::new(Vec::new()),
             changes,
         })
+    }
+
+    /// States what children may take who answer: memory [bytes] and time [s].
+    #[must_use]
+    pub fn with_limits(mut self, memory_bytes: u64, order_s: u64) -> Self {
+        self.program = jobs::program_of(memory_bytes, order_s).into();
+        self
     }
 
     /// Has the writer make a change, and returns once it is on the disk.
@@ -185,13 +195,18 @@ fn result_of(row: &Row<'_>) -> Result<(i64, StoredResult), StoreError> {
     Ok((row.get(0)?, confirmed("result", &id, &body, &sum)?))
 }
 
-fn design_of(row: &Row<'_>) -> Result<StoredDesign, StoreError> {
-    let (name, version): (String, i64) = (row.get(0)?, row.get(1)?);
-    let (body, sum): (String, String) = (row.get(2)?, row.get(3)?);
+/// Reads a design whose columns begin with `first`.
+fn design_of(row: &Row<'_>, first: usize) -> Result<StoredDesign, StoreError> {
+    let (name, version): (String, i64) = (row.get(first)?, row.get(first + 1)?);
+    let (body, sum): (String, String) = (row.get(first + 2)?, row.get(first + 3)?);
     confirmed("design", &format!("{name}@{version}"), &body, &sum)
 }
 
 impl Ledger for SqliteLedger {
+    fn program(&self) -> &str {
+        &self.program
+    }
+
     fn put_recording(
         &self,
         manifest: &Manifest,
@@ -209,7 +224,19 @@ impl Ledger for SqliteLedger {
                 "INSERT OR IGNORE INTO recordings (id, owner, bytes, body, sum) VALUES (?, ?, ?, ?, ?)",
                 params![id, owner, bytes as i64, body, sum],
             )?;
-            Ok(added == 1)
+            if added == 1 {
+                return Ok(true);
+            }
+            match find_recording(connection, &id) {
+                Err(StoreError::Damaged { .. }) => {
+                    connection.execute(
+                        "UPDATE recordings SET body = ?, sum = ?, listing = NULL, listing_sum = NULL WHERE id = ?",
+                        params![body, sum, id],
+                    )?;
+                    Ok(true)
+                }
+                found => found.map(|_| false),
+            }
         })
     }
 
@@ -226,19 +253,21 @@ impl Ledger for SqliteLedger {
     }
 
     fn recording(&self, id: &str) -> Result<Option<StoredRecording>, StoreError> {
-        let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings WHERE id = ?");
-        self.read(|connection| Ok(rows(connection, &sql, [id], recording_of)?.pop()))
-            .map(|found| found.map(|(_, recording)| recording))
+        self.read(|connection| find_recording(connection, id))
     }
 
     fn recordings(
         &self,
         before: Option<i64>,
         limit: u32,
-    ) -> Result<Vec<(i64, StoredRecording)>, StoreError> {
+    ) -> Result<Page<StoredRecording>, StoreError> {
         let sql = "SELECT number, id, body, sum, NULL, NULL FROM recordings WHERE number < ? ORDER BY number DESC LIMIT ?";
         let before = before.unwrap_or(i64::MAX);
-        self.read(|connection| rows(connection, sql, params![before, limit], recording_of))
+        self.read(|connection| {
+            page(connection, sql, params![before, limit], limit, |row| {
+                recording_of(row).map(|(_, recording)| recording)
+            })
+        })
     }
 
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError> {
@@ -257,10 +286,10 @@ impl Ledger for SqliteLedger {
         id: &str,
         question: &Question,
         owner: &str,
-        now_ms: i64,
     ) -> Result<(Job, bool), StoreError> {
         let (id, question, owner) = (id.to_string(), question.clone(), owner.to_string());
-        self.write(move |connection| jobs::submit(connection, &id, &question, &owner, now_ms))
+        let program = Arc::clone(&self.program);
+        self.write(move |connection| jobs::submit(connection, &id, &question, &owner, &program))
     }
 
     fn job(&self, id: &str) -> Result<Option<Job>, StoreError> {
@@ -282,26 +311,37 @@ impl Ledger for SqliteLedger {
 
     fn finish(&self, id: &str, attempt: i64, result: &StoredResult) -> Result<(), StoreError> {
         let (id, result) = (id.to_string(), result.clone());
+        let program = Arc::clone(&self.program);
         self.write(move |connection| {
             put_result(connection, &result)?;
-            jobs::end(
-                connection,
-                &id,
-                attempt,
-                "done",
-                &Value::from(result.report_id),
-            )
+            let answer = Value::from(result.report_id);
+            jobs::end(connection, &id, attempt, ("done", &answer), &program)
         })
     }
 
     fn decide(&self, id: &str, attempt: i64, row: &Value) -> Result<(), StoreError> {
         let (id, row) = (id.to_string(), row.clone());
-        self.write(move |connection| jobs::end(connection, &id, attempt, "done", &row))
+        let program = Arc::clone(&self.program);
+        self.write(move |connection| jobs::end(connection, &id, attempt, ("done", &row), &program))
     }
 
-    fn refuse(&self, id: &str, attempt: i64, problem: &Value) -> Result<(), StoreError> {
+    fn refuse(
+        &self,
+        id: &str,
+        attempt: i64,
+        problem: &Value,
+        lasts: bool,
+    ) -> Result<(), StoreError> {
         let (id, problem) = (id.to_string(), problem.clone());
-        self.write(move |connection| jobs::end(connection, &id, attempt, "refused", &problem))
+        // What no program made is asked again of every one.
+        let program = if lasts {
+            Arc::clone(&self.program)
+        } else {
+            "".into()
+        };
+        self.write(move |connection| {
+            jobs::end(connection, &id, attempt, ("refused", &problem), &program)
+        })
     }
 
     fn give_back(
@@ -329,10 +369,10 @@ impl Ledger for SqliteLedger {
         self.read(|connection| find_result(connection, report_id))
     }
 
-    fn results(&self, filter: &ResultFilter) -> Result<Vec<(i64, StoredResult)>, StoreError> {
+    fn results(&self, filter: &ResultFilter) -> Result<Page<StoredResult>, StoreError> {
         let text = filter.text.as_ref().map(|text| text.to_lowercase());
         self.read(|connection| {
-            rows(
+            page(
                 connection,
                 "SELECT number, report_id, body, sum FROM results
                  WHERE number < ?1 AND (?2 IS NULL OR verdict = ?2)
@@ -347,7 +387,8 @@ impl Ledger for SqliteLedger {
                     text,
                     filter.limit
                 ],
-                result_of,
+                filter.limit,
+                |row| result_of(row).map(|(_, result)| result),
             )
         })
     }
@@ -369,19 +410,20 @@ impl Ledger for SqliteLedger {
                 "SELECT name, version, body, sum FROM designs
                  WHERE name = ?1 AND (?2 IS NULL OR version = ?2) ORDER BY version DESC LIMIT 1",
                 params![name, version],
-                design_of,
+                |row| design_of(row, 0),
             )?;
             Ok(found.into_iter().next())
         })
     }
 
-    fn designs(&self) -> Result<Vec<StoredDesign>, StoreError> {
+    fn designs(&self) -> Result<Page<StoredDesign>, StoreError> {
         self.read(|connection| {
-            rows(
+            page(
                 connection,
-                "SELECT name, version, body, sum FROM designs ORDER BY name, version DESC LIMIT 1000",
+                "SELECT rowid, name, version, body, sum FROM designs ORDER BY name, version DESC LIMIT 1000",
                 [],
-                design_of,
+                u32::MAX,
+                |row| design_of(row, 1),
             )
         })
     }
@@ -393,22 +435,19 @@ impl Ledger for SqliteLedger {
         owner: &str,
     ) -> Result<bool, StoreError> {
         let (gate, owner) = (gate.clone(), owner.to_string());
-        self.write(move |connection| gates::put(connection, &gate, &pairs, &owner))
+        let program = Arc::clone(&self.program);
+        self.write(move |connection| gates::put(connection, &gate, &pairs, &owner, &program))
     }
 
     fn gate(&self, id: &str) -> Result<Option<GateStanding>, StoreError> {
         self.read(|connection| gates::find(connection, id))
     }
 
-    fn gates(
-        &self,
-        before: Option<i64>,
-        limit: u32,
-    ) -> Result<Vec<(i64, GateStanding)>, StoreError> {
+    fn gates(&self, before: Option<i64>, limit: u32) -> Result<Page<GateStanding>, StoreError> {
         self.read(|connection| gates::list(connection, before, limit))
     }
 
-    fn open_gates(&self) -> Result<Vec<GateStanding>, StoreError> {
+    fn open_gates(&self) -> Result<Page<GateStanding>, StoreError> {
         self.read(gates::open)
     }
 
@@ -469,6 +508,10 @@ impl Ledger for SqliteLedger {
         self.read(|connection| Ok(connection.execute("VACUUM INTO ?", [path]).map(|_| ())?))
     }
 
+    fn named(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+        self.read(named)
+    }
+
     fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
         self.read(check)
     }
@@ -476,55 +519,70 @@ impl Ledger for SqliteLedger {
 
 /// Reads every row and notes which do not fit their hash, and which blobs the others need.
 fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
-    let (mut damaged, mut needed) = (Vec::new(), Vec::new());
+    let mut damaged = Vec::new();
     let whole: String = connection.query_row("PRAGMA integrity_check", [], |row| row.get(0))?;
     if whole != "ok" {
         damaged.push(format!("the database: {whole}"));
     }
-    let mut note = |error| match error {
-        StoreError::Damaged { what } => {
-            damaged.push(what);
-            Ok(())
-        }
-        other => Err(other),
-    };
+    let (of_named, needed) = named(connection)?;
+    damaged.extend(of_named);
+    let sql = "SELECT name, version, body, sum FROM designs";
+    for found in rows(connection, sql, [], |row| Ok(design_of(row, 0)))? {
+        whole_or_noted(found, &mut damaged)?;
+    }
+    for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
+        whole_or_noted(found, &mut damaged)?;
+    }
+    Ok((damaged, needed))
+}
+
+/// Reads the rows that name blobs and notes which do not fit their hash, and what the others name.
+fn named(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+    let (mut damaged, mut named) = (Vec::new(), Vec::new());
     let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings");
     for found in rows(connection, &sql, [], |row| Ok(recording_of(row)))? {
-        match found {
-            Ok((_, recording)) => {
-                needed.extend(recording.manifest.files);
-                needed.extend(recording.manifest.card);
-            }
-            Err(error) => note(error)?,
+        if let Some((_, recording)) = whole_or_noted(found, &mut damaged)? {
+            named.extend(recording.manifest.files);
+            named.extend(recording.manifest.card);
         }
     }
     let sql = "SELECT number, report_id, body, sum FROM results";
     for found in rows(connection, sql, [], |row| Ok(result_of(row)))? {
-        match found {
-            Ok((_, result)) => needed.extend(result.files.into_values()),
-            Err(error) => note(error)?,
+        if let Some((_, result)) = whole_or_noted(found, &mut damaged)? {
+            named.extend(result.files.into_values());
         }
-    }
-    let sql = "SELECT name, version, body, sum FROM designs";
-    for found in rows(connection, sql, [], |row| Ok(design_of(row)))? {
-        found.map(|_| ()).or_else(&mut note)?;
     }
     for found in rows(connection, gates::EVERY, [], |row| Ok(gates::gate_of(row)))? {
-        match found {
-            Ok((_, gate)) => {
-                needed.extend(
-                    gate.outcome
-                        .into_iter()
-                        .flat_map(|own| own.files.into_values()),
-                );
-            }
-            Err(error) => note(error)?,
+        if let Some((_, gate)) = whole_or_noted(found, &mut damaged)? {
+            let outcome = gate.outcome.into_iter();
+            named.extend(outcome.flat_map(|outcome| outcome.files.into_values()));
         }
     }
-    for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
-        found.map(|_| ()).or_else(&mut note)?;
+    Ok((damaged, named))
+}
+
+/// Returns what was read, or notes what is damaged.
+fn whole_or_noted<T>(
+    found: Result<T, StoreError>,
+    damaged: &mut Vec<String>,
+) -> Result<Option<T>, StoreError> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(StoreError::Damaged { what }) => {
+            damaged.push(what);
+            Ok(None)
+        }
+        Err(error) => Err(error),
     }
-    Ok((damaged, needed))
+}
+
+fn find_recording(
+    connection: &Connection,
+    id: &str,
+) -> Result<Option<StoredRecording>, StoreError> {
+    let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings WHERE id = ?");
+    let found = rows(connection, &sql, [id], recording_of)?.pop();
+    Ok(found.map(|(_, recording)| recording))
 }
 
 fn find_result(
@@ -582,7 +640,7 @@ fn put_design(
         .query_row(
             "SELECT name, version, body, sum FROM designs WHERE name = ? ORDER BY version DESC LIMIT 1",
             [&name],
-            |row| Ok(design_of(row)),
+            |row| Ok(design_of(row, 0)),
         )
         .optional()?
         .transpose()?;

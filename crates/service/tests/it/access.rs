@@ -6,7 +6,7 @@ use latchgate_service::http::declared;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fs;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Fills a route's path in.
 fn path_of(route: &str) -> String {
@@ -575,4 +575,83 @@ fn cli_uploads_at_once_keep_to_the_share() {
     let listed = client.get("/v1/recordings").expect(200).json();
     let listed = listed["recordings"].as_array().unwrap();
     assert_eq!(listed.len(), 3, "what was refused is not kept");
+}
+
+/// Whoever may only read changes nothing on the disk, whatever the query says.
+#[test]
+fn verif_a_reader_writes_nothing() {
+    let folder = Folder::new();
+    let (reader, writer) = (folder.token("r", "read"), folder.token("w", "read,submit"));
+    let service = Service::start(&folder, &[]);
+    let client = service.client().bearer(&writer);
+    let id = client.upload("burst.csv")["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    let verdict = client.post("/v1/verdicts?wait=60", &question).expect(200);
+    let place = verdict.header("location").unwrap().to_string();
+    let before = blobs(&folder);
+    assert!(before > 1, "{before} files");
+    let reader = service.client().bearer(&reader);
+    let recording = format!("/v1/recordings/{}", id.as_str().unwrap());
+    for number in 0..20 {
+        let range = format!("t0=0.0{number:02}&t1=0.0{}", number + 30);
+        reader
+            .get(&format!("{place}/series.csv?{range}"))
+            .expect(200);
+        let request = format!("{recording}?request=%7B%22header_line%22:{}%7D", number + 1);
+        reader.get(&request);
+    }
+    for path in [&place, &recording, "/", "/gates", "/designs"] {
+        reader.get(path).expect(200);
+    }
+    assert_eq!(blobs(&folder), before);
+}
+
+/// Counts the files that are kept, and those that are under way.
+pub(crate) fn blobs(folder: &Folder) -> usize {
+    let folders = fs::read_dir(folder.data().join("blobs")).unwrap().flatten();
+    folders
+        .map(|folder| fs::read_dir(folder.path()).unwrap().count())
+        .sum()
+}
+
+/// Two services on one folder would take each other's jobs and uploads away: the second is refused,
+/// and the first goes on.
+#[test]
+fn cli_a_folder_has_one_service() {
+    let folder = Folder::new();
+    let mut first = Service::start(&folder, &[]);
+    first.client().get("/readyz").expect(200);
+    let second = |settings: &[&str]| {
+        let mut command = std::process::Command::new(crate::support::PROGRAM);
+        command.args(["--listen", "127.0.0.1:0", "--data"]);
+        command.arg(folder.data()).args(settings);
+        command.stdin(std::process::Stdio::null());
+        let mut child = command
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let began = Instant::now();
+        while child.try_wait().unwrap().is_none() && began.elapsed() < Duration::from_secs(20) {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let _ = child.kill();
+        let output = child.wait_with_output().unwrap();
+        let text = String::from_utf8(output.stderr).unwrap();
+        (output.status.code(), text)
+    };
+    let (code, text) = second(&[]);
+    assert_eq!(code, Some(4), "{text}");
+    assert!(
+        text.contains("another process serves this folder"),
+        "{text}"
+    );
+    first.client().upload("burst.csv");
+    // One that was killed leaves no lock behind.
+    first.child.kill().unwrap();
+    first.child.wait().unwrap();
+    Service::start(&folder, &[])
+        .client()
+        .get("/readyz")
+        .expect(200);
 }

@@ -1,6 +1,6 @@
 //! What hostile uploads and clients can do: nothing to anybody else.
 
-use crate::support::{Folder, Service, signal};
+use crate::support::{Folder, Service, signal, wait_for};
 use serde_json::json;
 use std::io::Write;
 use std::net::TcpStream;
@@ -19,6 +19,40 @@ fn cli_the_jail_stops_what_a_child_tries() {
         8,
         "{text}"
     );
+}
+
+/// The trials touch nothing that others laid out under the name of their folder.
+#[test]
+fn regress_trials_are_made_in_a_folder_of_their_own() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    let (temporary, foreign) = (folder.0.join("tmp"), folder.0.join("foreign"));
+    std::fs::create_dir_all(foreign.join("unfinished")).unwrap();
+    std::fs::create_dir(&temporary).unwrap();
+    let kept = foreign.join("unfinished/kept");
+    std::fs::write(&kept, "a file of somebody else").unwrap();
+    // The shell's number is that of the program that takes its place.
+    let script = "ln -s \"$1\" \"$TMPDIR/latchgate-trials-$$\"; exec \"$0\" jail --data \"$1\"";
+    let mut child = std::process::Command::new("sh")
+        .args(["-c", script, crate::support::PROGRAM])
+        .arg(&foreign)
+        .env("TMPDIR", &temporary)
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let own = || {
+        let entries = std::fs::read_dir(&temporary).unwrap().flatten();
+        let mut folders = entries.filter(|entry| entry.file_type().unwrap().is_dir());
+        folders.next().map(|entry| entry.path())
+    };
+    wait_for("its folder is there", Duration::from_secs(10), || {
+        own().is_some()
+    });
+    let about = std::fs::metadata(own().unwrap()).unwrap();
+    assert_eq!(about.permissions().mode() & 0o777, 0o700);
+    assert!(child.wait().unwrap().success());
+    assert!(kept.exists(), "it belongs to somebody else");
+    assert_eq!(own(), None, "its own folder goes");
 }
 
 #[test]
@@ -57,6 +91,9 @@ fn verif_a_recording_that_ends_its_reader_is_unusable() {
         &json!({"recording": recording["id"]}),
     );
     assert_eq!(asked.expect(422).json()["verdict"], "unusable");
+    let path = format!("/v1/recordings/{}", recording["id"].as_str().unwrap());
+    let kept = client.get(&path).expect(200).json();
+    assert_eq!(kept, recording, "answered from the store");
     let id = client.upload("burst.csv")["id"].clone();
     client
         .post(
@@ -64,6 +101,138 @@ fn verif_a_recording_that_ends_its_reader_is_unusable() {
             &json!({"recording": id, "request": {"members": 0}}),
         )
         .expect(200);
+}
+
+/// A child that had too little memory says nothing about the recording once it may take more.
+#[test]
+fn regress_a_refusal_ends_with_the_limit_that_made_it() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["child_memory_mib=96", "places=1"]);
+    let rows = (0..1_200_000).map(|row| format!("{:.4},0.01\n", f64::from(row) * 1e-4));
+    let large = format!("t_s,acc_y_g\n{}", rows.collect::<String>());
+    let path = "/v1/recordings?name=large.csv";
+    let client = service.client();
+    let id = client.send("POST", path, large.as_bytes()).expect(201);
+    let id = id.json()["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    let refused = client.post("/v1/verdicts?wait=60", &question).expect(422);
+    assert_eq!(refused.json()["code"], "ends-its-reader");
+    assert_eq!(service.end(), 0);
+    let service = Service::start(&folder, &["child_memory_mib=1024", "places=1"]);
+    let client = service.client();
+    let path = format!("/v1/recordings/{}", id.as_str().unwrap());
+    let listing = client.get(&path).expect(200).json();
+    assert_eq!(listing.get("problem"), None, "{listing}");
+    client.post("/v1/verdicts?wait=0", &question).expect(202);
+}
+
+/// A question that takes a few tenths of a second.
+fn slow_question(id: &serde_json::Value) -> serde_json::Value {
+    json!({"recording": id, "request": {"members": 512, "opens_when": "both"}})
+}
+
+fn run(program: &str, arguments: &[&str]) {
+    let status = std::process::Command::new(program).args(arguments).status();
+    assert!(status.unwrap().success(), "{program} {arguments:?}");
+}
+
+/// Signals that somebody sends to the children, as a terminal or a supervisor does, cost time and
+/// say nothing about the recording.
+#[test]
+fn regress_signals_from_outside_are_no_fault_of_the_recording() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["places=1"]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let asked = client.post("/v1/verdicts?wait=0", &slow_question(&id));
+    let job = asked.expect(202).json()["job"].clone();
+    let job = format!("/v1/jobs/{}", job.as_str().unwrap());
+    let metric = |name: &str| -> u64 {
+        let text = client.get("/metrics").text();
+        let found = text.lines().find_map(|line| line.strip_prefix(name));
+        found.unwrap().trim().parse().unwrap()
+    };
+    let lost = || metric("latchgate_children_lost_total ");
+    for signal in ["-INT", "-TERM", "-HUP", "-KILL"] {
+        let before = lost();
+        wait_for("a child is met at work", Duration::from_secs(60), || {
+            if client.get(&job).json()["state"] == "running" {
+                for child in service.children() {
+                    // It may have ended meanwhile.
+                    let _ = std::process::Command::new("kill")
+                        .args([signal, &child])
+                        .stderr(std::process::Stdio::null())
+                        .status();
+                }
+            }
+            lost() > before || client.get(&job).json()["state"] == "done"
+        });
+    }
+    wait_for("it is answered", Duration::from_secs(60), || {
+        let state = client.get(&job).json()["state"].clone();
+        assert_ne!(state, "refused", "{}", client.get(&job).text());
+        state == "done"
+    });
+    assert!(lost() >= 3, "{} were met at work", lost());
+    // A Ctrl-C on a terminal goes to the group of the service, which is not theirs.
+    for child in service.children() {
+        let stat = std::fs::read_to_string(format!("/proc/{child}/stat")).unwrap();
+        let group = stat.rsplit_once(") ").unwrap().1.split(' ').nth(2).unwrap();
+        assert_eq!(group, child);
+    }
+}
+
+/// Where no child can be started for a while, the question waits for better times.
+#[test]
+fn regress_a_child_that_cannot_be_started_is_no_fault_of_the_recording() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["places=1"]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let process = service.child.id().to_string();
+    let limits = std::fs::read_to_string(format!("/proc/{process}/limits")).unwrap();
+    let open_files = limits
+        .lines()
+        .find(|line| line.starts_with("Max open files"));
+    let soft = open_files.unwrap().split_whitespace().nth(3).unwrap();
+    assert!(soft.parse::<u64>().unwrap() >= 2 * 1024 + 64, "{soft}");
+    let asked = client.post("/v1/verdicts?wait=0", &slow_question(&id));
+    let job = asked.expect(202).json()["job"].clone();
+    run("prlimit", &["--pid", &process, "--nofile=4:"]);
+    for child in service.children() {
+        run("kill", &["-KILL", &child]);
+    }
+    std::thread::sleep(Duration::from_secs(4));
+    run(
+        "prlimit",
+        &["--pid", &process, &format!("--nofile={soft}:")],
+    );
+    let job = format!("/v1/jobs/{}", job.as_str().unwrap());
+    wait_for("it is answered", Duration::from_secs(60), || {
+        let state = client.get(&job).expect(200).json()["state"].clone();
+        assert_ne!(state, "refused", "{}", client.get(&job).text());
+        state == "done"
+    });
+    let log = std::fs::read_to_string(&service.log).unwrap();
+    assert!(log.contains("no process could be started"), "{log}");
+}
+
+/// Connections must not be able to take the descriptors that children need.
+#[test]
+fn cli_too_few_open_files_are_refused_at_start() {
+    let folder = Folder::new();
+    let data = folder.data().display().to_string();
+    let script =
+        "ulimit -n 190; exec \"$0\" --listen 127.0.0.1:0 --data \"$1\" --set connections=64";
+    let mut command = std::process::Command::new("timeout");
+    let command = command.args(["20", "sh", "-c", script, crate::support::PROGRAM, &data]);
+    let output = command.output().unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(4), "{text}");
+    assert!(
+        text.contains("64 connections need 192 open files"),
+        "{text}"
+    );
 }
 
 /// A question that takes too long is ended, and its neighbours are answered meanwhile.
@@ -95,8 +264,10 @@ fn verif_a_question_that_takes_too_long_is_ended() {
         "{:?}",
         began.elapsed()
     );
-    let answer = waiting.join().unwrap().expect(422).json();
-    assert_eq!(answer["verdict"], "unusable", "{answer}");
+    // What took too long here may be answered by a machine with less to do.
+    let answer = waiting.join().unwrap().expect(503).json();
+    assert_eq!(answer["code"], "reader-was-late", "{answer}");
+    assert_eq!(answer.get("verdict"), None, "{answer}");
     assert!(
         answer["detail"]
             .as_str()
@@ -107,6 +278,89 @@ fn verif_a_question_that_takes_too_long_is_ended() {
     // Another time it may be answered: it is worked on again, not refused from the store.
     let asking = json!({"recording": slow.json()["id"], "request": {"opens_when": "both"}});
     client.post("/v1/verdicts?wait=0", &asking).expect(202);
+}
+
+/// Begins a form in chunks.
+fn begun_form(service: &Service) -> TcpStream {
+    let mut stream = TcpStream::connect(&service.address).unwrap();
+    let wait = Some(Duration::from_secs(20));
+    stream.set_read_timeout(wait).unwrap();
+    stream.set_write_timeout(wait).unwrap();
+    let host = &service.address;
+    let head = format!(
+        "POST /v1/recordings HTTP/1.1\r\nHost: {host}\r\nTransfer-Encoding: chunked\r\n\
+         Content-Type: multipart/form-data; boundary=part\r\n\r\n"
+    );
+    stream.write_all(head.as_bytes()).unwrap();
+    stream
+}
+
+/// Sends chunks until they are no longer taken; returns how many bytes were, and the answer.
+fn sent_until_refused(
+    mut stream: TcpStream,
+    pieces: impl Iterator<Item = Vec<u8>>,
+) -> (u64, String) {
+    let mut sent = 0;
+    for piece in pieces {
+        let mut chunk = format!("{:x}\r\n", piece.len()).into_bytes();
+        chunk.extend_from_slice(&piece);
+        chunk.extend_from_slice(b"\r\n");
+        // What lies in the buffers of the system counts as sent; let it be read first.
+        std::thread::sleep(Duration::from_millis(5));
+        if stream.write_all(&chunk).is_err() {
+            break;
+        }
+        sent += piece.len() as u64;
+    }
+    let mut answer = Vec::new();
+    let _ = std::io::Read::read_to_end(&mut stream, &mut answer);
+    (sent, String::from_utf8_lossy(&answer).into_owned())
+}
+
+/// What a form holds beside its files is bounded: before the first part, in a part's head, and in all.
+#[test]
+fn regress_a_form_is_bounded_beside_its_files() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["upload_mib=1", "rate_burst=100000"]);
+    let filler = || std::iter::repeat_n(vec![b'x'; 8 << 10], 10 << 7);
+    let disposition = "--part\r\nContent-Disposition: form-data; name=\"file\"; filename=\"";
+    for begin in ["", disposition] {
+        let mut stream = begun_form(&service);
+        let first = format!("{:x}\r\n{begin}\r\n", begin.len());
+        if !begin.is_empty() {
+            stream.write_all(first.as_bytes()).unwrap();
+        }
+        let (sent, answer) = sent_until_refused(stream, filler());
+        assert!(sent <= 256 << 10, "{sent} bytes were taken: {answer}");
+        // The answer may be lost where the rest of the body is not taken.
+        assert!(
+            answer.is_empty() || answer.contains("form_head_bytes"),
+            "{answer}"
+        );
+    }
+    // Many parts, each with a head that is long enough to matter in all.
+    let part = |number: u32| {
+        let head = format!(
+            "{disposition}{number}.csv\"\r\nX: {}\r\n\r\n",
+            "x".repeat(8 << 10)
+        );
+        format!("{head}t\r\n").into_bytes()
+    };
+    let (sent, answer) = sent_until_refused(begun_form(&service), (0..500).map(part));
+    assert!(sent <= 3 << 20, "{sent} bytes were taken: {answer}");
+    // A form with many small parts, and one with a file that looks like a boundary, are taken.
+    let names: Vec<String> = (0..300).map(|number| format!("{number:03}.csv")).collect();
+    let table = signal("burst.csv");
+    let odd = b"t_s,acc_y_g\n\r\n--par\r\r\n";
+    let parts: Vec<(&str, &str, &[u8])> = names
+        .iter()
+        .map(|name| ("part", name.as_str(), &odd[..]))
+        .chain([("file", "a.csv", &table[..])])
+        .collect();
+    let client = service.client();
+    let recording = client.upload_form("?name=many", &parts).expect(201).json();
+    let bytes = 300 * odd.len() + table.len();
+    assert_eq!(recording["bytes"], bytes, "{recording}");
 }
 
 /// Uploads of each kind; `LATCHGATE_SERVICE_UPLOADS` says how many.

@@ -46,11 +46,8 @@ fn taken(ledger: &SqliteLedger, now_ms: i64) -> Job {
 fn verif_an_attempt_that_lost_its_lease_changes_nothing() {
     let folder = Folder::new();
     let ledger = ledger(&folder);
-    assert!(ledger.submit("a", &question(1), "me", 0).unwrap().1);
-    assert!(
-        !ledger.submit("a", &question(1), "me", 0).unwrap().1,
-        "known"
-    );
+    assert!(ledger.submit("a", &question(1), "me").unwrap().1);
+    assert!(!ledger.submit("a", &question(1), "me").unwrap().1, "known");
     let first = taken(&ledger, 10);
     assert_eq!(ledger.take(20, 120).unwrap(), None, "one holds it");
     assert_eq!(ledger.reclaim(50, false).unwrap(), 0, "the lease holds");
@@ -66,7 +63,7 @@ fn verif_an_attempt_that_lost_its_lease_changes_nothing() {
     for late in [
         ledger.hold("a", first.attempt, 900),
         ledger.finish("a", first.attempt, &result("x")),
-        ledger.refuse("a", first.attempt, &json!({})),
+        ledger.refuse("a", first.attempt, &json!({}), true),
         ledger.give_back("a", first.attempt, true, 0).map(|_| ()),
     ] {
         assert_eq!(late, Err(StoreError::Fenced));
@@ -91,7 +88,7 @@ fn verif_an_attempt_that_lost_its_lease_changes_nothing() {
 fn verif_what_runs_at_the_end_of_a_process_waits_again() {
     let folder = Folder::new();
     let first = ledger(&folder);
-    first.submit("a", &question(1), "me", 0).unwrap();
+    first.submit("a", &question(1), "me").unwrap();
     let job = taken(&first, 10);
     let second = ledger(&folder);
     assert_eq!(second.reclaim(11, true).unwrap(), 1);
@@ -104,7 +101,7 @@ fn verif_a_job_given_back_waits_its_time() {
     let folder = Folder::new();
     let ledger = ledger(&folder);
     for id in ["a", "b"] {
-        ledger.submit(id, &question(1), "me", 0).unwrap();
+        ledger.submit(id, &question(1), "me").unwrap();
     }
     let job = taken(&ledger, 10);
     assert_eq!(
@@ -116,6 +113,30 @@ fn verif_a_job_given_back_waits_its_time() {
     assert_eq!(taken(&ledger, 500).failures, 1);
     let load = ledger.load("me").unwrap();
     assert_eq!((load.queued, load.running, load.own), (0, 2, 2));
+}
+
+/// A clock that was set back by a year makes nobody wait for a year, neither now nor after a start.
+#[test]
+fn regress_a_clock_set_back_holds_up_nothing() {
+    const YEAR_MS: i64 = 365 * 86_400_000;
+    let folder = Folder::new();
+    let first = ledger(&folder);
+    for id in ["a", "b"] {
+        first.submit(id, &question(1), "me").unwrap();
+    }
+    let job = taken(&first, YEAR_MS);
+    let not_before_ms = YEAR_MS + 400;
+    first
+        .give_back(&job.id, job.attempt, false, not_before_ms)
+        .unwrap();
+    assert_eq!(taken(&first, 10).id, "a", "the pause was of another time");
+    assert_eq!(taken(&first, 10).id, "b");
+    // One that waits at the end of a process waits no longer at the start of the next.
+    first.give_back("a", 2, false, 10_000).unwrap();
+    assert_eq!(first.take(20, 120).unwrap(), None);
+    let second = ledger(&folder);
+    second.reclaim(20, true).unwrap();
+    assert_eq!(taken(&second, 20).id, "a");
 }
 
 /// A pair that was refused because the machine was busy is decided again when its gate is asked
@@ -139,7 +160,7 @@ fn verif_a_gate_is_open_again_where_its_refusals_pass() {
         assert!(ledger.put_gate(&gate, vec![pair.clone()], "lab").unwrap());
         let job = taken(&ledger, 0);
         ledger
-            .refuse(&job.id, job.attempt, &json!({"code": code}))
+            .refuse(&job.id, job.attempt, &json!({"code": code}), !passes)
             .unwrap();
         let outcome = GateOutcome {
             exit_code: 4,
@@ -169,7 +190,7 @@ fn verif_each_job_is_taken_once() {
     let ledger = Arc::new(ledger(&folder));
     for number in 0..200 {
         ledger
-            .submit(&format!("j{number}"), &question(number), "me", 0)
+            .submit(&format!("j{number}"), &question(number), "me")
             .unwrap();
     }
     let takers: Vec<_> = (0..4)
@@ -210,10 +231,10 @@ fn verif_a_damaged_row_is_never_served() {
     let id = manifest.id();
     assert!(ledger.put_recording(&manifest, "me", 1).unwrap());
     ledger.put_listing(&id, &json!({"channels": []})).unwrap();
-    ledger.submit("a", &question(1), "me", 0).unwrap();
+    ledger.submit("a", &question(1), "me").unwrap();
     let job = taken(&ledger, 1);
     ledger.finish("a", job.attempt, &result("x")).unwrap();
-    ledger.submit("b", &question(2), "me", 0).unwrap();
+    ledger.submit("b", &question(2), "me").unwrap();
     ledger.put_design("d", &json!({"lever": 1}), 1).unwrap();
     assert_eq!(ledger.check().unwrap().0, Vec::<String>::new());
     let change = |sql: &str| {
@@ -240,7 +261,7 @@ fn verif_a_damaged_row_is_never_served() {
     ));
     assert_eq!(ledger.check().unwrap().0.len(), 5);
     // A damaged job does not stop the others.
-    ledger.submit("c", &question(3), "me", 0).unwrap();
+    ledger.submit("c", &question(3), "me").unwrap();
     assert_eq!(ledger.take(1, 2).unwrap(), None, "set aside");
     assert_eq!(taken(&ledger, 1).id, "c");
 }

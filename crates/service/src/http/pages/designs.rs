@@ -22,7 +22,8 @@ pub(super) async fn page(
     State(app): State<App>,
     Queried(compared): Queried<Compared>,
 ) -> Result<Markup, Problem> {
-    let designs = app.on_disk(|parts| parts.ledger.designs()).await?;
+    let stored = app.on_disk(|parts| parts.ledger.designs()).await?;
+    let (designs, left_out) = (stored.entries, stored.damaged.len());
     let chosen = compared.baseline.filter(|name| !name.is_empty());
     let baseline = match &chosen {
         Some(name) => Some(find(&app, name).await?),
@@ -40,6 +41,7 @@ pub(super) async fn page(
             }
             button { "Show" }
         }
+        (show::damaged(left_out))
         @if designs.is_empty() { p { "None yet: questions take the paper's lever." } } @else {
             div.wide tabindex="0" role="region" aria-label="Designs" {
                 table id="designs" {

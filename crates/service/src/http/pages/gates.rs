@@ -52,6 +52,7 @@ pub(super) async fn list(
                 }
             }
         }
+        (show::damaged(gates.damaged))
         @if let Some(next) = gates.next { p { a href=(format!("/gates?cursor={next}")) { "Earlier ones" } } }
         h2 { "A new gate" }
         form id="gate" {
@@ -82,11 +83,13 @@ async fn draft(app: &App) -> Result<String, Problem> {
         .on_disk(|parts| Ok((parts.ledger.recordings(None, 20)?, parts.ledger.designs()?)))
         .await?;
     let names: BTreeSet<String> = recordings
+        .entries
         .into_iter()
-        .map(|(_, recording)| json!(recording.manifest.name).to_string())
+        .map(|recording| json!(recording.manifest.name).to_string())
         .collect();
     let names: Vec<String> = names.into_iter().collect();
-    let designs: BTreeSet<String> = designs.into_iter().map(|design| design.name).collect();
+    let designs = designs.entries.into_iter();
+    let designs: BTreeSet<String> = designs.map(|design| design.name).collect();
     let mut text = format!(
         "require = \"pass\"\n\n[[recordings]]\nfiles = [{}]\n\n[[designs]]\nname = \"paper\"\n",
         names.join(", ")

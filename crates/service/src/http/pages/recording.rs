@@ -54,7 +54,7 @@ pub(super) async fn page(
         .collect();
     let request = (!stated.is_empty()).then(|| Value::Object(stated.clone()));
     let recording = look(&app, &id, request).await?;
-    let designs = app.on_disk(|parts| parts.ledger.designs()).await?;
+    let designs = app.on_disk(|parts| parts.ledger.designs()).await?.entries;
     let wanted = Wanted {
         recording: Some(id),
         limit: Some(200),

@@ -90,3 +90,12 @@ pub(super) fn encoded(text: &str) -> String {
     };
     text.bytes().map(letter).collect()
 }
+
+/// Says how many rows a list leaves out because they are damaged.
+pub(super) fn damaged(count: usize) -> Markup {
+    html! {
+        @if count > 0 {
+            p.muted role="status" { (self::count(count, "damaged row")) " left out; " code { "latchgate-serve fsck" } " names what is damaged." }
+        }
+    }
+}
