@@ -799,7 +799,7 @@ fn verif_the_advice_moves_with_no_present_value() {
             (false, false) => "A preload of ",
             (false, true) => " values of the preload from ",
             (true, true) => "Stays shut down to a preload of ",
-            (true, false) => "Isolated pass: a preload of ",
+            (true, false) => "Isolated pass, do not design to it: a preload of ",
         };
         assert!(found.text.contains(kind), "{}", found.text);
         let tried = format!("{} values", found.tried);

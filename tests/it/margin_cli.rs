@@ -204,6 +204,46 @@ fn cli_replay_and_margin_advise_one_preload() {
     assert_eq!(own, other);
 }
 
+/// On the sill of a real crash 3.52 N·m pass, 3.53 to 3.76 do not throughout: the pass is warned of at once, and what is
+/// advised passes with what lies beyond.
+#[test]
+fn cli_an_isolated_pass_is_warned_of() {
+    let folder = Folder::new("margin-isolated");
+    let file = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/data/recordings/nhtsa_v07292.146"
+    );
+    let out = folder.path().join("report");
+    let replay = |preload: &str| {
+        let set = format!("lever.preload_torque_nm={preload}");
+        latchgate(&[
+            "replay",
+            file,
+            "--set",
+            &set,
+            "--out",
+            out.to_str().unwrap(),
+        ])
+    };
+    let done = replay("3.52");
+    assert_eq!(done.code, 0, "{}", done.err);
+    let text = done.out.split_whitespace().collect::<Vec<_>>().join(" ");
+    let said =
+        "advice warning Isolated pass, do not design to it: a preload of 3.52\u{a0}N·m passes";
+    let plain = |text: &str| text.replace('\u{a0}', " ");
+    assert!(plain(&text).contains(&plain(said)), "{}", done.out);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let first = page.split("<ul class=\"why\"><li>").nth(1).unwrap();
+    assert!(
+        first.starts_with("Isolated pass, do not design to it"),
+        "{}",
+        &first[..200]
+    );
+    for (preload, code) in [("3.74", 3), ("3.76", 3), ("3.77", 0), ("3.9", 0)] {
+        assert_eq!(replay(preload).code, code, "{preload}");
+    }
+}
+
 /// Threads change no byte but those of the time it took.
 #[test]
 fn cli_margin_gives_the_same_bytes_for_any_threads() {

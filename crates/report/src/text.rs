@@ -65,7 +65,12 @@ pub fn afterwards(
 ) -> String {
     let mut out = TerminalLines::new(look);
     if let Some(preload) = &document.preload_answer {
-        out.line("advice", &format!("{}.", preload.text));
+        let text = format!("{}.", preload.text);
+        if words::is_isolated_pass(document) {
+            out.graded("advice", Severity::Warning, &text);
+        } else {
+            out.line("advice", &text);
+        }
     } else if document.verdict != Answer::Unusable {
         out.line(
             "advice",

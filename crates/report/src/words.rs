@@ -18,6 +18,7 @@ use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::{Finding, Severity, TestFacts};
 use latchgate_verdict::conditioning::Cfc;
 use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
+use latchgate_verdict::margin::Quantity;
 use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -74,6 +75,16 @@ pub(super) fn leading_run(document: &Document) -> Option<&Run> {
     let highest = |run: &&Run| highest_rad(document, run);
     let runs = judged_runs(document).into_iter();
     runs.max_by(|one, other| highest(one).total_cmp(&highest(other)))
+}
+
+/// Tells whether a pass has preloads that do not pass between itself and the advice.
+pub(super) fn is_isolated_pass(document: &Document) -> bool {
+    let present = document.design.lever.preload_torque_nm;
+    let advice = document.preload_answer.as_ref();
+    document.verdict == Answer::Pass
+        && advice.is_some_and(|advice| {
+            advice.safe_from.is_some() && !advice.covers(Quantity::Preload, present)
+        })
 }
 
 /// What a pass does not say, since the samples of a recording cannot show it.
@@ -214,6 +225,8 @@ pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
     let largest = budget(document)
         .into_iter()
         .skip(3)
+        // Where both directions are judged, the other one has its own answer.
+        .filter(|row| row.name != "polarity" || document.polarities.len() < 2)
         .filter_map(|row| Some((row.name, row.value?.abs())))
         .max_by(|one, other| one.1.total_cmp(&other.1));
     let largest = largest.map_or_else(String::new, |(name, value)| {

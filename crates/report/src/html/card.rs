@@ -136,7 +136,12 @@ fn rests_on(document: &Document) -> Markup {
         ));
     }
     if let Some(preload) = &document.preload_answer {
-        lines.push(words::sentence(&preload.text));
+        let place = if words::is_isolated_pass(document) {
+            0
+        } else {
+            lines.len()
+        };
+        lines.insert(place, words::sentence(&preload.text));
     }
     if document.verdict == Answer::Pass {
         lines.push(format!("{}.", words::capital(words::UNSEEN)));

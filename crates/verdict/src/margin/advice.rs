@@ -89,7 +89,7 @@ impl Advice {
                     format!(", but {} does not", number(value))
                 });
                 format!(
-                    "Isolated pass: {article} {title} of {} passes{first}; {} {more} passes ({tried})",
+                    "Isolated pass, do not design to it: {article} {title} of {} passes{first}; {} {more} passes ({tried})",
                     shown(present),
                     number(from)
                 )
