@@ -10,7 +10,7 @@ use latchgate_kernel::units::{OpensWhen, Restitution, STANDARD_GRAVITY};
 use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
 use latchgate_verdict::conditioning::{Between, Conditioned, Signal};
-use latchgate_verdict::margin::quantity::{GridBounds, between, three_digits};
+use latchgate_verdict::margin::quantity::{GridBounds, between, three_digits, within_cell};
 use latchgate_verdict::margin::{
     self, Advice, Basis, Margin, MarginOptions, Margins, NominalAnswer, Quantity, critical_pulse,
 };
@@ -410,13 +410,18 @@ fn check_against_brute_force(
             }
             if let Some(does_not) = advice.does_not {
                 assert!(!stays(&does_not), "{what}: {does_not}");
+                // Neighbours among what is asked in a cell.
+                let is_next = |cell: &[f64]| {
+                    let asked = [&cell[..1], &within_cell(cell[0], cell[1]), &cell[1..]].concat();
+                    asked.windows(2).any(|pair| *pair == [from, does_not])
+                };
                 assert!(
-                    between(from, does_not).is_empty(),
+                    order.windows(2).any(is_next),
                     "{what}: {from} and {does_not}"
                 );
             }
             let is_clean = |cell: &[f64]| {
-                let values = between(cell[0], cell[1]);
+                let values = within_cell(cell[0], cell[1]);
                 values.iter().chain(cell).all(stays)
             };
             // Five cells beyond the advice pass throughout, and no five between it and the first failure do.

@@ -1,6 +1,6 @@
 //! The runs and rules at one value of a quantity, and the walk over its grid.
 
-use super::quantity::{GridBounds, Quantity, between};
+use super::quantity::{GridBounds, Quantity, between, within_cell};
 use super::{Advice, Basis, Boundary, Change, Margin, MarginOptions, NominalAnswer, Scan};
 use crate::assess::assess_again;
 use crate::conditioning::{self, Conditioned};
@@ -32,7 +32,7 @@ const SIDE_BY_SIDE: usize = 8;
 /// looks at its limit on work, so that threads do not move where it ends.
 const NOMINAL_SIDE_BY_SIDE: usize = 64;
 
-/// Cells of a grid in a row, from the advice on, that pass at every number of three digits.
+/// Cells of a grid in a row, from the advice on, that pass at every number asked in them.
 const CLEAN_CELLS: usize = 5;
 
 /// Times as many steps that a search may take as a verdict.
@@ -489,8 +489,8 @@ impl<'w, 'a> Walk<'w, 'a> {
         Ok(self.passes(&[value])?.contains(&true))
     }
 
-    /// Asks the whole rule from the safe end on, down to the first value that does not pass; then at each
-    /// number of three digits, upwards from there, until [`CLEAN_CELLS`] cells of the grid pass throughout.
+    /// Asks the whole rule from the safe end on, down to the first value that does not pass; then at numbers
+    /// of three digits in the cells of the grid, upwards from there, until [`CLEAN_CELLS`] of them pass throughout.
     fn advice(&self) -> Result<Advice, Error> {
         let mut order = self.grid.clone();
         if self.quantity.is_safer_above() {
@@ -505,7 +505,7 @@ impl<'w, 'a> Walk<'w, 'a> {
             if clean_cells == CLEAN_CELLS {
                 break;
             }
-            let mut values = between(cell[0], cell[1]);
+            let mut values = within_cell(cell[0], cell[1]);
             values.push(cell[1]);
             let (passing, failing) = self.as_far_as_they_pass(&values)?;
             if failing.is_some() {
