@@ -144,36 +144,42 @@ fn regress_signals_from_outside_are_no_fault_of_the_recording() {
     let service = Service::start(&folder, &["places=1"]);
     let client = service.client();
     let id = client.upload("burst.csv")["id"].clone();
-    let asked = client.post("/v1/verdicts?wait=0", &slow_question(&id));
-    let job = asked.expect(202).json()["job"].clone();
-    let job = format!("/v1/jobs/{}", job.as_str().unwrap());
     let metric = |name: &str| -> u64 {
         let text = client.get("/metrics").text();
         let found = text.lines().find_map(|line| line.strip_prefix(name));
         found.unwrap().trim().parse().unwrap()
     };
     let lost = || metric("latchgate_children_lost_total ");
+    let mut jobs: Vec<String> = Vec::new();
+    let ended = |job: &String| {
+        let state = client.get(job).json()["state"].clone();
+        assert_ne!(state, "refused", "{}", client.get(job).text());
+        state == "done"
+    };
     for signal in ["-INT", "-TERM", "-HUP", "-KILL"] {
         let before = lost();
         wait_for("a child is met at work", Duration::from_secs(60), || {
-            if client.get(&job).json()["state"] == "running" {
-                for child in service.children() {
-                    // It may have ended meanwhile.
-                    let _ = std::process::Command::new("kill")
-                        .args([signal, &child])
-                        .stderr(std::process::Stdio::null())
-                        .status();
-                }
+            // One that was quicker than the signal is asked again with other levers.
+            if jobs.last().is_none_or(&ended) {
+                let mut question = slow_question(&id);
+                question["request"]["seed"] = json!(jobs.len() + 1);
+                let asked = client.post("/v1/verdicts?wait=0", &question);
+                let job = asked.expect(202).json()["job"].clone();
+                jobs.push(format!("/v1/jobs/{}", job.as_str().unwrap()));
             }
-            lost() > before || client.get(&job).json()["state"] == "done"
+            for child in service.children() {
+                // It may have ended meanwhile.
+                let _ = std::process::Command::new("kill")
+                    .args([signal, &child])
+                    .stderr(std::process::Stdio::null())
+                    .status();
+            }
+            lost() > before
         });
     }
-    wait_for("it is answered", Duration::from_secs(60), || {
-        let state = client.get(&job).json()["state"].clone();
-        assert_ne!(state, "refused", "{}", client.get(&job).text());
-        state == "done"
+    wait_for("they are answered", Duration::from_secs(60), || {
+        jobs.iter().all(&ended)
     });
-    assert!(lost() >= 3, "{} were met at work", lost());
     // A Ctrl-C on a terminal goes to the group of the service, which is not theirs.
     for child in service.children() {
         let stat = std::fs::read_to_string(format!("/proc/{child}/stat")).unwrap();

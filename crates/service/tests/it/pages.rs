@@ -60,7 +60,8 @@ fn cli_the_comparison_is_that_of_the_command_line() {
         judged(&client, "burst.csv", &request, &set)
     });
     let mut command = Command::new(Path::new(PROGRAM).with_file_name("examples/latchgate"));
-    command.arg("compare").arg("--out").arg(&folder.0);
+    let out = folder.0.join("compared");
+    command.arg("compare").arg("--out").arg(&out);
     for id in &ids {
         let place = folder.0.join(id);
         fs::create_dir(&place).unwrap();
@@ -71,7 +72,7 @@ fn cli_the_comparison_is_that_of_the_command_line() {
         command.arg(place.join("verdict.json"));
     }
     command.output().unwrap();
-    let written = fs::read_to_string(folder.0.join("compare.html")).unwrap();
+    let written = fs::read_to_string(out.join("compare.html")).unwrap();
     let written = between(&written, "<main>", "</main>");
     assert!(written.contains("<path class=\"verdict-b\""));
     let [a, b] = ids;
