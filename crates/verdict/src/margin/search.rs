@@ -516,6 +516,12 @@ impl<'w, 'a> Walk<'w, 'a> {
                 clean_cells += 1;
             }
         }
+        if let (Some(from), Some(end)) = (safe_from, does_not) {
+            let values = between(from, end);
+            let (passing, failing) = self.as_far_as_they_pass(&values)?;
+            safe_from = passing.last().copied().or(safe_from);
+            does_not = failing.or(does_not);
+        }
         let reason = match safe_from {
             Some(_) => None,
             None => Some(self.search.hindrance(self.quantity, until, self.control)?),
