@@ -297,7 +297,7 @@ pub fn three_digits(value: f64, up: bool) -> f64 {
 /// Numbers that a cell of the grid is asked at, at most: 0.25 % apart where its ends are 5 % apart.
 const CELL_VALUES: usize = 20;
 
-/// Returns numbers of three digits between two neighbours of a grid, evenly drawn, [`CELL_VALUES`] at most, from
+/// Returns numbers of three digits between two neighbours of a grid, evenly drawn, twenty at most, from
 /// `from` on, neither end among them.
 pub fn within_cell(from: f64, to: f64) -> Vec<f64> {
     let values = between(from, to);
