@@ -17,6 +17,10 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
     let started = Instant::now();
     let request = own.request(common).map_err(Failure::Usage)?;
     let design = asked_design(&own.replay, &request.replay, common)?;
+    if let Some(out) = &own.replay.out {
+        let inputs = Inputs::of(&own.replay, &[]);
+        inputs.lie_outside(out).map_err(Failure::Data)?;
+    }
     let source = own.replay.read.source();
     let step = format!("margin {}", source.name());
     let progress = Progress::new(&step).that_keeps();
@@ -41,8 +45,6 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         own.replay.out.clone().unwrap_or_else(folder)
     });
     if let Some(folder) = &folder {
-        let inputs = Inputs::of(&own.replay, &[]);
-        inputs.lie_outside(folder).map_err(Failure::Data)?;
         latchgate_report::margin::write(folder, &document, &margins).map_err(Failure::Data)?;
     }
     match common.format {

@@ -30,7 +30,7 @@ pub struct DecisionRow {
     pub uncertainty_rad: Option<f64>,
     /// Largest angle after the judged window [rad].
     pub coast_peak_angle_rad: Option<f64>,
-    /// Bounds of the share of scattered levers that cross, `None` without an
+    /// Bounds of the share of varied levers that cross; `None` without an
     /// ensemble.
     pub share: Option<Range>,
 }

@@ -309,8 +309,9 @@ pub fn verify(
         now: of(&after).as_str().map(String::from),
     };
     let version = both(&|document| &document["run"]["version"]);
-    // Another name, other limits or another version stand in the page.
+    // The page tells name, identity and version, which may differ where no number does.
     let is_same_page = comparison.first.is_none()
+        && !revised
         && stored.file() == outcome.document.recording.file
         && !within
         && version.stored == version.now;

@@ -262,23 +262,28 @@ pub(super) fn filters(document: &Document) -> Markup {
         .flatten()
         .map(|own| own.opens_when)
         .collect();
-    let columns: &[&str] = if signs.is_empty() {
-        &["Filter", "#Largest angle [°]", "Answer", "Remark"]
-    } else {
-        &[
-            "Filter",
-            "#Negative opens: largest angle [°]",
-            "Answer",
-            "#Positive opens: largest angle [°]",
-            "Answer",
-            "Remark",
-        ]
+    let angle_columns: Vec<String> = match signs.as_slice() {
+        [] => vec!["#Largest angle [°]".into()],
+        several => several
+            .iter()
+            .map(|sign| {
+                format!(
+                    "#{}: largest angle [°]",
+                    words::capital(words::opens(*sign))
+                )
+            })
+            .collect(),
     };
+    let mut columns = vec!["Filter"];
+    for column in &angle_columns {
+        columns.extend([column.as_str(), "Answer"]);
+    }
+    columns.push("Remark");
     html! {
         section #filters {
             h2 { "After each filter, the nominal lever alone" }
             table.filters {
-                (heads(columns))
+                (heads(&columns))
                 tbody {
                     @for row in &document.filters {
                         tr .nominal[row.chosen] {
