@@ -1,18 +1,19 @@
 //! What every handler shares.
 
-use crate::auth::{Door, Visitor};
+use crate::auth::{Door, SessionTimes, Visitor};
+use crate::clock::now_ms;
 use crate::config::Config;
 use crate::engine::Engine;
 use crate::pool::Crew;
 use crate::problem::Problem;
-use crate::store::{BlobFolder, Blobs, Ledger, SqliteLedger, StoreError};
+use crate::store::{self, BlobFolder, Blobs, Ledger, SqliteLedger, StoreError, StoredRecording};
 use axum::http::StatusCode;
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 
 /// What every handler shares.
 #[derive(Clone)]
@@ -36,6 +37,9 @@ pub struct Parts {
     pub traffic: Traffic,
     /// Bytes that uploads under way may still take, by the name of their token.
     pub under_way: Mutex<HashMap<String, u64>>,
+    /// Held together by those who put files in their place until the rows that name them are written,
+    /// alone by who removes files.
+    pub placing: RwLock<()>,
     /// Set when the service ends: no more work is taken.
     pub ends: AtomicBool,
     /// Lock of the data folder; released when the process ends.
@@ -63,18 +67,67 @@ impl std::ops::Deref for App {
     }
 }
 
+impl Parts {
+    /// Deletes recordings; returns how many of them there were.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`]; what is deleted by then is deleted.
+    pub fn delete(&self, recordings: &[String], by: &str, why: &str) -> Result<u64, StoreError> {
+        let mut deleted = 0;
+        for id in recordings {
+            if self.ledger.delete_recording(id, by, why, now_ms())? {
+                deleted += 1;
+                tracing::info!(target: "audit", recording = %id, by, why, "recording deleted");
+            }
+        }
+        self.sweep()?;
+        Ok(deleted)
+    }
+
+    /// Removes the files of deleted recordings.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`]; what stays is removed the next time.
+    pub fn sweep(&self) -> Result<(), StoreError> {
+        let _alone = self.placing.write().unwrap_or_else(PoisonError::into_inner);
+        store::sweep(&*self.ledger, &*self.blobs)
+    }
+
+    /// Finds a recording.
+    ///
+    /// # Errors
+    ///
+    /// A problem: it was deleted, there is none, or its row is damaged.
+    pub fn recording(&self, id: &str) -> Result<StoredRecording, Problem> {
+        if let Some(recording) = self.ledger.recording(id)? {
+            return Ok(recording);
+        }
+        Err(match self.ledger.deletion(id)? {
+            Some(deletion) => Problem::deleted(&deletion),
+            None => Problem::not_found("such recording; upload it to /v1/recordings first"),
+        })
+    }
+}
+
 impl App {
     /// Puts the parts together.
     pub fn new(config: Config, store: Store, crew: Crew) -> Self {
+        let times = SessionTimes {
+            idle_ms: config.session_idle.as_millis() as i64,
+            whole_ms: config.session.as_millis() as i64,
+        };
         Self(Arc::new(Parts {
             config,
             ledger: store.ledger,
             blobs: store.blobs,
             crew,
             engine: Engine::default(),
-            door: Door::default(),
+            door: Door::new(times),
             traffic: Traffic::default(),
             under_way: Mutex::default(),
+            placing: RwLock::default(),
             ends: AtomicBool::new(false),
             _lock: store.lock,
         }))
@@ -220,6 +273,9 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Name of the ledger's file in the folder of the data.
+pub const LEDGER: &str = "ledger.sqlite";
+
 /// The store of one data folder.
 pub struct Store {
     /// The ledger.
@@ -240,8 +296,7 @@ impl Store {
         let data = config.data.as_path();
         let shown = data.display();
         let cannot = |error: io::Error| format!("{shown}: {error}");
-        fs::create_dir_all(data).map_err(cannot)?;
-        private(data).map_err(cannot)?;
+        own_folder(data)?;
         let lock = File::create(data.join("lock")).map_err(cannot)?;
         rustix::fs::flock(&lock, rustix::fs::FlockOperation::NonBlockingLockExclusive).map_err(
             |_| {
@@ -252,7 +307,7 @@ impl Store {
             },
         )?;
         let told = |error: StoreError| format!("{shown}: {error}");
-        let ledger = SqliteLedger::open(&data.join("ledger.sqlite")).map_err(told)?;
+        let ledger = SqliteLedger::open(&data.join(LEDGER)).map_err(told)?;
         let order_s = config.order_time.as_secs();
         Ok(Self {
             ledger: Arc::new(ledger.with_limits(config.child_memory_bytes, order_s)),
@@ -261,26 +316,69 @@ impl Store {
         })
     }
 
-    /// Opens the store beside a process that may be serving it.
+    /// Opens the store beside a process that may be serving it, made if absent.
     ///
     /// # Errors
     ///
     /// What is in the way, in a sentence.
     pub fn beside(data: &Path) -> Result<Self, String> {
+        own_folder(data)?;
+        Self::with(data, SqliteLedger::open)
+    }
+
+    /// Opens a store that is there to read it alone; a process may be serving it, and it may lie where
+    /// nothing can be written.
+    ///
+    /// # Errors
+    ///
+    /// What is in the way, in a sentence.
+    pub fn read_only(data: &Path) -> Result<Self, String> {
+        Self::is_there(data)?;
+        Self::with(data, SqliteLedger::read_only)
+    }
+
+    /// Refuses a folder that holds no data.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that says so.
+    pub fn is_there(data: &Path) -> Result<(), String> {
+        if data.join(LEDGER).is_file() {
+            return Ok(());
+        }
         let shown = data.display();
-        fs::create_dir_all(data).map_err(|error| format!("{shown}: {error}"))?;
-        private(data).map_err(|error| format!("{shown}: {error}"))?;
-        let told = |error: StoreError| format!("{shown}: {error}");
+        Err(format!(
+            "{shown}: there are no data here; name their folder with --data"
+        ))
+    }
+
+    fn with(
+        data: &Path,
+        open: impl FnOnce(&Path) -> Result<SqliteLedger, StoreError>,
+    ) -> Result<Self, String> {
+        let shown = data.display();
+        let ledger = open(&data.join(LEDGER)).map_err(|error| format!("{shown}: {error}"))?;
         Ok(Self {
-            ledger: Arc::new(SqliteLedger::open(&data.join("ledger.sqlite")).map_err(told)?),
+            ledger: Arc::new(ledger),
             blobs: Arc::new(BlobFolder::beside(&data.join("blobs"))),
             lock: None,
         })
     }
 }
 
-/// Lets nobody but the owner into the folder.
-fn private(folder: &Path) -> io::Result<()> {
+/// Makes a folder for data, or takes one that is empty or holds some; lets nobody but the owner in.
+fn own_folder(data: &Path) -> Result<(), String> {
     use std::os::unix::fs::PermissionsExt;
-    fs::set_permissions(folder, fs::Permissions::from_mode(0o700))
+    let shown = data.display();
+    let cannot = |error: io::Error| format!("{shown}: {error}");
+    fs::create_dir_all(data).map_err(cannot)?;
+    let mut entries = fs::read_dir(data).map_err(cannot)?;
+    let is_ours = |name: &str| data.join(name).exists();
+    if entries.next().is_some() && !is_ours(LEDGER) && !is_ours("lock") {
+        return Err(format!(
+            "{shown}: the folder holds files that are none of latchgate's; name an empty one with \
+             --data"
+        ));
+    }
+    fs::set_permissions(data, fs::Permissions::from_mode(0o700)).map_err(cannot)
 }

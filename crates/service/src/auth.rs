@@ -1,6 +1,7 @@
 //! Who may do what: tokens with scopes, compared in constant time, a rate for each.
 
-use crate::store::{Ledger, StoreError, StoredToken, sha256_hex};
+use crate::clock::now_ms;
+use crate::store::{Ledger, StoreError, StoredSession, StoredToken, sha256_hex};
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -12,21 +13,24 @@ use subtle::{Choice, ConstantTimeEq};
 pub enum Scope {
     /// Look at recordings, verdicts and designs.
     Read,
-    /// Upload recordings and designs, ask questions.
+    /// Upload recordings and designs; with `Read`, ask questions.
     Submit,
+    /// Delete recordings and designs.
+    Delete,
     /// See what the service is doing.
     Admin,
 }
 
 impl Scope {
     /// Lists every scope.
-    pub const ALL: [Self; 3] = [Self::Read, Self::Submit, Self::Admin];
+    pub const ALL: [Self; 4] = [Self::Read, Self::Submit, Self::Delete, Self::Admin];
 
     /// Returns the word for it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Read => "read",
             Self::Submit => "submit",
+            Self::Delete => "delete",
             Self::Admin => "admin",
         }
     }
@@ -72,9 +76,11 @@ impl fmt::Debug for Secret {
 /// Who asks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Visitor {
-    /// Name of the token; `local` where no token exists.
+    /// Name of the token's holder; `local` where no token exists.
     pub name: String,
     scopes: Vec<Scope>,
+    /// Number of the token.
+    pub token: Option<i64>,
 }
 
 impl Visitor {
@@ -83,6 +89,7 @@ impl Visitor {
         Self {
             name: "nobody".into(),
             scopes: Vec::new(),
+            token: None,
         }
     }
 
@@ -92,55 +99,181 @@ impl Visitor {
     }
 }
 
-/// What came of a look at a token.
+/// What somebody shows at the door.
+#[derive(Debug, Clone)]
+pub enum Presented {
+    /// A token.
+    Token(String),
+    /// What the cookie of somebody who signed in holds.
+    Session(String),
+}
+
+/// What came of a look at what was presented.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Seen {
     /// No token exists: whoever reaches the loopback may do everything.
     Open(Visitor),
-    /// A token that is known.
+    /// A token or a session that is known.
     Known(Visitor),
     /// None, or one that is not known.
     Stranger,
 }
 
-/// Time for which the list of tokens is taken as read.
+/// Time for which the lists of tokens and sessions are taken as read.
 const FRESH: Duration = Duration::from_secs(1);
 
-/// Tokens, and how much each has asked lately.
-#[derive(Debug, Default)]
+/// Time after which another use of a token or a session is noted [ms].
+const NOTED_MS: i64 = 5 * 60_000;
+
+/// Tokens and sessions as they were last read.
+#[derive(Debug)]
+struct Known {
+    read: Instant,
+    tokens: Vec<StoredToken>,
+    sessions: Vec<StoredSession>,
+}
+
+/// How long a session lasts.
+#[derive(Debug, Clone, Copy)]
+pub struct SessionTimes {
+    /// Without any use [ms].
+    pub idle_ms: i64,
+    /// In all [ms].
+    pub whole_ms: i64,
+}
+
+/// Tokens and sessions, and how much each visitor has asked lately.
+#[derive(Debug)]
 pub struct Door {
-    tokens: Mutex<Option<(Instant, Vec<StoredToken>)>>,
+    times: SessionTimes,
+    known: Mutex<Option<Known>>,
     buckets: Mutex<HashMap<String, (f64, Instant)>>,
 }
 
 impl Door {
-    /// Looks at the token that someone presents.
+    /// Makes a door behind which nobody has been seen yet.
+    pub fn new(times: SessionTimes) -> Self {
+        Self {
+            times,
+            known: Mutex::default(),
+            buckets: Mutex::default(),
+        }
+    }
+
+    /// Looks at what someone presents.
     ///
     /// # Errors
     ///
-    /// [`StoreError`] if the tokens cannot be read; nobody is let in then.
-    pub fn look(&self, ledger: &dyn Ledger, presented: Option<&str>) -> Result<Seen, StoreError> {
-        let mut kept = locked(&self.tokens);
-        let fresh = kept
-            .as_ref()
-            .is_some_and(|(read, _)| read.elapsed() < FRESH);
-        if !fresh {
-            *kept = Some((Instant::now(), ledger.tokens()?));
-        }
-        let tokens = kept.as_ref().map_or(&[][..], |(_, tokens)| tokens);
-        if tokens.is_empty() {
+    /// [`StoreError`] if tokens or sessions cannot be read; nobody is let in then.
+    pub fn look(
+        &self,
+        ledger: &dyn Ledger,
+        presented: Option<&Presented>,
+    ) -> Result<Seen, StoreError> {
+        let mut kept = locked(&self.known);
+        let is_fresh = |known: &Known| known.read.elapsed() < FRESH;
+        let mut known = match kept.take().filter(is_fresh) {
+            Some(known) => known,
+            None => Known {
+                read: Instant::now(),
+                tokens: ledger.tokens()?,
+                sessions: ledger.sessions()?,
+            },
+        };
+        let seen = self.seen(ledger, presented, &mut known);
+        *kept = Some(known);
+        seen
+    }
+
+    fn seen(
+        &self,
+        ledger: &dyn Ledger,
+        presented: Option<&Presented>,
+        known: &mut Known,
+    ) -> Result<Seen, StoreError> {
+        if known.tokens.is_empty() {
             return Ok(Seen::Open(Visitor {
                 name: "local".into(),
                 scopes: Scope::ALL.to_vec(),
+                token: None,
             }));
         }
-        let found = presented.and_then(|presented| find(tokens, presented));
-        Ok(found.map_or(Seen::Stranger, |token| {
-            Seen::Known(Visitor {
-                name: token.name.clone(),
-                scopes: token.scopes.split(',').filter_map(Scope::of).collect(),
-            })
+        let now = now_ms();
+        let number = match presented {
+            None => return Ok(Seen::Stranger),
+            Some(Presented::Token(token)) => {
+                let hashes = known.tokens.iter().map(|own| own.sha256.as_str());
+                found(hashes, token).map(|at| known.tokens[at].number)
+            }
+            Some(Presented::Session(session)) => {
+                let hashes = known.sessions.iter().map(|own| own.sha256.as_str());
+                match found(hashes, session) {
+                    Some(at) if self.lasts(&known.sessions[at], now) => {
+                        let session = &mut known.sessions[at];
+                        if now - session.seen_ms > NOTED_MS {
+                            session.seen_ms = now;
+                            ledger.put_session(session)?;
+                        }
+                        Some(session.token)
+                    }
+                    _ => None,
+                }
+            }
+        };
+        let valid = |token: &&mut StoredToken| Some(token.number) == number && token.is_valid(now);
+        let Some(token) = known.tokens.iter_mut().find(valid) else {
+            return Ok(Seen::Stranger);
+        };
+        if token.used_ms.is_none_or(|used| now - used > NOTED_MS) {
+            token.used_ms = Some(now);
+            ledger.used_token(token.number, now)?;
+        }
+        Ok(Seen::Known(Visitor {
+            name: token.name.clone(),
+            scopes: token.scopes.split(',').filter_map(Scope::of).collect(),
+            token: Some(token.number),
         }))
+    }
+
+    fn lasts(&self, session: &StoredSession, now_ms: i64) -> bool {
+        now_ms - session.seen_ms < self.times.idle_ms
+            && now_ms - session.created_ms < self.times.whole_ms
+    }
+
+    /// Begins a session with a token; what is returned goes into the cookie.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if it cannot be kept.
+    pub fn sign_in(&self, ledger: &dyn Ledger, token: i64) -> Result<Secret, StoreError> {
+        let broken = |error: getrandom::Error| StoreError::Broken {
+            reason: error.to_string(),
+        };
+        let (secret, now) = (Secret::draw().map_err(broken)?, now_ms());
+        for session in ledger.sessions()? {
+            if !self.lasts(&session, now) {
+                ledger.end_session(&session.sha256)?;
+            }
+        }
+        ledger.put_session(&StoredSession {
+            sha256: secret.sha256(),
+            token,
+            created_ms: now,
+            seen_ms: now,
+        })?;
+        *locked(&self.known) = None;
+        Ok(secret)
+    }
+
+    /// Ends a session.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if that cannot be written.
+    pub fn sign_out(&self, ledger: &dyn Ledger, session: &str) -> Result<(), StoreError> {
+        ledger.end_session(&sha256_hex(session.as_bytes()))?;
+        *locked(&self.known) = None;
+        Ok(())
     }
 
     /// Takes one request out of a visitor's allowance; else says after how many seconds to come again.
@@ -163,15 +296,14 @@ impl Door {
     }
 }
 
-/// Finds a token; every one is compared to its end, whatever was found before.
-fn find<'a>(tokens: &'a [StoredToken], presented: &str) -> Option<&'a StoredToken> {
+/// Finds what was presented among hashes; every one is compared to its end, whatever was found before.
+fn found<'a>(hashes: impl Iterator<Item = &'a str>, presented: &str) -> Option<usize> {
     let presented = sha256_hex(presented.as_bytes());
     let mut found = None;
-    for token in tokens {
-        let same: Choice = token.sha256.as_bytes().ct_eq(presented.as_bytes());
-        let held = same & Choice::from(u8::from(!token.revoked));
-        if bool::from(held) {
-            found = Some(token);
+    for (at, sha256) in hashes.enumerate() {
+        let is_same: Choice = sha256.as_bytes().ct_eq(presented.as_bytes());
+        if bool::from(is_same) {
+            found = Some(at);
         }
     }
     found

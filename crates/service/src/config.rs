@@ -86,6 +86,31 @@ pub const KEYS: &[Key] = &[
         "10",
         "Time in which the head of a request must come, and for which a connection may be idle [s].",
     ),
+    key(
+        "session_h",
+        "168",
+        "Time after which somebody who signed in must do so again [h].",
+    ),
+    key(
+        "session_idle_h",
+        "12",
+        "Time without a request after which the same holds [h].",
+    ),
+    key(
+        "keep_days",
+        "0",
+        "Age at which recordings are deleted [days]; 0 keeps them.",
+    ),
+    key(
+        "upkeep_s",
+        "3600",
+        "Time between two looks for what is to be deleted by age, or that no row names [s].",
+    ),
+    key(
+        "own_designs",
+        "1000",
+        "Designs, each version counted, that one token may keep.",
+    ),
     key("connections", "1024", "Connections at a time."),
     key("queue", "200000", "Jobs that may wait."),
     key(
@@ -321,6 +346,10 @@ impl Layers {
         Ok(Duration::from_secs(self.number(name, 1, most)?))
     }
 
+    fn hours(&self, name: &str, most: u64) -> Result<Duration, String> {
+        Ok(Duration::from_secs(self.number(name, 1, most)? * 3600))
+    }
+
     fn mebibytes(&self, name: &str, most: u64) -> Result<u64, String> {
         Ok(self.number(name, 1, most)? << 20)
     }
@@ -374,6 +403,16 @@ pub struct Config {
     pub upload_time: Duration,
     /// Time in which the head of a request must come.
     pub header_time: Duration,
+    /// Time after which somebody who signed in must do so again.
+    pub session: Duration,
+    /// Time without a request after which the same holds.
+    pub session_idle: Duration,
+    /// Age at which recordings are deleted.
+    pub keep: Option<Duration>,
+    /// Time between two looks for what is to be removed.
+    pub upkeep: Duration,
+    /// Designs that one token may keep.
+    pub own_designs: u64,
     /// Connections at a time.
     pub connections: usize,
     /// Jobs that may wait.
@@ -442,6 +481,14 @@ impl Config {
             body_time: layers.seconds("body_s", 3600)?,
             upload_time: layers.seconds("upload_s", 86_400)?,
             header_time: layers.seconds("header_s", 3600)?,
+            session: layers.hours("session_h", 24 * 366)?,
+            session_idle: layers.hours("session_idle_h", 24 * 366)?,
+            keep: match layers.number("keep_days", 0, 36_500)? {
+                0 => None,
+                days => Some(Duration::from_secs(days * 86_400)),
+            },
+            upkeep: layers.seconds("upkeep_s", 86_400)?,
+            own_designs: layers.number("own_designs", 1, 1 << 40)?,
             connections: usize::try_from(layers.number("connections", 1, 1 << 20)?).unwrap_or(1),
             queue: layers.number("queue", 1, 1 << 40)?,
             own_queue: layers.number("own_queue", 1, 1 << 40)?,

@@ -6,7 +6,7 @@ use crate::clock::now_ms;
 use crate::problem::Problem;
 use crate::store::{
     Blobs, GateOutcome, GateRecording, GateStanding, Job, JobState, Ledger, Page, Question,
-    StoreError, StoredDesign, StoredFile, StoredGate, StoredRecording, sha256_hex,
+    RecordingFilter, StoreError, StoredDesign, StoredFile, StoredGate, StoredRecording, sha256_hex,
 };
 use axum::http::StatusCode;
 use glob::{MatchOptions, Pattern};
@@ -174,7 +174,11 @@ fn recordings(
         entries: all,
         damaged,
         ..
-    } = ledger.recordings(None, LOOKED_THROUGH)?;
+    } = ledger.recordings(&RecordingFilter {
+        limit: LOOKED_THROUGH,
+        ..RecordingFilter::default()
+    })?;
+    let all: Vec<StoredRecording> = all.into_iter().map(|listed| listed.recording).collect();
     let mut newest: BTreeMap<&str, &StoredRecording> = BTreeMap::new();
     for recording in &all {
         newest.entry(&recording.manifest.name).or_insert(recording);

@@ -26,7 +26,7 @@ mod server;
 mod upload;
 pub(crate) mod verdicts;
 
-pub(crate) use guard::COOKIE;
+pub(crate) use guard::{COOKIE, TLS_COOKIE, session};
 pub use server::serve;
 
 use crate::app::App;
@@ -42,17 +42,27 @@ use utoipa::OpenApi;
 use utoipa_axum::router::{OpenApiRouter, UtoipaMethodRouterExt};
 use utoipa_axum::routes;
 
-/// The routes that take no part in the description of the interface, and what they need; `None`
-/// where nobody is asked who they are.
-const PAGES: &[(&str, &str, Option<Scope>)] = &[
-    ("GET", "/", Some(Scope::Read)),
-    ("GET", "/recordings/{id}", Some(Scope::Read)),
-    ("GET", "/verdicts/{report_id}", Some(Scope::Read)),
-    ("GET", "/compare", Some(Scope::Read)),
-    ("GET", "/gates", Some(Scope::Read)),
-    ("GET", "/gates/{id}", Some(Scope::Read)),
-    ("GET", "/gates/{id}/runs/{number}", Some(Scope::Read)),
-    ("GET", "/designs", Some(Scope::Read)),
+/// The scopes that a route needs, all of them; `None` where nobody is asked who they are.
+pub type Needs = Option<&'static [Scope]>;
+
+const READ: Needs = Some(&[Scope::Read]);
+const SUBMIT: Needs = Some(&[Scope::Submit]);
+/// A question is answered from what is stored, so that it reads, too.
+const ASK: Needs = Some(&[Scope::Submit, Scope::Read]);
+const DELETE: Needs = Some(&[Scope::Delete]);
+const ADMIN: Needs = Some(&[Scope::Admin]);
+
+/// The routes that take no part in the description of the interface, and what they need.
+const PAGES: &[(&str, &str, Needs)] = &[
+    ("GET", "/", READ),
+    ("GET", "/recordings/{id}", READ),
+    ("POST", "/recordings/{id}/delete", DELETE),
+    ("GET", "/verdicts/{report_id}", READ),
+    ("GET", "/compare", READ),
+    ("GET", "/gates", READ),
+    ("GET", "/gates/{id}", READ),
+    ("GET", "/gates/{id}/runs/{number}", READ),
+    ("GET", "/designs", READ),
     ("GET", "/login", None),
     ("POST", "/login", None),
     ("POST", "/logout", None),
@@ -60,34 +70,37 @@ const PAGES: &[(&str, &str, Option<Scope>)] = &[
 ];
 
 /// The routes of the interface, and what they need.
-const INTERFACE: &[(&str, &str, Option<Scope>)] = &[
+const INTERFACE: &[(&str, &str, Needs)] = &[
     ("GET", "/healthz", None),
     ("GET", "/readyz", None),
-    ("GET", "/openapi.json", Some(Scope::Read)),
-    ("GET", "/metrics", Some(Scope::Admin)),
-    ("GET", "/v1/limits", Some(Scope::Read)),
-    ("GET", "/v1/recordings", Some(Scope::Read)),
-    ("POST", "/v1/recordings", Some(Scope::Submit)),
-    ("GET", "/v1/recordings/{id}", Some(Scope::Read)),
-    ("GET", "/v1/verdicts", Some(Scope::Read)),
-    ("POST", "/v1/verdicts", Some(Scope::Submit)),
-    ("POST", "/v1/what-if", Some(Scope::Submit)),
-    ("GET", "/v1/verdicts/{report_id}", Some(Scope::Read)),
-    ("GET", "/v1/verdicts/{report_id}/{file}", Some(Scope::Read)),
-    ("GET", "/v1/jobs/{id}", Some(Scope::Read)),
-    ("GET", "/v1/jobs/{id}/events", Some(Scope::Read)),
-    ("GET", "/v1/gates", Some(Scope::Read)),
-    ("POST", "/v1/gates", Some(Scope::Submit)),
-    ("GET", "/v1/gates/{id}", Some(Scope::Read)),
-    ("GET", "/v1/gates/{id}/events", Some(Scope::Read)),
-    ("GET", "/v1/gates/{id}/{file}", Some(Scope::Read)),
-    ("GET", "/v1/designs", Some(Scope::Read)),
-    ("POST", "/v1/designs", Some(Scope::Submit)),
-    ("GET", "/v1/designs/{name}", Some(Scope::Read)),
+    ("GET", "/openapi.json", READ),
+    ("GET", "/metrics", ADMIN),
+    ("GET", "/v1/limits", READ),
+    ("GET", "/v1/recordings", READ),
+    ("POST", "/v1/recordings", SUBMIT),
+    ("GET", "/v1/recordings/{id}", READ),
+    ("DELETE", "/v1/recordings/{id}", DELETE),
+    ("GET", "/v1/deletions", READ),
+    ("GET", "/v1/verdicts", READ),
+    ("POST", "/v1/verdicts", ASK),
+    ("POST", "/v1/what-if", ASK),
+    ("GET", "/v1/verdicts/{report_id}", READ),
+    ("GET", "/v1/verdicts/{report_id}/{file}", READ),
+    ("GET", "/v1/jobs/{id}", READ),
+    ("GET", "/v1/jobs/{id}/events", READ),
+    ("GET", "/v1/gates", READ),
+    ("POST", "/v1/gates", ASK),
+    ("GET", "/v1/gates/{id}", READ),
+    ("GET", "/v1/gates/{id}/events", READ),
+    ("GET", "/v1/gates/{id}/{file}", READ),
+    ("GET", "/v1/designs", READ),
+    ("POST", "/v1/designs", SUBMIT),
+    ("GET", "/v1/designs/{name}", READ),
+    ("DELETE", "/v1/designs/{name}", DELETE),
 ];
 
 /// Lists every route: method, path, and what it needs.
-pub fn declared() -> impl Iterator<Item = (&'static str, &'static str, Option<Scope>)> {
+pub fn declared() -> impl Iterator<Item = (&'static str, &'static str, Needs)> {
     INTERFACE.iter().chain(PAGES).copied()
 }
 
@@ -109,7 +122,8 @@ fn interface() -> OpenApiRouter<App> {
         .routes(routes!(operations::metrics))
         .routes(routes!(operations::limits))
         .routes(routes!(recordings::list, recordings::submit).layer(DefaultBodyLimit::disable()))
-        .routes(routes!(recordings::get))
+        .routes(routes!(recordings::get, recordings::delete))
+        .routes(routes!(recordings::deletions))
         .routes(routes!(verdicts::list, verdicts::submit))
         .routes(routes!(verdicts::what_if))
         .routes(routes!(verdicts::get))
@@ -121,17 +135,17 @@ fn interface() -> OpenApiRouter<App> {
         .routes(routes!(gates::events))
         .routes(routes!(gates::file))
         .routes(routes!(designs::list, designs::submit))
-        .routes(routes!(designs::get))
+        .routes(routes!(designs::get, designs::delete))
 }
 
 /// Returns the description of the interface, made from the code.
 pub fn openapi() -> String {
     let (_, description) = interface().split_for_parts();
     let mut description = json!(description);
-    for (method, path, scope) in INTERFACE {
+    for (method, path, needs) in INTERFACE {
         secure(
             &mut description["paths"][path][method.to_lowercase()],
-            *scope,
+            *needs,
         );
     }
     description["components"]["securitySchemes"] = json!({
@@ -142,7 +156,7 @@ pub fn openapi() -> String {
 }
 
 /// Describes what a route needs, and how it refuses who has not that, or asks too much.
-fn secure(operation: &mut Value, scope: Option<Scope>) {
+fn secure(operation: &mut Value, needs: Needs) {
     let refusal = |text: &str| {
         let schema = json!({"$ref": "#/components/schemas/Problem"});
         json!({"description": text, "content": {"application/problem+json": {"schema": schema}}})
@@ -158,14 +172,15 @@ fn secure(operation: &mut Value, scope: Option<Scope>) {
         }
     }
     operation["security"] = json!([]);
-    if let Some(scope) = scope {
+    if let Some(scopes) = needs {
+        let names: Vec<&str> = scopes.iter().map(|scope| scope.name()).collect();
         let text = format!(
             "The token has not the scope `{}`, or another page asks",
-            scope.name()
+            names.join("` and `")
         );
         operation["responses"]["401"] = refusal("No token that is known");
         operation["responses"]["403"] = refusal(&text);
-        operation["security"] = json!([{"token": [scope.name()]}, {"cookie": [scope.name()]}]);
+        operation["security"] = json!([{"token": names}, {"cookie": names}]);
     }
 }
 

@@ -1,11 +1,13 @@
 //! Problem documents (RFC 9457): what was expected, what was found, where, and the way out, in the
 //! words of the library as they read over HTTP.
 
-use crate::store::StoreError;
+use crate::auth::Scope;
+use crate::store::{Deletion, StoreError};
 use axum::extract::{FromRequestParts, Path, Query};
 use axum::http::request::Parts;
 use axum::http::{HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
+use latchgate::gate::file::day;
 use latchgate::pipeline::KernelError;
 use latchgate::pipeline::{Error, ErrorKind};
 use serde::de::DeserializeOwned;
@@ -113,6 +115,35 @@ impl Problem {
     pub fn not_found(what: &str) -> Self {
         let detail = format!("there is no {what}");
         Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", detail)
+    }
+
+    /// Says that a token has not the scope that is needed.
+    pub fn forbidden(scope: Scope) -> Self {
+        let text = format!(
+            "this token may not do that; it needs the scope `{}`",
+            scope.name()
+        );
+        Self::new(StatusCode::FORBIDDEN, "forbidden", "Forbidden", text)
+    }
+
+    /// Says that a recording was deleted, when and by whom.
+    pub fn deleted(deletion: &Deletion) -> Self {
+        let reason = match deletion.why.as_str() {
+            "asked" => format!("by {}", deletion.by),
+            _ => "because it had grown too old (`keep_days`)".to_string(),
+        };
+        let detail = format!(
+            "{} was deleted on {} {reason}; its verdicts stay, its samples are gone; upload it again \
+             to ask anew",
+            deletion.name,
+            day(deletion.deleted_ms.div_euclid(86_400_000))
+        );
+        Self::new(
+            StatusCode::GONE,
+            "recording-deleted",
+            "The recording was deleted",
+            detail,
+        )
     }
 
     /// Says that what was sent cannot be read.
@@ -268,7 +299,7 @@ impl From<StoreError> for Problem {
                 "damaged",
                 "What is stored is damaged",
             ),
-            StoreError::Taken { .. } => (StatusCode::CONFLICT, "taken", "It exists"),
+            StoreError::Deleted => (StatusCode::GONE, "recording-deleted", "It was deleted"),
             _ => (
                 StatusCode::INTERNAL_SERVER_ERROR,
                 "store",

@@ -1,24 +1,25 @@
 //! The commands of `latchgate-serve`.
 //!
+//! - `tokens`: tokens, made, listed and taken back;
 //! - `upkeep`: backup, restore, and the check of everything that is stored.
 
+mod tokens;
 mod upkeep;
 
-use crate::app::{App, Store};
-use crate::auth::{Scope, Secret};
+use crate::app::{App, Parts, Store};
 use crate::clock::now_ms;
 use crate::config::{Config, Layers};
 use crate::pool::{Answer, ChildOptions, Crew, CrewOptions, Lost, Order, Slot, Trial, child_work};
-use crate::store::{self, Collected, StoredToken};
+use crate::store::{self, Collected};
 use crate::{cluster_gates, gate, http};
 use clap::{Args, Parser, Subcommand};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::fmt::Display;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::net::TcpListener;
 
 /// Serves latchgate over HTTP: recordings in, verdicts kept, with a page for people.
@@ -66,7 +67,7 @@ enum Command {
     },
     /// Make, list and take back tokens
     #[command(subcommand)]
-    Token(TokenCommand),
+    Token(tokens::TokenCommand),
     /// Show the configuration
     #[command(subcommand)]
     Config(ConfigCommand),
@@ -91,25 +92,6 @@ enum Command {
     },
     /// Print the description of the HTTP interface
     Openapi,
-}
-
-#[derive(Debug, Subcommand)]
-enum TokenCommand {
-    /// Make a token and print it, this once
-    Create {
-        /// Who holds it
-        name: String,
-        /// What it may do: read, submit, admin, with commas between
-        #[arg(long, default_value = "read,submit")]
-        scopes: String,
-    },
-    /// List the tokens
-    List,
-    /// Take a token back
-    Revoke {
-        /// Who holds it
-        name: String,
-    },
 }
 
 #[derive(Debug, Subcommand)]
@@ -148,6 +130,8 @@ fn run(arguments: Arguments) -> Result<ExitCode, String> {
             Err(_) => ExitCode::FAILURE,
         });
     }
+    // Whatever is written is the owner's alone.
+    rustix::process::umask(rustix::fs::Mode::from_raw_mode(0o077));
     let layers = layers(&arguments.common)?;
     match arguments.command {
         Some(Command::Config(ConfigCommand::Show { origin })) => show(&layers, origin),
@@ -159,7 +143,7 @@ fn run(arguments: Arguments) -> Result<ExitCode, String> {
 
 fn upkeep_of(command: Command, config: &Config) -> Result<ExitCode, String> {
     match command {
-        Command::Token(command) => token(command, &config.data),
+        Command::Token(command) => tokens::run(command, &config.data),
         Command::Jail => trials(config),
         Command::Backup { folder } => upkeep::backup(&config.data, &folder).and_then(say),
         Command::Restore { folder } => upkeep::restore(&folder, &config.data).and_then(say),
@@ -319,12 +303,16 @@ async fn listen(app: App) -> Result<ExitCode, String> {
     let data = app.config.data.display();
     say(format!("latchgate serves http://{own}/, data in {data}"))?;
     tokio::spawn(reclaim(app.clone()));
-    tokio::spawn(collect(app.clone()));
+    tokio::spawn(keep_store(app.clone()));
     tokio::spawn(gate::keep(app.clone()));
     tokio::spawn(cluster_gates::keep(app.clone()));
-    http::serve(app, listener)
+    http::serve(app.clone(), listener)
         .await
         .map_err(|error| error.to_string())?;
+    // What lies in the ledger itself is read without its log.
+    if let Err(problem) = app.on_disk(|parts| parts.ledger.settle()).await {
+        tracing::warn!(problem = %problem.detail, "the ledger's log stays");
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -343,55 +331,55 @@ async fn reclaim(app: App) {
     }
 }
 
-/// Removes what an earlier process left in the store that no row names.
-async fn collect(app: App) {
-    let collecting = app.on_disk(|parts| store::collect(&*parts.ledger, &*parts.blobs));
-    match collecting.await {
-        Ok(Collected { files: 0, .. }) => {}
-        Ok(Collected { files, bytes }) => {
-            tracing::info!(files, bytes, "files that no row names were removed");
+/// How far the clock may differ from the time that went by, before nothing is deleted by age.
+const CLOCK_DIFFERS: Duration = Duration::from_secs(600);
+
+/// Removes at the start, and then from time to time, the files of deleted recordings, what an earlier process
+/// left in the store that no row names, and recordings that are older than `keep_days`.
+async fn keep_store(app: App) {
+    let (began, began_ms) = (Instant::now(), now_ms());
+    loop {
+        if let Err(problem) = app.on_disk(Parts::sweep).await {
+            tracing::warn!(problem = %problem.detail, "files of deleted recordings stay");
         }
-        Err(problem) => {
-            tracing::warn!(problem = %problem.detail, "files that no row names stay");
+        let collecting = app.on_disk(|parts| store::collect(&*parts.ledger, &*parts.blobs));
+        match collecting.await {
+            Ok(Collected { files: 0, .. }) => {}
+            Ok(Collected { files, bytes }) => {
+                tracing::info!(files, bytes, "files that no row names were removed");
+            }
+            Err(problem) => {
+                tracing::warn!(problem = %problem.detail, "files that no row names stay");
+            }
+        }
+        tokio::time::sleep(app.config.upkeep).await;
+        if let Some(keep) = app.config.keep {
+            delete_aged(&app, keep, began.elapsed(), now_ms() - began_ms).await;
         }
     }
 }
 
-fn token(command: TokenCommand, data: &Path) -> Result<ExitCode, String> {
-    let ledger = Store::beside(data)?.ledger;
-    let told = |error: crate::store::StoreError| error.to_string();
-    match command {
-        TokenCommand::Create { name, scopes } => {
-            let unknown = scopes.split(',').find(|word| Scope::of(word).is_none());
-            if let Some(word) = unknown {
-                return Err(format!(
-                    "unknown scope `{word}`; known: read, submit, admin"
-                ));
-            }
-            let secret = Secret::draw().map_err(|error| error.to_string())?;
-            let token = StoredToken {
-                sha256: secret.sha256(),
-                name,
-                scopes,
-                created_ms: now_ms(),
-                revoked: false,
-            };
-            ledger.put_token(&token).map_err(told)?;
-            say(secret.reveal())
-        }
-        TokenCommand::List => {
-            for token in ledger.tokens().map_err(told)? {
-                let state = if token.revoked { "revoked" } else { "valid" };
-                say(format!("{}  {}  {state}", token.name, token.scopes))?;
-            }
-            Ok(ExitCode::SUCCESS)
-        }
-        TokenCommand::Revoke { name } => {
-            if ledger.revoke_token(&name).map_err(told)? {
-                Ok(ExitCode::SUCCESS)
-            } else {
-                Err(format!("there is no token `{name}`"))
-            }
+/// Deletes recordings that are older than `keep`, unless the clock was set since the start: what is
+/// old by a wrong clock would be gone.
+async fn delete_aged(app: &App, keep: Duration, passed: Duration, by_clock_ms: i64) {
+    let differs_ms = by_clock_ms.abs_diff(passed.as_millis() as i64);
+    if u128::from(differs_ms) > CLOCK_DIFFERS.as_millis() {
+        tracing::warn!(
+            differs_ms,
+            "the clock was set: nothing is deleted by age until the next start"
+        );
+        return;
+    }
+    let before_ms = now_ms().saturating_sub(keep.as_millis() as i64);
+    let deleted = app.on_disk(move |parts| {
+        let aged = parts.ledger.aged_recordings(before_ms)?;
+        parts.delete(&aged, "latchgate", "keep_days")
+    });
+    match deleted.await {
+        Ok(0) => {}
+        Ok(recordings) => tracing::info!(recordings, "recordings were deleted by age"),
+        Err(problem) => {
+            tracing::warn!(problem = %problem.detail, "recordings stay beyond their age")
         }
     }
 }

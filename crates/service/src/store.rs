@@ -7,11 +7,14 @@
 //! - `ledger`: the ledger in SQLite, one writer that commits in groups;
 //! - `jobs`: jobs with lease, attempts and fencing;
 //! - `gates`: gates and their pairs;
+//! - `deletions`: recordings that were deleted, and what remains of them;
+//! - `tokens`: tokens and sessions;
 //! - `schema`: the tables;
 //! - `folder`: blobs in a folder;
 //! - `sql`: rows as text, confirmed by their hash;
 //! - `sum`: the hash that every row carries.
 
+mod deletions;
 mod folder;
 mod gates;
 mod jobs;
@@ -19,6 +22,7 @@ mod ledger;
 mod schema;
 mod sql;
 mod sum;
+mod tokens;
 
 pub use folder::{BlobFolder, BlobWriter};
 pub use jobs::LONGEST_PAUSE_MS;
@@ -51,12 +55,9 @@ pub enum StoreError {
     /// Another attempt holds the job, or it has ended.
     #[error("the job is held by another attempt")]
     Fenced,
-    /// A name that is taken by something else.
-    #[error("{what} exists and says something else")]
-    Taken {
-        /// What exists.
-        what: String,
-    },
+    /// The recording was deleted meanwhile.
+    #[error("the recording was deleted")]
+    Deleted,
     /// The database or the file system refuses.
     #[error("the store does not work: {reason}")]
     Broken {
@@ -139,11 +140,75 @@ pub struct StoredRecording {
     pub id: String,
     /// What was uploaded.
     pub manifest: Manifest,
+    /// Who uploaded it.
+    pub owner: String,
     /// When it came [ms since 1970].
     pub created_ms: i64,
     /// What it holds as its reader lists it, or the problem that kept it from being read; `None`
     /// before it was looked at.
     pub listing: Option<Value>,
+}
+
+/// A recording in a list.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ListedRecording {
+    /// The recording, without what it holds.
+    pub recording: StoredRecording,
+    /// Channels that its reader found; `None` before it was looked at.
+    pub channels: Option<u64>,
+    /// Verdicts on it.
+    pub verdicts: u64,
+}
+
+/// The order of a list of recordings.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum RecordingOrder {
+    /// The newest first.
+    #[default]
+    Newest,
+    /// The oldest first.
+    Oldest,
+    /// By name.
+    Name,
+    /// The largest first.
+    Size,
+    /// By who uploaded it.
+    Owner,
+}
+
+/// What a list of recordings asks for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct RecordingFilter {
+    /// A part of the name, of who uploaded it, or of the identity.
+    pub text: Option<String>,
+    /// The order.
+    pub order: RecordingOrder,
+    /// What the part before gave as `next`.
+    pub after: Option<i64>,
+    /// Entries at most.
+    pub limit: u32,
+}
+
+/// What remains of a recording that was deleted.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct Deletion {
+    /// The recording's identity.
+    pub recording: String,
+    /// Its name.
+    pub name: String,
+    /// Who had uploaded it.
+    pub owner: String,
+    /// Bytes of its files.
+    pub bytes: u64,
+    /// When it came [ms since 1970].
+    pub created_ms: i64,
+    /// When it was deleted [ms since 1970].
+    pub deleted_ms: i64,
+    /// Who deleted it.
+    pub by: String,
+    /// Why: `asked`, or `keep_days` where it had grown too old.
+    pub why: String,
 }
 
 /// What a job asks.
@@ -246,6 +311,12 @@ pub struct StoredResult {
     pub created_ms: i64,
     /// SHA-256 of the document without its `run`.
     pub content_sha256: String,
+    /// The job that made it.
+    #[serde(default)]
+    pub job: String,
+    /// Revision of the numbers with which it was made.
+    #[serde(default)]
+    pub numbers_revision: u32,
 }
 
 /// What a list shows of a verdict.
@@ -388,6 +459,9 @@ pub struct StoredDesign {
     pub design: Value,
     /// When it came [ms since 1970].
     pub created_ms: i64,
+    /// Who submitted it.
+    #[serde(default)]
+    pub owner: String,
 }
 
 impl StoredDesign {
@@ -426,16 +500,49 @@ pub struct Page<T> {
 /// A token without its secret.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredToken {
+    /// Its number; 0 before it is kept.
+    pub number: i64,
     /// SHA-256 of the token.
     pub sha256: String,
     /// Who holds it.
     pub name: String,
+    /// What tells it from the holder's others.
+    pub label: String,
     /// What it may do, words with commas between.
     pub scopes: String,
     /// When it was made [ms since 1970].
     pub created_ms: i64,
+    /// When it ends [ms since 1970].
+    pub ends_ms: Option<i64>,
+    /// When it was last used [ms since 1970].
+    pub used_ms: Option<i64>,
     /// Whether it was taken back.
     pub revoked: bool,
+}
+
+impl StoredToken {
+    /// Tells whether it opens anything.
+    pub fn is_valid(&self, now_ms: i64) -> bool {
+        !self.revoked && self.ends_ms.is_none_or(|end| now_ms < end)
+    }
+
+    /// Names it: its holder and its number.
+    pub fn reference(&self) -> String {
+        format!("{}#{}", self.name, self.number)
+    }
+}
+
+/// Somebody who signed in with a token.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StoredSession {
+    /// SHA-256 of what the cookie holds.
+    pub sha256: String,
+    /// Number of the token.
+    pub token: i64,
+    /// When it began [ms since 1970].
+    pub created_ms: i64,
+    /// When it was last used [ms since 1970].
+    pub seen_ms: i64,
 }
 
 /// What is known of recordings, jobs, results, designs and tokens. Every change that returns has
@@ -448,7 +555,8 @@ pub trait Ledger: Send + Sync {
     /// Names what answers: the version of the program, and what its children may take.
     fn program(&self) -> &str;
 
-    /// Keeps a recording; false if it was known. A row that is damaged is written anew.
+    /// Keeps a recording; false if it was known. A row that is damaged is written anew, and one that
+    /// was deleted is there again.
     fn put_recording(
         &self,
         manifest: &Manifest,
@@ -459,12 +567,27 @@ pub trait Ledger: Send + Sync {
     fn put_listing(&self, id: &str, listing: &Value) -> Result<(), StoreError>;
     /// Finds a recording.
     fn recording(&self, id: &str) -> Result<Option<StoredRecording>, StoreError>;
-    /// Lists the newest recordings, without what they hold.
-    fn recordings(
+    /// Lists recordings, without what they hold.
+    fn recordings(&self, filter: &RecordingFilter) -> Result<Page<ListedRecording>, StoreError>;
+    /// Deletes a recording, and of its reports all but the documents; false if there is none. Its
+    /// files go with [`sweep`].
+    fn delete_recording(
         &self,
-        before: Option<i64>,
-        limit: u32,
-    ) -> Result<Page<StoredRecording>, StoreError>;
+        id: &str,
+        by: &str,
+        why: &str,
+        now_ms: i64,
+    ) -> Result<bool, StoreError>;
+    /// Finds what remains of a recording that was deleted and is not there again.
+    fn deletion(&self, id: &str) -> Result<Option<Deletion>, StoreError>;
+    /// Lists deletions, the newest first.
+    fn deletions(&self, before: Option<i64>, limit: u32) -> Result<Page<Deletion>, StoreError>;
+    /// Lists the recordings that came before some time.
+    fn aged_recordings(&self, before_ms: i64) -> Result<Vec<String>, StoreError>;
+    /// Returns the deletions whose files are to be removed, and those files that no row names.
+    fn open_deletions(&self) -> Result<(Vec<i64>, Vec<String>), StoreError>;
+    /// Notes that the files of deletions were removed.
+    fn close_deletions(&self, numbers: &[i64]) -> Result<(), StoreError>;
     /// Returns the bytes that an owner has uploaded.
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError>;
 
@@ -503,6 +626,9 @@ pub trait Ledger: Send + Sync {
     /// Puts jobs back whose lease has passed; all that run if `every`, and then none waits longer than
     /// until now.
     fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError>;
+    /// Has a report made again of which a file was lost: its job waits once more. Returns the job, or
+    /// why none can do that.
+    fn remake(&self, report_id: &str, lost: &str) -> Result<Remake, StoreError>;
     /// Returns how many jobs wait and run, all of them and those of one owner.
     fn load(&self, owner: &str) -> Result<Load, StoreError>;
 
@@ -512,16 +638,22 @@ pub trait Ledger: Send + Sync {
     fn results(&self, filter: &ResultFilter) -> Result<Page<StoredResult>, StoreError>;
 
     /// Keeps a design under a name and returns its version: that of the newest, if it says the same.
+    /// No version is given twice.
     fn put_design(
         &self,
         name: &str,
         design: &Value,
+        owner: &str,
         now_ms: i64,
     ) -> Result<StoredDesign, StoreError>;
+    /// Returns how many designs an owner has.
+    fn designs_of(&self, owner: &str) -> Result<u64, StoreError>;
+    /// Deletes a version of a design; false if there is none.
+    fn delete_design(&self, name: &str, version: i64) -> Result<bool, StoreError>;
     /// Finds a version of a design, the newest if none is named.
     fn design(&self, name: &str, version: Option<i64>) -> Result<Option<StoredDesign>, StoreError>;
-    /// Lists every version of every design, by name, the newest first.
-    fn designs(&self) -> Result<Page<StoredDesign>, StoreError>;
+    /// Lists versions of designs by name, the newest first, without the first `skipped` ones.
+    fn designs(&self, skipped: u32, limit: u32) -> Result<Page<StoredDesign>, StoreError>;
 
     /// Keeps a gate and puts its pairs in the queue; of one that is known those that were refused
     /// for a reason that passes. Returns whether any wait now that did not.
@@ -542,19 +674,42 @@ pub trait Ledger: Send + Sync {
     /// Keeps what came of a gate.
     fn end_gate(&self, id: &str, outcome: &GateOutcome) -> Result<(), StoreError>;
 
-    /// Keeps a token.
-    fn put_token(&self, token: &StoredToken) -> Result<(), StoreError>;
-    /// Takes a token back; false if there is none of that name.
-    fn revoke_token(&self, name: &str) -> Result<bool, StoreError>;
+    /// Keeps a token and returns its number.
+    fn put_token(&self, token: &StoredToken) -> Result<i64, StoreError>;
+    /// Takes a token back, at once with its sessions, or from some time on.
+    fn end_token(&self, number: i64, ends_ms: Option<i64>) -> Result<(), StoreError>;
+    /// Notes that a token was used.
+    fn used_token(&self, number: i64, now_ms: i64) -> Result<(), StoreError>;
     /// Lists the tokens.
     fn tokens(&self) -> Result<Vec<StoredToken>, StoreError>;
+    /// Keeps a session, or notes that it was used.
+    fn put_session(&self, session: &StoredSession) -> Result<(), StoreError>;
+    /// Lists the sessions.
+    fn sessions(&self) -> Result<Vec<StoredSession>, StoreError>;
+    /// Ends a session.
+    fn end_session(&self, sha256: &str) -> Result<(), StoreError>;
 
+    /// Writes what was committed into the file of the ledger itself.
+    fn settle(&self) -> Result<(), StoreError>;
     /// Writes a copy that holds together into a file that does not exist.
     fn copy_to(&self, path: &Path) -> Result<(), StoreError>;
     /// Reads the rows that name blobs, and returns what is damaged and the blobs that the others name.
     fn named(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError>;
     /// Reads every row, and returns what is damaged and the hashes of the blobs that are needed.
     fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError>;
+}
+
+/// What comes of having a report made again.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Remake {
+    /// This job makes it.
+    Waits(Job),
+    /// It was made with the numbers of this revision, and this program has others.
+    OtherNumbers(u32),
+    /// The recording was deleted.
+    Deleted(Deletion),
+    /// There is no such report, or nothing that could make it.
+    Impossible,
 }
 
 /// How much there is to do.
@@ -597,6 +752,23 @@ pub fn collect(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<Collected, Stor
     blobs.collect(&named, before)
 }
 
+/// Removes the files of recordings that were deleted, but for those that another row names. Nothing
+/// may be put in its place meanwhile whose row is not written yet.
+///
+/// # Errors
+///
+/// [`StoreError`]; what was not removed is removed the next time.
+pub fn sweep(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<(), StoreError> {
+    let (numbers, files) = ledger.open_deletions()?;
+    if numbers.is_empty() {
+        return Ok(());
+    }
+    for file in &files {
+        blobs.remove(file)?;
+    }
+    ledger.close_deletions(&numbers)
+}
+
 /// Bytes by their SHA-256.
 #[expect(
     clippy::missing_errors_doc,
@@ -607,6 +779,8 @@ pub trait Blobs: Send + Sync {
     fn begin(&self) -> Result<BlobWriter, StoreError>;
     /// Opens a blob after its bytes were read and found to have the hash.
     fn open(&self, sha256: &str) -> Result<File, StoreError>;
+    /// Removes a blob, if it is there; when this returns that is on the disk.
+    fn remove(&self, sha256: &str) -> Result<(), StoreError>;
     /// Returns the bytes that are free where the blobs lie.
     fn free_bytes(&self) -> Result<u64, StoreError>;
     /// Removes the blobs whose hash is not `named` and that were kept before some time.

@@ -76,8 +76,9 @@ pub(super) async fn send_of_report(
     if let Ok(tag) = HeaderValue::from_str(&tag) {
         headers.insert(header::ETAG, tag);
     }
-    let lasting = HeaderValue::from_static("private, max-age=31536000, immutable");
-    headers.insert(header::CACHE_CONTROL, lasting);
+    // Whoever has it asks each time whether it may still be seen: it outlasts no sign-out.
+    let asked = HeaderValue::from_static("private, no-cache");
+    headers.insert(header::CACHE_CONTROL, asked);
     contained(headers);
     if download || name.ends_with(".csv") {
         headers.insert(header::CONTENT_DISPOSITION, attachment(result, name));

@@ -1,8 +1,8 @@
 //! Who is let in, same-origin checks on every change, and headers of every answer.
 
-use super::{INTERFACE, declared};
+use super::{INTERFACE, Needs, declared};
 use crate::app::App;
-use crate::auth::{Scope, Seen, Visitor};
+use crate::auth::{Presented, Seen, Visitor};
 use crate::http::pages;
 use crate::problem::Problem;
 use axum::extract::{MatchedPath, Request, State};
@@ -14,7 +14,10 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Name of the cookie that the page's sign-in sets.
-pub(crate) const COOKIE: &str = "latchgate";
+pub(crate) const COOKIE: &str = "latchgate-session";
+
+/// Its name behind TLS: browsers take it from this host alone, and send it over TLS alone.
+pub(crate) const TLS_COOKIE: &str = "__Host-latchgate-session";
 
 /// What a page may load: what this service serves, nothing inline.
 const POLICY: &str = "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'; object-src 'none'";
@@ -64,7 +67,7 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
 
 /// Tells whether programs ask here, who are answered as `/openapi.json` says, or people.
 fn is_interface(path: &str) -> bool {
-    let known = |(_, known, _): &(&str, &str, Option<Scope>)| *known == path;
+    let known = |(_, known, _): &(&str, &str, Needs)| *known == path;
     path == "/v1" || path.starts_with("/v1/") || INTERFACE.iter().any(known)
 }
 
@@ -103,7 +106,7 @@ async fn admit(
     let presented = presented(headers);
     let asked = app.clone();
     let seen =
-        tokio::task::spawn_blocking(move || asked.door.look(&*asked.ledger, presented.as_deref()));
+        tokio::task::spawn_blocking(move || asked.door.look(&*asked.ledger, presented.as_ref()));
     let seen = match seen.await {
         Ok(Ok(seen)) => seen,
         Ok(Err(error)) => return Err(refuse(error.into())),
@@ -122,10 +125,13 @@ async fn admit(
             known_host(app, headers).map_err(refuse)?;
             visitor
         }
-        (Seen::Known(visitor), Some((_, _, Some(scope)))) if !visitor.may(scope) => {
-            return Err(refuse(forbidden(scope)));
+        (Seen::Known(visitor), route) => {
+            let needs = route.and_then(|(_, _, needs)| needs).unwrap_or(&[]);
+            if let Some(scope) = needs.iter().find(|scope| !visitor.may(**scope)) {
+                return Err(refuse(Problem::forbidden(*scope)));
+            }
+            visitor
         }
-        (Seen::Known(visitor), _) => visitor,
         // Where nobody is asked, a stranger may, and elsewhere learns nothing of what there is.
         (Seen::Stranger, Some((_, _, None))) => Visitor::nobody(),
         (Seen::Stranger, _) => {
@@ -148,14 +154,6 @@ async fn admit(
     Ok(visitor)
 }
 
-fn forbidden(scope: Scope) -> Problem {
-    let text = format!(
-        "this token may not do that; it needs the scope `{}`",
-        scope.name()
-    );
-    Problem::new(StatusCode::FORBIDDEN, "forbidden", "Forbidden", text)
-}
-
 fn unknown() -> Response {
     let text = "send a token that is known: Authorization: Bearer TOKEN";
     let status = StatusCode::UNAUTHORIZED;
@@ -167,23 +165,28 @@ fn unknown() -> Response {
     response
 }
 
-/// Returns the token that a request presents, in its header or in the page's cookie.
-fn presented(headers: &HeaderMap) -> Option<String> {
+/// Returns what a request presents: a token in its header, or a session in the page's cookie.
+fn presented(headers: &HeaderMap) -> Option<Presented> {
     let bearer = headers
         .get(header::AUTHORIZATION)
-        .and_then(|value| value.to_str().ok()?.strip_prefix("Bearer "))
-        .map(str::trim);
+        .and_then(|value| value.to_str().ok()?.split_once(' '))
+        .filter(|(scheme, _)| scheme.eq_ignore_ascii_case("bearer"));
+    if let Some((_, token)) = bearer {
+        return Some(Presented::Token(token.trim().into()));
+    }
+    session(headers).map(Presented::Session)
+}
+
+/// Returns the session of the page's cookie.
+pub(crate) fn session(headers: &HeaderMap) -> Option<String> {
     let cookies = headers.get_all(header::COOKIE).iter();
     let mut cookies = cookies
         .filter_map(|value| value.to_str().ok())
         .flat_map(|value| value.split(';'));
-    let cookie = || {
-        cookies.find_map(|cookie| {
-            let (name, value) = cookie.trim().split_once('=')?;
-            (name == COOKIE).then_some(value)
-        })
-    };
-    bearer.or_else(cookie).map(String::from)
+    cookies.find_map(|cookie| {
+        let (name, value) = cookie.trim().split_once('=')?;
+        (name == COOKIE || name == TLS_COOKIE).then(|| value.to_string())
+    })
 }
 
 /// Refuses a change that a page from elsewhere asks for.

@@ -92,6 +92,7 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
         ("free_bytes", config.free_bytes, "bytes", "free_mib"),
         ("queue", config.queue, "jobs", "queue"),
         ("own_queue", config.own_queue, "jobs", "own_queue"),
+        ("own_designs", config.own_designs, "designs", "own_designs"),
         ("own_bytes", config.own_bytes, "bytes", "own_mib"),
         ("gate_pairs", config.gate_pairs, "pairs", "gate_pairs"),
         ("gate_rules", config.gate_rules, "rules", "gate_rules"),

@@ -17,7 +17,7 @@ mod show;
 mod verdict;
 
 use crate::app::App;
-use crate::auth::{Scope, Seen, Visitor};
+use crate::auth::{Presented, Scope, Seen, Visitor};
 use crate::http::verdicts::{VerdictEntry, Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
 use axum::Router;
@@ -54,6 +54,7 @@ pub(super) fn routes() -> Router<App> {
     Router::new()
         .route("/", get(home))
         .route("/recordings/{id}", get(recording::page))
+        .route("/recordings/{id}/delete", post(recording::delete))
         .route("/verdicts/{report_id}", get(verdict::page))
         .route("/compare", get(compare::page))
         .route("/gates", get(gates::list))
@@ -222,15 +223,30 @@ async fn login(
         Err(error) => return Problem::of_body(error.status(), error.body_text()).into_response(),
     };
     let token = body.strip_prefix("token=").unwrap_or("").trim().to_string();
-    let presented = token.clone();
-    let seen = app
-        .on_disk(move |parts| parts.door.look(&*parts.ledger, Some(&presented)))
+    let signed_in = app
+        .on_disk(move |parts| {
+            let presented = Presented::Token(token);
+            let seen = parts.door.look(&*parts.ledger, Some(&presented))?;
+            let session = match &seen {
+                Seen::Known(Visitor {
+                    token: Some(token), ..
+                }) => Some(parts.door.sign_in(&*parts.ledger, *token)?),
+                _ => None,
+            };
+            Ok((seen, session))
+        })
         .await;
-    match seen {
-        Ok(Seen::Known(_)) => with_cookie(&format!("{token}; Max-Age=2592000"), &headers),
-        Ok(Seen::Open(_)) => Redirect::to("/").into_response(),
-        Ok(Seen::Stranger) => {
-            let text = "this token is not known, or was taken back";
+    match signed_in {
+        Ok((Seen::Known(visitor), Some(session))) => {
+            tracing::info!(target: "audit", by = %visitor.name, token = visitor.token, "signed in");
+            let lasts = app.config.session.as_secs();
+            let (name, rest) = cookie(&headers);
+            let text = format!("{name}={}; Max-Age={lasts}{rest}", session.reveal());
+            with_cookies("/", &[text])
+        }
+        Ok((Seen::Open(_), _)) => Redirect::to("/").into_response(),
+        Ok(_) => {
+            let text = "this token is not known, was taken back, or has ended";
             let status = StatusCode::UNAUTHORIZED;
             Problem::new(status, "no-token", "No known token", text).into_response()
         }
@@ -238,20 +254,40 @@ async fn login(
     }
 }
 
-async fn logout(headers: HeaderMap) -> Response {
-    with_cookie("; Max-Age=0", &headers)
+async fn logout(State(app): State<App>, headers: HeaderMap) -> Result<Response, Problem> {
+    if let Some(session) = crate::http::session(&headers) {
+        app.on_disk(move |parts| parts.door.sign_out(&*parts.ledger, &session))
+            .await?;
+    }
+    let (name, rest) = cookie(&headers);
+    let mut response = with_cookies("/login", &[format!("{name}=; Max-Age=0{rest}")]);
+    let cleared = HeaderValue::from_static("\"cache\", \"storage\"");
+    response.headers_mut().insert("clear-site-data", cleared);
+    Ok(response)
 }
 
-fn with_cookie(value: &str, headers: &HeaderMap) -> Response {
+/// Returns the name of the session's cookie, and what follows its value and its age. Behind TLS no
+/// other host and no other port may set it.
+fn cookie(headers: &HeaderMap) -> (&'static str, &'static str) {
     let behind_tls = headers
         .get("x-forwarded-proto")
         .is_some_and(|proto| proto == "https");
-    let secure = if behind_tls { "; Secure" } else { "" };
-    let name = crate::http::COOKIE;
-    let text = format!("{name}={value}; Path=/; HttpOnly; SameSite=Strict{secure}");
-    let mut response = Redirect::to("/").into_response();
-    if let Ok(text) = HeaderValue::from_str(&text) {
-        response.headers_mut().insert(header::SET_COOKIE, text);
+    if behind_tls {
+        (
+            crate::http::TLS_COOKIE,
+            "; Path=/; HttpOnly; SameSite=Strict; Secure",
+        )
+    } else {
+        (crate::http::COOKIE, "; Path=/; HttpOnly; SameSite=Strict")
+    }
+}
+
+fn with_cookies(place: &str, cookies: &[String]) -> Response {
+    let mut response = Redirect::to(place).into_response();
+    for text in cookies {
+        if let Ok(text) = HeaderValue::from_str(text) {
+            response.headers_mut().append(header::SET_COOKIE, text);
+        }
     }
     response
 }

@@ -6,13 +6,14 @@ use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, Order};
 use crate::problem::{Placed, Problem, Queried, bounded};
-use crate::store::StoredRecording;
+use crate::store::{Deletion, RecordingFilter, RecordingOrder, StoredRecording};
 use axum::Json;
 use axum::extract::{Extension, Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use std::sync::PoisonError;
 use utoipa::{IntoParams, ToSchema};
 
 /// A recording and what it holds.
@@ -24,6 +25,8 @@ pub(crate) struct Recording {
     pub(crate) name: String,
     /// Bytes of all files.
     pub(crate) bytes: u64,
+    /// Who uploaded it.
+    pub(crate) owner: String,
     /// When it came [ms since 1970].
     pub(crate) created_ms: i64,
     /// What it holds: `channels`, `candidates`, `findings`, `format`, the `channel` that a verdict
@@ -35,16 +38,24 @@ pub(crate) struct Recording {
 }
 
 impl Recording {
-    pub(crate) fn of(stored: StoredRecording, listing: Value) -> Self {
+    pub(crate) fn of(stored: StoredRecording, mut listing: Value) -> Self {
+        // A child lists what is in the recording; what it is, is said here.
+        if let Some(keys) = listing.as_object_mut() {
+            keys.retain(|key, _| !OWN_KEYS.contains(&key.as_str()));
+        }
         Self {
             bytes: stored.manifest.bytes(),
             name: stored.manifest.name,
             id: stored.id,
+            owner: stored.owner,
             created_ms: stored.created_ms,
             listing,
         }
     }
 }
+
+/// Keys of a recording beside its listing.
+const OWN_KEYS: [&str; 5] = ["id", "name", "bytes", "owner", "created_ms"];
 
 /// What an upload states.
 #[derive(Debug, Clone, Deserialize, IntoParams)]
@@ -76,11 +87,15 @@ pub(super) async fn submit(
     let length = length.and_then(|length| length.to_str().ok()?.parse().ok());
     // Until what was sent is counted among what is kept.
     let reserved = app.reserve(&visitor.name, length).await?;
-    let manifest = upload::receive(&app, stated.name, request, length, reserved.left()).await?;
-    let id = manifest.id();
+    let received = upload::receive(&app, stated.name, request, length, reserved.left()).await?;
     let owner = visitor.name.clone();
-    let is_new = app
-        .on_disk(move |parts| parts.ledger.put_recording(&manifest, &owner, now_ms()))
+    let (id, is_new) = app
+        .on_disk(move |parts| {
+            let _together = parts.placing.read().unwrap_or_else(PoisonError::into_inner);
+            let manifest = received.keep()?;
+            let is_new = parts.ledger.put_recording(&manifest, &owner, now_ms())?;
+            Ok((manifest.id(), is_new))
+        })
         .await?;
     drop(reserved);
     let recording = look(&app, &id, None).await?;
@@ -100,10 +115,7 @@ pub(crate) async fn look(
     request: Option<Value>,
 ) -> Result<Recording, Problem> {
     let wanted = id.to_string();
-    let stored = app
-        .on_disk(move |parts| parts.ledger.recording(&wanted))
-        .await?;
-    let stored = stored.ok_or_else(|| Problem::not_found("such recording"))?;
+    let stored = app.apart(move |parts| parts.recording(&wanted)).await?;
     if let (Some(listing), None) = (&stored.listing, &request) {
         let mut listing = listing.clone();
         let program = without_program(&mut listing);
@@ -185,37 +197,54 @@ pub(super) async fn get(
     Ok(Json(look(&app, &id, request).await?))
 }
 
-/// Which part of a list is wanted.
-#[derive(Debug, Clone, Deserialize, IntoParams)]
+/// Which recordings are wanted.
+#[derive(Debug, Clone, Default, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
-pub(super) struct Part {
+pub(crate) struct Part {
+    /// A part of the name, of who uploaded it, or of the identity.
+    pub(crate) filter: Option<String>,
+    /// The order: `newest` first unless stated.
+    #[serde(default)]
+    #[param(inline)]
+    pub(crate) sort: RecordingOrder,
     /// What the part before returned as `next`.
-    cursor: Option<i64>,
+    pub(crate) cursor: Option<i64>,
     /// Entries, 1 to 200.
     #[param(minimum = 1, maximum = 200)]
-    limit: Option<u32>,
+    pub(crate) limit: Option<u32>,
 }
 
 /// A recording in a list.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub(super) struct RecordingEntry {
-    id: String,
-    name: String,
-    bytes: u64,
-    created_ms: i64,
+pub(crate) struct RecordingEntry {
+    /// Its identity.
+    pub(crate) id: String,
+    /// Name of the file, or of the folder that the files form.
+    pub(crate) name: String,
+    /// Bytes of all files.
+    pub(crate) bytes: u64,
+    /// Who uploaded it.
+    pub(crate) owner: String,
+    /// When it came [ms since 1970].
+    pub(crate) created_ms: i64,
+    /// Channels that its reader found; absent before it was looked at.
+    pub(crate) channels: Option<u64>,
+    /// Verdicts on it.
+    pub(crate) verdicts: u64,
 }
 
-/// Part of a list of recordings, the newest first.
+/// Part of a list of recordings.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub(super) struct RecordingList {
-    recordings: Vec<RecordingEntry>,
+pub(crate) struct RecordingList {
+    /// The recordings.
+    pub(crate) recordings: Vec<RecordingEntry>,
     /// The `cursor` of the next part; absent at the end.
-    next: Option<i64>,
+    pub(crate) next: Option<i64>,
     /// Rows that are damaged and left out; the log and `latchgate-serve fsck` name them.
-    damaged: usize,
+    pub(crate) damaged: usize,
 }
 
-/// Lists recordings, the newest first.
+/// Lists recordings.
 #[utoipa::path(
     get, path = "/v1/recordings", params(Part),
     responses(
@@ -226,21 +255,104 @@ pub(super) async fn list(
     State(app): State<App>,
     Queried(part): Queried<Part>,
 ) -> Result<Json<RecordingList>, Problem> {
-    let limit = bounded("limit", part.limit, 50, (1, 200))?;
+    Ok(Json(listed(&app, part).await?))
+}
+
+pub(crate) async fn listed(app: &App, part: Part) -> Result<RecordingList, Problem> {
+    let filter = RecordingFilter {
+        text: part.filter,
+        order: part.sort,
+        after: part.cursor,
+        limit: bounded("limit", part.limit, 50, (1, 200))?,
+    };
     let found = app
-        .on_disk(move |parts| parts.ledger.recordings(part.cursor, limit))
+        .on_disk(move |parts| parts.ledger.recordings(&filter))
         .await?;
     let (damaged, next) = (found.damaged.len(), found.next);
-    let recordings = found.entries.into_iter().map(|stored| RecordingEntry {
-        bytes: stored.manifest.bytes(),
-        name: stored.manifest.name,
-        id: stored.id,
-        created_ms: stored.created_ms,
+    let recordings = found.entries.into_iter().map(|listed| {
+        let stored = listed.recording;
+        RecordingEntry {
+            bytes: stored.manifest.bytes(),
+            name: stored.manifest.name,
+            id: stored.id,
+            owner: stored.owner,
+            created_ms: stored.created_ms,
+            channels: listed.channels,
+            verdicts: listed.verdicts,
+        }
     });
     let recordings = recordings.collect();
-    Ok(Json(RecordingList {
+    Ok(RecordingList {
         recordings,
         next,
         damaged,
+    })
+}
+
+/// Deletes a recording: its files, what it holds, and of its reports all but the documents.
+#[utoipa::path(
+    delete, path = "/v1/recordings/{id}",
+    params(("id" = String, Path, description = "The recording's identity")),
+    responses(
+        (status = 200, description = "What remains of it", body = Deletion),
+    )
+)]
+pub(super) async fn delete(
+    State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
+    Placed(id): Placed<String>,
+) -> Result<Json<Deletion>, Problem> {
+    Ok(Json(deleted(&app, id, visitor.name).await?))
+}
+
+pub(crate) async fn deleted(app: &App, id: String, by: String) -> Result<Deletion, Problem> {
+    app.apart(move |parts| {
+        parts.delete(std::slice::from_ref(&id), &by, "asked")?;
+        let deletion = parts.ledger.deletion(&id)?;
+        deletion.ok_or_else(|| Problem::not_found("such recording"))
+    })
+    .await
+}
+
+/// Which part of a list is wanted.
+#[derive(Debug, Clone, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+pub(super) struct DeletionPart {
+    /// What the part before returned as `next`.
+    cursor: Option<i64>,
+    /// Entries, 1 to 200.
+    #[param(minimum = 1, maximum = 200)]
+    limit: Option<u32>,
+}
+
+/// Part of a list of deletions, the newest first.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub(super) struct DeletionList {
+    deletions: Vec<Deletion>,
+    /// The `cursor` of the next part; absent at the end.
+    next: Option<i64>,
+    /// Rows that are damaged and left out; the log and `latchgate-serve fsck` name them.
+    damaged: usize,
+}
+
+/// Lists the recordings that were deleted, when and by whom.
+#[utoipa::path(
+    get, path = "/v1/deletions", params(DeletionPart),
+    responses(
+        (status = 200, description = "A part of the list", body = DeletionList),
+    )
+)]
+pub(super) async fn deletions(
+    State(app): State<App>,
+    Queried(part): Queried<DeletionPart>,
+) -> Result<Json<DeletionList>, Problem> {
+    let limit = bounded("limit", part.limit, 50, (1, 200))?;
+    let found = app
+        .on_disk(move |parts| parts.ledger.deletions(part.cursor, limit))
+        .await?;
+    Ok(Json(DeletionList {
+        damaged: found.damaged.len(),
+        deletions: found.entries,
+        next: found.next,
     }))
 }

@@ -3,7 +3,7 @@
 use super::form::Form;
 use crate::app::App;
 use crate::problem::Problem;
-use crate::store::{BlobWriter, Blobs, Manifest, StoreError, StoredFile};
+use crate::store::{BlobWriter, Blobs, Manifest, StoreError};
 use axum::body::{Body, Bytes};
 use axum::extract::Request;
 use axum::http::{StatusCode, header};
@@ -20,6 +20,32 @@ const FORM_BYTES: u64 = 1 << 20;
 /// Bytes of a card.
 const CARD_BYTES: u64 = 1 << 20;
 
+/// An upload whose files are on the disk and not in their places yet.
+pub(super) struct Received {
+    name: String,
+    files: Vec<(String, BlobWriter)>,
+    card: Option<(String, BlobWriter)>,
+}
+
+impl Received {
+    /// Puts the files in their places.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if the disk refuses.
+    pub(super) fn keep(self) -> Result<Manifest, StoreError> {
+        let kept = |(name, blob): (String, BlobWriter)| blob.finish(&name);
+        let files: Result<Vec<_>, _> = self.files.into_iter().map(kept).collect();
+        let mut manifest = Manifest {
+            name: self.name,
+            files: files?,
+            card: self.card.map(kept).transpose()?,
+        };
+        manifest.files.sort();
+        Ok(manifest)
+    }
+}
+
 /// Takes an upload in: the raw file, or a form with `file`, `card` and further parts. `stated` is
 /// its length, and `left` what its token may still upload [bytes].
 ///
@@ -32,7 +58,7 @@ pub(super) async fn receive(
     request: Request,
     stated: Option<u64>,
     left: u64,
-) -> Result<Manifest, Problem> {
+) -> Result<Received, Problem> {
     let form = request
         .headers()
         .get(header::CONTENT_TYPE)
@@ -88,7 +114,7 @@ struct Room {
 impl Room {
     fn crossed(self, found: &str) -> Problem {
         if let Some(share) = self.share {
-            let way_out = "have recordings of this token moved away, or `own_mib` raised in the \
+            let way_out = "delete recordings of this name, or have `own_mib` raised in the \
                            service's configuration";
             let status = StatusCode::INSUFFICIENT_STORAGE;
             return Problem::over(status, "own_bytes", share, found.into(), way_out);
@@ -106,17 +132,16 @@ async fn of_body(
     name: Option<String>,
     body: Body,
     room: Room,
-) -> Result<Manifest, Problem> {
+) -> Result<Received, Problem> {
     let name = plain(&name.ok_or_else(|| {
         Problem::bad_request("state the file's name, which readers go by: ?name=NAME")
     })?)?;
     let cut = |error: axum::Error| Problem::bad_request(format!("the upload: {error}"));
     let pieces = body.into_data_stream().map(move |piece| piece.map_err(cut));
     let received = store(app, pieces, room).await?;
-    let files = kept(app, vec![(name.clone(), received)]).await?;
-    Ok(Manifest {
-        name,
-        files,
+    Ok(Received {
+        name: name.clone(),
+        files: vec![(name, received)],
         card: None,
     })
 }
@@ -126,19 +151,18 @@ async fn of_form(
     name: Option<String>,
     request: Request,
     mut room: Room,
-) -> Result<Manifest, Problem> {
+) -> Result<Received, Problem> {
     let mut form = Form::begin(
         request,
         room.left.saturating_add(FORM_BYTES),
         room.crossed("a longer form"),
     )
     .await?;
-    let mut manifest = Manifest {
+    let mut received = Received {
         name: name.as_deref().map(plain).transpose()?.unwrap_or_default(),
         files: Vec::new(),
         card: None,
     };
-    let (mut files, mut card) = (Vec::new(), None);
     while let Some(part) = form.next().await? {
         let role = part.role().to_string();
         let own = part.file_name().map(String::from);
@@ -148,7 +172,7 @@ async fn of_form(
             None if is_card => "card.toml".into(),
             None => return Err(Problem::bad_request("each file of a form needs a name")),
         };
-        if files.len() >= app.config.upload_files {
+        if received.files.len() >= app.config.upload_files {
             let most = app.config.upload_files as u64;
             let way_out = "send the files of one test alone, or an archive";
             let status = StatusCode::PAYLOAD_TOO_LARGE;
@@ -172,31 +196,27 @@ async fn of_form(
         let blob = store(app, part, own_room).await?;
         room.left -= blob.bytes().min(room.left);
         if is_card {
-            card = Some((own, blob));
+            received.card = Some((own, blob));
             continue;
         }
-        if role == "file" && manifest.name.is_empty() {
-            manifest.name.clone_from(&own);
+        if role == "file" && received.name.is_empty() {
+            received.name.clone_from(&own);
         }
-        if files.iter().any(|(known, _)| *known == own) {
+        if received.files.iter().any(|(known, _)| *known == own) {
             return Err(Problem::bad_request(format!("two files of the name {own}")));
         }
-        files.push((own, blob));
+        received.files.push((own, blob));
     }
-    if files.is_empty() {
+    if received.files.is_empty() {
         return Err(Problem::bad_request(
             "the form holds no file; name its part `file`",
         ));
     }
-    if manifest.name.is_empty() {
+    if received.name.is_empty() {
         let text = "name the part to read `file`, or the folder that the parts form: ?name=NAME";
         return Err(Problem::bad_request(text));
     }
-    // Only what was understood to its end is kept.
-    manifest.files = kept(app, files).await?;
-    manifest.files.sort();
-    manifest.card = kept(app, card.into_iter().collect()).await?.pop();
-    Ok(manifest)
+    Ok(received)
 }
 
 /// Writes a stream of bytes into a blob that is not in its place yet, on a thread that may wait for
@@ -240,15 +260,6 @@ fn write(blobs: &dyn Blobs, mut waiting: mpsc::Receiver<Bytes>) -> Result<BlobWr
     }
     writer.close()?;
     Ok(writer)
-}
-
-/// Puts blobs in their places.
-async fn kept(app: &App, blobs: Vec<(String, BlobWriter)>) -> Result<Vec<StoredFile>, Problem> {
-    app.on_disk(move |_| {
-        let blobs = blobs.into_iter();
-        blobs.map(|(name, blob)| blob.finish(&name)).collect()
-    })
-    .await
 }
 
 /// Takes a name that a file of an upload may have: relative, with `/` between folders.

@@ -4,18 +4,19 @@ use super::files;
 use super::jobs::{self, JobStanding};
 use crate::app::App;
 use crate::auth::Visitor;
-use crate::pool::{Answer, How, Order, request_of};
+use crate::pool::{Answer, How, Order, Progress, request_of};
 use crate::problem::{Placed, Problem, Queried, bounded};
-use crate::store::{Job, JobState, Question, ResultFilter, StoredResult, Summary};
+use crate::store::{Job, JobState, Question, Remake, ResultFilter, StoredResult, Summary};
 use axum::Json;
 use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use latchgate::pipeline::Document;
-use latchgate::report::{self, VERDICT_FILE};
+use latchgate::pipeline::{Document, NUMBERS_REVISION};
+use latchgate::report::{self, REPORT_FILE, SERIES_FILE, VERDICT_FILE};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Duration;
+use tokio::sync::watch;
 use utoipa::{IntoParams, ToSchema};
 
 /// A question.
@@ -93,19 +94,12 @@ pub(super) async fn submit(
         return answered(&app, &report_id).await;
     }
     let recording = question.recording.clone();
-    let stored = app
-        .on_disk(move |parts| parts.ledger.recording(&recording))
-        .await?;
-    if stored.is_none() {
-        return Err(Problem::not_found(
-            "such recording; upload it to /v1/recordings first",
-        ));
-    }
+    app.apart(move |parts| parts.recording(&recording)).await?;
     let admitting = app.clone();
     let owner = visitor.clone();
     let admitted = tokio::task::spawn_blocking(move || admitting.admit_jobs(&owner, 1)).await;
     admitted.unwrap_or_else(|_| Err(Problem::not_found("place")))?;
-    let mut watched = app.crew.watch(&id);
+    let watched = app.crew.watch(&id);
     let wanted = id.clone();
     let (job, is_new) = app
         .on_disk(move |parts| parts.ledger.submit(&wanted, &question, &visitor.name))
@@ -113,27 +107,36 @@ pub(super) async fn submit(
     if is_new {
         app.crew.ring();
     }
+    match ended(&app, job, watched, wait).await? {
+        JobState::Done { report_id } => answered(&app, &report_id).await,
+        JobState::Refused { problem } => Err(jobs::problem_of(problem)),
+        state => Ok(jobs::accepted(&id, &state)),
+    }
+}
+
+/// Waits until a job has ended, or for so long; returns how it stands then.
+async fn ended(
+    app: &App,
+    job: Job,
+    mut watched: watch::Receiver<Progress>,
+    wait: Duration,
+) -> Result<JobState, Problem> {
     let ended = async {
         let mut state = job.state;
         while !state.has_ended() {
             if watched.changed().await.is_err() {
                 // Nobody tells any more: it ended meanwhile, or the service does.
-                let wanted = id.clone();
-                let found = app.on_disk(move |parts| parts.ledger.job(&wanted)).await?;
+                let id = job.id;
+                let found = app.on_disk(move |parts| parts.ledger.job(&id)).await?;
                 return Ok(found.map_or(JobState::Queued, |job| job.state));
             }
             state = watched.borrow_and_update().state.clone();
         }
         Ok::<_, Problem>(state)
     };
-    let state = match tokio::time::timeout(wait, ended).await {
-        Ok(state) => state?,
-        Err(_) => JobState::Running,
-    };
-    match state {
-        JobState::Done { report_id } => answered(&app, &report_id).await,
-        JobState::Refused { problem } => Err(jobs::problem_of(problem)),
-        state => Ok(jobs::accepted(&id, &state)),
+    match tokio::time::timeout(wait, ended).await {
+        Ok(state) => state,
+        Err(_) => Ok(JobState::Running),
     }
 }
 
@@ -148,7 +151,7 @@ async fn result(app: &App, report_id: &str) -> Result<StoredResult, Problem> {
 /// Sends a verdict's document.
 async fn answered(app: &App, report_id: &str) -> Result<Response, Problem> {
     let result = result(app, report_id).await?;
-    let mut response = files::send_of_report(app, &result, VERDICT_FILE, false).await?;
+    let mut response = whole(app, &result, VERDICT_FILE, false).await?;
     let place = format!("/v1/verdicts/{report_id}");
     if let Ok(place) = place.parse() {
         response.headers_mut().insert(header::LOCATION, place);
@@ -173,10 +176,7 @@ pub(super) async fn what_if(
         asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
     let question = question(&app, asking).await?;
     let wanted = question.recording.clone();
-    let stored = app
-        .on_disk(move |parts| parts.ledger.recording(&wanted))
-        .await?;
-    let stored = stored.ok_or_else(|| Problem::not_found("such recording"))?;
+    let stored = app.apart(move |parts| parts.recording(&wanted)).await?;
     let order = Order::Answer {
         how: How::WhatIf,
         recording: question.recording,
@@ -232,7 +232,96 @@ async fn sent(
     if known && result.files.contains_key(name) {
         return Ok((StatusCode::NOT_MODIFIED, [(header::ETAG, tag)]).into_response());
     }
-    files::send_of_report(app, &result, name, download).await
+    whole(app, &result, name, download).await
+}
+
+/// Time for which a file is waited for that is made again.
+const REMAKE: Duration = Duration::from_secs(60);
+
+/// Sends a file of a report; one that was lost is made again first.
+async fn whole(
+    app: &App,
+    result: &StoredResult,
+    name: &str,
+    download: bool,
+) -> Result<Response, Problem> {
+    let lost = match files::send_of_report(app, result, name, download).await {
+        // Of a recording that was deleted the document stays; the rest is there once it is again.
+        Err(problem) if matches!(problem.code.as_str(), "damaged" | "not-found") => problem,
+        sent => return sent,
+    };
+    if !is_of_report(name) {
+        return Err(lost);
+    }
+    let (report_id, wanted) = (result.report_id.clone(), name.to_string());
+    let Some(made) = remade(app, &report_id, &wanted).await? else {
+        return Err(lost);
+    };
+    files::send_of_report(app, &made, name, download).await
+}
+
+/// Has what a page needs of a report made again where it was lost.
+pub(crate) async fn made_whole(app: &App, report_id: &str) -> Result<(), Problem> {
+    for name in [VERDICT_FILE, SERIES_FILE] {
+        let result = result(app, report_id).await?;
+        let Some(file) = result.files.get(name) else {
+            continue;
+        };
+        let sha256 = file.sha256.clone();
+        let opened = app.on_disk(move |parts| parts.blobs.open(&sha256)).await;
+        if opened.is_err_and(|problem| problem.code == "damaged") {
+            remade(app, report_id, name).await?;
+        }
+    }
+    Ok(())
+}
+
+/// Tells whether a report has a file of that name.
+fn is_of_report(name: &str) -> bool {
+    let ending = name.rsplit_once('.').map(|(_, ending)| ending);
+    [VERDICT_FILE, SERIES_FILE, REPORT_FILE].contains(&name) || ending == Some("svg")
+}
+
+/// Has a report made again of which a file was lost; `None` where nothing could make it.
+async fn remade(app: &App, report_id: &str, lost: &str) -> Result<Option<StoredResult>, Problem> {
+    let (id, lost) = (report_id.to_string(), lost.to_string());
+    let (own, name) = (id.clone(), lost.clone());
+    let remake = app
+        .on_disk(move |parts| parts.ledger.remake(&own, &name))
+        .await?;
+    let job = match remake {
+        Remake::Waits(job) => job,
+        Remake::Deleted(deletion) => return Err(Problem::deleted(&deletion)),
+        Remake::OtherNumbers(revision) => {
+            let text = format!(
+                "{lost} of this report was lost; it was made with revision {revision} of the \
+                 numbers, and this program has {NUMBERS_REVISION}: restore a backup, start that \
+                 program on the data, or ask the question anew"
+            );
+            return Err(Problem::new(
+                StatusCode::GONE,
+                "other-numbers",
+                "Lost, and made with other numbers",
+                text,
+            ));
+        }
+        Remake::Impossible => return Ok(None),
+    };
+    tracing::warn!(
+        report_id,
+        lost,
+        "a file of a report was lost and is made again"
+    );
+    let watched = app.crew.watch(&job.id);
+    app.crew.ring();
+    match ended(app, job, watched, REMAKE).await? {
+        JobState::Done { .. } => Ok(Some(result(app, &id).await?)),
+        JobState::Refused { problem } => Err(jobs::problem_of(problem)),
+        _ => {
+            let text = format!("{lost} was lost and is made again; come back soon");
+            Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 5))
+        }
+    }
 }
 
 /// How a file is wanted.

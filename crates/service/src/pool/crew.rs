@@ -9,6 +9,7 @@ use crate::store::{
     Blobs, Job, JobState, LONGEST_PAUSE_MS, Ledger, Manifest, StoreError, StoredResult,
 };
 use axum::http::StatusCode;
+use latchgate::pipeline::NUMBERS_REVISION;
 use std::collections::{HashMap, VecDeque};
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -424,6 +425,12 @@ impl Shared {
         };
         match written {
             Ok(()) => {}
+            Err(StoreError::Deleted) => {
+                let refused = self.refuse(job, StoreError::Deleted.into(), false);
+                if let Err(error) = refused {
+                    tracing::warn!(%error, job = %job.id, "a refusal could not be kept");
+                }
+            }
             Err(StoreError::Fenced) => {
                 tracing::warn!(job = %job.id, attempt = job.attempt, "an attempt came too late");
             }
@@ -448,7 +455,10 @@ impl Shared {
             // One that is late each time would hold a place for ever. It is refused, and worked on
             // anew when it is asked again.
             Cause::Unknown => job.attempt >= ATTEMPTS,
-            Cause::Store => matches!(lost, Lost::Store(StoreError::Damaged { .. })),
+            Cause::Store => matches!(
+                lost,
+                Lost::Store(StoreError::Damaged { .. } | StoreError::Deleted)
+            ),
             Cause::Machine => false,
         };
         if refused {
@@ -468,9 +478,8 @@ impl Shared {
         let recording = self
             .ledger
             .recording(&question.recording)
-            .map_err(Lost::from)?;
-        let recording =
-            recording.ok_or_else(|| Unanswered::Refused(Problem::not_found("recording").into()))?;
+            .map_err(Lost::from)?
+            .ok_or(Lost::Store(StoreError::Deleted))?;
         let order = Order::Answer {
             how: if question.decision_alone {
                 How::Decide
@@ -515,6 +524,8 @@ impl Shared {
                     files: files.map(|file| (file.name.clone(), file)).collect(),
                     created_ms: now_ms(),
                     content_sha256,
+                    job: job.id.clone(),
+                    numbers_revision: NUMBERS_REVISION,
                 })))
             }
             Answer::Problem { problem } => Err(Unanswered::Refused(

@@ -1,31 +1,25 @@
 //! Backup, restore, and the check of everything that is stored.
 
-use crate::app::Store;
+use crate::app::{LEDGER, Store};
 use crate::config::Config;
 use crate::store::{self, BlobFolder, Blobs, Collected, StoreError, StoredFile};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
-/// Name of the ledger's file.
-const LEDGER: &str = "ledger.sqlite";
-
 /// Copies ledger and blobs into a folder that does not exist; the service may run meanwhile.
 pub(super) fn backup(data: &Path, folder: &Path) -> Result<String, String> {
-    if !data.join(LEDGER).is_file() {
-        return Err(format!("{}: there are no data here", data.display()));
-    }
-    let store = Store::beside(data)?;
+    let store = Store::read_only(data)?;
     let told = |error: io::Error| format!("{}: {error}", folder.display());
     fs::create_dir(folder).map_err(told)?;
     let copy = folder.join(LEDGER);
     let from_store = |error: StoreError| error.to_string();
-    // The ledger first: what it names exists already, and nothing is ever taken away.
+    // The ledger first: what it names exists already.
     store.ledger.copy_to(&copy).map_err(from_store)?;
-    let copied = Store::beside(folder)?;
-    let (damaged, needed) = copied.ledger.check().map_err(from_store)?;
-    let mut lost = damaged;
+    let copied = Store::read_only(folder)?;
+    let (mut damaged, needed) = copied.ledger.check().map_err(from_store)?;
+    let mut lost = Vec::new();
     let (mut files, mut bytes) = (0_u64, 0_u64);
     let to = BlobFolder::open(&folder.join("blobs")).map_err(from_store)?;
     for file in distinct(needed) {
@@ -34,17 +28,24 @@ pub(super) fn backup(data: &Path, folder: &Path) -> Result<String, String> {
                 files += 1;
                 bytes += file.bytes;
             }
-            Err(StoreError::Damaged { what }) => lost.push(what),
+            Err(StoreError::Damaged { what }) => lost.push((what, file.sha256)),
             Err(error) => return Err(error.to_string()),
         }
     }
+    // What was deleted since the ledger was copied is not lost.
+    let (_, still) = store.ledger.named().map_err(from_store)?;
+    let still: BTreeSet<String> = still.into_iter().map(|file| file.sha256).collect();
+    let lost = lost
+        .into_iter()
+        .filter(|(_, sha256)| still.contains(sha256));
+    damaged.extend(lost.map(|(what, _)| what));
     File::open(&copy)
         .and_then(|file| file.sync_all())
         .map_err(told)?;
     File::open(folder)
         .and_then(|file| file.sync_all())
         .map_err(told)?;
-    if lost.is_empty() {
+    if damaged.is_empty() {
         return Ok(format!(
             "{files} files of {bytes} bytes and the ledger are in {}",
             folder.display()
@@ -52,7 +53,7 @@ pub(super) fn backup(data: &Path, folder: &Path) -> Result<String, String> {
     }
     Err(format!(
         "the copy lacks what is damaged: {}",
-        lost.join("; ")
+        damaged.join("; ")
     ))
 }
 
@@ -74,7 +75,7 @@ pub(super) fn restore(folder: &Path, data: &Path) -> Result<String, String> {
         ));
     }
     fs::create_dir_all(data).map_err(|error| error.to_string())?;
-    let store = Store::beside(folder)?;
+    let store = Store::read_only(folder)?;
     let from_store = |error: StoreError| error.to_string();
     let (_, needed) = store.ledger.check().map_err(from_store)?;
     let to = BlobFolder::open(&data.join("blobs")).map_err(from_store)?;
@@ -95,10 +96,7 @@ pub(super) fn restore(folder: &Path, data: &Path) -> Result<String, String> {
 
 /// Reads everything again; says whether all is whole, and what is not.
 pub(super) fn fsck(data: &Path) -> Result<(bool, String), String> {
-    if !data.join(LEDGER).is_file() {
-        return Err(format!("{}: there are no data here", data.display()));
-    }
-    let store = Store::beside(data)?;
+    let store = Store::read_only(data)?;
     let (mut damaged, needed) = store.ledger.check().map_err(|error| error.to_string())?;
     let files = distinct(needed);
     let mut bytes = 0;
@@ -122,10 +120,7 @@ pub(super) fn fsck(data: &Path) -> Result<(bool, String), String> {
 
 /// Removes the files that no row names and that are older than a day; no service may run meanwhile.
 pub(super) fn collect(config: &Config) -> Result<String, String> {
-    if !config.data.join(LEDGER).is_file() {
-        let shown = config.data.display();
-        return Err(format!("{shown}: there are no data here"));
-    }
+    Store::is_there(&config.data)?;
     let store = Store::open(config)?;
     let collected = store::collect(&*store.ledger, &*store.blobs);
     let Collected { files, bytes } = collected.map_err(|error| error.to_string())?;

@@ -94,6 +94,16 @@ impl Blobs for BlobFolder {
         Ok(file)
     }
 
+    fn remove(&self, sha256: &str) -> Result<(), StoreError> {
+        let path = self.path(sha256);
+        let _placing = locked(&self.placing);
+        match fs::remove_file(&path) {
+            Ok(()) => path.parent().map_or(Ok(()), sync_folder),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+            Err(error) => Err(error.into()),
+        }
+    }
+
     fn free_bytes(&self) -> Result<u64, StoreError> {
         let space = rustix::fs::statvfs(&self.root).map_err(std::io::Error::from)?;
         Ok(space.f_bavail.saturating_mul(space.f_frsize))

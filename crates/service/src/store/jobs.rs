@@ -90,6 +90,16 @@ pub(super) fn submit(
     Ok((job, added == 1))
 }
 
+/// Puts a job that was answered in the queue again.
+pub(super) fn again(connection: &Connection, id: &str) -> Result<(), StoreError> {
+    connection.execute(
+        "UPDATE jobs SET state = 'queued', failures = 0, answer = NULL, answer_sum = NULL
+         WHERE id = ? AND state = 'done'",
+        [id],
+    )?;
+    Ok(())
+}
+
 pub(super) fn any_waits(connection: &Connection, now_ms: i64) -> Result<bool, StoreError> {
     let sql = format!("SELECT 1 FROM jobs WHERE state IN ('queued', 'later') AND {DUE} LIMIT 1");
     let mut statement = connection.prepare_cached(&sql)?;

@@ -5,16 +5,21 @@ use super::schema;
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
-    GateOutcome, GateStanding, Job, Ledger, Load, Manifest, Page, Question, ResultFilter,
-    StoreError, StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredToken,
-    gates, jobs,
+    Deletion, GateOutcome, GateStanding, Job, Ledger, ListedRecording, Load, Manifest, Page,
+    Question, RecordingFilter, RecordingOrder, Remake, ResultFilter, StoreError, StoredDesign,
+    StoredFile, StoredGate, StoredRecording, StoredResult, StoredSession, StoredToken, deletions,
+    gates, jobs, tokens,
 };
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
+
+/// Time without a change after which the log is written into the ledger: what is in the ledger itself
+/// is found damaged where it is, what is in the log hides all that follows.
+const IDLE: Duration = Duration::from_secs(2);
 
 /// Changes that are committed together at most.
 const GROUP: usize = 256;
@@ -39,23 +44,11 @@ impl SqliteLedger {
     ///
     /// # Errors
     ///
-    /// [`StoreError`] if it cannot be opened or was made by a later version.
+    /// [`StoreError`] if it cannot be opened or was made by another version that cannot be read.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         let writer = connect(path)?;
-        writer.execute_batch("PRAGMA journal_mode = WAL;")?;
-        let version: i64 = writer.query_row("PRAGMA user_version", [], |row| row.get(0))?;
-        if version > schema::VERSION {
-            return Err(StoreError::Broken {
-                reason: format!(
-                    "the data have version {version}, this program knows {} at most",
-                    schema::VERSION
-                ),
-            });
-        }
-        if version < schema::VERSION {
-            writer.execute_batch(schema::TABLES)?;
-            writer.pragma_update(None, "user_version", schema::VERSION)?;
-        }
+        writer.execute_batch("PRAGMA journal_mode = WAL; PRAGMA secure_delete = ON;")?;
+        upgrade(&writer)?;
         let (changes, waiting) = sync_channel(4 * GROUP);
         std::thread::Builder::new()
             .name("ledger".into())
@@ -64,6 +57,27 @@ impl SqliteLedger {
             path: path.to_path_buf(),
             program: jobs::PROGRAM.into(),
             readers: Mutex::new(Vec::new()),
+            changes,
+        })
+    }
+
+    /// Opens the ledger to read it alone, also where nothing can be written.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if it cannot be read, or was made by another version.
+    pub fn read_only(path: &Path) -> Result<Self, StoreError> {
+        let reader = connect_to_read(path)?;
+        let version = version_of(&reader)?;
+        if version != schema::VERSION {
+            return Err(other_version(version));
+        }
+        // Nobody takes changes.
+        let (changes, _) = sync_channel(0);
+        Ok(Self {
+            path: path.to_path_buf(),
+            program: jobs::PROGRAM.into(),
+            readers: Mutex::new(vec![reader]),
             changes,
         })
     }
@@ -88,7 +102,7 @@ impl SqliteLedger {
             })
         });
         let gone = || StoreError::Broken {
-            reason: "the writer of the ledger has ended".into(),
+            reason: "nobody writes the ledger".into(),
         };
         self.changes.send(change).map_err(|_| gone())?;
         told.recv().map_err(|_| gone())?
@@ -122,6 +136,69 @@ fn connect(path: &Path) -> Result<Connection, StoreError> {
     Ok(connection)
 }
 
+/// Connects to a ledger that may lie where nothing can be written.
+fn connect_to_read(path: &Path) -> Result<Connection, StoreError> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let readable = |connection: &Connection| version_of(connection);
+    let plain = Connection::open_with_flags(path, flags)?;
+    if readable(&plain).is_ok() {
+        plain.busy_timeout(Duration::from_secs(5))?;
+        return Ok(plain);
+    }
+    // Without a folder to write in, SQLite reads what it is told nobody changes.
+    let log = path.with_extension("sqlite-wal");
+    if log.metadata().is_ok_and(|about| about.len() > 0) {
+        let reason = "a log lies beside the ledger and cannot be read here; copy the folder to \
+                      where it can be written";
+        return Err(StoreError::Broken {
+            reason: reason.into(),
+        });
+    }
+    let odd = |byte: &u8| !(byte.is_ascii_alphanumeric() || b"/._-".contains(byte));
+    let mut address = String::from("file:");
+    for byte in path.as_os_str().as_encoded_bytes() {
+        if odd(byte) {
+            address += &format!("%{byte:02X}");
+        } else {
+            address.push(char::from(*byte));
+        }
+    }
+    address += "?immutable=1";
+    let fixed = Connection::open_with_flags(address, flags | OpenFlags::SQLITE_OPEN_URI)?;
+    readable(&fixed)?;
+    Ok(fixed)
+}
+
+fn version_of(connection: &Connection) -> Result<i64, StoreError> {
+    Ok(connection.query_row("PRAGMA user_version", [], |row| row.get(0))?)
+}
+
+fn other_version(version: i64) -> StoreError {
+    let own = schema::VERSION;
+    let way_out = if version > own {
+        "take the program that made them, or a newer one"
+    } else {
+        "start the service on them once, which makes them new"
+    };
+    StoreError::Broken {
+        reason: format!("the data have version {version}, this program takes {own}; {way_out}"),
+    }
+}
+
+/// Makes the tables, or those of an earlier version new, wholly or not at all.
+fn upgrade(connection: &Connection) -> Result<(), StoreError> {
+    let begun = connection.unchecked_transaction()?;
+    match version_of(connection)? {
+        schema::VERSION => return Ok(()),
+        0 => {}
+        2 => begun.execute_batch(schema::FROM_2)?,
+        version => return Err(other_version(version)),
+    }
+    begun.execute_batch(schema::TABLES)?;
+    begun.pragma_update(None, "user_version", schema::VERSION)?;
+    Ok(begun.commit()?)
+}
+
 /// Makes one change of a group; one that fails leaves the others as they are.
 fn apart<T>(
     connection: &Connection,
@@ -139,7 +216,19 @@ fn apart<T>(
 }
 
 fn write_in_groups(connection: &Connection, waiting: &Receiver<Change>) {
-    while let Ok(first) = waiting.recv() {
+    let mut is_settled = true;
+    loop {
+        let first = match waiting.recv_timeout(IDLE) {
+            Ok(first) => first,
+            Err(RecvTimeoutError::Disconnected) => return,
+            Err(RecvTimeoutError::Timeout) => {
+                if !is_settled {
+                    is_settled = empty_log(connection);
+                }
+                continue;
+            }
+        };
+        is_settled = false;
         let begun = connection.execute_batch("BEGIN IMMEDIATE");
         let mut group = vec![first(connection)];
         while group.len() < GROUP
@@ -161,6 +250,13 @@ fn write_in_groups(connection: &Connection, waiting: &Receiver<Change>) {
     }
 }
 
+/// Writes the log into the ledger; false if readers hold it up.
+fn empty_log(connection: &Connection) -> bool {
+    let sql = "PRAGMA wal_checkpoint(TRUNCATE)";
+    let is_busy = connection.query_row(sql, [], |row| row.get::<_, i64>(0));
+    matches!(is_busy, Ok(0))
+}
+
 /// The part of a recording that does not change.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct RecordingBody {
@@ -168,7 +264,7 @@ struct RecordingBody {
     created_ms: i64,
 }
 
-const RECORDING_COLUMNS: &str = "number, id, body, sum, listing, listing_sum";
+const RECORDING_COLUMNS: &str = "number, id, body, sum, listing, listing_sum, owner";
 
 fn recording_of(row: &Row<'_>) -> Result<(i64, StoredRecording), StoreError> {
     let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
@@ -184,13 +280,14 @@ fn recording_of(row: &Row<'_>) -> Result<(i64, StoredRecording), StoreError> {
     let recording = StoredRecording {
         id,
         manifest: body.manifest,
+        owner: row.get(6)?,
         created_ms: body.created_ms,
         listing,
     };
     Ok((row.get(0)?, recording))
 }
 
-fn result_of(row: &Row<'_>) -> Result<(i64, StoredResult), StoreError> {
+pub(super) fn result_of(row: &Row<'_>) -> Result<(i64, StoredResult), StoreError> {
     let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
     Ok((row.get(0)?, confirmed("result", &id, &body, &sum)?))
 }
@@ -214,6 +311,7 @@ impl Ledger for SqliteLedger {
         now_ms: i64,
     ) -> Result<bool, StoreError> {
         let (id, bytes, owner) = (manifest.id(), manifest.bytes(), owner.to_string());
+        let name = manifest.name.clone();
         let body = text_of(&RecordingBody {
             manifest: manifest.clone(),
             created_ms: now_ms,
@@ -221,8 +319,9 @@ impl Ledger for SqliteLedger {
         self.write(move |connection| {
             let sum = of_row("recording", &id, &body);
             let added = connection.execute(
-                "INSERT OR IGNORE INTO recordings (id, owner, bytes, body, sum) VALUES (?, ?, ?, ?, ?)",
-                params![id, owner, bytes as i64, body, sum],
+                "INSERT OR IGNORE INTO recordings (id, owner, bytes, body, sum, name, created_ms)
+                 VALUES (?, ?, ?, ?, ?, ?, ?)",
+                params![id, owner, bytes as i64, body, sum, name, now_ms],
             )?;
             if added == 1 {
                 return Ok(true);
@@ -256,18 +355,76 @@ impl Ledger for SqliteLedger {
         self.read(|connection| find_recording(connection, id))
     }
 
-    fn recordings(
-        &self,
-        before: Option<i64>,
-        limit: u32,
-    ) -> Result<Page<StoredRecording>, StoreError> {
-        let sql = "SELECT number, id, body, sum, NULL, NULL FROM recordings WHERE number < ? ORDER BY number DESC LIMIT ?";
-        let before = before.unwrap_or(i64::MAX);
+    fn recordings(&self, filter: &RecordingFilter) -> Result<Page<ListedRecording>, StoreError> {
+        let (order, before, skipped) = match (filter.order, filter.after) {
+            (RecordingOrder::Newest, after) => ("number DESC", after.unwrap_or(i64::MAX), 0),
+            (RecordingOrder::Oldest, after) => ("number", i64::MAX, after.unwrap_or(0)),
+            (RecordingOrder::Name, after) => {
+                ("name COLLATE NOCASE, number", i64::MAX, after.unwrap_or(0))
+            }
+            (RecordingOrder::Size, after) => ("bytes DESC, number", i64::MAX, after.unwrap_or(0)),
+            (RecordingOrder::Owner, after) => (
+                "owner COLLATE NOCASE, number DESC",
+                i64::MAX,
+                after.unwrap_or(0),
+            ),
+        };
+        let sql = format!(
+            "SELECT number, id, body, sum, NULL, NULL, owner,
+                 CASE WHEN json_valid(listing) THEN json_array_length(listing, '$.channels') END,
+                 (SELECT count(*) FROM results WHERE results.recording = recordings.id)
+             FROM recordings
+             WHERE number < ?1 AND (?2 IS NULL OR instr(lower(name || char(10) || owner || char(10) || id), ?2) > 0)
+             ORDER BY {order} LIMIT ?3 OFFSET ?4"
+        );
+        let text = filter.text.as_ref().map(|text| text.to_ascii_lowercase());
+        let parameters = params![before, text, filter.limit, skipped];
         self.read(|connection| {
-            page(connection, sql, params![before, limit], limit, |row| {
-                recording_of(row).map(|(_, recording)| recording)
-            })
+            let mut found = page(connection, &sql, parameters, filter.limit, |row| {
+                let channels: Option<i64> = row.get(7)?;
+                Ok(ListedRecording {
+                    recording: recording_of(row)?.1,
+                    channels: channels.map(i64::unsigned_abs),
+                    verdicts: row.get::<_, i64>(8)?.unsigned_abs(),
+                })
+            })?;
+            if filter.order != RecordingOrder::Newest && found.next.is_some() {
+                found.next = Some(skipped + i64::from(filter.limit));
+            }
+            Ok(found)
         })
+    }
+
+    fn delete_recording(
+        &self,
+        id: &str,
+        by: &str,
+        why: &str,
+        now_ms: i64,
+    ) -> Result<bool, StoreError> {
+        let (id, by, why) = (id.to_string(), by.to_string(), why.to_string());
+        self.write(move |connection| deletions::delete(connection, &id, &by, &why, now_ms))
+    }
+
+    fn deletion(&self, id: &str) -> Result<Option<Deletion>, StoreError> {
+        self.read(|connection| deletions::find(connection, id))
+    }
+
+    fn deletions(&self, before: Option<i64>, limit: u32) -> Result<Page<Deletion>, StoreError> {
+        self.read(|connection| deletions::list(connection, before, limit))
+    }
+
+    fn aged_recordings(&self, before_ms: i64) -> Result<Vec<String>, StoreError> {
+        self.read(|connection| deletions::aged(connection, before_ms))
+    }
+
+    fn open_deletions(&self) -> Result<(Vec<i64>, Vec<String>), StoreError> {
+        self.read(deletions::open)
+    }
+
+    fn close_deletions(&self, numbers: &[i64]) -> Result<(), StoreError> {
+        let numbers = numbers.to_vec();
+        self.write(move |connection| deletions::close(connection, &numbers))
     }
 
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError> {
@@ -313,6 +470,9 @@ impl Ledger for SqliteLedger {
         let (id, result) = (id.to_string(), result.clone());
         let program = Arc::clone(&self.program);
         self.write(move |connection| {
+            if deletions::find(connection, &result.recording)?.is_some() {
+                return Err(StoreError::Deleted);
+            }
             put_result(connection, &result)?;
             let answer = Value::from(result.report_id);
             jobs::end(connection, &id, attempt, ("done", &answer), &program)
@@ -361,6 +521,11 @@ impl Ledger for SqliteLedger {
         self.write(move |connection| jobs::reclaim(connection, now_ms, every))
     }
 
+    fn remake(&self, report_id: &str, lost: &str) -> Result<Remake, StoreError> {
+        let (report_id, lost) = (report_id.to_string(), lost.to_string());
+        self.write(move |connection| remake(connection, &report_id, &lost))
+    }
+
     fn load(&self, owner: &str) -> Result<Load, StoreError> {
         self.read(|connection| jobs::load(connection, owner))
     }
@@ -397,10 +562,33 @@ impl Ledger for SqliteLedger {
         &self,
         name: &str,
         design: &Value,
+        owner: &str,
         now_ms: i64,
     ) -> Result<StoredDesign, StoreError> {
-        let (name, design) = (name.to_string(), design.clone());
-        self.write(move |connection| put_design(connection, name, design, now_ms))
+        let stored = StoredDesign {
+            name: name.into(),
+            version: 1,
+            design: design.clone(),
+            created_ms: now_ms,
+            owner: owner.into(),
+        };
+        self.write(move |connection| put_design(connection, stored))
+    }
+
+    fn designs_of(&self, owner: &str) -> Result<u64, StoreError> {
+        let sql = "SELECT count(*) FROM designs WHERE owner = ? AND NOT is_deleted";
+        let count: i64 =
+            self.read(|connection| Ok(connection.query_row(sql, [owner], |row| row.get(0))?))?;
+        Ok(count.unsigned_abs())
+    }
+
+    fn delete_design(&self, name: &str, version: i64) -> Result<bool, StoreError> {
+        let name = name.to_string();
+        self.write(move |connection| {
+            let sql = "UPDATE designs SET is_deleted = 1
+                       WHERE name = ? AND version = ? AND NOT is_deleted";
+            Ok(connection.execute(sql, params![name, version])? > 0)
+        })
     }
 
     fn design(&self, name: &str, version: Option<i64>) -> Result<Option<StoredDesign>, StoreError> {
@@ -408,7 +596,8 @@ impl Ledger for SqliteLedger {
             let found = rows(
                 connection,
                 "SELECT name, version, body, sum FROM designs
-                 WHERE name = ?1 AND (?2 IS NULL OR version = ?2) ORDER BY version DESC LIMIT 1",
+                 WHERE name = ?1 AND (?2 IS NULL OR version = ?2) AND NOT is_deleted
+                 ORDER BY version DESC LIMIT 1",
                 params![name, version],
                 |row| design_of(row, 0),
             )?;
@@ -416,15 +605,18 @@ impl Ledger for SqliteLedger {
         })
     }
 
-    fn designs(&self) -> Result<Page<StoredDesign>, StoreError> {
+    fn designs(&self, skipped: u32, limit: u32) -> Result<Page<StoredDesign>, StoreError> {
         self.read(|connection| {
-            page(
+            let mut found = page(
                 connection,
-                "SELECT rowid, name, version, body, sum FROM designs ORDER BY name, version DESC LIMIT 1000",
-                [],
-                u32::MAX,
+                "SELECT rowid, name, version, body, sum FROM designs WHERE NOT is_deleted
+                 ORDER BY name, version DESC LIMIT ? OFFSET ?",
+                params![limit, skipped],
+                limit,
                 |row| design_of(row, 1),
-            )
+            )?;
+            found.next = found.next.map(|_| i64::from(skipped) + i64::from(limit));
+            Ok(found)
         })
     }
 
@@ -460,51 +652,47 @@ impl Ledger for SqliteLedger {
         self.write(move |connection| gates::end(connection, &id, &outcome))
     }
 
-    fn put_token(&self, token: &StoredToken) -> Result<(), StoreError> {
+    fn put_token(&self, token: &StoredToken) -> Result<i64, StoreError> {
         let token = token.clone();
-        self.write(move |connection| {
-            let added = connection.execute(
-                "INSERT OR IGNORE INTO tokens (sha256, name, scopes, created_ms) VALUES (?, ?, ?, ?)",
-                params![token.sha256, token.name, token.scopes, token.created_ms],
-            )?;
-            if added == 1 {
-                return Ok(());
-            }
-            Err(StoreError::Taken {
-                what: format!("the token `{}`", token.name),
-            })
-        })
+        self.write(move |connection| tokens::put(connection, &token))
     }
 
-    fn revoke_token(&self, name: &str) -> Result<bool, StoreError> {
-        let name = name.to_string();
-        self.write(move |connection| {
-            let sql = "UPDATE tokens SET revoked = 1 WHERE name = ?";
-            Ok(connection.execute(sql, [name])? > 0)
-        })
+    fn end_token(&self, number: i64, ends_ms: Option<i64>) -> Result<(), StoreError> {
+        self.write(move |connection| tokens::end(connection, number, ends_ms))
+    }
+
+    fn used_token(&self, number: i64, now_ms: i64) -> Result<(), StoreError> {
+        self.write(move |connection| tokens::used(connection, number, now_ms))
     }
 
     fn tokens(&self) -> Result<Vec<StoredToken>, StoreError> {
-        self.read(|connection| {
-            rows(
-                connection,
-                "SELECT sha256, name, scopes, created_ms, revoked FROM tokens ORDER BY name",
-                [],
-                |row| {
-                    Ok(StoredToken {
-                        sha256: row.get(0)?,
-                        name: row.get(1)?,
-                        scopes: row.get(2)?,
-                        created_ms: row.get(3)?,
-                        revoked: row.get(4)?,
-                    })
-                },
-            )
-        })
+        self.read(tokens::list)
+    }
+
+    fn put_session(&self, session: &StoredSession) -> Result<(), StoreError> {
+        let session = session.clone();
+        self.write(move |connection| tokens::put_session(connection, &session))
+    }
+
+    fn sessions(&self) -> Result<Vec<StoredSession>, StoreError> {
+        self.read(tokens::sessions)
+    }
+
+    fn end_session(&self, sha256: &str) -> Result<(), StoreError> {
+        let sha256 = sha256.to_string();
+        self.write(move |connection| tokens::end_session(connection, &sha256))
+    }
+
+    fn settle(&self) -> Result<(), StoreError> {
+        let connection = connect(&self.path)?;
+        empty_log(&connection);
+        Ok(())
     }
 
     fn copy_to(&self, path: &Path) -> Result<(), StoreError> {
-        let path = path.display().to_string();
+        let path = path.to_str().ok_or_else(|| StoreError::Broken {
+            reason: "the copy needs a path that is text (UTF-8)".into(),
+        })?;
         self.read(|connection| Ok(connection.execute("VACUUM INTO ?", [path]).map(|_| ())?))
     }
 
@@ -537,7 +725,7 @@ fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), Stor
 }
 
 /// Reads the rows that name blobs and notes which do not fit their hash, and what the others name.
-fn named(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+pub(super) fn named(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
     let (mut damaged, mut named) = (Vec::new(), Vec::new());
     let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings");
     for found in rows(connection, &sql, [], |row| Ok(recording_of(row)))? {
@@ -576,7 +764,7 @@ fn whole_or_noted<T>(
     }
 }
 
-fn find_recording(
+pub(super) fn find_recording(
     connection: &Connection,
     id: &str,
 ) -> Result<Option<StoredRecording>, StoreError> {
@@ -620,50 +808,84 @@ fn put_result(connection: &Connection, result: &StoredResult) -> Result<(), Stor
          VALUES (?, ?, ?, ?, ?, ?, ?)",
         values,
     )?;
-    if added == 0
-        && let Some(known) = find_result(connection, id)?
-        && known.content_sha256 != result.content_sha256
-    {
+    if added == 1 {
+        return Ok(());
+    }
+    let Some(mut known) = find_result(connection, id)? else {
+        return Ok(());
+    };
+    if known.content_sha256 != result.content_sha256 {
         // The first answer was handed out under this identity and stays.
         tracing::error!(report_id = %id, "one question has two answers");
+        return Ok(());
+    }
+    // Files that were lost, or went with a recording that is there again.
+    let before = known.files.len();
+    for (name, file) in &result.files {
+        let file = file.clone();
+        known.files.entry(name.clone()).or_insert(file);
+    }
+    if known.files.len() > before {
+        let body = text_of(&known);
+        let sum = of_row("result", id, &body);
+        let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";
+        connection.execute(sql, params![body, sum, id])?;
     }
     Ok(())
 }
 
+fn remake(connection: &Connection, report_id: &str, lost: &str) -> Result<Remake, StoreError> {
+    let Some(mut result) = find_result(connection, report_id)? else {
+        return Ok(Remake::Impossible);
+    };
+    if let Some(deletion) = deletions::find(connection, &result.recording)? {
+        return Ok(Remake::Deleted(deletion));
+    }
+    let Some(job) = jobs::find(connection, &result.job)? else {
+        return Ok(Remake::Impossible);
+    };
+    if job.question.id() != job.id {
+        return Ok(Remake::OtherNumbers(result.numbers_revision));
+    }
+    if result.files.remove(lost).is_some() {
+        let body = text_of(&result);
+        let sum = of_row("result", report_id, &body);
+        let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";
+        connection.execute(sql, params![body, sum, report_id])?;
+    }
+    jobs::again(connection, &job.id)?;
+    Ok(jobs::find(connection, &job.id)?.map_or(Remake::Impossible, Remake::Waits))
+}
+
 fn put_design(
     connection: &Connection,
-    name: String,
-    design: Value,
-    now_ms: i64,
+    mut stored: StoredDesign,
 ) -> Result<StoredDesign, StoreError> {
     let newest = connection
         .query_row(
-            "SELECT name, version, body, sum FROM designs WHERE name = ? ORDER BY version DESC LIMIT 1",
-            [&name],
-            |row| Ok(design_of(row, 0)),
+            "SELECT name, version, body, sum, is_deleted FROM designs WHERE name = ?
+             ORDER BY version DESC LIMIT 1",
+            [&stored.name],
+            |row| Ok((design_of(row, 0), row.get::<_, bool>(4)?)),
         )
-        .optional()?
-        .transpose()?;
-    if let Some(newest) = &newest
-        && newest.design == design
-    {
-        return Ok(newest.clone());
+        .optional()?;
+    if let Some((newest, is_deleted)) = newest {
+        let newest = newest?;
+        if newest.design == stored.design && !is_deleted {
+            return Ok(newest);
+        }
+        stored.version = newest.version + 1;
     }
-    let stored = StoredDesign {
-        version: newest.map_or(1, |newest| newest.version + 1),
-        name,
-        design,
-        created_ms: now_ms,
-    };
     let body = text_of(&stored);
     let key = stored.reference();
     connection.execute(
-        "INSERT INTO designs (name, version, body, sum) VALUES (?, ?, ?, ?)",
+        "INSERT INTO designs (name, version, body, sum, owner) VALUES (?, ?, ?, ?, ?)",
         params![
             stored.name,
             stored.version,
             body,
-            of_row("design", &key, &body)
+            of_row("design", &key, &body),
+            stored.owner
         ],
     )?;
     Ok(stored)

@@ -15,6 +15,7 @@ mod api;
 mod damage;
 mod gates;
 mod hostile;
+mod life;
 mod pages;
 mod store;
 mod support;

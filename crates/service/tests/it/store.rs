@@ -32,6 +32,8 @@ fn result(id: &str) -> StoredResult {
         files: [].into(),
         created_ms: 1,
         content_sha256: "c".into(),
+        job: "a".into(),
+        numbers_revision: 1,
     }
 }
 
@@ -235,7 +237,8 @@ fn verif_a_damaged_row_is_never_served() {
     let job = taken(&ledger, 1);
     ledger.finish("a", job.attempt, &result("x")).unwrap();
     ledger.submit("b", &question(2), "me").unwrap();
-    ledger.put_design("d", &json!({"lever": 1}), 1).unwrap();
+    let design = json!({"lever": 1});
+    ledger.put_design("d", &design, "me", 1).unwrap();
     assert_eq!(ledger.check().unwrap().0, Vec::<String>::new());
     let change = |sql: &str| {
         let connection = rusqlite::Connection::open(folder.0.join("ledger.sqlite")).unwrap();

@@ -22,7 +22,7 @@ pub(super) async fn page(
     State(app): State<App>,
     Queried(compared): Queried<Compared>,
 ) -> Result<Markup, Problem> {
-    let stored = app.on_disk(|parts| parts.ledger.designs()).await?;
+    let stored = app.on_disk(|parts| parts.ledger.designs(0, 1000)).await?;
     let (designs, left_out) = (stored.entries, stored.damaged.len());
     let chosen = compared.baseline.filter(|name| !name.is_empty());
     let baseline = match &chosen {

@@ -6,7 +6,7 @@ use crate::engine::EngineTasks;
 use crate::gate::{question, read};
 use crate::http::gates::{GateEntry, GatePart, find, listed};
 use crate::problem::{Placed, Problem, Queried};
-use crate::store::GateStanding;
+use crate::store::{GateStanding, RecordingFilter};
 use axum::extract::State;
 use axum::response::{IntoResponse, Redirect, Response};
 use latchgate::document::number;
@@ -79,13 +79,22 @@ pub(super) async fn list(
 
 /// Writes a gate over what is stored, to begin with.
 async fn draft(app: &App) -> Result<String, Problem> {
+    let newest = RecordingFilter {
+        limit: 20,
+        ..RecordingFilter::default()
+    };
     let (recordings, designs) = app
-        .on_disk(|parts| Ok((parts.ledger.recordings(None, 20)?, parts.ledger.designs()?)))
+        .on_disk(move |parts| {
+            Ok((
+                parts.ledger.recordings(&newest)?,
+                parts.ledger.designs(0, 200)?,
+            ))
+        })
         .await?;
     let names: BTreeSet<String> = recordings
         .entries
         .into_iter()
-        .map(|recording| json!(recording.manifest.name).to_string())
+        .map(|recording| json!(recording.recording.manifest.name).to_string())
         .collect();
     let names: Vec<String> = names.into_iter().collect();
     let designs = designs.entries.into_iter();

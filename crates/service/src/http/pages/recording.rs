@@ -3,10 +3,12 @@
 use super::history::margins;
 use super::{show, table, whole};
 use crate::app::App;
-use crate::http::recordings::{Recording, look};
+use crate::auth::Visitor;
+use crate::http::recordings::{Recording, deleted, look};
 use crate::http::verdicts::{Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
-use axum::extract::State;
+use axum::extract::{Extension, State};
+use axum::response::Redirect;
 use latchgate::pipeline::{Design, Setting, words_of};
 use maud::{Markup, html};
 use serde_json::{Map, Value, json};
@@ -54,7 +56,10 @@ pub(super) async fn page(
         .collect();
     let request = (!stated.is_empty()).then(|| Value::Object(stated.clone()));
     let recording = look(&app, &id, request).await?;
-    let designs = app.on_disk(|parts| parts.ledger.designs()).await?.entries;
+    let designs = app
+        .on_disk(|parts| parts.ledger.designs(0, 200))
+        .await?
+        .entries;
     let wanted = Wanted {
         recording: Some(id),
         limit: Some(200),
@@ -85,6 +90,16 @@ pub(super) async fn page(
         form method="get" action="/compare" { (table(&judged.verdicts)) }
     };
     Ok(whole(&recording.name, &body))
+}
+
+/// Deletes a recording, and shows the list it stood in.
+pub(super) async fn delete(
+    State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
+    Placed(id): Placed<String>,
+) -> Result<Redirect, Problem> {
+    deleted(&app, id, visitor.name).await?;
+    Ok(Redirect::to("/"))
 }
 
 /// Reads a value of the form: a number where it is one.

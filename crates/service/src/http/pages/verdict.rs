@@ -2,6 +2,7 @@
 
 use super::whole;
 use crate::app::{App, Parts};
+use crate::http::verdicts::made_whole;
 use crate::problem::{Placed, Problem};
 use crate::store::{StoreError, StoredResult};
 use axum::extract::State;
@@ -87,6 +88,13 @@ pub(super) async fn page(
     State(app): State<App>,
     Placed(report_id): Placed<String>,
 ) -> Result<Markup, Problem> {
+    let wanted = report_id.clone();
+    let shown = app.apart(move |parts| Ok(drawn(&find(parts, &wanted)?)));
+    match shown.await {
+        Err(problem) if problem.code == "damaged" => {}
+        shown => return shown,
+    }
+    made_whole(&app, &report_id).await?;
     app.apart(move |parts| Ok(drawn(&find(parts, &report_id)?)))
         .await
 }

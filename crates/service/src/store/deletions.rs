@@ -1,0 +1,158 @@
+//! Deleted recordings: what was deleted, by whom and why, is kept; the samples go.
+
+use super::ledger::{find_recording, named, result_of};
+use super::sql::{confirmed, page, rows, text_of};
+use super::sum::of_row;
+use super::{Deletion, Page, StoreError};
+use latchgate::report::VERDICT_FILE;
+use rusqlite::{Connection, OptionalExtension, Row, params};
+use std::collections::BTreeSet;
+
+const COLUMNS: &str = "number, recording, body, sum";
+
+/// A deletion with the hashes of the files that go with it.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct DeletionBody {
+    deletion: Deletion,
+    files: BTreeSet<String>,
+}
+
+fn body_of(row: &Row<'_>) -> Result<DeletionBody, StoreError> {
+    let (recording, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
+    confirmed("deletion", &recording, &body, &sum)
+}
+
+/// Deletes a recording: its row, what it holds, and every file of its reports but the documents.
+/// Returns false if there is none. A row that is damaged can be deleted, too; the files that it named
+/// go with those that no row names.
+pub(super) fn delete(
+    connection: &Connection,
+    id: &str,
+    by: &str,
+    why: &str,
+    now_ms: i64,
+) -> Result<bool, StoreError> {
+    let columns = connection
+        .query_row(
+            "SELECT name, owner, bytes, created_ms FROM recordings WHERE id = ?",
+            [id],
+            |row| {
+                Ok(Deletion {
+                    recording: id.into(),
+                    name: row.get(0)?,
+                    owner: row.get(1)?,
+                    bytes: row.get::<_, i64>(2)?.unsigned_abs(),
+                    created_ms: row.get(3)?,
+                    deleted_ms: now_ms,
+                    by: by.into(),
+                    why: why.into(),
+                })
+            },
+        )
+        .optional()?;
+    let Some(deletion) = columns else {
+        return Ok(false);
+    };
+    let mut files = BTreeSet::new();
+    match find_recording(connection, id) {
+        Ok(found) => {
+            let manifests = found.into_iter().map(|recording| recording.manifest);
+            let of_recording = manifests.flat_map(|own| own.files.into_iter().chain(own.card));
+            files.extend(of_recording.map(|file| file.sha256));
+        }
+        Err(StoreError::Damaged { .. }) => {}
+        Err(error) => return Err(error),
+    }
+    let sql = "SELECT number, report_id, body, sum FROM results WHERE recording = ?";
+    for found in rows(connection, sql, [id], |row| Ok(result_of(row)))? {
+        let Ok((number, mut result)) = found else {
+            continue;
+        };
+        let (kept, gone) = result
+            .files
+            .into_iter()
+            .partition(|(name, _)| name == VERDICT_FILE);
+        result.files = kept;
+        files.extend(gone.into_values().map(|file| file.sha256));
+        let body = text_of(&result);
+        connection.execute(
+            "UPDATE results SET body = ?, sum = ? WHERE number = ?",
+            params![body, of_row("result", &result.report_id, &body), number],
+        )?;
+    }
+    let body = text_of(&DeletionBody { deletion, files });
+    connection.execute(
+        "INSERT INTO deletions (recording, body, sum) VALUES (?, ?, ?)",
+        params![id, body, of_row("deletion", id, &body)],
+    )?;
+    connection.execute("DELETE FROM recordings WHERE id = ?", [id])?;
+    Ok(true)
+}
+
+/// Finds the last deletion of a recording that is not there.
+pub(super) fn find(connection: &Connection, id: &str) -> Result<Option<Deletion>, StoreError> {
+    let sql = format!(
+        "SELECT {COLUMNS} FROM deletions WHERE recording = ?1
+         AND NOT EXISTS (SELECT 1 FROM recordings WHERE id = ?1) ORDER BY number DESC LIMIT 1"
+    );
+    let found = rows(connection, &sql, [id], body_of)?.pop();
+    Ok(found.map(|body| body.deletion))
+}
+
+/// Lists deletions, the newest first.
+pub(super) fn list(
+    connection: &Connection,
+    before: Option<i64>,
+    limit: u32,
+) -> Result<Page<Deletion>, StoreError> {
+    let sql =
+        format!("SELECT {COLUMNS} FROM deletions WHERE number < ? ORDER BY number DESC LIMIT ?");
+    let before = before.unwrap_or(i64::MAX);
+    page(connection, &sql, params![before, limit], limit, |row| {
+        body_of(row).map(|body| body.deletion)
+    })
+}
+
+/// Lists the recordings that came before some time.
+pub(super) fn aged(connection: &Connection, before_ms: i64) -> Result<Vec<String>, StoreError> {
+    let sql = "SELECT id FROM recordings WHERE created_ms < ? ORDER BY number";
+    rows(connection, sql, [before_ms], |row| Ok(row.get(0)?))
+}
+
+/// Returns the deletions whose files are still to be removed, and those of their files that no row
+/// names.
+pub(super) fn open(connection: &Connection) -> Result<(Vec<i64>, Vec<String>), StoreError> {
+    let sql = format!("SELECT {COLUMNS} FROM deletions WHERE is_open");
+    let found = rows(connection, &sql, [], |row| {
+        Ok((row.get::<_, i64>(0)?, body_of(row)))
+    })?;
+    if found.is_empty() {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    // A row that is damaged can be made whole by an upload or a backup alone, which bring its files.
+    let (_, named) = named(connection)?;
+    let named: BTreeSet<String> = named.into_iter().map(|file| file.sha256).collect();
+    let (mut numbers, mut files) = (Vec::new(), BTreeSet::new());
+    for (number, body) in found {
+        numbers.push(number);
+        match body {
+            Ok(body) => files.extend(body.files),
+            Err(StoreError::Damaged { what }) => {
+                tracing::error!(%what, "its files go with those that no row names");
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    let files = files.difference(&named).cloned().collect();
+    Ok((numbers, files))
+}
+
+/// Notes that the files of deletions were removed.
+pub(super) fn close(connection: &Connection, numbers: &[i64]) -> Result<(), StoreError> {
+    let mut statement =
+        connection.prepare_cached("UPDATE deletions SET is_open = 0 WHERE number = ?")?;
+    for number in numbers {
+        statement.execute([number])?;
+    }
+    Ok(())
+}
