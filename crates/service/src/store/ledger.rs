@@ -1,6 +1,7 @@
 //! The ledger in SQLite: write-ahead log, synced at every commit, one writer that commits whatever
 //! waits as one group, readers beside it.
 
+use super::jobs::Turns;
 use super::schema;
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
@@ -32,6 +33,7 @@ pub struct SqliteLedger {
     program: Arc<str>,
     readers: Mutex<Vec<Connection>>,
     changes: SyncSender<Change>,
+    turns: Arc<Mutex<Turns>>,
 }
 
 impl SqliteLedger {
@@ -65,6 +67,7 @@ impl SqliteLedger {
             program: jobs::PROGRAM.into(),
             readers: Mutex::new(Vec::new()),
             changes,
+            turns: Arc::default(),
         })
     }
 
@@ -301,7 +304,13 @@ impl Ledger for SqliteLedger {
         if !self.read(|connection| jobs::any_waits(connection, now_ms))? {
             return Ok(None);
         }
-        self.write(move |connection| jobs::take(connection, now_ms, lease_ms))
+        let turns = Arc::clone(&self.turns);
+        self.write(move |connection| {
+            let mut turns = turns
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
+            jobs::take(connection, &mut turns, now_ms, lease_ms)
+        })
     }
 
     fn hold(&self, id: &str, attempt: i64, lease_ms: i64) -> Result<(), StoreError> {
