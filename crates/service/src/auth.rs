@@ -106,11 +106,17 @@ pub enum Seen {
 /// Time for which the list of tokens is taken as read.
 const FRESH: Duration = Duration::from_secs(1);
 
+/// Names whose allowance is remembered; beyond them all others share one.
+const REMEMBERED: usize = 4096;
+
 /// Tokens, and how much each has asked lately.
 #[derive(Debug, Default)]
 pub struct Door {
     tokens: Mutex<Option<(Instant, Vec<StoredToken>)>>,
-    buckets: Mutex<HashMap<String, (f64, Instant)>>,
+    /// What each token may still ask.
+    pub tokens_allowances: Allowances,
+    /// What each address may still ask that shows no token.
+    pub addresses_allowances: Allowances,
 }
 
 impl Door {
@@ -142,18 +148,31 @@ impl Door {
             })
         }))
     }
+}
 
-    /// Takes one request out of a visitor's allowance; else says after how many seconds to come again.
+/// How much each has asked lately.
+#[derive(Debug, Default)]
+pub struct Allowances(Mutex<HashMap<String, (f64, Instant)>>);
+
+impl Allowances {
+    /// Takes one request out of an allowance; else says after how many seconds to come again.
     ///
     /// # Errors
     ///
     /// The time to wait [s].
-    pub fn admit(&self, visitor: &str, per_s: u64, burst: u64) -> Result<(), u32> {
+    pub fn take(&self, name: &str, per_s: u64, burst: u64) -> Result<(), u32> {
         let (per_s, burst) = (per_s as f64, burst as f64);
-        let mut buckets = locked(&self.buckets);
+        let mut buckets = locked(&self.0);
         let now = Instant::now();
-        let (left, last) = buckets.entry(visitor.into()).or_insert((burst, now));
-        *left = (*left + now.duration_since(*last).as_secs_f64() * per_s).min(burst);
+        let since = |last: Instant| now.duration_since(last).as_secs_f64() * per_s;
+        if buckets.len() >= REMEMBERED {
+            // Whoever has the whole allowance again need not be remembered.
+            buckets.retain(|_, (left, last)| *left + since(*last) < burst);
+        }
+        let is_one_too_many = buckets.len() >= REMEMBERED && !buckets.contains_key(name);
+        let name = if is_one_too_many { "others" } else { name };
+        let (left, last) = buckets.entry(name.into()).or_insert((burst, now));
+        *left = (*left + since(*last)).min(burst);
         *last = now;
         if *left < 1.0 {
             return Err(((1.0 - *left) / per_s).ceil().max(1.0) as u32);

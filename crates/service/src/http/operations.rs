@@ -1,6 +1,7 @@
 //! Health, readiness, limits, counters, the description of the interface.
 
 use super::form::HEAD_BYTES;
+use super::guard::LOGIN_BYTES;
 use crate::app::App;
 use crate::config::meaning;
 use crate::jail::Jail;
@@ -96,6 +97,24 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
         ("gate_pairs", config.gate_pairs, "pairs", "gate_pairs"),
         ("gate_rules", config.gate_rules, "rules", "gate_rules"),
         (
+            "connections",
+            config.connections as u64,
+            "connections",
+            "connections",
+        ),
+        (
+            "address_connections",
+            config.address_connections as u64,
+            "connections",
+            "address_connections",
+        ),
+        (
+            "question_time",
+            config.question_time.as_secs(),
+            "s",
+            "question_s",
+        ),
+        (
             "rate",
             config.rate_per_s,
             "requests per second",
@@ -122,6 +141,12 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             QUESTION_BYTES as u64,
             "bytes",
             "Bytes of a question or a gate file.",
+        ),
+        fixed(
+            "login_bytes",
+            LOGIN_BYTES as u64,
+            "bytes",
+            "Bytes of a sign-in.",
         ),
         fixed(
             "waiting",

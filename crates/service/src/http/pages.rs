@@ -17,7 +17,9 @@ mod show;
 mod verdict;
 
 use crate::app::App;
+use crate::audit;
 use crate::auth::{Scope, Seen, Visitor};
+use crate::http::Caller;
 use crate::http::verdicts::{VerdictEntry, Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
 use axum::Router;
@@ -215,6 +217,7 @@ async fn login_form(Extension(visitor): Extension<Visitor>) -> Markup {
 async fn login(
     State(app): State<App>,
     headers: HeaderMap,
+    Extension(caller): Extension<Caller>,
     body: Result<Bytes, BytesRejection>,
 ) -> Response {
     let body = match body {
@@ -227,7 +230,10 @@ async fn login(
         .on_disk(move |parts| parts.door.look(&*parts.ledger, Some(&presented)))
         .await;
     match seen {
-        Ok(Seen::Known(_)) => with_cookie(&format!("{token}; Max-Age=2592000"), &headers),
+        Ok(Seen::Known(visitor)) => {
+            audit::told("signed in", "page", &visitor.name, caller);
+            with_cookie(&format!("{token}; Max-Age=2592000"), &headers)
+        }
         Ok(Seen::Open(_)) => Redirect::to("/").into_response(),
         Ok(Seen::Stranger) => {
             let text = "this token is not known, or was taken back";

@@ -17,4 +17,5 @@ mod gates;
 mod hostile;
 mod pages;
 mod store;
+mod strangers;
 mod support;
