@@ -1,18 +1,22 @@
 //! What every handler shares.
 
+use crate::allowances::Allowances;
 use crate::auth::{Door, Visitor};
 use crate::config::Config;
 use crate::engine::Engine;
 use crate::pool::Crew;
 use crate::problem::Problem;
 use crate::store::{BlobFolder, Blobs, Ledger, SqliteLedger, StoreError};
+use crate::traffic::Traffic;
 use axum::http::StatusCode;
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::time::timeout;
 
 /// What every handler shares.
 #[derive(Clone)]
@@ -30,8 +34,14 @@ pub struct Parts {
     pub crew: Crew,
     /// What was seen of gates on a cluster.
     pub engine: Engine,
-    /// Tokens and rates.
+    /// Tokens.
     pub door: Door,
+    /// What each token may still ask.
+    pub of_tokens: Allowances,
+    /// What each address may still ask that shows no token.
+    pub of_addresses: Allowances,
+    /// When the ledger was last written to see whether it can be, and what came of it.
+    pub probed: Arc<tokio::sync::Mutex<Option<Probed>>>,
     /// What was served.
     pub traffic: Traffic,
     /// Bytes that uploads under way may still take, by the name of their token.
@@ -42,18 +52,14 @@ pub struct Parts {
     _lock: Option<File>,
 }
 
-/// Requests by what became of them.
-#[derive(Debug, Default)]
-pub struct Traffic {
-    /// Answered with what was asked for.
-    pub answered: AtomicU64,
-    /// Refused.
-    pub refused: AtomicU64,
-    /// Not answered because of a fault here.
-    pub failed: AtomicU64,
-    /// Under way.
-    pub open: AtomicU64,
-}
+/// When the ledger was written, and what came of it.
+pub type Probed = (Instant, Result<(), StoreError>);
+
+/// Time for which that is taken as true.
+const PROBED: Duration = Duration::from_secs(1);
+
+/// Time in which the ledger must be written.
+const WRITTEN: Duration = Duration::from_secs(5);
 
 impl std::ops::Deref for App {
     type Target = Parts;
@@ -73,6 +79,9 @@ impl App {
             crew,
             engine: Engine::default(),
             door: Door::default(),
+            of_tokens: Allowances::default(),
+            of_addresses: Allowances::default(),
+            probed: Arc::default(),
             traffic: Traffic::default(),
             under_way: Mutex::default(),
             ends: AtomicBool::new(false),
@@ -110,6 +119,37 @@ impl App {
                 let reason = "work on the disk ended".into();
                 Err(StoreError::Broken { reason }.into())
             }
+        }
+    }
+
+    /// Tells whether the ledger can be written, by writing it; once a second at most, and by one thread,
+    /// however long that takes.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if it cannot, or not in time.
+    pub async fn probe(&self) -> Result<(), StoreError> {
+        let (app, probed) = (self.clone(), Arc::clone(&self.probed));
+        let probing = async move {
+            let mut probed = probed.lock_owned().await;
+            let probing = tokio::task::spawn_blocking(move || match &*probed {
+                Some((when, outcome)) if when.elapsed() < PROBED => outcome.clone(),
+                _ => {
+                    let outcome = app.ledger.probe();
+                    *probed = Some((Instant::now(), outcome.clone()));
+                    outcome
+                }
+            });
+            probing.await
+        };
+        let broken = |reason: String| Err(StoreError::Broken { reason });
+        match timeout(WRITTEN, probing).await {
+            Ok(Ok(outcome)) => outcome,
+            Ok(Err(error)) => broken(error.to_string()),
+            Err(_) => broken(format!(
+                "nothing was written within {} s",
+                WRITTEN.as_secs()
+            )),
         }
     }
 

@@ -1,7 +1,6 @@
-//! Who may do what: tokens with scopes, compared in constant time, a rate for each.
+//! Who may do what: tokens with scopes, compared in constant time.
 
 use crate::store::{Ledger, StoreError, StoredToken, sha256_hex};
-use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -106,17 +105,10 @@ pub enum Seen {
 /// Time for which the list of tokens is taken as read.
 const FRESH: Duration = Duration::from_secs(1);
 
-/// Names whose allowance is remembered; beyond them all others share one.
-const REMEMBERED: usize = 4096;
-
-/// Tokens, and how much each has asked lately.
+/// The tokens as they were last read.
 #[derive(Debug, Default)]
 pub struct Door {
     tokens: Mutex<Option<(Instant, Vec<StoredToken>)>>,
-    /// What each token may still ask.
-    pub tokens_allowances: Allowances,
-    /// What each address may still ask that shows no token.
-    pub addresses_allowances: Allowances,
 }
 
 impl Door {
@@ -147,38 +139,6 @@ impl Door {
                 scopes: token.scopes.split(',').filter_map(Scope::of).collect(),
             })
         }))
-    }
-}
-
-/// How much each has asked lately.
-#[derive(Debug, Default)]
-pub struct Allowances(Mutex<HashMap<String, (f64, Instant)>>);
-
-impl Allowances {
-    /// Takes one request out of an allowance; else says after how many seconds to come again.
-    ///
-    /// # Errors
-    ///
-    /// The time to wait [s].
-    pub fn take(&self, name: &str, per_s: u64, burst: u64) -> Result<(), u32> {
-        let (per_s, burst) = (per_s as f64, burst as f64);
-        let mut buckets = locked(&self.0);
-        let now = Instant::now();
-        let since = |last: Instant| now.duration_since(last).as_secs_f64() * per_s;
-        if buckets.len() >= REMEMBERED {
-            // Whoever has the whole allowance again need not be remembered.
-            buckets.retain(|_, (left, last)| *left + since(*last) < burst);
-        }
-        let is_one_too_many = buckets.len() >= REMEMBERED && !buckets.contains_key(name);
-        let name = if is_one_too_many { "others" } else { name };
-        let (left, last) = buckets.entry(name.into()).or_insert((burst, now));
-        *left = (*left + since(*last)).min(burst);
-        *last = now;
-        if *left < 1.0 {
-            return Err(((1.0 - *left) / per_s).ceil().max(1.0) as u32);
-        }
-        *left -= 1.0;
-        Ok(())
     }
 }
 

@@ -76,7 +76,9 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
         _ => &app.traffic.failed,
     };
     counter.fetch_add(1, Ordering::Relaxed);
-    let ms = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
+    let took = began.elapsed();
+    app.traffic.took(method.as_str(), &path, took);
+    let ms = u64::try_from(took.as_millis()).unwrap_or(u64::MAX);
     // Neither query nor headers: they may hold what is not to be kept.
     tracing::info!(%method, path, status = status.as_u16(), ms, visitor, from = %caller, "request");
     if let Some(problem) = response.extensions_mut().remove::<Problem>()
@@ -192,11 +194,11 @@ async fn admit(
     let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
     let allowed = match &seen {
         Seen::Open(visitor) | Seen::Known(visitor) => {
-            app.door.tokens_allowances.take(&visitor.name, rate, burst)
+            app.of_tokens.take(&visitor.name, rate, burst)
         }
         Seen::Stranger => {
             let address = caller.network().to_string();
-            app.door.addresses_allowances.take(&address, rate, burst)
+            app.of_addresses.take(&address, rate, burst)
         }
     };
     if let Err(wait) = allowed {

@@ -4,7 +4,8 @@
 use super::sql::{confirmed, text_of};
 use super::sum::of_row;
 use super::{Job, JobState, Load, Question, StoreError};
-use rusqlite::{Connection, Row, params};
+use crate::clock::now_ms;
+use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde_json::Value;
 use std::collections::HashMap;
 
@@ -84,8 +85,9 @@ pub(super) fn submit(
         "queued"
     };
     let added = connection.execute(
-        "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state) VALUES (?, ?, ?, ?, ?)",
-        params![id, owner, body, of_row("job", id, &body), state],
+        "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state, lease_ms) VALUES (?, ?, ?, ?, ?, ?)",
+        // Nobody holds it yet: until it is taken that column says when it came.
+        params![id, owner, body, of_row("job", id, &body), state, now_ms()],
     )?;
     let job = find(connection, id)?.ok_or(StoreError::Fenced)?;
     Ok((job, added == 1))
@@ -232,6 +234,15 @@ pub(super) fn reclaim(
         "UPDATE jobs SET state = 'queued' WHERE state = 'running' AND (?2 OR lease_ms < ?1)",
         params![now_ms, every],
     )?)
+}
+
+/// Returns when the oldest job came that waits; of one that was put back, when it was last held.
+pub(super) fn oldest_ms(connection: &Connection) -> Result<Option<i64>, StoreError> {
+    let sql = "SELECT lease_ms FROM jobs WHERE state = ? ORDER BY number LIMIT 1";
+    let mut statement = connection.prepare_cached(sql)?;
+    let mut oldest = |state: &str| statement.query_row([state], |row| row.get(0)).optional();
+    let (question, pair): (Option<i64>, Option<i64>) = (oldest("queued")?, oldest("later")?);
+    Ok(question.into_iter().chain(pair).min())
 }
 
 pub(super) fn load(connection: &Connection, owner: &str) -> Result<Load, StoreError> {

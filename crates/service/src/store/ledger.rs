@@ -6,7 +6,7 @@ use super::schema;
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
-    GateOutcome, GateStanding, Job, Ledger, Load, Manifest, Page, Question, ResultFilter,
+    Census, GateOutcome, GateStanding, Job, Ledger, Load, Manifest, Page, Question, ResultFilter,
     StoreError, StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredToken,
     gates, jobs,
 };
@@ -368,6 +368,26 @@ impl Ledger for SqliteLedger {
 
     fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError> {
         self.write(move |connection| jobs::reclaim(connection, now_ms, every))
+    }
+
+    fn census(&self) -> Result<Census, StoreError> {
+        self.read(|connection| {
+            let sum = |sql: &str| -> Result<u64, StoreError> {
+                let sum: i64 = connection.query_row(sql, [], |row| row.get(0))?;
+                Ok(sum.unsigned_abs())
+            };
+            Ok(Census {
+                oldest_ms: jobs::oldest_ms(connection)?,
+                recording_bytes: sum("SELECT coalesce(sum(bytes), 0) FROM recordings")?,
+                open_gates: sum("SELECT count(*) FROM gates WHERE outcome IS NULL")?,
+            })
+        })
+    }
+
+    fn probe(&self) -> Result<(), StoreError> {
+        self.write(|connection| {
+            Ok(connection.pragma_update(None, "user_version", schema::VERSION)?)
+        })
     }
 
     fn load(&self, owner: &str) -> Result<Load, StoreError> {

@@ -641,6 +641,7 @@ fn verif_a_full_disk_loses_nothing() {
         "{refused} refused, {} kept",
         acknowledged.len()
     );
+    client.get("/readyz").expect(503);
     let began = Instant::now();
     fs::remove_file(filler).unwrap();
     wait_for("work is taken again", Duration::from_secs(5), || {

@@ -15,6 +15,7 @@ mod api;
 mod damage;
 mod gates;
 mod hostile;
+mod operation;
 mod pages;
 mod store;
 mod strangers;

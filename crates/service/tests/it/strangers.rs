@@ -1,7 +1,7 @@
 //! What strangers can take from others: no connection for long, and no allowance but their own.
 
 use crate::support::{Client, Folder, Service, wait_for};
-use latchgate_service::auth::Allowances;
+use latchgate_service::allowances::Allowances;
 use rustix::net::{AddressFamily, SocketType, sockopt};
 use serde_json::{Value, json};
 use std::io::{Read, Write};
