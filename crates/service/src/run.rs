@@ -1,7 +1,9 @@
 //! The commands of `latchgate-serve`.
 //!
+//! - `health`: asks a service whether it answers;
 //! - `upkeep`: backup, restore, and the check of everything that is stored.
 
+mod health;
 mod upkeep;
 
 use crate::app::{App, Store};
@@ -92,6 +94,8 @@ enum Command {
         #[arg(long)]
         collect: bool,
     },
+    /// Ask the service that listens at `listen` whether it answers
+    Health,
     /// Print the description of the HTTP interface
     Openapi,
 }
@@ -164,6 +168,7 @@ fn upkeep_of(command: Command, config: &Config) -> Result<ExitCode, String> {
     match command {
         Command::Token(command) => token(command, &config.data),
         Command::Jail => trials(config),
+        Command::Health => health::ask(config.listen).and_then(say),
         Command::Backup { folder } => upkeep::backup(&config.data, &folder).and_then(say),
         Command::Restore { folder } => upkeep::restore(&folder, &config.data).and_then(say),
         Command::Fsck { collect } => {

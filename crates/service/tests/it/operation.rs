@@ -108,6 +108,23 @@ fn cli_the_figures_count_what_was_done() {
     );
 }
 
+/// A container asks by the program itself whether it answers.
+#[test]
+fn cli_health_is_asked_by_a_command() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["connections=1"]);
+    let port = service.address.rsplit_once(':').unwrap().1.to_string();
+    let _taken = std::net::TcpStream::connect(&service.address).unwrap();
+    for address in [format!("127.0.0.1:{port}"), format!("0.0.0.0:{port}")] {
+        let (code, text) = folder.run(&["health", "--listen", &address]);
+        assert_eq!((code, text.trim()), (0, "it answers"));
+    }
+    assert_eq!(service.end(), 0);
+    let (code, text) = folder.run(&["health", "--listen", &format!("127.0.0.1:{port}")]);
+    assert_eq!(code, 4, "{text}");
+    assert!(text.contains("does not answer"), "{text}");
+}
+
 /// Where nothing can be written no work is taken: the ledger is locked by somebody else.
 #[test]
 fn verif_readiness_needs_a_ledger_that_can_be_written() {
