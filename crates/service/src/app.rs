@@ -1,5 +1,7 @@
 //! What every handler shares.
 
+use crate::allowances::Allowances;
+use crate::audit;
 use crate::auth::{Door, SessionTimes, Visitor};
 use crate::clock::now_ms;
 use crate::config::Config;
@@ -7,13 +9,17 @@ use crate::engine::Engine;
 use crate::pool::Crew;
 use crate::problem::Problem;
 use crate::store::{self, BlobFolder, Blobs, Ledger, SqliteLedger, StoreError, StoredRecording};
+use crate::traffic::Traffic;
 use axum::http::StatusCode;
 use std::collections::HashMap;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::time::{Duration, Instant};
+use tokio::time::timeout;
 
 /// What every handler shares.
 #[derive(Clone)]
@@ -31,8 +37,14 @@ pub struct Parts {
     pub crew: Crew,
     /// What was seen of gates on a cluster.
     pub engine: Engine,
-    /// Tokens and rates.
+    /// Tokens.
     pub door: Door,
+    /// What each token may still ask.
+    pub of_tokens: Allowances,
+    /// What each address may still ask that shows no token.
+    pub of_addresses: Allowances,
+    /// When the ledger was last written to see whether it can be, and what came of it.
+    pub probed: Arc<tokio::sync::Mutex<Option<Probed>>>,
     /// What was served.
     pub traffic: Traffic,
     /// Bytes that uploads under way may still take, by the name of their token.
@@ -46,18 +58,14 @@ pub struct Parts {
     _lock: Option<File>,
 }
 
-/// Requests by what became of them.
-#[derive(Debug, Default)]
-pub struct Traffic {
-    /// Answered with what was asked for.
-    pub answered: AtomicU64,
-    /// Refused.
-    pub refused: AtomicU64,
-    /// Not answered because of a fault here.
-    pub failed: AtomicU64,
-    /// Under way.
-    pub open: AtomicU64,
-}
+/// When the ledger was written, and what came of it.
+pub type Probed = (Instant, Result<(), StoreError>);
+
+/// Time for which that is taken as true.
+const PROBED: Duration = Duration::from_secs(1);
+
+/// Time in which the ledger must be written.
+const WRITTEN: Duration = Duration::from_secs(5);
 
 impl std::ops::Deref for App {
     type Target = Parts;
@@ -73,12 +81,18 @@ impl Parts {
     /// # Errors
     ///
     /// [`StoreError`]; what is deleted by then is deleted.
-    pub fn delete(&self, recordings: &[String], by: &str, why: &str) -> Result<u64, StoreError> {
+    pub fn delete(
+        &self,
+        recordings: &[String],
+        by: &str,
+        why: &str,
+        from: impl Display,
+    ) -> Result<u64, StoreError> {
         let mut deleted = 0;
         for id in recordings {
             if self.ledger.delete_recording(id, by, why, now_ms())? {
                 deleted += 1;
-                tracing::info!(target: "audit", recording = %id, by, why, "recording deleted");
+                audit::told("recording deleted", id, by, &from);
             }
         }
         self.sweep()?;
@@ -125,6 +139,9 @@ impl App {
             crew,
             engine: Engine::default(),
             door: Door::new(times),
+            of_tokens: Allowances::default(),
+            of_addresses: Allowances::default(),
+            probed: Arc::default(),
             traffic: Traffic::default(),
             under_way: Mutex::default(),
             placing: RwLock::default(),
@@ -163,6 +180,37 @@ impl App {
                 let reason = "work on the disk ended".into();
                 Err(StoreError::Broken { reason }.into())
             }
+        }
+    }
+
+    /// Tells whether the ledger can be written, by writing it; once a second at most, and by one thread,
+    /// however long that takes.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if it cannot, or not in time.
+    pub async fn probe(&self) -> Result<(), StoreError> {
+        let (app, probed) = (self.clone(), Arc::clone(&self.probed));
+        let probing = async move {
+            let mut probed = probed.lock_owned().await;
+            let probing = tokio::task::spawn_blocking(move || match &*probed {
+                Some((when, outcome)) if when.elapsed() < PROBED => outcome.clone(),
+                _ => {
+                    let outcome = app.ledger.probe();
+                    *probed = Some((Instant::now(), outcome.clone()));
+                    outcome
+                }
+            });
+            probing.await
+        };
+        let broken = |reason: String| Err(StoreError::Broken { reason });
+        match timeout(WRITTEN, probing).await {
+            Ok(Ok(outcome)) => outcome,
+            Ok(Err(error)) => broken(error.to_string()),
+            Err(_) => broken(format!(
+                "nothing was written within {} s",
+                WRITTEN.as_secs()
+            )),
         }
     }
 

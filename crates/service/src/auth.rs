@@ -1,8 +1,8 @@
-//! Who may do what: tokens with scopes, compared in constant time, a rate for each.
+//! Who may do what: tokens with scopes, compared in constant time.
 
+use crate::audit;
 use crate::clock::now_ms;
 use crate::store::{Ledger, StoreError, StoredSession, StoredToken, sha256_hex};
-use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -126,9 +126,10 @@ const FRESH: Duration = Duration::from_secs(1);
 const NOTED_MS: i64 = 5 * 60_000;
 
 /// Tokens and sessions as they were last read.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Known {
-    read: Instant,
+    /// When that was; `None` where they are to be read again.
+    read: Option<Instant>,
     tokens: Vec<StoredToken>,
     sessions: Vec<StoredSession>,
 }
@@ -146,8 +147,7 @@ pub struct SessionTimes {
 #[derive(Debug)]
 pub struct Door {
     times: SessionTimes,
-    known: Mutex<Option<Known>>,
-    buckets: Mutex<HashMap<String, (f64, Instant)>>,
+    known: Mutex<Known>,
 }
 
 impl Door {
@@ -156,7 +156,6 @@ impl Door {
         Self {
             times,
             known: Mutex::default(),
-            buckets: Mutex::default(),
         }
     }
 
@@ -170,19 +169,17 @@ impl Door {
         ledger: &dyn Ledger,
         presented: Option<&Presented>,
     ) -> Result<Seen, StoreError> {
-        let mut kept = locked(&self.known);
-        let is_fresh = |known: &Known| known.read.elapsed() < FRESH;
-        let mut known = match kept.take().filter(is_fresh) {
-            Some(known) => known,
-            None => Known {
-                read: Instant::now(),
-                tokens: ledger.tokens()?,
-                sessions: ledger.sessions()?,
-            },
-        };
-        let seen = self.seen(ledger, presented, &mut known);
-        *kept = Some(known);
-        seen
+        let mut known = locked(&self.known);
+        if known.read.is_none_or(|read| read.elapsed() >= FRESH) {
+            let tokens = ledger.tokens()?;
+            if known.read.is_some() || !known.tokens.is_empty() {
+                tell_changes(&known.tokens, &tokens);
+            }
+            known.tokens = tokens;
+            known.sessions = ledger.sessions()?;
+            known.read = Some(Instant::now());
+        }
+        self.seen(ledger, presented, &mut known)
     }
 
     fn seen(
@@ -261,7 +258,7 @@ impl Door {
             created_ms: now,
             seen_ms: now,
         })?;
-        *locked(&self.known) = None;
+        locked(&self.known).read = None;
         Ok(secret)
     }
 
@@ -272,27 +269,23 @@ impl Door {
     /// [`StoreError`] if that cannot be written.
     pub fn sign_out(&self, ledger: &dyn Ledger, session: &str) -> Result<(), StoreError> {
         ledger.end_session(&sha256_hex(session.as_bytes()))?;
-        *locked(&self.known) = None;
+        locked(&self.known).read = None;
         Ok(())
     }
+}
 
-    /// Takes one request out of a visitor's allowance; else says after how many seconds to come again.
-    ///
-    /// # Errors
-    ///
-    /// The time to wait [s].
-    pub fn admit(&self, visitor: &str, per_s: u64, burst: u64) -> Result<(), u32> {
-        let (per_s, burst) = (per_s as f64, burst as f64);
-        let mut buckets = locked(&self.buckets);
-        let now = Instant::now();
-        let (left, last) = buckets.entry(visitor.into()).or_insert((burst, now));
-        *left = (*left + now.duration_since(*last).as_secs_f64() * per_s).min(burst);
-        *last = now;
-        if *left < 1.0 {
-            return Err(((1.0 - *left) / per_s).ceil().max(1.0) as u32);
-        }
-        *left -= 1.0;
-        Ok(())
+/// Tells which tokens were made and taken back since they were read before: by the command line, whose
+/// process has a log of its own.
+fn tell_changes(before: &[StoredToken], now: &[StoredToken]) {
+    for token in now {
+        let known = before.iter().find(|known| known.number == token.number);
+        let what = match known {
+            None => "token made",
+            Some(known) if token.revoked && !known.revoked => "token taken back",
+            Some(known) if token.ends_ms != known.ends_ms => "token ends otherwise",
+            Some(_) => continue,
+        };
+        audit::told(what, &token.reference(), "operator", "the command line");
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -44,9 +44,14 @@ pub const KEYS: &[Key] = &[
         "Names under which a proxy serves the page, with commas between; the loopback's are known.",
     ),
     key(
-        "require_jail",
+        "proxies",
+        "",
+        "Addresses of proxies, with commas between: they may hold every connection, and are believed for whom they ask.",
+    ),
+    key(
+        "without_jail",
         "false",
-        "Refuse to start where the kernel does not give the whole jail.",
+        "Start where the kernel does not give the whole jail.",
     ),
     key(
         "places",
@@ -111,7 +116,17 @@ pub const KEYS: &[Key] = &[
         "1000",
         "Designs, each version counted, that one token may keep.",
     ),
+    key(
+        "question_s",
+        "10",
+        "Time in which the whole body of a request must come that is no upload [s].",
+    ),
     key("connections", "1024", "Connections at a time."),
+    key(
+        "address_connections",
+        "128",
+        "Connections of one address at a time, of IPv6 of its first 64 bits; `proxies` have no such bound.",
+    ),
     key("queue", "200000", "Jobs that may wait."),
     key(
         "own_queue",
@@ -167,9 +182,13 @@ pub const KEYS: &[Key] = &[
     key(
         "rate_per_s",
         "200",
-        "Requests of one token per second, on average.",
+        "Requests of one token per second, on average; without a token, of one address.",
     ),
-    key("rate_burst", "1000", "Requests of one token at once."),
+    key(
+        "rate_burst",
+        "1000",
+        "Requests of one token at once; without a token, of one address.",
+    ),
     key(
         "free_mib",
         "256",
@@ -381,8 +400,10 @@ pub struct Config {
     pub data: PathBuf,
     /// Names under which the page is served beside the loopback's.
     pub hosts: Vec<String>,
-    /// Whether a jail with gaps keeps the service from starting.
-    pub require_jail: bool,
+    /// Addresses of proxies, which are believed for whom they ask.
+    pub proxies: Vec<IpAddr>,
+    /// Whether children work whose jail is not whole.
+    pub without_jail: bool,
     /// Children that work on jobs.
     pub places: usize,
     /// Memory that a child may map [bytes].
@@ -413,8 +434,12 @@ pub struct Config {
     pub upkeep: Duration,
     /// Designs that one token may keep.
     pub own_designs: u64,
+    /// Time in which the whole body of a request must come that is no upload.
+    pub question_time: Duration,
     /// Connections at a time.
     pub connections: usize,
+    /// Connections of one address at a time.
+    pub address_connections: usize,
     /// Jobs that may wait.
     pub queue: u64,
     /// Jobs of one token that may wait or run.
@@ -467,7 +492,8 @@ impl Config {
                 .filter(|host| !host.is_empty())
                 .map(str::to_lowercase)
                 .collect(),
-            require_jail: layers.value("require_jail", "true or false")?,
+            proxies: proxies(layers)?,
+            without_jail: layers.value("without_jail", "true or false")?,
             places: match layers.number("places", 0, 1024)? {
                 0 => cores,
                 stated => usize::try_from(stated).unwrap_or(cores),
@@ -489,6 +515,13 @@ impl Config {
             },
             upkeep: layers.seconds("upkeep_s", 86_400)?,
             own_designs: layers.number("own_designs", 1, 1 << 40)?,
+            question_time: layers.seconds("question_s", 3600)?,
+            address_connections: usize::try_from(layers.number(
+                "address_connections",
+                1,
+                1 << 20,
+            )?)
+            .unwrap_or(1),
             connections: usize::try_from(layers.number("connections", 1, 1 << 20)?).unwrap_or(1),
             queue: layers.number("queue", 1, 1 << 40)?,
             own_queue: layers.number("own_queue", 1, 1 << 40)?,
@@ -513,6 +546,16 @@ impl Config {
             },
         })
     }
+}
+
+fn proxies(layers: &Layers) -> Result<Vec<IpAddr>, String> {
+    let words = layers.text("proxies").split(',').map(str::trim);
+    let addresses = words.filter(|word| !word.is_empty()).map(|word| {
+        let address = word.parse::<IpAddr>();
+        let told = |_| format!("`proxies` takes addresses with commas between, found `{word}`");
+        address.map(|address| address.to_canonical()).map_err(told)
+    });
+    addresses.collect()
 }
 
 fn engine(layers: &Layers) -> Result<Option<EngineOptions>, String> {

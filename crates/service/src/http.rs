@@ -2,6 +2,9 @@
 //!
 //! - `guard`: who is let in, same-origin checks, headers of every answer;
 //! - `server`: connections under deadlines, and the end of service;
+//! - `places`: how many there may be, and whose;
+//! - `paced`: connections that must be read from;
+//! - `caller`: where a request comes from;
 //! - `operations`: health, readiness, limits, counters, the description of the interface;
 //! - `recordings`: uploads;
 //! - `form`: parts of an upload's form;
@@ -13,6 +16,7 @@
 //! - `files`: stored bytes as answers;
 //! - `pages`: what people see in a browser.
 
+mod caller;
 pub(crate) mod designs;
 mod files;
 mod form;
@@ -20,13 +24,17 @@ pub(crate) mod gates;
 mod guard;
 mod jobs;
 mod operations;
+mod paced;
 mod pages;
+mod places;
 pub(crate) mod recordings;
 mod server;
 mod upload;
 pub(crate) mod verdicts;
 
+pub(crate) use caller::Caller;
 pub(crate) use guard::{COOKIE, TLS_COOKIE, session};
+pub(crate) use places::SPARE;
 pub use server::serve;
 
 use crate::app::App;

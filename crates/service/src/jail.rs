@@ -126,7 +126,8 @@ fn shut_tcp() -> Result<(), String> {
         .map_err(|error| error.to_string())
 }
 
-/// What a computing process that speaks over pipes needs, and no more.
+/// What a computing process that speaks over pipes needs, and no more; [`call_filter`] adds what it
+/// needs in part.
 const CALLS: &[i64] = &[
     libc::SYS_read,
     libc::SYS_write,
@@ -135,10 +136,8 @@ const CALLS: &[i64] = &[
     libc::SYS_close,
     libc::SYS_fstat,
     libc::SYS_lseek,
-    libc::SYS_mmap,
     libc::SYS_munmap,
     libc::SYS_mremap,
-    libc::SYS_mprotect,
     libc::SYS_madvise,
     libc::SYS_brk,
     libc::SYS_futex,
@@ -168,15 +167,29 @@ fn shut_calls() -> Result<(), String> {
 fn call_filter() -> Result<BpfProgram, seccompiler::BackendError> {
     let mut rules: BTreeMap<i64, Vec<SeccompRule>> =
         CALLS.iter().map(|call| (*call, Vec::new())).collect();
-    let only = |argument: u8, value: u64| {
-        let condition =
-            SeccompCondition::new(argument, SeccompCmpArgLen::Dword, SeccompCmpOp::Eq, value)?;
-        SeccompRule::new(vec![condition])
-    };
-    // A signal may go to itself alone, as an abort sends it; limits may be its own alone.
+    use SeccompCmpArgLen::{Dword, Qword};
+    use SeccompCmpOp::{Eq, MaskedEq};
+    let is = SeccompCondition::new;
+    // A signal may go to itself alone, as an abort sends it.
     let own = u64::from(std::process::id());
-    rules.insert(libc::SYS_tgkill, vec![only(0, own)?]);
-    rules.insert(libc::SYS_prlimit64, vec![only(0, 0)?]);
+    let rule = SeccompRule::new(vec![is(0, Dword, Eq, own)?])?;
+    rules.insert(libc::SYS_tgkill, vec![rule]);
+    // Limits may be its own alone: each may be read (no new value is given), that of processor time
+    // is set for each order. Whether it is raised or lowered cannot be seen here: its value lies
+    // behind an address. The parent ends what takes too long by its own clock.
+    let is_read = vec![is(0, Dword, Eq, 0)?, is(2, Qword, Eq, 0)?];
+    let is_time = vec![
+        is(0, Dword, Eq, 0)?,
+        is(1, Dword, Eq, u64::from(libc::RLIMIT_CPU))?,
+    ];
+    let limits = vec![SeccompRule::new(is_read)?, SeccompRule::new(is_time)?];
+    rules.insert(libc::SYS_prlimit64, limits);
+    // Memory is never to be run: what a recording holds stays data.
+    let may_run = u64::from(libc::PROT_EXEC.unsigned_abs());
+    for call in [libc::SYS_mmap, libc::SYS_mprotect] {
+        let rule = SeccompRule::new(vec![is(2, Dword, MaskedEq(may_run), 0)?])?;
+        rules.insert(call, vec![rule]);
+    }
     let refused = SeccompAction::Errno(libc::EPERM.unsigned_abs());
     let arch = std::env::consts::ARCH.try_into()?;
     SeccompFilter::new(rules, refused, SeccompAction::Allow, arch)?.try_into()

@@ -1,7 +1,7 @@
 //! The HTTP service of latchgate: recordings in, verdicts kept, judged in jailed children.
 //!
 //! In reading order: `config` says how it runs, `http` answers requests, `auth` says who
-//! may, `app` is what they share, `store` keeps what was taken in and answered, `gate` judges
+//! may, `allowances` how often, `audit` tells of what they did, `app` is what they share, `store` keeps what was taken in and answered, `gate` judges
 //! many of them here, `cluster_gates` on a cluster (`engine` is what was last seen there), `pool` has children
 //! read and judge in a `jail`, `problem` words what went wrong, `run` are the commands.
 
@@ -15,7 +15,9 @@
     reason = "a problem is made once for a request that is refused, and sent"
 )]
 
+pub mod allowances;
 pub mod app;
+pub mod audit;
 pub mod auth;
 pub mod clock;
 pub mod cluster_gates;
@@ -28,3 +30,4 @@ pub mod pool;
 pub mod problem;
 pub mod run;
 pub mod store;
+pub mod traffic;

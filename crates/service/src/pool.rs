@@ -22,6 +22,6 @@ mod words;
 
 pub(crate) use answer::{design_of, request_of};
 pub use child::work as child_work;
-pub use crew::{Crew, CrewOptions, Progress, WAITING};
+pub use crew::{ANSWERS, Crew, CrewOptions, Progress, WAITING};
 pub use slot::{ChildOptions, Delivered, Ending, Lost, Slot};
 pub use words::{Answer, How, Order, Trial};

@@ -1,8 +1,10 @@
 //! The commands of `latchgate-serve`.
 //!
+//! - `health`: asks a service whether it answers;
 //! - `tokens`: tokens, made, listed and taken back;
 //! - `upkeep`: backup, restore, and the check of everything that is stored.
 
+mod health;
 mod tokens;
 mod upkeep;
 
@@ -11,7 +13,7 @@ use crate::clock::now_ms;
 use crate::config::{Config, Layers};
 use crate::pool::{Answer, ChildOptions, Crew, CrewOptions, Lost, Order, Slot, Trial, child_work};
 use crate::store::{self, Collected};
-use crate::{cluster_gates, gate, http};
+use crate::{audit, cluster_gates, gate, http};
 use clap::{Args, Parser, Subcommand};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::fmt::Display;
@@ -21,6 +23,9 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::net::TcpListener;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 /// Serves latchgate over HTTP: recordings in, verdicts kept, with a page for people.
 ///
@@ -46,9 +51,9 @@ struct CommonOptions {
     /// Configuration file [default: $LATCHGATE_SERVE_CONFIG]
     #[arg(long, global = true, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Refuse to start where the kernel does not give the whole jail
+    /// Start where the kernel does not give the whole jail: recordings may then reach more
     #[arg(long, global = true)]
-    require_jail: bool,
+    without_jail: bool,
     /// What judges large gates: none, or slurm; see `engine_from_pairs` [default: none]
     #[arg(long, global = true, value_name = "ENGINE")]
     engine: Option<String>,
@@ -90,6 +95,8 @@ enum Command {
         #[arg(long)]
         collect: bool,
     },
+    /// Ask the service that listens at `listen` whether it answers
+    Health,
     /// Print the description of the HTTP interface
     Openapi,
 }
@@ -145,6 +152,7 @@ fn upkeep_of(command: Command, config: &Config) -> Result<ExitCode, String> {
     match command {
         Command::Token(command) => tokens::run(command, &config.data),
         Command::Jail => trials(config),
+        Command::Health => health::ask(config.listen).and_then(say),
         Command::Backup { folder } => upkeep::backup(&config.data, &folder).and_then(say),
         Command::Restore { folder } => upkeep::restore(&folder, &config.data).and_then(say),
         Command::Fsck { collect } => {
@@ -183,8 +191,8 @@ fn layers(common: &CommonOptions) -> Result<Layers, String> {
             flags.push((name.into(), value.clone()));
         }
     }
-    if common.require_jail {
-        flags.push(("require_jail".into(), "true".into()));
+    if common.without_jail {
+        flags.push(("without_jail".into(), "true".into()));
     }
     let stated = std::env::var_os("LATCHGATE_SERVE_CONFIG").map(PathBuf::from);
     let file = common.config.clone().or(stated);
@@ -212,18 +220,23 @@ fn child_options(config: &Config) -> ChildOptions {
         order_time: config.order_time,
         silence: config.silence,
         answer_bytes: config.answer_bytes,
+        without_jail: config.without_jail,
     }
 }
 
 fn log(config: &Config) {
-    let subscriber = tracing_subscriber::fmt()
-        .with_max_level(config.log)
-        .with_writer(io::stderr);
-    if config.log_json {
-        subscriber.json().init();
+    let lines = tracing_subscriber::fmt::layer().with_writer(io::stderr);
+    let lines = if config.log_json {
+        lines.json().boxed()
     } else {
-        subscriber.init();
-    }
+        lines.boxed()
+    };
+    let levels = Targets::new()
+        .with_default(config.log)
+        .with_target(audit::TARGET, tracing::Level::INFO);
+    tracing_subscriber::registry()
+        .with(lines.with_filter(levels))
+        .init();
 }
 
 fn serve(config: Config) -> Result<ExitCode, String> {
@@ -248,14 +261,8 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     let (ledger, blobs) = (Arc::clone(&store.ledger), Arc::clone(&store.blobs));
     let crew = Crew::start(&options, ledger, blobs)
         .map_err(|error| format!("no child can be started: {error}"))?;
-    let jail = crew.jail().clone();
-    if !jail.is_whole() {
-        let lacking = jail.lacking.join("; ");
-        if config.require_jail {
-            return Err(format!(
-                "the jail is not whole, and `require_jail` is set: {lacking}"
-            ));
-        }
+    if !crew.jail().is_whole() {
+        let lacking = crew.jail().lacking.join("; ");
         tracing::warn!(%lacking, "the jail of children is not whole");
     }
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -270,10 +277,10 @@ fn serve(config: Config) -> Result<ExitCode, String> {
 }
 
 /// Lets this process have the files that its connections need: two each, one to the client and one
-/// to a stored file, and some for ledger, children and log. Were there fewer, idle connections could
+/// to a stored file, and some for connections without a place, ledger, children and log. Were there fewer, idle connections could
 /// take those that a child is started with.
 fn raise_open_files(connections: usize) -> Result<(), String> {
-    let needed = 2 * connections as u64 + 64;
+    let needed = (2 * connections + http::SPARE) as u64 + 64;
     let known = getrlimit(Resource::Nofile);
     let within = |limit: Option<u64>| limit.is_none_or(|limit| limit >= needed);
     if within(known.current) {
@@ -373,7 +380,7 @@ async fn delete_aged(app: &App, keep: Duration, passed: Duration, by_clock_ms: i
     let before_ms = now_ms().saturating_sub(keep.as_millis() as i64);
     let deleted = app.on_disk(move |parts| {
         let aged = parts.ledger.aged_recordings(before_ms)?;
-        parts.delete(&aged, "latchgate", "keep_days")
+        parts.delete(&aged, "latchgate", "keep_days", "the service")
     });
     match deleted.await {
         Ok(0) => {}

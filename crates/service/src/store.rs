@@ -631,6 +631,10 @@ pub trait Ledger: Send + Sync {
     fn remake(&self, report_id: &str, lost: &str) -> Result<Remake, StoreError>;
     /// Returns how many jobs wait and run, all of them and those of one owner.
     fn load(&self, owner: &str) -> Result<Load, StoreError>;
+    /// Returns what else is told of the store in figures.
+    fn census(&self) -> Result<Census, StoreError>;
+    /// Writes what it says already, to see whether it can be written.
+    fn probe(&self) -> Result<(), StoreError>;
 
     /// Finds a result.
     fn result(&self, report_id: &str) -> Result<Option<StoredResult>, StoreError>;
@@ -721,6 +725,17 @@ pub struct Load {
     pub running: u64,
     /// Jobs of one owner that wait or run.
     pub own: u64,
+}
+
+/// What the store holds, in figures.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Census {
+    /// When the oldest job came that waits [ms since 1970].
+    pub oldest_ms: Option<i64>,
+    /// Bytes of all recordings.
+    pub recording_bytes: u64,
+    /// Gates that have no outcome yet.
+    pub open_gates: u64,
 }
 
 /// Blobs that were removed.

@@ -1,6 +1,8 @@
 //! Designs by name and version; a version never changes.
 
+use super::Caller;
 use crate::app::App;
+use crate::audit;
 use crate::auth::{Scope, Visitor};
 use crate::clock::now_ms;
 use crate::pool::{design_of, request_of};
@@ -246,6 +248,7 @@ pub(super) async fn get(
 pub(super) async fn delete(
     State(app): State<App>,
     Extension(visitor): Extension<Visitor>,
+    Extension(caller): Extension<Caller>,
     Placed(reference): Placed<String>,
 ) -> Result<StatusCode, Problem> {
     let named = reference.rsplit_once('@');
@@ -260,7 +263,7 @@ pub(super) async fn delete(
     if !is_deleted {
         return Err(Problem::not_found(&format!("design {reference}")));
     }
-    tracing::info!(target: "audit", design = %reference, by = %visitor.name, "design deleted");
+    audit::told("design deleted", &reference, &visitor.name, caller);
     Ok(StatusCode::NO_CONTENT)
 }
 

@@ -1,15 +1,20 @@
 //! Who is let in, same-origin checks on every change, and headers of every answer.
 
-use super::{INTERFACE, Needs, declared};
+use super::server::Peer;
+use super::{Caller, INTERFACE, Needs, declared};
 use crate::app::App;
+use crate::audit;
 use crate::auth::{Presented, Seen, Visitor};
 use crate::http::pages;
-use crate::problem::Problem;
+use crate::problem::{Problem, QUESTION_BYTES};
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
 use axum::http::{HeaderMap, Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
+use http_body_util::LengthLimitError;
+use std::error::Error as _;
+use std::net::Ipv4Addr;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -18,6 +23,13 @@ pub(crate) const COOKIE: &str = "latchgate-session";
 
 /// Its name behind TLS: browsers take it from this host alone, and send it over TLS alone.
 pub(crate) const TLS_COOKIE: &str = "__Host-latchgate-session";
+
+/// Where everybody is let in, and nobody has an allowance: whoever watches the service, and what a
+/// page loads.
+const FREE: &[&str] = &["/healthz", "/readyz", "/assets/{name}"];
+
+/// Bytes of a sign-in.
+pub(super) const LOGIN_BYTES: usize = 4 << 10;
 
 /// What a page may load: what this service serves, nothing inline.
 const POLICY: &str = "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'; object-src 'none'";
@@ -29,27 +41,49 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     let is_interface = is_interface(request.uri().path());
     let path = request.extensions().get::<MatchedPath>();
     let path = path.map_or_else(|| "-".to_string(), |path| path.as_str().to_string());
+    let peer = request.extensions().get::<Peer>();
+    let peer = peer.copied().unwrap_or(Peer {
+        address: Ipv4Addr::UNSPECIFIED.into(),
+        is_spare: false,
+    });
+    let caller = Caller::of(peer.address, request.headers(), &app.config.proxies);
+    request.extensions_mut().insert(caller);
     app.traffic.open.fetch_add(1, Ordering::Relaxed);
-    let (visitor, mut response) = match admit(&app, &path, &method, request.headers().clone()).await
-    {
+    let admitted = if FREE.contains(&path.as_str()) {
+        Ok(Visitor::nobody())
+    } else if peer.is_spare {
+        Err(Box::new(no_place(&app).into_response()))
+    } else {
+        admit(&app, &path, &method, request.headers().clone(), caller).await
+    };
+    let (visitor, mut response) = match admitted {
         Ok(visitor) => {
             let name = visitor.name.clone();
             request.extensions_mut().insert(visitor);
-            (name, next.run(request).await)
+            match received(&app, &path, request).await {
+                Ok(request) => (name, next.run(request).await),
+                Err(problem) => (name, problem.into_response()),
+            }
         }
         Err(refused) => ("-".to_string(), *refused),
     };
     app.traffic.open.fetch_sub(1, Ordering::Relaxed);
     let status = response.status();
+    if matches!(status, StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN) {
+        let what = format!("{method} {path}");
+        audit::told("refused", &what, &visitor, caller);
+    }
     let counter = match status.as_u16() {
         ..400 => &app.traffic.answered,
         400..500 => &app.traffic.refused,
         _ => &app.traffic.failed,
     };
     counter.fetch_add(1, Ordering::Relaxed);
-    let ms = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
+    let took = began.elapsed();
+    app.traffic.took(method.as_str(), &path, took);
+    let ms = u64::try_from(took.as_millis()).unwrap_or(u64::MAX);
     // Neither query nor headers: they may hold what is not to be kept.
-    tracing::info!(%method, path, status = status.as_u16(), ms, visitor, "request");
+    tracing::info!(%method, path, status = status.as_u16(), ms, visitor, from = %caller, "request");
     if let Some(problem) = response.extensions_mut().remove::<Problem>()
         && !is_interface
     {
@@ -63,6 +97,52 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     }
     guarded(response.headers_mut());
     response
+}
+
+fn no_place(app: &App) -> Problem {
+    let (most, own) = (app.config.connections, app.config.address_connections);
+    let found = format!("as many, or {own} of this address, that are open");
+    let status = StatusCode::SERVICE_UNAVAILABLE;
+    Problem::later(status, "connections", most as u64, found, 1)
+}
+
+/// Waits until the whole body has come of a request that is no upload, and no longer than it may take:
+/// a client that sends a byte now and then would hold a place for hours.
+async fn received(app: &App, path: &str, request: Request) -> Result<Request, Problem> {
+    let method = request.method();
+    let is_upload = *method == Method::POST && path == "/v1/recordings";
+    if is_upload || matches!(*method, Method::GET | Method::HEAD) {
+        return Ok(request);
+    }
+    let (name, most) = if path == "/login" {
+        ("login_bytes", LOGIN_BYTES)
+    } else {
+        ("body_bytes", QUESTION_BYTES)
+    };
+    let (head, body) = request.into_parts();
+    let time = app.config.question_time;
+    match tokio::time::timeout(time, axum::body::to_bytes(body, most)).await {
+        Ok(Ok(bytes)) => Ok(Request::from_parts(head, bytes.into())),
+        Ok(Err(error))
+            if error
+                .source()
+                .is_some_and(|cause| cause.is::<LengthLimitError>()) =>
+        {
+            let way_out = "a question or a gate file is shorter; recordings go to /v1/recordings";
+            let (status, found) = (StatusCode::PAYLOAD_TOO_LARGE, "a larger body".into());
+            Err(Problem::over(status, name, most as u64, found, way_out))
+        }
+        Ok(Err(_)) => Err(Problem::bad_request("the body ended before it was whole")),
+        Err(_) => {
+            let text = format!(
+                "the body took longer than {} s; send it at once, or raise `question_s` in the \
+                 service's configuration",
+                time.as_secs()
+            );
+            let status = StatusCode::REQUEST_TIMEOUT;
+            Err(Problem::new(status, "too-slow", "Too slow", text))
+        }
+    }
 }
 
 /// Tells whether programs ask here, who are answered as `/openapi.json` says, or people.
@@ -99,6 +179,7 @@ async fn admit(
     path: &str,
     method: &Method,
     headers: HeaderMap,
+    caller: Caller,
 ) -> Result<Visitor, Box<Response>> {
     let headers = &headers;
     let refuse = |problem: Problem| Box::new(problem.into_response());
@@ -112,28 +193,44 @@ async fn admit(
         Ok(Err(error)) => return Err(refuse(error.into())),
         Err(_) => return Err(refuse(Problem::not_found("answer"))),
     };
+    // Strangers share nothing, lest one of them keeps the others from signing in.
+    let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
+    let allowed = match &seen {
+        Seen::Open(visitor) | Seen::Known(visitor) => {
+            app.of_tokens.take(&visitor.name, rate, burst)
+        }
+        Seen::Stranger => {
+            let address = caller.network().to_string();
+            app.of_addresses.take(&address, rate, burst)
+        }
+    };
+    if let Err(wait) = allowed {
+        let found = "more requests of this token or address".into();
+        let status = StatusCode::TOO_MANY_REQUESTS;
+        return Err(refuse(Problem::later(status, "rate", rate, found, wait)));
+    }
     let asked_as = if *method == Method::HEAD {
         "GET"
     } else {
         method.as_str()
     };
     let route = declared().find(|(verb, known, _)| *verb == asked_as && *known == path);
-    let visitor = match (seen, route) {
+    match (seen, route) {
         (Seen::Open(visitor), _) => {
             // Without a token the name under which this is asked must be the machine's own, lest
             // a page from elsewhere points its name here.
             known_host(app, headers).map_err(refuse)?;
-            visitor
+            Ok(visitor)
         }
         (Seen::Known(visitor), route) => {
             let needs = route.and_then(|(_, _, needs)| needs).unwrap_or(&[]);
             if let Some(scope) = needs.iter().find(|scope| !visitor.may(**scope)) {
                 return Err(refuse(Problem::forbidden(*scope)));
             }
-            visitor
+            Ok(visitor)
         }
         // Where nobody is asked, a stranger may, and elsewhere learns nothing of what there is.
-        (Seen::Stranger, Some((_, _, None))) => Visitor::nobody(),
+        (Seen::Stranger, Some((_, _, None))) => Ok(Visitor::nobody()),
         (Seen::Stranger, _) => {
             let wants_page = headers
                 .get(header::ACCEPT)
@@ -142,16 +239,9 @@ async fn admit(
             if wants_page && *method == Method::GET {
                 return Err(Box::new(Redirect::to("/login").into_response()));
             }
-            return Err(Box::new(unknown()));
+            Err(Box::new(unknown()))
         }
-    };
-    let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
-    if let Err(wait) = app.door.admit(&visitor.name, rate, burst) {
-        let found = "more requests of this token".into();
-        let status = StatusCode::TOO_MANY_REQUESTS;
-        return Err(refuse(Problem::later(status, "rate", rate, found, wait)));
     }
-    Ok(visitor)
 }
 
 fn unknown() -> Response {

@@ -1,16 +1,18 @@
 //! Health, readiness, limits, counters, the description of the interface.
 
 use super::form::HEAD_BYTES;
+use super::guard::LOGIN_BYTES;
 use crate::app::App;
+use crate::clock::now_ms;
 use crate::config::meaning;
 use crate::jail::Jail;
-use crate::pool::WAITING;
+use crate::pool::{ANSWERS, WAITING};
 use crate::problem::{Problem, QUESTION_BYTES};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use latchgate::pipeline::Limits;
+use latchgate::pipeline::{Limits, NUMBERS_REVISION};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -22,17 +24,26 @@ pub(super) async fn healthz() -> &'static str {
     "ok\n"
 }
 
-/// Says whether work is taken.
+/// Says whether work is taken: the service does not end, there is space on the disk, and the ledger was
+/// written within the last second.
 #[utoipa::path(
     get, path = "/readyz",
     responses(
         (status = 200, description = "Work is taken", body = String),
+        (status = 503, description = "No work is taken; `detail` says why", body = Problem, content_type = "application/problem+json"),
     )
 )]
 pub(super) async fn readyz(State(app): State<App>) -> Result<&'static str, Problem> {
-    app.admit_bytes(0)?;
-    app.on_disk(|parts| parts.ledger.job("").map(|_| ()))
-        .await?;
+    let ready = app.admit_bytes(1 << 20);
+    let ready = match ready {
+        Ok(()) => app.probe().await.map_err(Problem::from),
+        refused => refused,
+    };
+    let unready = |problem: Problem| Problem {
+        status: StatusCode::SERVICE_UNAVAILABLE.as_u16(),
+        ..problem
+    };
+    ready.map_err(unready)?;
     Ok("ready\n")
 }
 
@@ -97,6 +108,24 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
         ("gate_pairs", config.gate_pairs, "pairs", "gate_pairs"),
         ("gate_rules", config.gate_rules, "rules", "gate_rules"),
         (
+            "connections",
+            config.connections as u64,
+            "connections",
+            "connections",
+        ),
+        (
+            "address_connections",
+            config.address_connections as u64,
+            "connections",
+            "address_connections",
+        ),
+        (
+            "question_time",
+            config.question_time.as_secs(),
+            "s",
+            "question_s",
+        ),
+        (
             "rate",
             config.rate_per_s,
             "requests per second",
@@ -123,6 +152,12 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             QUESTION_BYTES as u64,
             "bytes",
             "Bytes of a question or a gate file.",
+        ),
+        fixed(
+            "login_bytes",
+            LOGIN_BYTES as u64,
+            "bytes",
+            "Bytes of a sign-in.",
         ),
         fixed(
             "waiting",
@@ -161,41 +196,120 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
     )
 )]
 pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem> {
-    let load = app.on_disk(|parts| parts.ledger.load("")).await?;
+    let (load, census) = app
+        .on_disk(|parts| Ok((parts.ledger.load("")?, parts.ledger.census()?)))
+        .await?;
     let free = app.blobs.free_bytes()?;
     let (traffic, pool) = (&app.traffic, app.crew.counters());
     let counted = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-    let lines = [
+    let oldest_ms = census
+        .oldest_ms
+        .map_or(0, |oldest| now_ms() - oldest)
+        .max(0);
+    let mut text = String::new();
+    let mut describe = |name: &str, kind: &str, help: &str, samples: &str| {
+        let _ = write!(
+            text,
+            "# HELP latchgate_{name} {help}\n# TYPE latchgate_{name} {kind}\n{samples}"
+        );
+    };
+    let build = format!(
+        "latchgate_build_info{{version=\"{}\",numbers_revision=\"{NUMBERS_REVISION}\"}} 1\n",
+        env!("CARGO_PKG_VERSION")
+    );
+    describe("build_info", "gauge", "The program that answers.", &build);
+    let times = "request_duration_seconds";
+    let histogram = traffic.histogram(&format!("latchgate_{times}"));
+    let help = "Time until the answer to a request began, by kind.";
+    describe(times, "histogram", help, &histogram);
+    let answers = ANSWERS.iter().zip(&pool.answers).map(|(answer, counter)| {
+        let count = counted(counter);
+        format!("latchgate_verdicts_total{{answer=\"{answer}\"}} {count}\n")
+    });
+    let help = "Jobs by what their answer says, pairs of gates among them.";
+    describe(
+        "verdicts_total",
+        "counter",
+        help,
+        &answers.collect::<String>(),
+    );
+    for (name, kind, value, help) in [
         (
             "requests_answered_total",
             "counter",
             counted(&traffic.answered),
+            "Requests that were answered as asked.",
         ),
         (
             "requests_refused_total",
             "counter",
             counted(&traffic.refused),
+            "Requests that were refused (4xx).",
         ),
-        ("requests_failed_total", "counter", counted(&traffic.failed)),
-        ("requests_open", "gauge", counted(&traffic.open)),
-        ("jobs_queued", "gauge", load.queued),
-        ("jobs_running", "gauge", load.running),
-        ("jobs_done_total", "counter", counted(&pool.jobs_done)),
-        ("jobs_refused_total", "counter", counted(&pool.jobs_refused)),
+        (
+            "requests_failed_total",
+            "counter",
+            counted(&traffic.failed),
+            "Requests that could not be answered (5xx).",
+        ),
+        (
+            "requests_open",
+            "gauge",
+            counted(&traffic.open),
+            "Requests under way.",
+        ),
+        ("jobs_queued", "gauge", load.queued, "Jobs that wait."),
+        ("jobs_running", "gauge", load.running, "Jobs that run."),
+        (
+            "jobs_oldest_seconds",
+            "gauge",
+            oldest_ms.unsigned_abs() / 1000,
+            "Age of the oldest job that waits; 0 where none does.",
+        ),
+        (
+            "jobs_done_total",
+            "counter",
+            counted(&pool.jobs_done),
+            "Jobs that were answered.",
+        ),
+        (
+            "jobs_refused_total",
+            "counter",
+            counted(&pool.jobs_refused),
+            "Jobs that have no answer.",
+        ),
+        (
+            "gates_open",
+            "gauge",
+            census.open_gates,
+            "Gates without an outcome yet.",
+        ),
         (
             "children_lost_total",
             "counter",
             counted(&pool.children_lost),
+            "Children that gave no answer to an order.",
         ),
-        ("places_busy_ms_total", "counter", counted(&pool.busy_ms)),
-        ("disk_free_bytes", "gauge", free),
-    ];
-    let mut text = String::new();
-    for (name, kind, value) in lines {
-        let _ = write!(
-            text,
-            "# TYPE latchgate_{name} {kind}\nlatchgate_{name} {value}\n"
-        );
+        (
+            "places_busy_ms_total",
+            "counter",
+            counted(&pool.busy_ms),
+            "Time for which places were at work.",
+        ),
+        (
+            "recording_bytes",
+            "gauge",
+            census.recording_bytes,
+            "Bytes of all recordings that are kept.",
+        ),
+        (
+            "disk_free_bytes",
+            "gauge",
+            free,
+            "Bytes that are free where the data lie.",
+        ),
+    ] {
+        describe(name, kind, help, &format!("latchgate_{name} {value}\n"));
     }
     let kind = [(header::CONTENT_TYPE, "text/plain; version=0.0.4")];
     Ok((StatusCode::OK, kind, text).into_response())

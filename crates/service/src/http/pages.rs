@@ -17,7 +17,9 @@ mod show;
 mod verdict;
 
 use crate::app::App;
+use crate::audit;
 use crate::auth::{Presented, Scope, Seen, Visitor};
+use crate::http::Caller;
 use crate::http::verdicts::{VerdictEntry, Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
 use axum::Router;
@@ -216,6 +218,7 @@ async fn login_form(Extension(visitor): Extension<Visitor>) -> Markup {
 async fn login(
     State(app): State<App>,
     headers: HeaderMap,
+    Extension(caller): Extension<Caller>,
     body: Result<Bytes, BytesRejection>,
 ) -> Response {
     let body = match body {
@@ -238,7 +241,8 @@ async fn login(
         .await;
     match signed_in {
         Ok((Seen::Known(visitor), Some(session))) => {
-            tracing::info!(target: "audit", by = %visitor.name, token = visitor.token, "signed in");
+            let token = format!("{}#{}", visitor.name, visitor.token.unwrap_or_default());
+            audit::told("signed in", &token, &visitor.name, caller);
             let lasts = app.config.session.as_secs();
             let (name, rest) = cookie(&headers);
             let text = format!("{name}={}; Max-Age={lasts}{rest}", session.reveal());

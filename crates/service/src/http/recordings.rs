@@ -1,6 +1,6 @@
 //! Recordings: uploaded, listed, looked into.
 
-use super::upload;
+use super::{Caller, upload};
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::clock::now_ms;
@@ -300,14 +300,20 @@ pub(crate) async fn listed(app: &App, part: Part) -> Result<RecordingList, Probl
 pub(super) async fn delete(
     State(app): State<App>,
     Extension(visitor): Extension<Visitor>,
+    Extension(caller): Extension<Caller>,
     Placed(id): Placed<String>,
 ) -> Result<Json<Deletion>, Problem> {
-    Ok(Json(deleted(&app, id, visitor.name).await?))
+    Ok(Json(deleted(&app, id, visitor, caller).await?))
 }
 
-pub(crate) async fn deleted(app: &App, id: String, by: String) -> Result<Deletion, Problem> {
+pub(crate) async fn deleted(
+    app: &App,
+    id: String,
+    visitor: Visitor,
+    caller: Caller,
+) -> Result<Deletion, Problem> {
     app.apart(move |parts| {
-        parts.delete(std::slice::from_ref(&id), &by, "asked")?;
+        parts.delete(std::slice::from_ref(&id), &visitor.name, "asked", caller)?;
         let deletion = parts.ledger.deletion(&id)?;
         deletion.ok_or_else(|| Problem::not_found("such recording"))
     })

@@ -1,21 +1,37 @@
 //! Connections under deadlines, and the end of service: what is under way is finished.
 
+use super::paced::Paced;
+use super::places::{Places, Spare};
 use super::router;
 use crate::app::App;
+use axum::http::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
 use std::io;
-use std::sync::Arc;
+use std::net::IpAddr;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::signal::unix::{SignalKind, signal};
-use tokio::sync::Semaphore;
 
 /// Time in which a client must take what was sent [ms].
 const SEND_MS: u32 = 60_000;
+
+/// Time of a connection that found no place.
+const SPARE_TIME: Duration = Duration::from_secs(5);
+
+/// The connection of a request.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Peer {
+    /// Its other end.
+    pub(super) address: IpAddr,
+    /// True if it found no place: nothing but health is told.
+    pub(super) is_spare: bool,
+}
 
 /// Serves until a signal ends it; a second one ends it at once.
 ///
@@ -25,7 +41,7 @@ const SEND_MS: u32 = 60_000;
 pub async fn serve(app: App, listener: TcpListener) -> io::Result<()> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
-    let places = Arc::new(Semaphore::new(app.config.connections));
+    let (places, mut spare) = (Places::default(), Spare::default());
     let graceful = GracefulShutdown::new();
     let router = router(app.clone());
     let mut builder = http1::Builder::new();
@@ -33,19 +49,16 @@ pub async fn serve(app: App, listener: TcpListener) -> io::Result<()> {
         .timer(TokioTimer::new())
         .header_read_timeout(app.config.header_time)
         .max_buf_size(64 << 10);
+    let mut builder_of_spare = builder.clone();
+    builder_of_spare.keep_alive(false);
     loop {
-        let place = tokio::select! {
-            place = Arc::clone(&places).acquire_owned() => place,
-            _ = terminate.recv() => break,
-            _ = interrupt.recv() => break,
-        };
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
             _ = terminate.recv() => break,
             _ = interrupt.recv() => break,
         };
-        let stream = match accepted {
-            Ok((stream, _)) => stream,
+        let (stream, peer) = match accepted {
+            Ok(accepted) => accepted,
             Err(error) => {
                 // Too many open files, mostly; the next moment may be better.
                 tracing::warn!(%error, "a connection could not be taken");
@@ -54,10 +67,29 @@ pub async fn serve(app: App, listener: TcpListener) -> io::Result<()> {
             }
         };
         bound(&stream);
-        let service =
-            TowerToHyperService::new(router.clone().into_service::<hyper::body::Incoming>());
-        let connection = builder.serve_connection(TokioIo::new(stream), service);
-        let connection = graceful.watch(connection);
+        let own_most = if app.config.proxies.contains(&peer.ip().to_canonical()) {
+            app.config.connections
+        } else {
+            app.config.address_connections
+        };
+        let place = places.take(peer.ip(), app.config.connections, own_most);
+        let peer = Peer {
+            address: peer.ip(),
+            is_spare: place.is_none(),
+        };
+        let service = TowerToHyperService::new(router.clone().into_service::<Incoming>());
+        let service = service_fn(move |mut request: Request<Incoming>| {
+            request.extensions_mut().insert(peer);
+            service.call(request)
+        });
+        let stream = TokioIo::new(Paced::new(stream));
+        let Some(place) = place else {
+            let connection = builder_of_spare.serve_connection(stream, service);
+            let connection = tokio::spawn(tokio::time::timeout(SPARE_TIME, connection));
+            spare.push(connection.abort_handle());
+            continue;
+        };
+        let connection = graceful.watch(builder.serve_connection(stream, service));
         tokio::spawn(async move {
             if let Err(error) = connection.await {
                 tracing::debug!(%error, "a connection ended");

@@ -69,7 +69,12 @@ pub struct Counters {
     pub jobs_refused: AtomicU64,
     /// Time for which places were at work [ms].
     pub busy_ms: AtomicU64,
+    /// Jobs by what their answer says, as [`ANSWERS`] names it.
+    pub answers: [AtomicU64; ANSWERS.len()],
 }
+
+/// What a verdict says.
+pub const ANSWERS: [&str; 4] = ["pass", "fail", "undecided", "unusable"];
 
 struct Shared {
     ledger: Arc<dyn Ledger>,
@@ -387,6 +392,13 @@ impl Shared {
         }
     }
 
+    fn count_answer(&self, verdict: &str) {
+        let at = ANSWERS.iter().position(|answer| *answer == verdict);
+        if let Some(counter) = at.and_then(|at| self.counters.answers.get(at)) {
+            counter.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
     fn tell(&self, job: &str, state: JobState, part: Option<f64>) {
         let mut watched = locked(&self.watched);
         let ended = state.has_ended();
@@ -411,11 +423,17 @@ impl Shared {
             Ok(Answered::Judged(result)) => {
                 let written = self.ledger.finish(id, attempt, &result);
                 let report_id = result.report_id;
-                written.map(|()| done(JobState::Done { report_id }))
+                written.map(|()| {
+                    self.count_answer(&result.summary.verdict);
+                    done(JobState::Done { report_id });
+                })
             }
             Ok(Answered::Decided(row)) => {
                 let written = self.ledger.decide(id, attempt, &row);
-                written.map(|()| done(JobState::Decided { row }))
+                written.map(|()| {
+                    self.count_answer(row["row"]["verdict"].as_str().unwrap_or(""));
+                    done(JobState::Decided { row });
+                })
             }
             Err(Unanswered::Refused(problem)) => self.refuse(job, *problem, true),
             Err(Unanswered::Lost(lost)) => {
@@ -440,9 +458,11 @@ impl Shared {
     }
 
     fn refuse(&self, job: &Job, problem: Problem, lasts: bool) -> Result<(), StoreError> {
+        let verdict = problem.verdict.clone();
         let problem = problem.to_value();
         self.ledger.refuse(&job.id, job.attempt, &problem, lasts)?;
         self.counters.jobs_refused.fetch_add(1, Ordering::Relaxed);
+        self.count_answer(verdict.as_deref().unwrap_or(""));
         self.tell(&job.id, JobState::Refused { problem }, None);
         Ok(())
     }

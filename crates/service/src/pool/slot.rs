@@ -28,6 +28,8 @@ pub struct ChildOptions {
     pub silence: Duration,
     /// Bytes of the files that a child may hand over with one answer.
     pub answer_bytes: u64,
+    /// Whether a child works whose jail is not whole.
+    pub without_jail: bool,
 }
 
 /// An answer, its files stored.
@@ -177,6 +179,15 @@ impl Slot {
         let said = frame::read::<Said>(&mut running.output);
         self.watchdog.leave();
         match said {
+            Ok(Some(Said::Hello { jail })) if !jail.is_whole() && !self.options.without_jail => {
+                Err(Lost::NotStarted {
+                    reason: format!(
+                        "its jail lacks {}; a kernel with Landlock and seccomp gives it, and \
+                         --without-jail does without",
+                        jail.lacking.join("; ")
+                    ),
+                })
+            }
             Ok(Some(Said::Hello { jail })) => {
                 self.running = Some(running);
                 Ok(Some(jail))

@@ -1,6 +1,7 @@
 //! What a child tries against its jail when asked to: an operator sees what would be stopped.
 
 use super::words::{Answer, Trial};
+use rustix::process::{Resource, Rlimit, setrlimit};
 use std::fs::File;
 use std::net::{TcpStream, UdpSocket};
 use std::process::Command;
@@ -49,6 +50,18 @@ pub(super) fn attempt(trial: Trial) -> Answer {
             } else {
                 "nothing"
             })
+        }
+        Trial::RunMemory => memmap2::MmapMut::map_anon(4096)
+            .and_then(memmap2::MmapMut::make_exec)
+            .map(|_| "memory may be run"),
+        Trial::RaiseMemory => {
+            let none = Rlimit {
+                current: None,
+                maximum: None,
+            };
+            setrlimit(Resource::As, none)
+                .map(|()| "the limit is gone")
+                .map_err(Into::into)
         }
         Trial::TakeTime => {
             let mut count = 0_u64;

@@ -74,13 +74,17 @@ pub enum Trial {
     SignalParent,
     /// Take 1 GiB of memory.
     TakeMemory,
+    /// Make memory that may be run.
+    RunMemory,
+    /// Raise the limit of its memory.
+    RaiseMemory,
     /// Compute without end.
     TakeTime,
 }
 
 impl Trial {
     /// Lists every trial.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::OpenFile,
         Self::WriteFile,
         Self::Connect,
@@ -88,6 +92,8 @@ impl Trial {
         Self::StartProgram,
         Self::SignalParent,
         Self::TakeMemory,
+        Self::RunMemory,
+        Self::RaiseMemory,
         Self::TakeTime,
     ];
 }

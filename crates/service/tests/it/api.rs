@@ -573,3 +573,19 @@ fn tidy_the_unit_for_systemd_is_one() {
         .collect();
     assert!(odd.is_empty(), "{odd:?}");
 }
+
+/// systemd finds the unit little exposed: at most 1.5 of 10.
+#[test]
+fn tidy_the_unit_for_systemd_is_shut_in() {
+    let unit = root().join("crates/service/latchgate-serve.service");
+    let output = Command::new("systemd-analyze")
+        .args(["security", "--offline=yes", "--threshold=15"])
+        .arg(unit)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        output.status.success() && said.contains("Overall exposure level"),
+        "{said}"
+    );
+}

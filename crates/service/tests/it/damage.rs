@@ -660,6 +660,7 @@ fn verif_a_full_disk_loses_nothing() {
         "{refused} refused, {} kept",
         acknowledged.len()
     );
+    client.get("/readyz").expect(503);
     let began = Instant::now();
     fs::remove_file(filler).unwrap();
     wait_for("work is taken again", Duration::from_secs(5), || {
@@ -682,10 +683,18 @@ fn verif_a_full_disk_loses_nothing() {
         let blob = format!("{inside}/blobs/{}/{sha256}", &sha256[..2]);
         assert!(fs::read(&blob).unwrap() == table.as_bytes(), "{blob}");
     }
-    let fsck = Command::new(crate::support::PROGRAM)
-        .args(["fsck", "--data", &inside])
+    // Where the service sees it: SQLite follows links, and elsewhere there is nothing.
+    let fsck = Command::new("nsenter")
+        .args([
+            "--target",
+            &service.child.id().to_string(),
+            "--mount",
+            "--user",
+        ])
+        .args(["--preserve-credentials", crate::support::PROGRAM])
+        .args(["fsck", "--data", &data])
         .output();
     let fsck = fsck.unwrap();
-    let said = String::from_utf8_lossy(&fsck.stdout).into_owned();
+    let said = String::from_utf8([fsck.stdout, fsck.stderr].concat()).unwrap();
     assert!(fsck.status.success(), "{said}");
 }

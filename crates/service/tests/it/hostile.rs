@@ -1,9 +1,11 @@
 //! What hostile uploads and clients can do: nothing to anybody else.
 
 use crate::support::{Folder, Service, signal, wait_for};
+use seccompiler::{BpfProgram, SeccompAction, SeccompFilter};
 use serde_json::json;
 use std::io::Write;
 use std::net::TcpStream;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 /// Each thing that a child must not do is stopped.
@@ -16,7 +18,7 @@ fn cli_the_jail_stops_what_a_child_tries() {
         text.lines()
             .filter(|line| line.contains(": stopped"))
             .count(),
-        8,
+        10,
         "{text}"
     );
 }
@@ -33,7 +35,7 @@ fn regress_trials_are_made_in_a_folder_of_their_own() {
     std::fs::write(&kept, "a file of somebody else").unwrap();
     // The shell's number is that of the program that takes its place.
     let script = "ln -s \"$1\" \"$TMPDIR/latchgate-trials-$$\"; exec \"$0\" jail --data \"$1\"";
-    let mut child = std::process::Command::new("sh")
+    let mut child = Command::new("sh")
         .args(["-c", script, crate::support::PROGRAM])
         .arg(&foreign)
         .env("TMPDIR", &temporary)
@@ -55,13 +57,113 @@ fn regress_trials_are_made_in_a_folder_of_their_own() {
     assert_eq!(own(), None, "its own folder goes");
 }
 
+/// Runs a service under a kernel that lacks a call; it ends by itself after some time.
+fn under_a_kernel_without<T: Send>(
+    call: i64,
+    folder: &Folder,
+    arguments: &[&str],
+    start: impl FnOnce(Command) -> T + Send,
+) -> T {
+    let rules = [(call, Vec::new())].into();
+    let refused = SeccompAction::Errno(libc::ENOSYS.unsigned_abs());
+    let arch = std::env::consts::ARCH.try_into().unwrap();
+    let filter = SeccompFilter::new(rules, SeccompAction::Allow, refused, arch).unwrap();
+    let filter: BpfProgram = filter.try_into().unwrap();
+    let mut command = Command::new("timeout");
+    command.args(["60", crate::support::PROGRAM, "--data"]);
+    command.arg(folder.data()).args(arguments);
+    std::thread::scope(|scope| {
+        // The filter is that of the thread, and of what it starts.
+        let thread = scope.spawn(move || {
+            seccompiler::apply_filter(&filter).unwrap();
+            start(command)
+        });
+        thread.join().unwrap()
+    })
+}
+
+/// Where the kernel lacks a part of the jail the service does not start, unless that is said.
 #[test]
-fn cli_the_whole_jail_can_be_required() {
+fn cli_without_the_whole_jail_nothing_starts_unasked() {
     let folder = Folder::new();
-    let service = Service::start(&folder, &["require_jail=true"]);
-    let limits = service.client().get("/v1/limits").json();
-    assert_eq!(limits["jail"]["lacking"], json!([]));
-    assert_eq!(limits["jail"]["files"], "all");
+    let service = Service::start(&folder, &[]);
+    let jail = service.client().get("/v1/limits").json()["jail"].clone();
+    assert_eq!(
+        (&jail["lacking"], &jail["files"]),
+        (&json!([]), &json!("all"))
+    );
+    assert_eq!(service.end(), 0);
+    for (call, lacks) in [
+        (libc::SYS_landlock_create_ruleset, "files (Landlock)"),
+        (libc::SYS_seccomp, "calls of the system (seccomp)"),
+    ] {
+        let listen = ["--listen", "127.0.0.1:0"];
+        let refused = |mut command: Command| command.output().unwrap();
+        let output = under_a_kernel_without(call, &folder, &listen, refused);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(4), "{text}");
+        assert!(
+            text.contains(lacks) && text.contains("--without-jail"),
+            "{text}"
+        );
+    }
+    let call = libc::SYS_landlock_create_ruleset;
+    let started = |command| Service::of(command, &folder);
+    let service = under_a_kernel_without(call, &folder, &["--without-jail"], started);
+    let client = service.client();
+    let jail = client.get("/v1/limits").expect(200).json()["jail"].clone();
+    assert_eq!(
+        (&jail["files"], &jail["seccomp"]),
+        (&json!("no"), &json!(true))
+    );
+    client.upload("burst.csv");
+}
+
+/// Each child's jail is looked at, and a child with less than the whole one gets no order.
+#[test]
+fn verif_a_child_with_less_than_the_jail_is_ended() {
+    use latchgate_service::pool::{ChildOptions, Order, Slot, Trial};
+    use latchgate_service::store::BlobFolder;
+    let folder = Folder::new();
+    let blobs = BlobFolder::open(&folder.0.join("blobs")).unwrap();
+    let program = folder.0.join("child");
+    let order = |lacking: &str, without_jail: bool| {
+        let hello = json!({"says": "hello", "jail": {"files": "no", "tcp": "all", "seccomp": true,
+            "memory_bytes": 1, "lacking": if lacking.is_empty() { json!([]) } else { json!([lacking]) }}});
+        let answer = json!({"says": "answer", "files": [], "holds": [],
+            "answer": {"kind": "tried", "stopped": true, "how": "told"}});
+        let mut said = Vec::new();
+        for words in [hello, answer] {
+            let text = words.to_string();
+            said.extend_from_slice(&(text.len() as u32).to_le_bytes());
+            said.extend_from_slice(text.as_bytes());
+        }
+        std::fs::write(folder.0.join("said"), said).unwrap();
+        let script = format!("#!/bin/sh\nexec cat {}\n", folder.0.join("said").display());
+        std::fs::write(&program, script).unwrap();
+        run("chmod", &["+x", &program.display().to_string()]);
+        let mut slot = Slot::new(ChildOptions {
+            program: program.clone(),
+            memory_bytes: 1 << 30,
+            order_time: Duration::from_secs(5),
+            silence: Duration::from_secs(5),
+            answer_bytes: 1 << 20,
+            without_jail,
+        })
+        .unwrap();
+        let trial = Order::Try {
+            trial: Trial::OpenFile,
+        };
+        let outcome = slot.order(&trial, None, &blobs, &mut |_| {});
+        outcome.map(|_| ()).map_err(|lost| lost.to_string())
+    };
+    assert_eq!(order("", false), Ok(()));
+    assert_eq!(order("files (Landlock): no", true), Ok(()));
+    let told = order("files (Landlock): no", false).unwrap_err();
+    assert!(
+        told.contains("its jail lacks files (Landlock): no"),
+        "{told}"
+    );
 }
 
 /// An upload that takes more memory than a child may is unusable, with the reason; its neighbours
@@ -132,7 +234,7 @@ fn slow_question(id: &serde_json::Value) -> serde_json::Value {
 }
 
 fn run(program: &str, arguments: &[&str]) {
-    let status = std::process::Command::new(program).args(arguments).status();
+    let status = Command::new(program).args(arguments).status();
     assert!(status.unwrap().success(), "{program} {arguments:?}");
 }
 
@@ -169,7 +271,7 @@ fn regress_signals_from_outside_are_no_fault_of_the_recording() {
             }
             for child in service.children() {
                 // It may have ended meanwhile.
-                let _ = std::process::Command::new("kill")
+                let _ = Command::new("kill")
                     .args([signal, &child])
                     .stderr(std::process::Stdio::null())
                     .status();
@@ -230,13 +332,13 @@ fn cli_too_few_open_files_are_refused_at_start() {
     let data = folder.data().display().to_string();
     let script =
         "ulimit -n 190; exec \"$0\" --listen 127.0.0.1:0 --data \"$1\" --set connections=64";
-    let mut command = std::process::Command::new("timeout");
+    let mut command = Command::new("timeout");
     let command = command.args(["20", "sh", "-c", script, crate::support::PROGRAM, &data]);
     let output = command.output().unwrap();
     let text = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(4), "{text}");
     assert!(
-        text.contains("64 connections need 192 open files"),
+        text.contains("64 connections need 224 open files"),
         "{text}"
     );
 }

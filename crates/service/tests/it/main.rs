@@ -16,6 +16,8 @@ mod damage;
 mod gates;
 mod hostile;
 mod life;
+mod operation;
 mod pages;
 mod store;
+mod strangers;
 mod support;

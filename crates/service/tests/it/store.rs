@@ -98,6 +98,37 @@ fn verif_what_runs_at_the_end_of_a_process_waits_again() {
     assert_eq!(again.failures, job.failures, "no fault of the recording");
 }
 
+/// Jobs are taken in turn by owner, of each the oldest first; pairs of gates come after questions.
+#[test]
+fn verif_owners_are_served_in_turn() {
+    let folder = Folder::new();
+    let ledger = ledger(&folder);
+    let submit = |id: String, owner: &str, decision_alone: bool| {
+        let question = Question {
+            decision_alone,
+            ..question(1)
+        };
+        assert!(ledger.submit(&id, &question, owner).unwrap().1);
+    };
+    for number in 0..300 {
+        submit(format!("busy{number}"), "busy", false);
+    }
+    for owner in ["ann", "zoe"] {
+        submit(format!("{owner}0"), owner, false);
+        submit(format!("{owner}-pair"), owner, true);
+    }
+    let mut order: Vec<String> = (0..5).map(|_| taken(&ledger, 10).id).collect();
+    assert_eq!(order, ["busy0", "ann0", "zoe0", "busy1", "busy2"]);
+    // What comes later has its turn at once.
+    submit("ann1".into(), "ann", false);
+    assert_eq!(taken(&ledger, 10).id, "ann1");
+    while let Some(job) = ledger.take(10, 110).unwrap() {
+        order.push(job.id);
+    }
+    assert_eq!(order.len(), 5 + 297 + 2);
+    assert_eq!(order[order.len() - 2..], ["zoe-pair", "ann-pair"]);
+}
+
 #[test]
 fn verif_a_job_given_back_waits_its_time() {
     let folder = Folder::new();

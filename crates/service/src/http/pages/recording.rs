@@ -4,6 +4,7 @@ use super::history::margins;
 use super::{show, table, whole};
 use crate::app::App;
 use crate::auth::Visitor;
+use crate::http::Caller;
 use crate::http::recordings::{Recording, deleted, look};
 use crate::http::verdicts::{Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
@@ -96,9 +97,10 @@ pub(super) async fn page(
 pub(super) async fn delete(
     State(app): State<App>,
     Extension(visitor): Extension<Visitor>,
+    Extension(caller): Extension<Caller>,
     Placed(id): Placed<String>,
 ) -> Result<Redirect, Problem> {
-    deleted(&app, id, visitor.name).await?;
+    deleted(&app, id, visitor, caller).await?;
     Ok(Redirect::to("/"))
 }
 

@@ -1,0 +1,57 @@
+//! Where a request comes from: the address of its connection, and the one that a named proxy tells.
+
+use axum::http::HeaderMap;
+use std::fmt;
+use std::net::{IpAddr, Ipv6Addr};
+
+/// Where a request comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Caller {
+    /// The other end of the connection.
+    pub(crate) peer: IpAddr,
+    /// For whom a proxy asks, where the peer is one that the configuration names.
+    pub(crate) client: Option<IpAddr>,
+}
+
+impl Caller {
+    /// Returns who calls. `x-forwarded-for` is believed of named proxies alone: its last address that
+    /// is none of theirs.
+    pub(super) fn of(peer: IpAddr, headers: &HeaderMap, proxies: &[IpAddr]) -> Self {
+        let peer = peer.to_canonical();
+        let told = headers.get_all("x-forwarded-for").iter();
+        let told = told.filter_map(|value| value.to_str().ok());
+        let addresses = told.flat_map(|value| value.split(',')).map(str::trim);
+        let mut addresses: Vec<IpAddr> = addresses.filter_map(|text| text.parse().ok()).collect();
+        addresses.retain(|address| !proxies.contains(&address.to_canonical()));
+        let last = addresses.last().map(IpAddr::to_canonical);
+        Self {
+            peer,
+            client: last.filter(|_| proxies.contains(&peer)),
+        }
+    }
+
+    /// Returns what one may call an own place in the network: an address, of IPv6 its first 64 bits.
+    pub(super) fn network(self) -> IpAddr {
+        network_of(self.client.unwrap_or(self.peer))
+    }
+}
+
+/// Returns an address, of IPv6 the first 64 bits: whoever has one of those has all of them.
+pub(super) fn network_of(address: IpAddr) -> IpAddr {
+    match address.to_canonical() {
+        IpAddr::V6(address) => {
+            let bits = u128::from(address) & !u128::from(u64::MAX);
+            IpAddr::V6(Ipv6Addr::from(bits))
+        }
+        address => address,
+    }
+}
+
+impl fmt::Display for Caller {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.client {
+            None => self.peer.fmt(f),
+            Some(client) => write!(f, "{client} by {}", self.peer),
+        }
+    }
+}

@@ -1,0 +1,268 @@
+//! What strangers can take from others: no connection for long, and no allowance but their own.
+
+use crate::support::{Client, Folder, Service, wait_for};
+use latchgate_service::allowances::Allowances;
+use rustix::net::{AddressFamily, SocketType, sockopt};
+use serde_json::{Value, json};
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, TcpStream};
+use std::time::{Duration, Instant};
+
+/// Connects from an address of the loopback.
+fn connect_from(service: &Service, last: u8) -> TcpStream {
+    let socket = rustix::net::socket(AddressFamily::INET, SocketType::STREAM, None).unwrap();
+    // What is sent shall wait at the other end.
+    sockopt::set_socket_recv_buffer_size(&socket, 16 << 10).unwrap();
+    let from = SocketAddrV4::new(Ipv4Addr::new(127, 0, 0, last), 0);
+    rustix::net::bind(&socket, &from).unwrap();
+    let to: SocketAddr = service.address.parse().unwrap();
+    rustix::net::connect(&socket, &to).unwrap();
+    let stream = TcpStream::from(socket);
+    let wait = Some(Duration::from_secs(60));
+    stream.set_read_timeout(wait).unwrap();
+    stream
+}
+
+/// Asks once from an address, with further lines of the head; returns the status and the answer.
+fn get_from(service: &Service, last: u8, path: &str, lines: &str) -> (u16, String) {
+    let mut stream = connect_from(service, last);
+    let host = &service.address;
+    let head = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n{lines}\r\n");
+    stream.write_all(head.as_bytes()).unwrap();
+    let mut answer = Vec::new();
+    // What is refused at once may be cut when the rest of the request comes.
+    let _ = stream.read_to_end(&mut answer);
+    let answer = String::from_utf8_lossy(&answer).into_owned();
+    let status = answer.split(' ').nth(1).and_then(|word| word.parse().ok());
+    (status.unwrap_or(0), answer)
+}
+
+/// Opens connections that send half a head and no more.
+fn idle(service: &Service, last: u8, count: usize) -> Vec<TcpStream> {
+    let idle = (0..count).map(|_| {
+        let mut stream = connect_from(service, last);
+        let _ = stream.write_all(b"GET /healthz HTTP/1.1\r\n");
+        stream
+    });
+    idle.collect()
+}
+
+/// One address takes the places of no other; beyond its own it is told so. A named proxy may have all.
+#[test]
+fn verif_an_address_has_its_places() {
+    let folder = Folder::new();
+    let settings = [
+        "connections=64",
+        "address_connections=8",
+        "proxies=127.0.0.3",
+    ];
+    let service = Service::start(&folder, &settings);
+    let taken = idle(&service, 1, 8);
+    wait_for("they are taken", Duration::from_secs(5), || {
+        get_from(&service, 1, "/v1/limits", "").0 == 503
+    });
+    let (_, answer) = get_from(&service, 1, "/v1/limits", "");
+    let says = "limit connections of 64 crossed: found as many, or 8 of this address";
+    assert!(answer.contains(says), "{answer}");
+    assert_eq!(get_from(&service, 2, "/v1/limits", "").0, 200);
+    assert_eq!(get_from(&service, 1, "/healthz", "").0, 200);
+    let of_proxy = idle(&service, 3, 20);
+    assert_eq!(get_from(&service, 3, "/v1/limits", "").0, 200);
+    drop((taken, of_proxy));
+    wait_for("they are free again", Duration::from_secs(5), || {
+        get_from(&service, 1, "/v1/limits", "").0 == 200
+    });
+}
+
+/// However many hold connections and say nothing, whoever watches the service is answered.
+#[test]
+fn verif_health_is_answered_where_no_place_is_left() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["connections=8", "address_connections=8"]);
+    let _taken = idle(&service, 1, 300);
+    for _ in 0..20 {
+        for path in ["/healthz", "/readyz"] {
+            let (status, answer) = get_from(&service, 1, path, "");
+            assert_eq!(status, 200, "{path}: {answer}");
+        }
+        let (status, answer) = get_from(&service, 2, "/v1/limits", "");
+        assert_eq!(status, 503, "{answer}");
+    }
+}
+
+/// A body that comes drop by drop loses its place; a sign-in is short.
+#[test]
+fn verif_a_body_has_its_time_and_its_size() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read,submit");
+    let service = Service::start(&folder, &["question_s=2"]);
+    for (path, line) in [
+        ("/login", String::new()),
+        ("/v1/verdicts", format!("Authorization: bearer {token}\r\n")),
+    ] {
+        let mut stream = connect_from(&service, 1);
+        let host = &service.address;
+        let head =
+            format!("POST {path} HTTP/1.1\r\nHost: {host}\r\n{line}Content-Length: 4000\r\n\r\n");
+        stream.write_all(head.as_bytes()).unwrap();
+        let began = Instant::now();
+        while stream.write_all(b" ").is_ok() {
+            std::thread::sleep(Duration::from_millis(200));
+            assert!(began.elapsed() < Duration::from_secs(15), "{path}");
+        }
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let log = std::fs::read_to_string(&service.log).unwrap();
+        let told = format!("\"path\":\"{path}\",\"status\":408");
+        assert!(log.contains(&told), "{log}");
+    }
+    let form = service.client();
+    let form = form.with("Content-Type", "application/x-www-form-urlencoded");
+    let refused = form.send("POST", "/login", &[b'x'; 5000]).expect(413);
+    assert!(refused.text().contains("login_bytes"), "{}", refused.text());
+    form.send("POST", "/login", &[b'x'; 4000]).expect(401);
+}
+
+/// Reads bytes for some time, so many every 100 ms.
+fn read_slowly(stream: &mut TcpStream, bytes: usize, time: Duration) {
+    let began = Instant::now();
+    let mut piece = vec![0; bytes];
+    while began.elapsed() < time {
+        let _ = stream.read_exact(&mut piece);
+        std::thread::sleep(Duration::from_millis(100));
+    }
+}
+
+/// An answer that is taken drop by drop loses its place, one that is taken slowly does not.
+#[test]
+fn verif_an_answer_is_taken_at_a_least_pace() {
+    const REQUESTS: usize = 60;
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let one = service.client().get("/openapi.json").expect(200).body.len();
+    let host = service.address.clone();
+    let hands = [1, 4 << 10].map(|bytes| {
+        let mut stream = connect_from(&service, 1);
+        let request = format!("GET /openapi.json HTTP/1.1\r\nHost: {host}\r\n\r\n");
+        let last =
+            format!("GET /openapi.json HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        let requests = request.repeat(REQUESTS - 1) + &last;
+        stream.write_all(requests.as_bytes()).unwrap();
+        std::thread::spawn(move || {
+            read_slowly(&mut stream, bytes, Duration::from_secs(30));
+            let mut rest = Vec::new();
+            let _ = stream.read_to_end(&mut rest);
+            rest.len()
+        })
+    });
+    let [drops, slow] = hands.map(|hand| hand.join().unwrap());
+    let all = one * REQUESTS;
+    assert!(drops < all / 2, "{drops} of {all} bytes came");
+    let taken = 330 * (4 << 10);
+    assert!(
+        slow + taken > all,
+        "{slow} bytes came after {taken} of {all}"
+    );
+}
+
+/// Sends so many requests over one connection and reads every answer.
+fn get_often(service: &Service, path: &str, count: usize) {
+    let mut stream = TcpStream::connect(&service.address).unwrap();
+    let mut reader = stream.try_clone().unwrap();
+    let reading = std::thread::spawn(move || reader.read_to_end(&mut Vec::new()));
+    let host = &service.address;
+    for number in 0..count {
+        let end = if number + 1 == count {
+            "Connection: close\r\n"
+        } else {
+            ""
+        };
+        let head = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{end}\r\n");
+        stream.write_all(head.as_bytes()).unwrap();
+    }
+    reading.join().unwrap().unwrap();
+}
+
+/// Strangers have an allowance each, and none where a page or whoever watches the service asks.
+#[test]
+fn verif_strangers_share_no_allowance() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read");
+    let settings = ["rate_per_s=1", "rate_burst=20", "proxies=127.0.0.3"];
+    let service = Service::start(&folder, &settings);
+    get_often(&service, "/assets/app.css", 2500);
+    for path in ["/readyz", "/healthz", "/login"] {
+        assert_eq!(get_from(&service, 1, path, "").0, 200, "{path}");
+    }
+    let statuses: Vec<u16> = (0..30)
+        .map(|_| get_from(&service, 1, "/v1/limits", "").0)
+        .collect();
+    assert!(
+        statuses.contains(&401) && statuses.contains(&429),
+        "{statuses:?}"
+    );
+    assert_eq!(get_from(&service, 2, "/login", "").0, 200);
+    let known = format!("Authorization: BEARER {token}\r\n");
+    assert_eq!(get_from(&service, 1, "/v1/limits", &known).0, 200);
+    // Behind a proxy each of its clients has an allowance; nobody else is believed.
+    for number in 0..30 {
+        let client = format!("X-Forwarded-For: 10.0.0.9, 192.0.2.{number}, 127.0.0.3\r\n");
+        assert_eq!(get_from(&service, 3, "/login", &client).0, 200);
+    }
+    assert_eq!(
+        get_from(&service, 1, "/login", "X-Forwarded-For: 192.0.2.99\r\n").0,
+        429
+    );
+}
+
+/// What is remembered of addresses is bounded: beyond that the unknown share one allowance.
+#[test]
+fn verif_the_memory_of_allowances_is_bounded() {
+    let allowances = Allowances::default();
+    for number in 0..5000 {
+        let _ = allowances.take(&format!("{number}"), 1, 1);
+    }
+    assert!(allowances.take("new", 1, 1).is_err());
+    assert!(allowances.take("newer", 1, 1).is_err());
+    // Where allowances are whole again there is room.
+    let allowances = Allowances::default();
+    for number in 0..5000 {
+        allowances.take(&format!("{number}"), 1 << 32, 2).unwrap();
+    }
+}
+
+/// Requests, refusals and sign-ins are told with where they come from; secrets are not.
+#[test]
+fn cli_the_log_says_who_asked_from_where() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read");
+    let service = Service::start(&folder, &["proxies=127.0.0.3", "log=warn"]);
+    let client = "X-Forwarded-For: 192.0.2.7\r\n";
+    get_from(&service, 3, "/v1/verdicts?filter=hidden", client);
+    let form = Client::with(
+        service.client(),
+        "Content-Type",
+        "application/x-www-form-urlencoded",
+    );
+    let body = format!("token={token}");
+    form.send("POST", "/login", body.as_bytes()).expect(303);
+    let audit = |what: &str| -> Value {
+        let log = std::fs::read_to_string(&service.log).unwrap();
+        assert!(!log.contains("hidden") && !log.contains(&token), "{log}");
+        let lines = log
+            .lines()
+            .map(|line| serde_json::from_str::<Value>(line).unwrap());
+        let mut lines = lines.filter(|line| line["target"] == "audit");
+        lines
+            .find(|line| line["fields"]["what"] == what)
+            .unwrap_or_else(|| panic!("no {what} in {log}"))["fields"]
+            .clone()
+    };
+    let refused = audit("refused");
+    assert_eq!(refused["which"], "GET /v1/verdicts");
+    assert_eq!(refused["from"], "192.0.2.7 by 127.0.0.3");
+    assert_eq!(
+        (&audit("signed in")["who"], &audit("signed in")["from"]),
+        (&json!("lab"), &json!("127.0.0.1"))
+    );
+}
