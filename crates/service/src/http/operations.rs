@@ -16,6 +16,7 @@ use latchgate::pipeline::{Limits, NUMBERS_REVISION};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 use utoipa::ToSchema;
 
 /// Says that the process answers.
@@ -233,6 +234,10 @@ pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem>
         help,
         &answers.collect::<String>(),
     );
+    let busy = Duration::from_millis(counted(&pool.busy_ms)).as_secs_f64();
+    let busy = format!("latchgate_places_busy_seconds_total {busy}\n");
+    let help = "Time for which places were at work.";
+    describe("places_busy_seconds_total", "counter", help, &busy);
     for (name, kind, value, help) in [
         (
             "requests_answered_total",
@@ -289,12 +294,6 @@ pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem>
             "counter",
             counted(&pool.children_lost),
             "Children that gave no answer to an order.",
-        ),
-        (
-            "places_busy_ms_total",
-            "counter",
-            counted(&pool.busy_ms),
-            "Time for which places were at work.",
         ),
         (
             "recording_bytes",
