@@ -93,6 +93,15 @@ impl Visitor {
         }
     }
 
+    /// Returns the user whom a proxy names.
+    pub fn of_proxy(name: &str, scopes: Vec<Scope>) -> Self {
+        Self {
+            name: name.into(),
+            scopes,
+            token: None,
+        }
+    }
+
     /// Tells whether the visitor may do something.
     pub fn may(&self, scope: Scope) -> bool {
         self.scopes.contains(&scope)

@@ -1,8 +1,11 @@
 //! The configuration: defaults, a file, the environment, the command line, in this order; each
 //! value knows where it comes from.
 
+use crate::auth::Scope;
+use axum::http::HeaderName;
 use std::collections::BTreeMap;
 use std::fmt;
+use std::net::AddrParseError;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -31,7 +34,17 @@ pub const KEYS: &[Key] = &[
     key(
         "listen",
         "127.0.0.1:8420",
-        "Address and port; port 0 takes a free one. Beyond the loopback only once a token exists.",
+        "Address and port, or unix: and the path of a socket; port 0 takes a free one. Beyond the loopback only once a token exists, or `user_header` is stated.",
+    ),
+    key(
+        "user_header",
+        "",
+        "Header in which a proxy names the user who signed in there; taken from the socket and from `proxies` alone. None unless stated.",
+    ),
+    key(
+        "user_scopes",
+        "read,submit",
+        "What a user may do whom the proxy names.",
     ),
     key(
         "data",
@@ -391,11 +404,73 @@ pub struct EngineOptions {
     pub time: Duration,
 }
 
+/// Where requests come in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Listen {
+    /// An address with a port.
+    Tcp(SocketAddr),
+    /// A socket in the file system.
+    Unix(PathBuf),
+}
+
+impl Listen {
+    /// Tells whether nobody but this machine comes in there, and nobody for somebody else.
+    pub fn is_private(&self) -> bool {
+        matches!(self, Self::Tcp(address) if address.ip().is_loopback())
+    }
+}
+
+impl std::str::FromStr for Listen {
+    type Err = AddrParseError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text.strip_prefix("unix:") {
+            Some(path) => Ok(Self::Unix(path.into())),
+            None => text.parse().map(Self::Tcp),
+        }
+    }
+}
+
+impl fmt::Display for Listen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tcp(address) => address.fmt(f),
+            Self::Unix(path) => write!(f, "unix:{}", path.display()),
+        }
+    }
+}
+
+/// Users whom a proxy names.
+#[derive(Debug, Clone)]
+pub struct ProxyUsers {
+    /// The header.
+    pub header: HeaderName,
+    /// What they may do.
+    pub scopes: Vec<Scope>,
+}
+
+fn users(layers: &Layers) -> Result<Option<ProxyUsers>, String> {
+    if layers.text("user_header").is_empty() {
+        return Ok(None);
+    }
+    let words = layers.text("user_scopes").split(',').map(str::trim);
+    let scopes = words.map(|word| {
+        let known = Scope::ALL.map(Scope::name).join(", ");
+        Scope::of(word).ok_or_else(|| format!("`user_scopes` takes {known}, found `{word}`"))
+    });
+    Ok(Some(ProxyUsers {
+        header: layers.value("user_header", "the name of a header")?,
+        scopes: scopes.collect::<Result<_, _>>()?,
+    }))
+}
+
 /// The configuration, checked.
 #[derive(Debug, Clone)]
 pub struct Config {
-    /// Address and port.
-    pub listen: SocketAddr,
+    /// Where requests come in.
+    pub listen: Listen,
+    /// Users whom a proxy names.
+    pub users: Option<ProxyUsers>,
     /// Folder of the data.
     pub data: PathBuf,
     /// Names under which the page is served beside the loopback's.
@@ -485,8 +560,9 @@ impl Config {
         Ok(Self {
             listen: layers.value(
                 "listen",
-                "an address and a port, for example 127.0.0.1:8420",
+                "an address and a port, for example 127.0.0.1:8420, or unix:/path/of/a/socket",
             )?,
+            users: users(layers)?,
             data,
             hosts: words("hosts")
                 .filter(|host| !host.is_empty())

@@ -1,6 +1,7 @@
 //! The HTTP interface: routes, who may use them, and what every answer carries.
 //!
 //! - `guard`: who is let in, same-origin checks, headers of every answer;
+//! - `listener`: where requests come in;
 //! - `server`: connections under deadlines, and the end of service;
 //! - `places`: how many there may be, and whose;
 //! - `paced`: connections that must be read from;
@@ -23,6 +24,7 @@ mod form;
 pub(crate) mod gates;
 mod guard;
 mod jobs;
+mod listener;
 mod operations;
 mod paced;
 mod pages;
@@ -34,6 +36,7 @@ pub(crate) mod verdicts;
 
 pub(crate) use caller::Caller;
 pub(crate) use guard::{COOKIE, TLS_COOKIE, session};
+pub use listener::Listener;
 pub(crate) use places::SPARE;
 pub use server::serve;
 

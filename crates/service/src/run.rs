@@ -22,7 +22,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::net::TcpListener;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
 use tracing_subscriber::util::SubscriberInitExt as _;
@@ -42,7 +41,7 @@ struct Arguments {
 
 #[derive(Debug, Args)]
 struct CommonOptions {
-    /// Address and port [default: 127.0.0.1:8420]
+    /// Address and port, or unix:PATH for a socket [default: 127.0.0.1:8420]
     #[arg(long, global = true, value_name = "ADDRESS:PORT")]
     listen: Option<String>,
     /// Folder of the data [default: $XDG_STATE_HOME/latchgate]
@@ -152,7 +151,7 @@ fn upkeep_of(command: Command, config: &Config) -> Result<ExitCode, String> {
     match command {
         Command::Token(command) => tokens::run(command, &config.data),
         Command::Jail => trials(config),
-        Command::Health => health::ask(config.listen).and_then(say),
+        Command::Health => health::ask(&config.listen).and_then(say),
         Command::Backup { folder } => upkeep::backup(&config.data, &folder).and_then(say),
         Command::Restore { folder } => upkeep::restore(&folder, &config.data).and_then(say),
         Command::Fsck { collect } => {
@@ -247,10 +246,10 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     let told = |error: crate::store::StoreError| error.to_string();
     store.ledger.reclaim(now_ms(), true).map_err(told)?;
     let has_tokens = store.ledger.tokens().map_err(told)?;
-    if has_tokens.is_empty() && !config.listen.ip().is_loopback() {
+    if has_tokens.is_empty() && config.users.is_none() && !config.listen.is_private() {
         return Err(format!(
             "{} can be reached from elsewhere, and no token exists: make one with `latchgate-serve \
-             token create NAME`, or listen on 127.0.0.1",
+             token create NAME`, state `user_header`, or listen on 127.0.0.1",
             config.listen
         ));
     }
@@ -302,13 +301,9 @@ fn raise_open_files(connections: usize) -> Result<(), String> {
 }
 
 async fn listen(app: App) -> Result<ExitCode, String> {
-    let address = app.config.listen;
-    let listener = TcpListener::bind(address)
-        .await
-        .map_err(|error| format!("{address}: {error}; choose another with --listen"))?;
-    let own = listener.local_addr().map_err(|error| error.to_string())?;
+    let (listener, own) = http::Listener::bind(&app.config.listen).await?;
     let data = app.config.data.display();
-    say(format!("latchgate serves http://{own}/, data in {data}"))?;
+    say(format!("latchgate serves {own}, data in {data}"))?;
     tokio::spawn(reclaim(app.clone()));
     tokio::spawn(keep_store(app.clone()));
     tokio::spawn(gate::keep(app.clone()));

@@ -1,5 +1,7 @@
 //! Where a request comes from: the address of its connection, and the one that a named proxy tells.
 
+use super::listener::NO_ADDRESS;
+use super::server::Peer;
 use axum::http::HeaderMap;
 use std::fmt;
 use std::net::{IpAddr, Ipv6Addr};
@@ -16,8 +18,7 @@ pub(crate) struct Caller {
 impl Caller {
     /// Returns who calls. `x-forwarded-for` is believed of named proxies alone: its last address that
     /// is none of theirs.
-    pub(super) fn of(peer: IpAddr, headers: &HeaderMap, proxies: &[IpAddr]) -> Self {
-        let peer = peer.to_canonical();
+    pub(super) fn of(peer: Peer, headers: &HeaderMap, proxies: &[IpAddr]) -> Self {
         let told = headers.get_all("x-forwarded-for").iter();
         let told = told.filter_map(|value| value.to_str().ok());
         let addresses = told.flat_map(|value| value.split(',')).map(str::trim);
@@ -25,8 +26,8 @@ impl Caller {
         addresses.retain(|address| !proxies.contains(&address.to_canonical()));
         let last = addresses.last().map(IpAddr::to_canonical);
         Self {
-            peer,
-            client: last.filter(|_| proxies.contains(&peer)),
+            peer: peer.address,
+            client: last.filter(|_| peer.is_proxy),
         }
     }
 
@@ -50,7 +51,9 @@ pub(super) fn network_of(address: IpAddr) -> IpAddr {
 impl fmt::Display for Caller {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.client {
+            None if self.peer == NO_ADDRESS => f.write_str("the socket"),
             None => self.peer.fmt(f),
+            Some(client) if self.peer == NO_ADDRESS => write!(f, "{client} by the socket"),
             Some(client) => write!(f, "{client} by {}", self.peer),
         }
     }

@@ -1,5 +1,6 @@
 //! Who is let in, same-origin checks on every change, and headers of every answer.
 
+use super::listener::NO_ADDRESS;
 use super::server::Peer;
 use super::{Caller, INTERFACE, Needs, declared};
 use crate::app::App;
@@ -14,7 +15,6 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 use http_body_util::LengthLimitError;
 use std::error::Error as _;
-use std::net::Ipv4Addr;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -43,10 +43,11 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     let path = path.map_or_else(|| "-".to_string(), |path| path.as_str().to_string());
     let peer = request.extensions().get::<Peer>();
     let peer = peer.copied().unwrap_or(Peer {
-        address: Ipv4Addr::UNSPECIFIED.into(),
+        address: NO_ADDRESS,
+        is_proxy: false,
         is_spare: false,
     });
-    let caller = Caller::of(peer.address, request.headers(), &app.config.proxies);
+    let caller = Caller::of(peer, request.headers(), &app.config.proxies);
     request.extensions_mut().insert(caller);
     app.traffic.open.fetch_add(1, Ordering::Relaxed);
     let admitted = if FREE.contains(&path.as_str()) {
@@ -54,7 +55,14 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     } else if peer.is_spare {
         Err(Box::new(no_place(&app).into_response()))
     } else {
-        admit(&app, &path, &method, request.headers().clone(), caller).await
+        admit(
+            &app,
+            &path,
+            &method,
+            request.headers().clone(),
+            (caller, peer),
+        )
+        .await
     };
     let (visitor, mut response) = match admitted {
         Ok(visitor) => {
@@ -179,19 +187,14 @@ async fn admit(
     path: &str,
     method: &Method,
     headers: HeaderMap,
-    caller: Caller,
+    (caller, peer): (Caller, Peer),
 ) -> Result<Visitor, Box<Response>> {
     let headers = &headers;
     let refuse = |problem: Problem| Box::new(problem.into_response());
     same_origin(method, headers).map_err(refuse)?;
-    let presented = presented(headers);
-    let asked = app.clone();
-    let seen =
-        tokio::task::spawn_blocking(move || asked.door.look(&*asked.ledger, presented.as_ref()));
-    let seen = match seen.await {
-        Ok(Ok(seen)) => seen,
-        Ok(Err(error)) => return Err(refuse(error.into())),
-        Err(_) => return Err(refuse(Problem::not_found("answer"))),
+    let seen = match user_of_proxy(app, headers, peer).map_err(refuse)? {
+        Some(user) => Seen::Known(user),
+        None => seen(app, headers).await.map_err(refuse)?,
     };
     // Strangers share nothing, lest one of them keeps the others from signing in.
     let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
@@ -241,6 +244,62 @@ async fn admit(
             }
             Err(Box::new(unknown()))
         }
+    }
+}
+
+/// Looks at the token or the session that a request presents.
+async fn seen(app: &App, headers: &HeaderMap) -> Result<Seen, Problem> {
+    let (presented, asked) = (presented(headers), app.clone());
+    let looked =
+        tokio::task::spawn_blocking(move || asked.door.look(&*asked.ledger, presented.as_ref()));
+    match looked.await {
+        // Where a proxy names its users, nobody is let in without one.
+        Ok(Ok(Seen::Open(_))) if app.config.users.is_some() => Ok(Seen::Stranger),
+        Ok(Ok(seen)) => Ok(seen),
+        Ok(Err(error)) => Err(error.into()),
+        Err(_) => Err(Problem::not_found("answer")),
+    }
+}
+
+/// Returns the user whom a proxy names, where one is configured and this is a request of it. A name
+/// from anybody else, or beside a token, is refused: one of the two is not what it seems.
+fn user_of_proxy(app: &App, headers: &HeaderMap, peer: Peer) -> Result<Option<Visitor>, Problem> {
+    let Some(users) = &app.config.users else {
+        return Ok(None);
+    };
+    let mut names = headers.get_all(&users.header).iter();
+    let Some(name) = names.next() else {
+        return Ok(None);
+    };
+    let refused = |text: String| {
+        let title = "The user is not taken";
+        Err(Problem::new(
+            StatusCode::UNAUTHORIZED,
+            "user-header",
+            title,
+            text,
+        ))
+    };
+    let header = &users.header;
+    if !peer.is_proxy {
+        return refused(format!(
+            "`{header}` is taken from the socket and from the addresses of `proxies` alone"
+        ));
+    }
+    if headers.contains_key(header::AUTHORIZATION) {
+        return refused(format!(
+            "`{header}` stands beside a token; send one of them"
+        ));
+    }
+    let fits = |name: &&str| {
+        let letters = name.chars().count();
+        (1..=200).contains(&letters) && !name.contains(|c: char| c.is_control() || c == '#')
+    };
+    match name.to_str().ok().map(str::trim).filter(fits) {
+        Some(name) if names.next().is_none() => {
+            Ok(Some(Visitor::of_proxy(name, users.scopes.clone())))
+        }
+        _ => refused(format!("`{header}` must be one name of up to 200 letters")),
     }
 }
 

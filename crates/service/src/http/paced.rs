@@ -1,29 +1,25 @@
 //! A connection that must be read from: one whose client takes less than a least pace ends.
 
+use super::listener::Connection;
 use std::io;
 use std::pin::Pin;
 use std::task::{Context, Poll};
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::TcpStream;
 use tokio::time::{Sleep, sleep};
 
-/// Bytes that the system holds of what was sent. It asks for more when a third of them was taken, so
-/// that this and [`TAKEN`] make the least pace: some 2 KiB/s.
-const HELD_BYTES: usize = 64 << 10;
-
-/// Time in which some of what was sent must be taken.
+/// Time in which some of what was sent must be taken. The system asks for more when a third of what it
+/// holds was taken, 64 KiB, so that both make the least pace: some 2 KiB/s.
 pub(super) const TAKEN: Duration = Duration::from_secs(20);
 
 /// A connection with a least pace of what is sent.
 pub(super) struct Paced {
-    stream: TcpStream,
+    stream: Connection,
     waiting: Option<Pin<Box<Sleep>>>,
 }
 
 impl Paced {
-    pub(super) fn new(stream: TcpStream) -> Self {
-        let _ = rustix::net::sockopt::set_socket_send_buffer_size(&stream, HELD_BYTES);
+    pub(super) fn new(stream: Connection) -> Self {
         Self {
             stream,
             waiting: None,

@@ -1,5 +1,6 @@
 //! Connections under deadlines, and the end of service: what is under way is finished.
 
+use super::listener::{Listener, NO_ADDRESS};
 use super::paced::Paced;
 use super::places::{Places, Spare};
 use super::router;
@@ -15,11 +16,7 @@ use std::io;
 use std::net::IpAddr;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
-use tokio::net::{TcpListener, TcpStream};
 use tokio::signal::unix::{SignalKind, signal};
-
-/// Time in which a client must take what was sent [ms].
-const SEND_MS: u32 = 60_000;
 
 /// Time of a connection that found no place.
 const SPARE_TIME: Duration = Duration::from_secs(5);
@@ -27,8 +24,11 @@ const SPARE_TIME: Duration = Duration::from_secs(5);
 /// The connection of a request.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Peer {
-    /// Its other end.
+    /// Its other end; of a socket none.
     pub(super) address: IpAddr,
+    /// True of a socket, and of an address that the configuration names: what it says of its client is
+    /// believed.
+    pub(super) is_proxy: bool,
     /// True if it found no place: nothing but health is told.
     pub(super) is_spare: bool,
 }
@@ -38,7 +38,7 @@ pub(super) struct Peer {
 /// # Errors
 ///
 /// [`io::Error`] if signals cannot be heard.
-pub async fn serve(app: App, listener: TcpListener) -> io::Result<()> {
+pub async fn serve(app: App, listener: Listener) -> io::Result<()> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
     let (places, mut spare) = (Places::default(), Spare::default());
@@ -66,15 +66,17 @@ pub async fn serve(app: App, listener: TcpListener) -> io::Result<()> {
                 continue;
             }
         };
-        bound(&stream);
-        let own_most = if app.config.proxies.contains(&peer.ip().to_canonical()) {
+        let is_proxy = peer.is_none_or(|address| app.config.proxies.contains(&address));
+        let own_most = if is_proxy {
             app.config.connections
         } else {
             app.config.address_connections
         };
-        let place = places.take(peer.ip(), app.config.connections, own_most);
+        let address = peer.unwrap_or(NO_ADDRESS);
+        let place = places.take(address, app.config.connections, own_most);
         let peer = Peer {
-            address: peer.ip(),
+            address,
+            is_proxy,
             is_spare: place.is_none(),
         };
         let service = TowerToHyperService::new(router.clone().into_service::<Incoming>());
@@ -112,10 +114,4 @@ pub async fn serve(app: App, listener: TcpListener) -> io::Result<()> {
         _ = interrupt.recv() => tracing::warn!("ended at once"),
     }
     Ok(())
-}
-
-/// Does not wait for ever for a client that takes nothing.
-fn bound(stream: &TcpStream) {
-    let _ = stream.set_nodelay(true);
-    let _ = rustix::net::sockopt::set_tcp_user_timeout(stream, SEND_MS);
 }

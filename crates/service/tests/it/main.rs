@@ -18,6 +18,7 @@ mod hostile;
 mod life;
 mod operation;
 mod pages;
+mod proxy;
 mod store;
 mod strangers;
 mod support;
