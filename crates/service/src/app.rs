@@ -19,7 +19,11 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::{Duration, Instant};
+use tokio::sync::Semaphore;
 use tokio::time::timeout;
+
+/// Bodies of requests that are held at a time, uploads aside [KiB].
+const BODIES_KIB: usize = 32 << 10;
 
 /// What every handler shares.
 #[derive(Clone)]
@@ -49,6 +53,8 @@ pub struct Parts {
     pub traffic: Traffic,
     /// Bytes that uploads under way may still take, by the name of their token.
     pub under_way: Mutex<HashMap<String, u64>>,
+    /// Room for the bodies of requests that are no uploads [KiB].
+    pub bodies: Arc<Semaphore>,
     /// Held together by those who put files in their place until the rows that name them are written,
     /// alone by who removes files.
     pub placing: RwLock<()>,
@@ -144,6 +150,7 @@ impl App {
             probed: Arc::default(),
             traffic: Traffic::default(),
             under_way: Mutex::default(),
+            bodies: Arc::new(Semaphore::new(BODIES_KIB)),
             placing: RwLock::default(),
             ends: AtomicBool::new(false),
             _lock: store.lock,

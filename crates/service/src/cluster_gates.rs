@@ -11,7 +11,7 @@ use crate::engine::{EngineTasks, Look};
 use crate::gate::{self, Decided};
 use crate::problem::Problem;
 use crate::store::{
-    GateOutcome, GateRecording, GateStanding, StoreError, StoredFile, StoredGate, sha256_of,
+    GateRecording, GateStanding, StoreError, StoredFile, StoredGate, sha256_of,
 };
 use axum::http::StatusCode;
 use latchgate::gate::{Collection, GateFile, JudgedRecording, Plan, Submission};
@@ -110,20 +110,13 @@ fn step(parts: &Parts, standing: &GateStanding) -> Result<(), Problem> {
 
 /// Ends a gate with what went wrong; who submits it again has it handed over again.
 fn fail(parts: &Parts, gate: &StoredGate, text: String) -> Result<(), Problem> {
-    tracing::warn!(gate = %gate.id, %text, "a gate could not be judged on the cluster");
     if let Some(options) = &parts.config.engine {
         let _ = fs::remove_file(options.folder.join(&gate.id).join("submitted"));
     }
     let detail = format!("{text}; what is judged is kept, submit the gate again to go on");
     let title = "The cluster has not judged the gate";
     let problem = Problem::new(StatusCode::BAD_GATEWAY, "engine", title, detail);
-    let outcome = GateOutcome {
-        exit_code: 4,
-        not_as_required: (gate.recordings.len() * gate.designs.len()) as u64,
-        files: BTreeMap::new(),
-        problem: Some(problem.to_value()),
-    };
-    parts.ledger.end_gate(&gate.id, &outcome)?;
+    gate::end_without(parts, gate, &problem)?;
     parts.engine.looks().remove(&gate.id);
     Ok(())
 }

@@ -351,9 +351,51 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
     if !jobs.iter().all(|job| job.state.has_ended()) {
         return Ok(standing);
     }
-    let decided = decided_here(gate, &jobs);
-    standing.outcome = Some(settle(parts, gate, decided)?);
+    standing.outcome = Some(match no_decision(&jobs) {
+        Some(problem) => end_without(parts, gate, &problem)?,
+        None => settle(parts, gate, decided_here(gate, &jobs))?,
+    });
     Ok(standing)
+}
+
+/// Says of which pairs the machine or the store has left no decision: nothing is said against their
+/// recordings, and the gate has no summary until it is submitted again.
+fn no_decision(jobs: &[Job]) -> Option<Problem> {
+    let lost = jobs.iter().filter_map(|job| match &job.state {
+        JobState::Refused { problem } => problem["status"]
+            .as_u64()
+            .filter(|status| *status >= 500)
+            .and(problem["detail"].as_str()),
+        _ => None,
+    });
+    let lost: Vec<&str> = lost.collect();
+    let first = lost.first()?;
+    let detail = format!(
+        "{} of {} pairs have no decision, the first because {first}; what is judged is kept, \
+         submit the gate again to go on",
+        lost.len(),
+        jobs.len()
+    );
+    let title = "Pairs of the gate were not judged";
+    let status = StatusCode::SERVICE_UNAVAILABLE;
+    Some(Problem::new(status, "pairs-not-judged", title, detail))
+}
+
+/// Ends a gate with what went wrong; who submits it again has the rest judged.
+pub(crate) fn end_without(
+    parts: &Parts,
+    gate: &StoredGate,
+    problem: &Problem,
+) -> Result<GateOutcome, Problem> {
+    tracing::warn!(gate = %gate.id, detail = %problem.detail, "a gate has no summary");
+    let outcome = GateOutcome {
+        exit_code: 4,
+        not_as_required: (gate.recordings.len() * gate.designs.len()) as u64,
+        files: BTreeMap::new(),
+        problem: Some(problem.to_value()),
+    };
+    parts.ledger.end_gate(&gate.id, &outcome)?;
+    Ok(outcome)
 }
 
 /// The decisions of a gate, recording by recording.

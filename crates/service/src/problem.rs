@@ -117,6 +117,12 @@ impl Problem {
         Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", detail)
     }
 
+    /// Reads a problem that a child or the store wrote; `None` where it is none.
+    pub fn of_value(value: Value) -> Option<Self> {
+        let problem: Self = serde_json::from_value(value).ok()?;
+        (400..600).contains(&problem.status).then_some(problem)
+    }
+
     /// Says that a token has not the scope that is needed.
     pub fn forbidden(scope: Scope) -> Self {
         let text = format!(

@@ -9,7 +9,7 @@ mod tokens;
 mod upkeep;
 
 use crate::app::{App, Parts, Store};
-use crate::clock::now_ms;
+use crate::clock::{now_ms, running_ms};
 use crate::config::{Config, Layers};
 use crate::pool::{Answer, ChildOptions, Crew, CrewOptions, Lost, Order, Slot, Trial, child_work};
 use crate::store::{self, Collected};
@@ -244,7 +244,7 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     let store = Store::open(&config)?;
     // Whoever held these is gone: this process alone serves the folder.
     let told = |error: crate::store::StoreError| error.to_string();
-    store.ledger.reclaim(now_ms(), true).map_err(told)?;
+    store.ledger.reclaim(running_ms(), true).map_err(told)?;
     let has_tokens = store.ledger.tokens().map_err(told)?;
     if has_tokens.is_empty() && config.users.is_none() && !config.listen.is_private() {
         return Err(format!(
@@ -323,7 +323,7 @@ async fn reclaim(app: App) {
     loop {
         tokio::time::sleep(Duration::from_secs(5)).await;
         match app
-            .on_disk(|parts| parts.ledger.reclaim(now_ms(), false))
+            .on_disk(|parts| parts.ledger.reclaim(running_ms(), false))
             .await
         {
             Ok(0) => {}

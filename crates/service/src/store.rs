@@ -25,7 +25,6 @@ mod sum;
 mod tokens;
 
 pub use folder::{BlobFolder, BlobWriter};
-pub use jobs::LONGEST_PAUSE_MS;
 pub use ledger::SqliteLedger;
 pub use sum::{Hex, sha256_hex, sha256_of};
 
@@ -613,9 +612,8 @@ pub trait Ledger: Send + Sync {
         problem: &Value,
         lasts: bool,
     ) -> Result<(), StoreError>;
-    /// Puts a job back whose child ended, to be taken from `not_before_ms` on, at most
-    /// [`LONGEST_PAUSE_MS`] later; returns how often
-    /// that has happened to it.
+    /// Puts a job back whose child ended, to be taken from `not_before_ms` on; returns how often that has happened
+    /// to it. This and leases are times of this process, [`crate::clock::running_ms`].
     fn give_back(
         &self,
         id: &str,
@@ -623,8 +621,8 @@ pub trait Ledger: Send + Sync {
         counts: bool,
         not_before_ms: i64,
     ) -> Result<i64, StoreError>;
-    /// Puts jobs back whose lease has passed; all that run if `every`, and then none waits longer than
-    /// until now.
+    /// Puts jobs back whose lease has passed; at the start of a process `every` one that runs, and then
+    /// none waits.
     fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError>;
     /// Has a report made again of which a file was lost: its job waits once more. Returns the job, or
     /// why none can do that.

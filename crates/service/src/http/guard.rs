@@ -8,6 +8,7 @@ use crate::audit;
 use crate::auth::{Presented, Seen, Visitor};
 use crate::http::pages;
 use crate::problem::{Problem, QUESTION_BYTES};
+use axum::body::HttpBody as _;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
 use axum::http::{HeaderMap, Method, StatusCode};
@@ -15,8 +16,10 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 use http_body_util::LengthLimitError;
 use std::error::Error as _;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
+use tokio::sync::OwnedSemaphorePermit;
 
 /// Name of the cookie that the page's sign-in sets.
 pub(crate) const COOKIE: &str = "latchgate-session";
@@ -69,7 +72,8 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
             let name = visitor.name.clone();
             request.extensions_mut().insert(visitor);
             match received(&app, &path, request).await {
-                Ok(request) => (name, next.run(request).await),
+                // Until it is answered its body takes room.
+                Ok((request, _room)) => (name, next.run(request).await),
                 Err(problem) => (name, problem.into_response()),
             }
         }
@@ -116,21 +120,36 @@ fn no_place(app: &App) -> Problem {
 
 /// Waits until the whole body has come of a request that is no upload, and no longer than it may take:
 /// a client that sends a byte now and then would hold a place for hours.
-async fn received(app: &App, path: &str, request: Request) -> Result<Request, Problem> {
+async fn received(
+    app: &App,
+    path: &str,
+    request: Request,
+) -> Result<(Request, Option<OwnedSemaphorePermit>), Problem> {
     let method = request.method();
     let is_upload = *method == Method::POST && path == "/v1/recordings";
     if is_upload || matches!(*method, Method::GET | Method::HEAD) {
-        return Ok(request);
+        return Ok((request, None));
     }
     let (name, most) = if path == "/login" {
         ("login_bytes", LOGIN_BYTES)
     } else {
         ("body_bytes", QUESTION_BYTES)
     };
+    let stated = request.body().size_hint().upper();
+    let bytes = stated.map_or(most, |stated| {
+        usize::try_from(stated).unwrap_or(most).min(most)
+    });
     let (head, body) = request.into_parts();
     let time = app.config.question_time;
-    match tokio::time::timeout(time, axum::body::to_bytes(body, most)).await {
-        Ok(Ok(bytes)) => Ok(Request::from_parts(head, bytes.into())),
+    let whole = async {
+        let kib = u32::try_from(bytes.div_ceil(1024)).unwrap_or(u32::MAX);
+        let room = Arc::clone(&app.bodies).acquire_many_owned(kib).await.ok();
+        axum::body::to_bytes(body, most)
+            .await
+            .map(|bytes| (bytes, room))
+    };
+    match tokio::time::timeout(time, whole).await {
+        Ok(Ok((bytes, room))) => Ok((Request::from_parts(head, bytes.into()), room)),
         Ok(Err(error))
             if error
                 .source()

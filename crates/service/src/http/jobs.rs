@@ -63,7 +63,7 @@ pub(super) fn accepted(job: &str, state: &JobState) -> Response {
 
 /// Reads a problem back.
 pub(super) fn problem_of(problem: Value) -> Problem {
-    serde_json::from_value(problem).unwrap_or_else(|_| Problem::not_found("answer"))
+    Problem::of_value(problem).unwrap_or_else(|| Problem::not_found("answer"))
 }
 
 async fn state_of(app: &App, id: &str) -> Result<JobState, Problem> {

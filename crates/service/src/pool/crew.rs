@@ -2,12 +2,10 @@
 
 use super::slot::{ChildOptions, Delivered, Lost, Slot};
 use super::words::{Answer, How, Order};
-use crate::clock::now_ms;
+use crate::clock::{now_ms, running_ms};
 use crate::jail::Jail;
 use crate::problem::Problem;
-use crate::store::{
-    Blobs, Job, JobState, LONGEST_PAUSE_MS, Ledger, Manifest, StoreError, StoredResult,
-};
+use crate::store::{Blobs, Job, JobState, Ledger, Manifest, StoreError, StoredResult};
 use axum::http::StatusCode;
 use latchgate::pipeline::NUMBERS_REVISION;
 use std::collections::{HashMap, VecDeque};
@@ -305,6 +303,9 @@ fn of_lost(lost: &Lost, faults: i64) -> Problem {
     }
 }
 
+/// Longest time for which a job that was put back waits [ms].
+const LONGEST_PAUSE_MS: i64 = 30_000;
+
 /// Returns for how long a job waits after so many attempts [ms]: longer each time.
 fn pause_ms(attempts: i64) -> i64 {
     (200 << attempts.clamp(0, 10)).min(LONGEST_PAUSE_MS)
@@ -365,8 +366,8 @@ fn next(shared: &Shared, slot: &Slot, takes_jobs: bool) -> Next {
         }
         if takes_jobs {
             drop(asked);
-            let lease = now_ms() + LEASE.as_millis() as i64;
-            match shared.ledger.take(now_ms(), lease) {
+            let lease = running_ms() + LEASE.as_millis() as i64;
+            match shared.ledger.take(running_ms(), lease) {
                 Ok(Some(job)) => return Next::Job(Box::new(job)),
                 Ok(None) => {}
                 Err(error) => tracing::warn!(%error, "no job can be taken"),
@@ -487,7 +488,7 @@ impl Shared {
         }
         let (id, attempt) = (&job.id, job.attempt);
         let counts = cause == Cause::Recording;
-        let not_before_ms = now_ms() + pause_ms(attempt);
+        let not_before_ms = running_ms() + pause_ms(attempt);
         self.ledger.give_back(id, attempt, counts, not_before_ms)?;
         self.tell(id, JobState::Queued, None);
         Ok(())
@@ -515,7 +516,7 @@ impl Shared {
             self.tell(&job.id, JobState::Running, part);
             if held.elapsed() > LEASE / 4 {
                 held = Instant::now();
-                let lease = now_ms() + LEASE.as_millis() as i64;
+                let lease = running_ms() + LEASE.as_millis() as i64;
                 if let Err(error) = self.ledger.hold(&job.id, job.attempt, lease) {
                     tracing::warn!(%error, job = %job.id, "a lease could not be held");
                 }
@@ -548,11 +549,12 @@ impl Shared {
                     numbers_revision: NUMBERS_REVISION,
                 })))
             }
-            Answer::Problem { problem } => Err(Unanswered::Refused(
-                serde_json::from_value(problem).map_err(|error| Lost::Unclear {
-                    reason: error.to_string(),
-                })?,
-            )),
+            Answer::Problem { problem } => {
+                let problem = Problem::of_value(problem).ok_or_else(|| Lost::Unclear {
+                    reason: "a problem that is none".into(),
+                })?;
+                Err(Unanswered::Refused(problem.into()))
+            }
             _ => Err(Unanswered::Lost(Lost::Unclear {
                 reason: "an answer to another order".into(),
             })),

@@ -18,13 +18,6 @@ pub(super) fn program_of(memory_bytes: u64, order_s: u64) -> String {
     format!("{PROGRAM} {memory_bytes} B {order_s} s")
 }
 
-/// Longest time for which a job that was put back waits [ms].
-pub const LONGEST_PAUSE_MS: i64 = 30_000;
-
-/// True of a job whose pause is over. One that would wait longer than any pause was put back before
-/// the clock was set back.
-const DUE: &str = "(not_before_ms <= ?1 OR not_before_ms > ?1 + ?2)";
-
 pub(super) const COLUMNS: &str =
     "id, body, sum, state, attempt, failures, answer, answer_sum, program";
 
@@ -77,6 +70,11 @@ pub(super) fn submit(
         "DELETE FROM jobs WHERE id = ? AND state = 'refused' AND program <> ?",
         params![id, program],
     )?;
+    if let Err(StoreError::Damaged { what }) = find(connection, id) {
+        // The question is at hand, and answers it anew.
+        tracing::warn!(%what, "a job is damaged and is asked anew");
+        connection.execute("DELETE FROM jobs WHERE id = ?", [id])?;
+    }
     let body = text_of(question);
     // Of one question somebody waits for the answer; the many of a gate come after those.
     let state = if question.decision_alone {
@@ -104,9 +102,10 @@ pub(super) fn again(connection: &Connection, id: &str) -> Result<(), StoreError>
 }
 
 pub(super) fn any_waits(connection: &Connection, now_ms: i64) -> Result<bool, StoreError> {
-    let sql = format!("SELECT 1 FROM jobs WHERE state IN ('queued', 'later') AND {DUE} LIMIT 1");
-    let mut statement = connection.prepare_cached(&sql)?;
-    Ok(statement.exists(params![now_ms, LONGEST_PAUSE_MS])?)
+    let sql =
+        "SELECT 1 FROM jobs WHERE state IN ('queued', 'later') AND not_before_ms <= ? LIMIT 1";
+    let mut statement = connection.prepare_cached(sql)?;
+    Ok(statement.exists([now_ms])?)
 }
 
 /// Whose turn it is: owners by the number of the turn that they had last.
@@ -159,20 +158,18 @@ fn waiting(
     state: &str,
     now_ms: i64,
 ) -> Result<Vec<(String, i64)>, StoreError> {
-    let sql = format!(
-        "WITH RECURSIVE owners (owner) AS (
+    let sql = "WITH RECURSIVE owners (owner) AS (
              SELECT min(owner) FROM jobs
              UNION ALL
              SELECT (SELECT min(jobs.owner) FROM jobs WHERE jobs.owner > owners.owner)
              FROM owners WHERE owner IS NOT NULL),
          oldest (owner, number) AS (
              SELECT owner, (SELECT number FROM jobs INDEXED BY jobs_by_owner
-                 WHERE jobs.owner = owners.owner AND state = ?3 AND {DUE} ORDER BY number LIMIT 1)
+                 WHERE jobs.owner = owners.owner AND state = ?2 AND not_before_ms <= ?1 ORDER BY number LIMIT 1)
              FROM owners WHERE owner IS NOT NULL)
-         SELECT owner, number FROM oldest WHERE number IS NOT NULL"
-    );
-    let mut statement = connection.prepare_cached(&sql)?;
-    let parameters = params![now_ms, LONGEST_PAUSE_MS, state];
+         SELECT owner, number FROM oldest WHERE number IS NOT NULL";
+    let mut statement = connection.prepare_cached(sql)?;
+    let parameters = params![now_ms, state];
     let found = statement.query_map(parameters, |row| Ok((row.get(0)?, row.get(1)?)))?;
     Ok(found.collect::<Result<_, _>>()?)
 }
@@ -236,9 +233,9 @@ pub(super) fn reclaim(
     every: bool,
 ) -> Result<usize, StoreError> {
     if every {
-        // At the start of a process; the clock may have been set back since the last one.
-        let sql = "UPDATE jobs SET not_before_ms = ?1 WHERE state IN ('queued', 'later', 'running') AND not_before_ms > ?1";
-        connection.execute(sql, [now_ms])?;
+        // Pauses were measured by the process that has ended.
+        let sql = "UPDATE jobs SET not_before_ms = 0 WHERE state IN ('queued', 'later', 'running') AND not_before_ms > 0";
+        connection.execute(sql, [])?;
     }
     Ok(connection.execute(
         "UPDATE jobs SET state = 'queued' WHERE state = 'running' AND (?2 OR lease_ms < ?1)",

@@ -672,3 +672,42 @@ echo $((900 + calls))
         "what was stuck was taken back"
     );
 }
+
+/// A pair that a busy machine did not get judged is no word against its recording: the gate has no
+/// summary, says so, and goes on where it is submitted again.
+#[test]
+fn regress_a_pair_that_was_late_is_no_verdict() {
+    let folder = Folder::new();
+    let mut table = String::from("t_s,acc_y_g\n");
+    for sample in 0..300_000 {
+        let push = if sample % 40 < 20 { -40 } else { 30 };
+        table += &format!("{:.5},{push}\n", f64::from(sample) * 1e-5);
+    }
+    let gate = "require = \"fail\"\n[[recordings]]\nfiles = \"slow.csv\"\nopens_when = \"both\"\n[[designs]]\nname = \"paper\"\n";
+    let service = Service::start(&folder, &["order_s=1", "silence_s=1"]);
+    let client = service.client();
+    client
+        .send("POST", "/v1/recordings?name=slow.csv", table.as_bytes())
+        .expect(201);
+    let (status, entry) = submit(&client, "", gate);
+    assert_eq!(status, 202, "{entry}");
+    let lost = ended(&client, &entry["id"]);
+    assert_eq!(
+        (&lost["state"], &lost["exit_code"], &lost["files"]),
+        (&json!("failed"), &json!(4), &json!([]))
+    );
+    let problem = &lost["problem"];
+    assert_eq!(problem["code"], "pairs-not-judged", "{problem}");
+    let detail = problem["detail"].as_str().unwrap();
+    assert!(
+        detail.contains("1 of 1 pairs") && detail.contains("longer than 1 s"),
+        "{detail}"
+    );
+    assert_eq!(service.end(), 0);
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let (status, entry) = submit(&client, "", gate);
+    assert_eq!(status, 202, "{entry}");
+    let done = ended(&client, &entry["id"]);
+    assert_eq!((&done["state"], &done["exit_code"]), (&json!("done"), &json!(0)));
+}

@@ -101,9 +101,7 @@ struct Ends(Child);
 impl Drop for Ends {
     fn drop(&mut self) {
         if matches!(self.0.try_wait(), Ok(None)) {
-            let _ = Command::new("kill")
-                .arg(self.0.id().to_string())
-                .status();
+            let _ = Command::new("kill").arg(self.0.id().to_string()).status();
         }
         let _ = self.0.wait();
     }

@@ -148,28 +148,36 @@ fn verif_a_job_given_back_waits_its_time() {
     assert_eq!((load.queued, load.running, load.own), (0, 2, 2));
 }
 
-/// A clock that was set back by a year makes nobody wait for a year, neither now nor after a start.
+/// Pauses are times of a process: at the start of the next nobody waits for one.
 #[test]
-fn regress_a_clock_set_back_holds_up_nothing() {
-    const YEAR_MS: i64 = 365 * 86_400_000;
+fn regress_no_pause_outlives_its_process() {
     let folder = Folder::new();
     let first = ledger(&folder);
-    for id in ["a", "b"] {
-        first.submit(id, &question(1), "me").unwrap();
-    }
-    let job = taken(&first, YEAR_MS);
-    let not_before_ms = YEAR_MS + 400;
+    first.submit("a", &question(1), "me").unwrap();
+    let job = taken(&first, 1_000_000);
     first
-        .give_back(&job.id, job.attempt, false, not_before_ms)
+        .give_back(&job.id, job.attempt, false, 1_000_400)
         .unwrap();
-    assert_eq!(taken(&first, 10).id, "a", "the pause was of another time");
-    assert_eq!(taken(&first, 10).id, "b");
-    // One that waits at the end of a process waits no longer at the start of the next.
-    first.give_back("a", 2, false, 10_000).unwrap();
-    assert_eq!(first.take(20, 120).unwrap(), None);
+    assert_eq!(first.take(1_000_000, 1_000_100).unwrap(), None);
     let second = ledger(&folder);
     second.reclaim(20, true).unwrap();
     assert_eq!(taken(&second, 20).id, "a");
+}
+
+/// A job whose row is damaged is asked anew by the same question.
+#[test]
+fn regress_a_damaged_job_is_asked_anew() {
+    let folder = Folder::new();
+    let ledger = ledger(&folder);
+    ledger.submit("a", &question(1), "me").unwrap();
+    let job = taken(&ledger, 1);
+    ledger.finish("a", job.attempt, &result("x")).unwrap();
+    let connection = rusqlite::Connection::open(folder.0.join("ledger.sqlite")).unwrap();
+    let damage = "UPDATE jobs SET answer = replace(answer, 'x', 'y')";
+    assert_eq!(connection.execute(damage, []).unwrap(), 1);
+    assert!(matches!(ledger.job("a"), Err(StoreError::Damaged { .. })));
+    assert!(ledger.submit("a", &question(1), "me").unwrap().1);
+    assert_eq!(taken(&ledger, 1).id, "a");
 }
 
 /// A pair that was refused because the machine was busy is decided again when its gate is asked

@@ -266,3 +266,77 @@ fn cli_the_log_says_who_asked_from_where() {
         (&json!("lab"), &json!("127.0.0.1"))
     );
 }
+
+/// However many send long bodies at once, and leave their answers lying, the service stays small.
+#[test]
+fn verif_the_service_stays_small() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read,submit");
+    let service = Service::start(&folder, &["address_connections=1024"]);
+    let keys = "nonsense = 1\n".repeat(70_000);
+    let head = format!(
+        "POST /v1/gates HTTP/1.1\r\nHost: {}\r\nAuthorization: Bearer {token}\r\n\
+         Transfer-Encoding: chunked\r\n\r\n{:x}\r\n",
+        service.address,
+        keys.len()
+    );
+    let streams: Vec<TcpStream> = (0..250)
+        .map(|number| {
+            let mut stream = connect_from(&service, 1 + (number % 8) as u8);
+            stream.set_nonblocking(true).unwrap();
+            let _ = stream.write(head.as_bytes());
+            stream
+        })
+        .collect();
+    let began = Instant::now();
+    let mut sent = vec![0; streams.len()];
+    while began.elapsed() < Duration::from_secs(4) {
+        for (stream, sent) in streams.iter().zip(&mut sent) {
+            let rest = &keys.as_bytes()[*sent..];
+            let mut stream = stream;
+            if let Ok(count) = stream.write(&rest[..rest.len().min(64 << 10)]) {
+                *sent += count;
+            }
+        }
+    }
+    let whole = sent.iter().filter(|sent| **sent == keys.len()).count();
+    assert!(whole >= 30, "{whole} bodies were taken");
+    let status = std::fs::read_to_string(format!("/proc/{}/status", service.child.id())).unwrap();
+    let peak = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))
+        .and_then(|rest| rest.trim().strip_suffix(" kB")?.parse::<u64>().ok())
+        .unwrap();
+    println!("{} MiB after {whole} bodies", peak >> 10);
+    assert!(peak < 128 << 10, "{peak} KiB");
+    drop(streams);
+    service.client().get("/healthz").expect(200);
+}
+
+/// Whoever reads the log sees which tokens were made and taken back meanwhile.
+#[test]
+fn cli_the_log_says_which_tokens_were_made() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read");
+    let service = Service::start(&folder, &["log=warn"]);
+    let asked = || {
+        std::thread::sleep(Duration::from_millis(1100));
+        let client = service.client().bearer(&token);
+        client.get("/v1/verdicts").expect(200);
+        std::fs::read_to_string(&service.log).unwrap()
+    };
+    asked();
+    folder.token("ada", "read");
+    let log = asked();
+    assert!(
+        log.contains(r#""what":"token made","which":"ada#2""#),
+        "{log}"
+    );
+    assert!(!log.contains("lab#1"), "{log}");
+    assert_eq!(folder.run(&["token", "revoke", "ada"]).0, 0);
+    let log = asked();
+    assert!(
+        log.contains(r#""what":"token taken back","which":"ada#2""#),
+        "{log}"
+    );
+}
