@@ -334,6 +334,7 @@ async function phone(page, colorScheme, verdict) {
 
 // A recording is deleted after a second word, and is gone from the list; lists are sorted by their heads.
 async function deletion(page) {
+  await page.setViewportSize({ width: 1200, height: 900 });
   await page.goto(`${base}/recordings`);
   const rows = page.locator('table.rows tbody tr');
   await page.getByRole('link', { name: 'File' }).click();
