@@ -346,7 +346,7 @@ async function deletion(page) {
   await page.getByRole('button', { name: 'Show' }).click();
   await page.waitForURL(/filter=many-light/);
   assert.equal(await rows.count(), 1);
-  assert.match(await rows.innerText(), /many-light\.csv.*local.*13/s);
+  assert.match(await rows.innerText(), /many-light\.csv.*local.*kB/s);
   await rows.locator('a').click();
   const button = page.getByRole('button', { name: 'Delete for good' });
   assert.equal(await button.isVisible(), false);
