@@ -1,5 +1,6 @@
 // The page of the service as a browser shows it: upload, channel, verdict, cursors, link,
-// download, what-if, compare; in light and dark, checked for accessibility, without any request elsewhere.
+// download, what-if, compare, paper, phone, signing in and out; in light and dark, checked for accessibility,
+// without any request elsewhere.
 //
 //     tests/browser/run      needs Node.js, Chromium, and latchgate-serve as built
 //
@@ -19,13 +20,23 @@ const browserPath = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromi
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const pictures = path.join(root, 'target/browser');
 mkdirSync(pictures, { recursive: true });
-const data = mkdtempSync(path.join(tmpdir(), 'latchgate-browser-'));
-
-const service = spawn(program, ['--listen', '127.0.0.1:0', '--data', data, '--set', 'log=warn'], { stdio: ['ignore', 'pipe', 'inherit'] });
-const base = await new Promise((resolve, reject) => {
-  service.stdout.once('data', (text) => resolve(String(text).match(/http:\/\/[^/]+/)[0]));
-  service.once('exit', () => reject(new Error('the service did not start')));
-});
+// Starts a service on a folder of its own.
+async function started() {
+  const data = mkdtempSync(path.join(tmpdir(), 'latchgate-browser-'));
+  const child = spawn(program, ['--listen', '127.0.0.1:0', '--data', data, '--set', 'log=warn'], { stdio: ['ignore', 'pipe', 'inherit'] });
+  const address = await new Promise((resolve, reject) => {
+    child.stdout.once('data', (text) => resolve(String(text).match(/http:\/\/[^/]+/)[0]));
+    child.once('exit', () => reject(new Error('the service did not start')));
+  });
+  const stop = async () => {
+    child.kill('SIGTERM');
+    await new Promise((resolve) => child.once('exit', resolve));
+    rmSync(data, { recursive: true, force: true });
+  };
+  return { address, data, stop };
+}
+const service = await started();
+const base = service.address;
 const browser = await chromium.launch({ executablePath: browserPath, args: ['--no-sandbox', '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1'] });
 
 async function look(page, name) {
@@ -34,6 +45,13 @@ async function look(page, name) {
   const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
   assert.deepEqual(told, [], `${name}: accessibility`);
   await page.screenshot({ path: path.join(pictures, `service-${name}.png`), fullPage: true });
+}
+
+// A field is marked as wrong, with the reason beside it.
+async function marked(field, reason) {
+  await field.page().waitForFunction((name) => document.querySelector(`[name="${name}"]`).getAttribute('aria-invalid') === 'true', await field.getAttribute('name'));
+  const note = await field.getAttribute('aria-describedby');
+  assert.match(await field.page().locator(`[id="${note}"]`).innerText(), reason);
 }
 
 async function downloaded(page, act) {
@@ -123,9 +141,20 @@ async function walk(colorScheme) {
   await page.setInputFiles('#files', files);
   await page.waitForURL(/#known/);
 
-  // Verdict, by the keyboard alone.
-  await page.locator('input[name=set]').fill('lever.preload_torque_nm=2.5');
-  await page.locator('input[name=set]').press('Enter');
+  // Verdict, by the keyboard alone. What is no number is marked and told beside the field; a decimal comma is taken.
+  await page.getByText('Change numbers of the lever').click();
+  const preload = page.locator('[name="lever.preload_torque_nm"]');
+  assert.equal(await preload.getAttribute('placeholder'), '0.1');
+  await preload.fill('strong');
+  await preload.press('Enter');
+  await marked(preload, /Type a number, as 4.5 or 4,5. Found “strong”/);
+  await preload.fill('-3');
+  await preload.press('Enter');
+  await marked(preload, /^“Preload torque \[N·m\]” must be zero or positive/);
+  assert.match(odd.pop(), /status of 400/);
+  await look(page, `${colorScheme}-marked`);
+  await preload.fill('2,5');
+  await preload.press('Enter');
   await page.waitForURL(/verdicts/, { timeout: 120_000 });
   await page.waitForSelector('#event .live');
   const first = page.url().split('/').at(-1);
@@ -167,15 +196,32 @@ async function walk(colorScheme) {
   // Downloads.
   const table = await downloaded(page, () => page.getByRole('link', { name: 'Download series' }).click());
   assert.match(String(table.bytes), /^time_s,.*\n/);
-  const whole = await downloaded(page, () => page.getByRole('link', { name: 'download it (HTML)' }).click());
+  const whole = await downloaded(page, () => page.getByRole('link', { name: 'Download report (HTML)' }).click());
   assert(whole.bytes.length > 100_000);
 
-  // What if: the nominal lever until the varied levers have answered.
-  const slider = page.locator('[data-key="lever.preload_torque_nm"]');
+  // What if: the nominal lever until the varied levers have answered; by a number or the slider, which reaches
+  // the advice. The answer is announced, its curve drawn beside the others.
+  const preloaded = page.locator('[data-key="lever.preload_torque_nm"]');
+  const [field, slider] = [preloaded.locator('input').first(), preloaded.locator('input[type=range]')];
+  const told = page.locator('#what-if-told');
+  assert.equal(await told.getAttribute('role'), 'status');
+  assert(Number(await preloaded.getAttribute('data-high')) > 2.5);
+  await field.fill('1,25');
+  await page.waitForFunction(() => /^With preload torque 1,25 N·m: [A-Z]+\. The nominal lever/.test(document.getElementById('what-if-told').textContent));
+  await page.waitForSelector('#event path.what-if');
+  const curve = await plot.locator('path.what-if').getAttribute('d');
+  await field.fill('a little');
+  assert.equal(await field.getAttribute('aria-invalid'), 'true');
+  await field.fill('1,25');
   await slider.focus();
   for (let step = 0; step < 5; step += 1) await page.keyboard.press('ArrowRight');
-  await page.waitForFunction(() => /the nominal lever alone/.test(document.getElementById('what-if-told').textContent));
+  await page.waitForFunction((before) => ![null, undefined, before].includes(document.querySelector('#event path.what-if')?.getAttribute('d')), curve);
+  assert.match(await slider.getAttribute('aria-valuetext'), /^[\d.]+ N·m$/);
   await look(page, `${colorScheme}-what-if`);
+  await page.locator('#what-if-back').click();
+  await page.waitForFunction(() => document.querySelector('#event path.what-if') === null);
+  await field.fill('1,25');
+  await page.waitForFunction(() => /1,25/.test(document.getElementById('what-if-told').textContent));
   await page.locator('#what-if-judge').click();
   await page.waitForURL((url) => /verdicts/.test(url.pathname) && !url.pathname.includes(first), { timeout: 120_000 });
   await page.waitForSelector('#event .live');
@@ -212,8 +258,13 @@ async function walk(colorScheme) {
   // Designs by version, with what differs.
   await page.goto(`${base}/designs`);
   const light = colorScheme === 'light';
-  await page.locator('input[name=name]').fill('latch');
-  await page.locator('input[name=set]').fill(light ? 'lever.preload_torque_nm=2.82' : 'lever.preload_torque_nm=0.2');
+  const name = page.locator('#design input[name=name]');
+  await name.fill('Türschloss 7');
+  await page.getByRole('button', { name: 'Keep' }).click();
+  await marked(name, /^“ü” does not fit a name/);
+  await name.fill('latch');
+  await page.getByText('Change numbers of the lever').click();
+  await page.locator('[name="lever.preload_torque_nm"]').fill(light ? '2,82' : '0,2');
   await page.getByRole('button', { name: 'Keep' }).click();
   await page.waitForFunction((text) => document.getElementById('designs')?.textContent.includes(text), light ? 'latch@1' : 'latch@2');
   assert.match(await page.locator('#designs').innerText(), /lever\.preload_torque_nm 2\.82 \(was 0\.1\)/);
@@ -233,7 +284,100 @@ async function walk(colorScheme) {
   if (page.url().includes('/runs/')) await page.locator('#pair').click();
   await page.waitForURL(/verdicts/, { timeout: 120_000 });
   assert.deepEqual(odd, [], 'requests elsewhere, or errors');
+  await paper(page, `${base}/verdicts/${first}`);
+  await phone(page, colorScheme, first);
+  if (colorScheme === 'light') await deletion(page);
   await context.close();
+}
+
+// On paper a verdict has no links to pages, buttons or sliders, and its findings are unfolded.
+async function paper(page, verdict) {
+  await page.goto(verdict);
+  await page.waitForSelector('#event .live');
+  await page.emulateMedia({ media: 'print' });
+  await page.evaluate(() => dispatchEvent(new Event('beforeprint')));
+  assert.equal(await page.locator('nav:visible, button:visible, input:visible, .actions:visible').count(), 0);
+  assert.equal(await page.locator('#findings:visible, #all-findings[open]:visible').count(), 1);
+  assert.equal(await page.locator('main').getByText('Further findings').count(), 0);
+  assert(await page.locator('.asked').isVisible());
+  await page.emulateMedia({ media: 'screen' });
+}
+
+// On a phone no page is wider than the screen.
+async function phone(page, colorScheme, verdict) {
+  await page.setViewportSize({ width: 390, height: 844 });
+  const links = async (address, start) => {
+    await page.goto(`${base}${address}`);
+    const found = await page.locator(`main a[href^="${start}"]`).first().getAttribute('href');
+    return found;
+  };
+  const known = await page.request.get(`${base}/v1/verdicts`);
+  const ids = (await known.json()).verdicts.slice(0, 3).map((one) => `id=${one.report_id}`);
+  const pages = {
+    home: '/', none: '/?filter=nowhere', recordings: '/recordings', recording: await links('/recordings', '/recordings/'),
+    verdict: `/verdicts/${verdict}`, compare: `/compare?${ids.join('&')}`, choose: '/compare',
+    gates: '/gates', gate: await links('/gates', '/gates/'), designs: '/designs', login: '/login',
+  };
+  for (const [name, address] of Object.entries(pages)) {
+    await page.goto(`${base}${address}`);
+    if (['verdict', 'compare'].includes(name)) await page.waitForSelector('#event .live');
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert(wide <= 390, `${name}: ${wide} wide on a phone`);
+    await look(page, `${colorScheme}-phone-${name}`);
+  }
+  await page.goto(`${base}/?filter=nowhere`);
+  await page.getByRole('link', { name: 'Clear the search' }).click();
+  assert.equal(await page.locator('main').getByText('No verdict fits').count(), 0);
+  await page.goto(`${base}/compare`);
+  assert.match(await page.locator('main').innerText(), /Tick two to 8 verdicts/);
+}
+
+// A recording is deleted after a second word, and is gone from the list; lists are sorted by their heads.
+async function deletion(page) {
+  await page.setViewportSize({ width: 1200, height: 900 });
+  await page.goto(`${base}/recordings`);
+  const rows = page.locator('table.rows tbody tr');
+  await page.getByRole('link', { name: 'File' }).click();
+  await page.waitForURL(/sort=name/);
+  const names = await rows.locator('a').allInnerTexts();
+  assert.deepEqual(names, [...names].sort());
+  assert.equal(await page.locator('th[aria-sort=ascending]').count(), 1);
+  await page.locator('input[name=filter]').fill('many-light');
+  await page.getByRole('button', { name: 'Show' }).click();
+  await page.waitForURL(/filter=many-light/);
+  assert.equal(await rows.count(), 1);
+  assert.match(await rows.innerText(), /many-light\.csv.*local.*kB/s);
+  await rows.locator('a').click();
+  const button = page.getByRole('button', { name: 'Delete for good' });
+  assert.equal(await button.isVisible(), false);
+  await page.getByText('Delete this recording').click();
+  await look(page, 'delete');
+  await button.click();
+  await page.waitForURL(/recordings$/);
+  assert.equal(await page.getByText('many-light.csv').count(), 0);
+}
+
+// Who signs in is named on every page and may leave; a wrong token leaves the field there.
+async function signing() {
+  const closed = await started();
+  const token = String(execFileSync(program, ['token', 'create', 'lab', '--scopes', 'read,submit', '--data', closed.data])).match(/lg_[0-9a-f]+/)[0];
+  const page = await browser.newPage();
+  await page.waitForTimeout(1100);
+  await page.goto(closed.address);
+  await page.locator('input[name=token]').fill('lg_wrong');
+  await page.getByRole('button', { name: 'Sign in' }).click();
+  await marked(page.locator('input[name=token]'), /not known here/);
+  await look(page, 'sign-in');
+  await page.locator('input[name=token]').fill(token);
+  await page.getByRole('button', { name: 'Sign in' }).click();
+  await page.waitForSelector('#drop');
+  assert.match(await page.locator('header.top').innerText(), /Signed in as lab/);
+  assert.match(await page.locator('#drop').innerText(), /server named in the address bar.*sees every recording/);
+  await page.getByRole('button', { name: 'Sign out' }).click();
+  await page.waitForURL(/login/);
+  assert.equal(await page.locator('input[name=token]').count(), 1);
+  await page.close();
+  await closed.stop();
 }
 
 let failed = false;
@@ -242,12 +386,12 @@ try {
     await walk(scheme);
     process.stdout.write(`${scheme}: as it should be\n`);
   }
+  await signing();
+  process.stdout.write('signing in and out: as it should be\n');
 } catch (error) {
   failed = true;
   process.stderr.write(`${error.stack}\n`);
 }
 await browser.close();
-service.kill('SIGTERM');
-await new Promise((resolve) => service.once('exit', resolve));
-rmSync(data, { recursive: true, force: true });
+await service.stop();
 process.exit(failed ? 1 : 0);

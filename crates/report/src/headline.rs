@@ -17,7 +17,7 @@ const HEADLINE_LETTERS: usize = 240;
 
 /// Returns what the verdict means in a sentence: what the lever does, or what would decide it, or
 /// why there is no answer. Without an ensemble it claims no more than the nominal lever does.
-pub(super) fn headline(document: &Document) -> String {
+pub fn headline(document: &Document) -> String {
     let lever = match document.ensemble {
         None if words::spared(document).is_none() => "The nominal lever",
         _ => "The lever",

@@ -85,7 +85,7 @@ fn first_page(document: &Document, figures: &[Figure], name: &str) -> Markup {
     let event = figures.iter().find(|drawing| drawing.name == plot::EVENT);
     html! {
         (deciding(document, event, name))
-        (sources::judged(&document.test, &document.recording, &document.design, document.conditioning.as_ref()))
+        (judged(document))
     }
 }
 
@@ -108,6 +108,16 @@ pub fn first_block(document: &Document, series: Option<&SampledSeries>) -> Marku
         (all_findings(document))
         @if let Some((_, data)) = &drawn { (block("event-data", "application/json", &data.to_string())) }
     }
+}
+
+/// Returns what was judged: test, channel, direction, filter, the lever, and lines to sign on.
+pub fn judged(document: &Document) -> Markup {
+    sources::judged(
+        &document.test,
+        &document.recording,
+        &document.design,
+        document.conditioning.as_ref(),
+    )
 }
 
 /// Returns the card with answer and figures alone.

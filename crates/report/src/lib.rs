@@ -46,6 +46,7 @@ pub mod text;
 mod words;
 
 pub use folder::{COMPARE_FILE, Unplaced, VERDICT_FILE, folder_name};
+pub use headline::headline;
 use latchgate_recording::error::Error;
 pub use words::{UNSEEN, test_facts};
 

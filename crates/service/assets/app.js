@@ -2,11 +2,83 @@
 const at = (id) => document.getElementById(id);
 const tell = (text) => { at('told').textContent = text; setTimeout(() => { at('told').textContent = ''; }, 4000); };
 
+// An error that a field is to blame for.
+const wrong = (key, text) => Object.assign(new Error(text), { key });
+
+async function reach(path, options) {
+  try { return await fetch(path, options); } catch { throw new Error('The server does not answer. Check the network, then try again.'); }
+}
+
 async function asked(path, body, kind = 'application/json') {
-  const answer = await fetch(path, body === undefined ? {} : { method: 'POST', headers: { 'content-type': kind }, body: typeof body === 'string' ? body : JSON.stringify(body) });
+  const answer = await reach(path, body === undefined ? {} : { method: 'POST', headers: { 'content-type': kind }, body: typeof body === 'string' ? body : JSON.stringify(body) });
   const json = await answer.json();
   if (!answer.ok) throw new Error(json.detail || answer.statusText);
   return { status: answer.status, json };
+}
+
+// ---------------------------------------------------------------- fields
+
+const fieldOf = (key) => document.querySelector(`main [name="${CSS.escape(key)}"]`);
+const labelOf = (key) => (key === 'channel' ? 'Channel' : fieldOf(key)?.labels?.[0]?.firstChild.textContent.trim());
+
+// Words a message of the interface for whoever sees the page: its fields go by their labels here.
+function worded(text) {
+  return text.replace(/^(request|set|design|name): /, '')
+    .replace(/; choose one with the field `request.channel` = NAME/, '')
+    .replace(/the field `(?:request\.)?([\w.]+)`( =)?/g, (whole, key, is) => (labelOf(key) ? `“${labelOf(key)}”${is ? ' as' : ''}` : whole))
+    .replace(/\b(?:lever|stop|criterion|input)\.\w+/g, (key) => (labelOf(key) ? `“${labelOf(key)}”` : key));
+}
+
+// Finds the field that a message of the interface is about.
+function keyOf(text) {
+  const found = /request\.(\w+)/.exec(text) || /\b((?:lever|stop|criterion|input)\.\w+)/.exec(text) || /^(name): /.exec(text);
+  return found ? found[1] : '';
+}
+
+function clearMarks() {
+  for (const note of document.querySelectorAll('.error[data-note]')) note.remove();
+  for (const field of document.querySelectorAll('[data-marked]')) { field.removeAttribute('aria-invalid'); field.removeAttribute('aria-describedby'); delete field.dataset.marked; }
+  for (const place of document.querySelectorAll('p.error')) place.textContent = '';
+}
+
+function mark(field, text) {
+  const note = document.createElement('span');
+  note.className = 'error'; note.dataset.note = ''; note.setAttribute('role', 'alert');
+  note.id = `error-${field.name || field.id}`; note.textContent = text;
+  field.after(note);
+  field.dataset.marked = ''; field.setAttribute('aria-invalid', 'true'); field.setAttribute('aria-describedby', note.id);
+  const folded = field.closest('details');
+  if (folded) folded.open = true;
+}
+
+// Marks the field that is to blame; says beside the button what no field is to blame for.
+function blame(error, told) {
+  const key = error.key || keyOf(error.message);
+  const field = key && fieldOf(key);
+  if (key === 'channel' && at('channel-error')) { at('channel-error').textContent = worded(error.message); at('channel-error').scrollIntoView({ block: 'center' }); return; }
+  if (!field) { told.textContent = worded(error.message); return; }
+  mark(field, worded(error.message));
+  field.focus();
+}
+
+// Reads a number with a decimal point or comma; returns it with a point.
+function numberIn(field) {
+  const text = field.value.trim().replace('\u2212', '-').replace(',', '.');
+  if (!/^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(text)) throw wrong(field.name, `Type a number, as 4.5 or 4,5. Found “${field.value.trim()}”.`);
+  return text;
+}
+
+const numbersOf = (form) => [...form.querySelectorAll('[data-number]')];
+const changesIn = (form) => numbersOf(form).filter((field) => field.value.trim()).map((field) => `${field.name}=${numberIn(field)}`);
+
+// Empty fields show the numbers of the design that is chosen.
+function showNumbers(form) {
+  const select = form.querySelector('[data-designs]');
+  const show = () => {
+    const numbers = JSON.parse(select.selectedOptions[0].dataset.numbers);
+    for (const field of numbersOf(form)) { const [table, key] = field.name.split('.'); field.placeholder = numbers[table][key]; }
+  };
+  select.addEventListener('change', show); show();
 }
 
 // ---------------------------------------------------------------- upload
@@ -30,14 +102,14 @@ function upload(files) {
   bar.hidden = false;
   request.upload.onprogress = (event) => { if (event.lengthComputable) bar.value = event.loaded / event.total; told.textContent = 'Uploading …'; };
   request.upload.onload = () => { bar.removeAttribute('value'); told.textContent = 'Reading …'; };
-  request.onerror = () => { bar.hidden = true; told.textContent = 'The upload was cut; try again.'; };
+  request.onerror = () => { bar.hidden = true; told.textContent = 'The upload was cut. Check the network, then try again.'; };
   request.onload = () => {
     bar.hidden = true;
     const { response, status } = request;
     if (status === 200 || status === 201) {
       told.textContent = status === 200 ? 'Known already.' : 'Kept.';
       location.href = `/recordings/${response.id}${status === 200 ? '#known' : ''}`;
-    } else told.textContent = (response && response.detail) || `Refused (${status}).`;
+    } else told.textContent = worded((response && response.detail) || `Refused (${status}).`);
   };
   request.send(form);
 }
@@ -51,13 +123,11 @@ function dropZone(zone) {
 
 // ---------------------------------------------------------------- question
 
-const listed = (text) => text.split(',').map((part) => part.trim()).filter(Boolean);
-
-// Does what a form asks for; what is in the way is told beside it.
+// Does what a form asks for.
 function submitting(form, told, act) {
   form.addEventListener('submit', async (event) => {
-    event.preventDefault(); told.textContent = '';
-    try { await act(new FormData(form)); } catch (error) { told.textContent = error.message; }
+    event.preventDefault(); clearMarks();
+    try { await act(new FormData(form)); } catch (error) { blame(error, told); }
   });
 }
 
@@ -78,8 +148,13 @@ function gateRunning(section) {
 }
 
 function designForm(form) {
+  showNumbers(form);
   submitting(form, at('design-told'), async (data) => {
-    const body = { name: data.get('name'), set: listed(data.get('set')) };
+    const name = data.get('name').trim();
+    const odd = [...name].find((letter) => !/[A-Za-z0-9._-]/.test(letter));
+    if (!name) throw wrong('name', 'Give the design a name.');
+    if (odd) throw wrong('name', `${odd === ' ' ? 'A blank' : `“${odd}”`} does not fit a name. Use a to z, digits, “.”, “-” and “_”.`);
+    const body = { name, set: changesIn(form) };
     if (data.get('base')) body.design = data.get('base');
     await asked('/v1/designs', body);
     location.reload();
@@ -89,7 +164,7 @@ function designForm(form) {
 function pairButton(button) {
   button.addEventListener('click', async () => {
     button.disabled = true; at('pair-told').textContent = 'It is judged …';
-    try { location.href = `/verdicts/${(await judged(JSON.parse(button.dataset.asking), () => {})).report_id}`; } catch (error) { at('pair-told').textContent = error.message; button.disabled = false; }
+    try { location.href = `/verdicts/${(await judged(JSON.parse(button.dataset.asking), () => {})).report_id}`; } catch (error) { at('pair-told').textContent = worded(error.message); button.disabled = false; }
   });
 }
 
@@ -122,65 +197,98 @@ function question(form) {
     search.value = new URLSearchParams(location.search).get('search') || '';
     search.addEventListener('input', find); find();
   }
-  const design = form.elements.design;
-  const differences = () => { at('design-differences').textContent = design.selectedOptions[0].dataset.differences ? `Differs from the paper's lever: ${design.selectedOptions[0].dataset.differences}` : ''; };
-  design.addEventListener('change', differences); differences();
+  showNumbers(form);
   if (location.hash === '#known') tell('This recording was known already.');
-  form.addEventListener('submit', async (event) => {
-    event.preventDefault();
-    const bar = at('judging'); const told = at('judging-told');
-    const data = new FormData(form);
+  submitting(form, at('judging-told'), async (data) => {
+    const bar = at('judging');
     const request = JSON.parse(form.dataset.request);
     for (const key of ['opens_when', 'filter', 'model']) if (data.get(key)) request[key] = data.get(key);
     // What would be taken anyway is not stated: the same question has the same identity by every door.
     const channel = form.querySelector('input[name=channel]:checked');
-    if (channel && !channel.defaultChecked) request.channel = channel.value;
+    if (!channel) throw wrong('channel', 'Choose a channel.');
+    if (!channel.defaultChecked) request.channel = channel.value;
     const body = { recording: form.dataset.recording, request };
     if (data.get('design')) body.design = data.get('design');
-    const set = listed(data.get('set'));
+    const set = changesIn(form);
     if (set.length) body.set = set;
-    bar.hidden = false; told.textContent = '';
+    bar.hidden = false;
     try {
       const document = await judged(body, (part) => { if (part === null || part === undefined) bar.removeAttribute('value'); else bar.value = part; });
       location.href = `/verdicts/${document.report_id}`;
-    } catch (error) { told.textContent = error.message; }
-    bar.hidden = true;
+    } finally { bar.hidden = true; }
   });
 }
 
 // ---------------------------------------------------------------- what if
 
-function whatIf(section) {
-  const told = at('what-if-told'); const button = at('what-if-judge');
-  const sliders = [...section.querySelectorAll('input[type=range]')];
-  const body = () => ({
-    recording: section.dataset.recording, request: JSON.parse(section.dataset.request), design: JSON.parse(section.dataset.design),
-    set: sliders.filter((slider) => slider.value !== slider.defaultValue).map((slider) => `${slider.dataset.key}=${slider.value}`),
+// A number with its field and its slider, which goes by the logarithm where the number has no largest value.
+function variedNumber(box, changed) {
+  const [field, slider] = box.querySelectorAll('input');
+  const [low, high] = [Number(box.dataset.low), Number(box.dataset.high)];
+  const [there, back] = low > 0
+    ? [(value) => Math.log(value / low) / Math.log(high / low), (part) => low * (high / low) ** part]
+    : [(value) => value / high, (part) => part * high];
+  const follow = (value) => { slider.value = value > 0 ? there(value) : 0; slider.setAttribute('aria-valuetext', `${field.value} ${box.dataset.unit}`); };
+  const now = Number(field.value);
+  follow(now);
+  slider.addEventListener('input', () => {
+    field.value = Number(back(Number(slider.value)).toPrecision(3));
+    slider.setAttribute('aria-valuetext', `${field.value} ${box.dataset.unit}`);
+    changed();
   });
-  let running = false; let again = false;
-  const answer = async () => {
+  field.addEventListener('input', changed);
+  return {
+    field, follow,
+    value: () => numberIn(field),
+    isChanged: () => Number(numberIn(field)) !== now,
+    reset: () => { field.value = now; follow(now); },
+    override: () => `${box.dataset.key}=${numberIn(field)}`,
+    words: () => `${box.querySelector('label').textContent.replace(/ \[.*/, '').toLowerCase()} ${field.value.trim()} ${box.dataset.unit}`.trim(),
+  };
+}
+
+function whatIf(section) {
+  const [told, card, judge, back] = ['told', 'card', 'judge', 'back'].map((part) => at(`what-if-${part}`));
+  const draw = (curve) => at('event')?.dispatchEvent(new CustomEvent('what-if', { detail: curve }));
+  const hint = told.textContent;
+  let set = []; let running = false; let again = false;
+  const body = () => ({ recording: section.dataset.recording, request: JSON.parse(section.dataset.request), design: JSON.parse(section.dataset.design), set });
+  const answer = async (words) => {
     if (running) { again = true; return; }
     running = true;
     const headers = { 'content-type': 'application/json', accept: 'text/html' };
     try {
-      const answered = await fetch('/v1/what-if', { method: 'POST', headers, body: JSON.stringify(body()) });
-      if (answered.ok) told.innerHTML = await answered.text();
-      else told.textContent = (await answered.json()).detail;
-    } catch (error) { told.textContent = error.message; }
+      const answered = await reach('/v1/what-if', { method: 'POST', headers, body: JSON.stringify(body()) });
+      if (!answered.ok) throw new Error((await answered.json()).detail);
+      card.innerHTML = await answered.text();
+      const curve = card.querySelector('script');
+      draw(curve && Float64Array.from(JSON.parse(curve.textContent)));
+      told.textContent = `${words}: ${card.querySelector('.answer strong').textContent}. ${card.querySelector('.answer span').textContent}`;
+    } catch (error) { card.textContent = ''; draw(null); told.textContent = worded(error.message); }
     running = false;
-    if (again) { again = false; answer(); }
+    if (again) { again = false; changed(); }
   };
-  for (const slider of sliders) slider.addEventListener('input', () => {
-    const output = slider.nextElementSibling;
-    output.textContent = `${Number(Number(slider.value).toPrecision(4))} ${slider.dataset.unit}`;
-    button.disabled = false;
-    answer();
-  });
-  button.addEventListener('click', async () => {
-    button.disabled = true; told.textContent = 'The varied levers are asked …';
-    try { const document = await judged(body(), () => {}); location.href = `/verdicts/${document.report_id}`; } catch (error) { told.textContent = error.message; button.disabled = false; }
+  const changed = () => {
+    clearMarks();
+    for (const one of varied) {
+      try { one.follow(Number(one.value())); } catch (error) { mark(one.field, error.message); judge.disabled = true; return; }
+    }
+    const moved = varied.filter((one) => one.isChanged());
+    set = moved.map((one) => one.override());
+    for (const button of [judge, back]) button.disabled = moved.length === 0;
+    if (moved.length > 0) { answer(`With ${moved.map((one) => one.words()).join(', ')}`); return; }
+    card.textContent = ''; draw(null); told.textContent = hint;
+  };
+  const varied = [...section.querySelectorAll('.varied')].map((box) => variedNumber(box, () => changed()));
+  back.addEventListener('click', () => { for (const one of varied) one.reset(); changed(); });
+  judge.addEventListener('click', async () => {
+    judge.disabled = true; told.textContent = 'The varied levers are judged …';
+    try { const document = await judged(body(), () => {}); location.href = `/verdicts/${document.report_id}`; } catch (error) { told.textContent = worded(error.message); judge.disabled = false; }
   });
 }
+
+// On paper every finding stands once.
+addEventListener('beforeprint', () => { if (document.querySelector('a[href="#all-findings"]')) at('all-findings').open = true; });
 
 if (at('drop')) dropZone(at('drop'));
 if (at('ask')) question(at('ask'));

@@ -199,7 +199,7 @@ fn recordings(
             let mut named = named(files, &all, &newest).peekable();
             if named.peek().is_none() {
                 let expected = format!("a stored recording named `{files}`");
-                let hint = "upload it first, or mend the name; /v1/recordings lists them";
+                let hint = "upload it first, or mend the name; /recordings lists them, for programs /v1/recordings";
                 errors.push(Error::malformed(expected, "none", hint).at(entry.place.clone()));
             }
             for (mut name, recording) in named {
@@ -281,7 +281,7 @@ fn designs(
                 }
                 None => {
                     let expected = format!("a stored design named `{reference}`");
-                    let hint = "submit it first, or mend the name; /v1/designs lists them";
+                    let hint = "submit it first, or mend the name; /designs lists them, for programs /v1/designs";
                     let error = Error::malformed(expected, "none", hint);
                     errors.push(error.at(entry.place.clone()));
                     continue;

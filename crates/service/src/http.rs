@@ -66,6 +66,7 @@ const ADMIN: Needs = Some(&[Scope::Admin]);
 /// The routes that take no part in the description of the interface, and what they need.
 const PAGES: &[(&str, &str, Needs)] = &[
     ("GET", "/", READ),
+    ("GET", "/recordings", READ),
     ("GET", "/recordings/{id}", READ),
     ("POST", "/recordings/{id}/delete", DELETE),
     ("GET", "/verdicts/{report_id}", READ),

@@ -316,6 +316,9 @@ pub struct StoredResult {
     /// Revision of the numbers with which it was made.
     #[serde(default)]
     pub numbers_revision: u32,
+    /// Name of the token that asked first.
+    #[serde(default)]
+    pub asked_by: String,
 }
 
 /// What a list shows of a verdict.
@@ -337,6 +340,12 @@ pub struct Summary {
     pub design_version: Option<String>,
     /// The verdict.
     pub verdict: String,
+    /// What the lever does, or what would decide it, in a sentence.
+    #[serde(default)]
+    pub headline: String,
+    /// The declared opening direction; `null` where none was.
+    #[serde(default)]
+    pub opens_when: Option<String>,
     /// The first reason.
     pub why: String,
     /// Peak angle of the nominal run [rad].
@@ -364,6 +373,23 @@ impl Summary {
     }
 }
 
+/// The order of a list of verdicts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ResultOrder {
+    /// The newest first.
+    #[default]
+    Newest,
+    /// The oldest first.
+    Oldest,
+    /// By file, then by channel.
+    File,
+    /// By verdict.
+    Verdict,
+    /// By design.
+    Design,
+}
+
 /// What a list of results asks for; an absent field asks nothing.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ResultFilter {
@@ -375,8 +401,10 @@ pub struct ResultFilter {
     pub design: Option<String>,
     /// A part of the file's, channel's or design's name.
     pub text: Option<String>,
-    /// Entries before this number, the newest first.
-    pub before: Option<i64>,
+    /// The order.
+    pub order: ResultOrder,
+    /// What the part before gave as `next`.
+    pub after: Option<i64>,
     /// Entries at most.
     pub limit: u32,
 }

@@ -310,8 +310,8 @@
     made.textContent = whole ? "Around the limit angle" : "Whole angle";
     draw();
   });
-  data.panels.forEach((panel) => panel.curves.forEach((curve) => {
-    const toggle = button(curve.name, (made) => {
+  function toggle(curve) {
+    const made = button(curve.name, () => {
       if (!hidden.delete(curve.column)) hidden.add(curve.column);
       made.setAttribute("aria-pressed", String(!hidden.has(curve.column)));
       draw();
@@ -320,12 +320,33 @@
     const size = { class: "plot", viewBox: "0 0 26 4", width: 26, height: 4, "aria-hidden": "true" };
     for (const key in size) sample.setAttribute(key, size[key]);
     element(sample, "line", { class: curve.class, x1: 0, y1: 2, x2: 26, y2: 2 });
-    toggle.prepend(sample);
-  }));
+    made.prepend(sample);
+    return made;
+  }
+  data.panels.forEach((panel) => panel.curves.forEach(toggle));
   link(from || URL.createObjectURL(new Blob([csv], { type: "text/csv" })));
   const readout = document.createElement("output");
   readout.setAttribute("aria-live", "off");
   bar.append(readout);
+
+  // A page that is served lays one more curve of the angle over the report's, at the same instants; without
+  // values it goes.
+  const further = { class: "what-if", column: width, name: "what if", read: "what if" };
+  let shows = null;
+  figure.addEventListener("what-if", (given) => {
+    const curves = data.panels[data.panels.length - 1].curves;
+    const fits = given.detail ? given.detail.length === time.length : false;
+    if (curves.includes(further)) curves.pop();
+    if (shows) shows.remove();
+    shows = null;
+    if (fits) {
+      columns[width] = given.detail;
+      curves.push(further);
+      shows = toggle(further);
+      bar.insertBefore(shows, readout);
+    }
+    draw();
+  });
 
   function place(pointer) {
     const box = svg.getBoundingClientRect();

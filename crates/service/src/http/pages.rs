@@ -5,22 +5,28 @@
 //! - `compare`: verdicts side by side;
 //! - `gates`: gates with their matrix;
 //! - `designs`: designs by version;
-//! - `history`: the margin of a recording over designs;
+//! - `history`: how near the verdicts on a recording come to their limit angles;
+//! - `lists`: lists of verdicts and recordings;
+//! - `fields`: fields of forms that more than one page has;
+//! - `words`: messages of the interface in the words of the pages;
 //! - `show`: numbers and words for people.
 
 mod compare;
 mod designs;
+mod fields;
 mod gates;
 mod history;
+mod lists;
 mod recording;
 mod show;
 mod verdict;
+mod words;
 
 use crate::app::App;
 use crate::audit;
 use crate::auth::{Presented, Scope, Seen, Visitor};
 use crate::http::Caller;
-use crate::http::verdicts::{VerdictEntry, Wanted, listed};
+use crate::http::verdicts::{Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
 use axum::Router;
 use axum::body::Bytes;
@@ -29,8 +35,10 @@ use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
-use latchgate::report;
-use maud::{DOCTYPE, Markup, html};
+use latchgate::pipeline::Document;
+use latchgate::report::{self, escape::terminal as line};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use serde_json::json;
 use std::borrow::Cow;
 
 /// Returns a file that pages load: its media type and its text.
@@ -55,6 +63,7 @@ fn asset_of(name: &str) -> Option<(&'static str, Cow<'static, str>)> {
 pub(super) fn routes() -> Router<App> {
     Router::new()
         .route("/", get(home))
+        .route("/recordings", get(lists::page))
         .route("/recordings/{id}", get(recording::page))
         .route("/recordings/{id}/delete", post(recording::delete))
         .route("/verdicts/{report_id}", get(verdict::page))
@@ -72,14 +81,22 @@ pub(super) fn routes() -> Router<App> {
 pub(crate) fn problem(problem: &Problem) -> Markup {
     let body = html! {
         h1 { (problem.title) }
-        p { (problem.detail) }
+        p { (words::on_the_page(&problem.detail)) }
         p { a href="/" { "All verdicts" } }
     };
-    whole(&problem.title, &body)
+    whole(None, &problem.title, &body)
 }
 
-/// Puts a page together.
-fn whole(title: &str, body: &Markup) -> Markup {
+/// Returns the card of a what-if, and what its curve is drawn from.
+pub(crate) fn what_if(document: &Document, angle_rad: &[f32]) -> Markup {
+    html! {
+        (report::html::answer(document))
+        @if !angle_rad.is_empty() { script type="application/json" { (PreEscaped(json!(angle_rad).to_string())) } }
+    }
+}
+
+/// Puts a page together, for whoever is signed in.
+fn whole(visitor: Option<&Visitor>, title: &str, body: &Markup) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -98,9 +115,11 @@ fn whole(title: &str, body: &Markup) -> Markup {
                     nav aria-label="Pages" {
                         a.brand href="/" { "latchgate" }
                         a href="/" { "Verdicts" }
+                        a href="/recordings" { "Recordings" }
                         a href="/gates" { "Gates" }
                         a href="/designs" { "Designs" }
                         a href="/openapi.json" { "API" }
+                        @if let Some(visitor) = visitor { (signed_in(visitor)) }
                     }
                 }
                 main id="main" { (body) }
@@ -110,26 +129,44 @@ fn whole(title: &str, body: &Markup) -> Markup {
     }
 }
 
+/// Says who is signed in, with a way out.
+fn signed_in(visitor: &Visitor) -> Markup {
+    html! {
+        @if visitor.token.is_none() {
+            span.visitor { "No sign-in: open to this machine alone" }
+        } @else {
+            form.visitor method="post" action="/logout" {
+                span { "Signed in as " strong { (line(&visitor.name)) } }
+                button { "Sign out" }
+            }
+        }
+    }
+}
+
+/// Says where files go, and who sees them.
+fn walls() -> Markup {
+    html! { "Files go to the server named in the address bar. Everybody who signs in there sees every recording." }
+}
+
 /// The first page: where files are dropped, and what was judged.
-async fn home(State(app): State<App>, Queried(wanted): Queried<Wanted>) -> Result<Markup, Problem> {
+async fn home(
+    State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
+    Queried(wanted): Queried<Wanted>,
+) -> Result<Markup, Problem> {
     let list = listed(&app, wanted.clone()).await?;
     let filter = wanted.filter.as_deref().unwrap_or("");
     let chosen = wanted.verdict.as_deref().unwrap_or("");
+    let design = wanted.design.as_deref().unwrap_or("");
+    let keys = [("filter", filter), ("verdict", chosen), ("design", design)];
+    let sorting = lists::Sorting::new("/", &wanted.sort, &keys);
+    let is_part = wanted.cursor.is_some() || keys.iter().any(|(_, value)| !value.is_empty());
     let body = html! {
         h1 { "Would the door have stayed shut?" }
-        section.drop id="drop" aria-labelledby="drop-title" {
-            h2 id="drop-title" { "A recording" }
-            p { "Drop a file here, with its card or the other files of its test, or choose it. Nothing leaves this machine." }
-            p {
-                label.button for="files" { "Choose files" }
-                input id="files" type="file" multiple;
-            }
-            progress id="upload" max="1" value="0" hidden aria-label="Upload" {}
-            p id="upload-told" role="status" {}
-        }
+        @if visitor.may(Scope::Submit) { (drop_zone()) }
         h2 { "Verdicts" }
         form.filters method="get" action="/" {
-            label { "Name " input type="search" name="filter" value=(filter); }
+            label { "File, channel or design " input type="search" name="filter" value=(filter); }
             label { "Verdict "
                 select name="verdict" {
                     @for (word, shown) in [("", "all"), ("pass", "pass"), ("fail", "fail"), ("undecided", "undecided"), ("unusable", "unusable")] {
@@ -137,52 +174,34 @@ async fn home(State(app): State<App>, Queried(wanted): Queried<Wanted>) -> Resul
                     }
                 }
             }
+            @if !design.is_empty() { input type="hidden" name="design" value=(design); }
             button { "Show" }
+            @if is_part { a href="/" { "Show all" } }
         }
-        form method="get" action="/compare" { (table(&list.verdicts)) }
-        (show::damaged(list.damaged))
-        @if let Some(next) = list.next {
-            p { a href=(format!("/?cursor={next}&filter={}&verdict={}", show::encoded(filter), show::encoded(chosen))) { "Earlier ones" } }
-        }
-    };
-    Ok(whole("Verdicts", &body))
-}
-
-/// Draws a table of verdicts, with boxes that choose runs to compare.
-fn table(verdicts: &[VerdictEntry]) -> Markup {
-    html! {
-        @if verdicts.is_empty() {
-            p { "None yet." }
+        @if list.verdicts.is_empty() {
+            @if is_part { p role="status" { "No verdict fits this search. " a href="/" { "Clear the search" } } }
+            @else { p { "None yet." } }
         } @else {
-            div.wide tabindex="0" role="region" aria-label="Verdicts" {
-                table {
-                    thead { tr {
-                        th scope="col" { "Compare" } th scope="col" { "Verdict" } th scope="col" { "Recording" }
-                        th scope="col" { "Channel" } th scope="col" { "Design" } th scope="col" { "Peak" }
-                        th scope="col" { "Limit" } th scope="col" { "Varied levers" }
-                    } }
-                    tbody { @for entry in verdicts { (row(entry)) } }
-                }
-            }
-            p { button { "Compare the chosen ones" } }
+            (lists::verdicts(&list.verdicts, Some(&sorting)))
         }
-    }
+        (show::damaged(list.damaged))
+        (sorting.older(list.next))
+    };
+    Ok(whole(Some(&visitor), "Verdicts", &body))
 }
 
-fn row(entry: &VerdictEntry) -> Markup {
-    let summary = &entry.summary;
-    let short = entry.report_id.get(..8).unwrap_or("");
-    let design = summary.full_design();
+/// Where files are dropped.
+fn drop_zone() -> Markup {
     html! {
-        tr {
-            td { input type="checkbox" name="id" value=(entry.report_id) aria-label=(format!("Compare {} with {design}, report {short}", summary.file)); }
-            td { a href=(format!("/verdicts/{}", entry.report_id)) { (show::verdict(&summary.verdict)) } }
-            td { a href=(format!("/recordings/{}", entry.recording)) { (summary.file) } }
-            td { (summary.channel.as_deref().unwrap_or("–")) }
-            td { (design) }
-            td.number { (show::angle(summary.peak_angle_rad)) }
-            td.number { (show::angle(Some(summary.threshold_rad))) }
-            td { @if summary.members == 0 { "none" } @else { (summary.members) } }
+        section.drop id="drop" aria-labelledby="drop-title" {
+            h2 id="drop-title" { "A recording" }
+            p { "Drop a file here, with its card or the other files of its test, or choose it. " (walls()) }
+            p {
+                label.button for="files" { "Choose files" }
+                input id="files" type="file" multiple;
+            }
+            progress id="upload" max="1" value="0" hidden aria-label="Upload" {}
+            p id="upload-told" role="status" {}
         }
     }
 }
@@ -201,22 +220,30 @@ async fn asset(Placed(name): Placed<String>) -> Response {
 }
 
 async fn login_form(Extension(visitor): Extension<Visitor>) -> Markup {
+    sign_in(&visitor, "")
+}
+
+/// Asks for a token; `refused` says why the last one was not taken.
+fn sign_in(visitor: &Visitor, refused: &str) -> Markup {
+    let signed_in = visitor.may(Scope::Read).then_some(visitor);
     let body = html! {
         h1 { "Sign in" }
-        @if visitor.may(Scope::Read) { p { "You are signed in as " strong { (visitor.name) } "." } }
-        form method="post" action="/login" {
-            label { "Token " input type="password" name="token" autocomplete="current-password" required; }
-            button { "Sign in" }
-        }
-        @if visitor.may(Scope::Read) {
-            form method="post" action="/logout" { button { "Sign out" } }
+        p { "Your token comes from whoever runs this server. Everybody who signs in sees every recording." }
+        form.fields method="post" action="/login" {
+            label { "Token "
+                input type="password" name="token" autocomplete="current-password" required
+                    aria-invalid=[(!refused.is_empty()).then_some("true")] aria-describedby=[(!refused.is_empty()).then_some("token-error")];
+                @if !refused.is_empty() { span.error id="token-error" role="alert" { (refused) } }
+            }
+            button.primary { "Sign in" }
         }
     };
-    whole("Sign in", &body)
+    whole(signed_in, "Sign in", &body)
 }
 
 async fn login(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     headers: HeaderMap,
     Extension(caller): Extension<Caller>,
     body: Result<Bytes, BytesRejection>,
@@ -250,9 +277,8 @@ async fn login(
         }
         Ok((Seen::Open(_), _)) => Redirect::to("/").into_response(),
         Ok(_) => {
-            let text = "this token is not known, was taken back, or has ended";
-            let status = StatusCode::UNAUTHORIZED;
-            Problem::new(status, "no-token", "No known token", text).into_response()
+            let text = "This token is not known here, was revoked or has ended. Check it, or ask for a new one.";
+            (StatusCode::UNAUTHORIZED, sign_in(&visitor, text)).into_response()
         }
         Err(problem) => problem.into_response(),
     }

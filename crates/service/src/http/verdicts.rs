@@ -6,13 +6,15 @@ use crate::app::App;
 use crate::auth::Visitor;
 use crate::pool::{Answer, How, Order, Progress, request_of};
 use crate::problem::{Placed, Problem, Queried, bounded};
-use crate::store::{Job, JobState, Question, Remake, ResultFilter, StoredResult, Summary};
+use crate::store::{
+    Job, JobState, Question, Remake, ResultFilter, ResultOrder, StoredResult, Summary,
+};
 use axum::Json;
 use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use latchgate::pipeline::{Document, NUMBERS_REVISION};
-use latchgate::report::{self, REPORT_FILE, SERIES_FILE, VERDICT_FILE};
+use latchgate::report::{REPORT_FILE, SERIES_FILE, VERDICT_FILE};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -184,12 +186,15 @@ pub(super) async fn what_if(
         design: question.design,
     };
     match app.crew.ask(order, Some(stored.manifest)).await?.answer {
-        Answer::WhatIf { document } => {
+        Answer::WhatIf {
+            document,
+            angle_rad,
+        } => {
             let accepted = headers.get(header::ACCEPT);
             if accepted.is_some_and(|kind| kind == "text/html") {
                 let document: Document =
                     serde_json::from_value(document).map_err(|_| Problem::not_found("answer"))?;
-                return Ok(report::html::answer(&document).into_response());
+                return Ok(super::pages::what_if(&document, &angle_rad).into_response());
             }
             Ok(Json(document).into_response())
         }
@@ -375,6 +380,10 @@ pub(crate) struct Wanted {
     pub(crate) design: Option<String>,
     /// A part of the name of file, channel or design, or of the report's identity.
     pub(crate) filter: Option<String>,
+    /// The order: `newest` first unless stated.
+    #[serde(default)]
+    #[param(inline)]
+    pub(crate) sort: ResultOrder,
     /// What the part before returned as `next`.
     pub(crate) cursor: Option<i64>,
     /// Entries, 1 to 200.
@@ -428,7 +437,8 @@ pub(crate) async fn listed(app: &App, wanted: Wanted) -> Result<VerdictList, Pro
         recording: wanted.recording,
         design: wanted.design,
         text: wanted.filter,
-        before: wanted.cursor,
+        order: wanted.sort,
+        after: wanted.cursor,
         limit,
     };
     let found = app

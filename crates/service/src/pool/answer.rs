@@ -4,7 +4,8 @@ use super::words::{Answer, How, Order};
 use crate::problem::{Problem, for_http};
 use crate::store::{Summary, sha256_hex};
 use latchgate::pipeline::{
-    self, Control, Design, Document, Extras, Limits, Outcome, Prepared, Refused, Request, Source,
+    self, Control, Design, Document, Evidence, Extras, Limits, Outcome, Prepared, Refused, Request,
+    Source,
 };
 use latchgate::report;
 use serde_json::{Map, Value, json};
@@ -18,6 +19,9 @@ const PREVIEW_LINES: usize = 24;
 
 /// Letters of such a line.
 const PREVIEW_LETTERS: usize = 200;
+
+/// Samples of a curve that goes with a what-if at most.
+const CURVE: usize = 200_000;
 
 /// Files that go with an answer, names with bytes.
 pub(super) type Files = Vec<(String, Vec<u8>)>;
@@ -90,7 +94,7 @@ impl Desk {
         let extras = Extras {
             filter_table: how == How::Judge,
             preload_answer: how == How::Judge,
-            evidence: how == How::Judge,
+            evidence: how != How::Decide,
         };
         let mut outcome = match prepared {
             Ok(prepared) => prepared.judge(&design, extras, control),
@@ -100,8 +104,11 @@ impl Desk {
             return Err(refusal(&outcome));
         }
         if how == How::WhatIf {
-            let document = json!(outcome.document);
-            return Ok((Answer::WhatIf { document }, Files::new()));
+            let answer = Answer::WhatIf {
+                document: json!(outcome.document),
+                angle_rad: nominal_angle(outcome.evidence.as_ref()),
+            };
+            return Ok((answer, Files::new()));
         }
         outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
         let answer = Answer::Verdict {
@@ -132,6 +139,17 @@ impl Desk {
         self.prepared.push((key, prepared));
         Ok(&self.prepared.last().expect("one was put there").1)
     }
+}
+
+/// Returns the angle of the nominal lever at each sample [rad]; of a longer signal nothing.
+fn nominal_angle(evidence: Option<&Evidence>) -> Vec<f32> {
+    let runs = evidence.map_or(&[][..], |evidence| &evidence.series.runs);
+    let angle = runs.first().map_or(&[][..], |run| &run.angle_rad);
+    if angle.len() > CURVE {
+        return Vec::new();
+    }
+    // As fine as any drawing.
+    angle.iter().map(|angle| *angle as f32).collect()
 }
 
 /// Reads settings as keys and values state them.
@@ -196,6 +214,8 @@ fn summary(document: &Document) -> Summary {
         changes: changes(&document.design),
         design_version: None,
         verdict: document.verdict.name().into(),
+        headline: for_http(&report::headline(document)),
+        opens_when: document.recording.opens_when.map(|sign| sign.name().into()),
         why: document
             .why
             .first()

@@ -547,6 +547,7 @@ impl Shared {
                     content_sha256,
                     job: job.id.clone(),
                     numbers_revision: NUMBERS_REVISION,
+                    asked_by: String::new(),
                 })))
             }
             Answer::Problem { problem } => {

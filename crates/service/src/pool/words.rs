@@ -166,6 +166,8 @@ pub enum Answer {
     WhatIf {
         /// The document.
         document: Value,
+        /// Angle of the nominal lever at each sample [rad].
+        angle_rad: Vec<f32>,
     },
     /// There is no answer.
     Problem {

@@ -252,6 +252,16 @@ pub(super) fn oldest_ms(connection: &Connection) -> Result<Option<i64>, StoreErr
     Ok(question.into_iter().chain(pair).min())
 }
 
+/// Returns who asked first.
+pub(super) fn owner(connection: &Connection, id: &str) -> Result<String, StoreError> {
+    let owner = connection
+        .query_row("SELECT owner FROM jobs WHERE id = ?", [id], |row| {
+            row.get(0)
+        })
+        .optional()?;
+    Ok(owner.unwrap_or_default())
+}
+
 pub(super) fn load(connection: &Connection, owner: &str) -> Result<Load, StoreError> {
     let count = |sql: &str, parameter: &str| -> Result<u64, StoreError> {
         let mut statement = connection.prepare_cached(sql)?;

@@ -7,7 +7,7 @@ use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
     Census, Deletion, GateOutcome, GateStanding, Job, Ledger, ListedRecording, Load, Manifest,
-    Page, Question, RecordingFilter, RecordingOrder, Remake, ResultFilter, StoreError,
+    Page, Question, RecordingFilter, RecordingOrder, Remake, ResultFilter, ResultOrder, StoreError,
     StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredSession,
     StoredToken, deletions, gates, jobs, tokens,
 };
@@ -482,12 +482,13 @@ impl Ledger for SqliteLedger {
     }
 
     fn finish(&self, id: &str, attempt: i64, result: &StoredResult) -> Result<(), StoreError> {
-        let (id, result) = (id.to_string(), result.clone());
+        let (id, mut result) = (id.to_string(), result.clone());
         let program = Arc::clone(&self.program);
         self.write(move |connection| {
             if deletions::find(connection, &result.recording)?.is_some() {
                 return Err(StoreError::Deleted);
             }
+            result.asked_by = jobs::owner(connection, &id)?;
             put_result(connection, &result)?;
             let answer = Value::from(result.report_id);
             jobs::end(connection, &id, attempt, ("done", &answer), &program)
@@ -570,26 +571,43 @@ impl Ledger for SqliteLedger {
     }
 
     fn results(&self, filter: &ResultFilter) -> Result<Page<StoredResult>, StoreError> {
+        let (order, before, skipped) = match (filter.order, filter.after) {
+            (ResultOrder::Newest, after) => ("number DESC", after.unwrap_or(i64::MAX), 0),
+            (ResultOrder::Oldest, after) => ("number", i64::MAX, after.unwrap_or(0)),
+            // The words begin with file and channel.
+            (ResultOrder::File, after) => ("words, number DESC", i64::MAX, after.unwrap_or(0)),
+            (ResultOrder::Verdict, after) => ("verdict, number DESC", i64::MAX, after.unwrap_or(0)),
+            (ResultOrder::Design, after) => (
+                "design COLLATE NOCASE, number DESC",
+                i64::MAX,
+                after.unwrap_or(0),
+            ),
+        };
+        let sql = format!(
+            "SELECT number, report_id, body, sum FROM results
+             WHERE number < ?1 AND (?2 IS NULL OR verdict = ?2)
+               AND (?3 IS NULL OR recording = ?3) AND (?4 IS NULL OR design = ?4)
+               AND (?5 IS NULL OR instr(words, ?5) > 0)
+             ORDER BY {order} LIMIT ?6 OFFSET ?7"
+        );
         let text = filter.text.as_ref().map(|text| text.to_lowercase());
+        let parameters = params![
+            before,
+            filter.verdict,
+            filter.recording,
+            filter.design,
+            text,
+            filter.limit,
+            skipped
+        ];
         self.read(|connection| {
-            page(
-                connection,
-                "SELECT number, report_id, body, sum FROM results
-                 WHERE number < ?1 AND (?2 IS NULL OR verdict = ?2)
-                   AND (?3 IS NULL OR recording = ?3) AND (?4 IS NULL OR design = ?4)
-                   AND (?5 IS NULL OR instr(words, ?5) > 0)
-                 ORDER BY number DESC LIMIT ?6",
-                params![
-                    filter.before.unwrap_or(i64::MAX),
-                    filter.verdict,
-                    filter.recording,
-                    filter.design,
-                    text,
-                    filter.limit
-                ],
-                filter.limit,
-                |row| result_of(row).map(|(_, result)| result),
-            )
+            let mut found = page(connection, &sql, parameters, filter.limit, |row| {
+                result_of(row).map(|(_, result)| result)
+            })?;
+            if filter.order != ResultOrder::Newest && found.next.is_some() {
+                found.next = Some(skipped + i64::from(filter.limit));
+            }
+            Ok(found)
         })
     }
 

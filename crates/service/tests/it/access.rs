@@ -645,6 +645,7 @@ fn cli_a_person_signs_in_and_out() {
         .clone()
         .with("Content-Type", "application/x-www-form-urlencoded");
     let wrong = form.send("POST", "/login", b"token=lg_0").expect(401);
+    assert!(wrong.text().contains("name=\"token\""), "the field stays");
     assert!(wrong.header("set-cookie").is_none());
     let body = format!("token={token}");
     let signed = form.send("POST", "/login", body.as_bytes()).expect(303);
@@ -668,7 +669,7 @@ fn cli_a_person_signs_in_and_out() {
             .get("/login")
             .expect(200)
             .text()
-            .contains("signed in as <strong>lab")
+            .contains("Signed in as <strong>lab")
     );
     person.send("POST", "/v1/gates", b"").expect(403);
     // The cookie is no token, and a token is no cookie.

@@ -43,6 +43,8 @@ fn cli_the_page_of_a_verdict_is_the_first_block_of_its_report() {
         assert!(page.contains(block), "{name}: the first block");
         let data = |page: &str| between(page, "id=\"event-data\">", "</script>").to_string();
         assert_eq!(data(&page), data(&report), "{name}");
+        assert!(page.contains("Checked by"), "{name}: lines to sign on");
+        assert!(page.contains("UTC by <strong>local</strong>"), "{name}");
         let series = format!("data-from=\"/v1/verdicts/{id}/series.csv\"");
         assert!(page.contains(&series), "{name}: samples to read off");
     }
@@ -79,10 +81,15 @@ fn cli_the_comparison_is_that_of_the_command_line() {
     let page = client.get(&format!("/compare?id={a}&id={b}")).expect(200);
     assert!(page.text().contains(written));
     assert!(page.text().contains(&format!("/compare?id={b}&amp;id={a}")));
-    client.get(&format!("/compare?id={a}")).expect(400);
+    let one = client.get(&format!("/compare?id={a}")).expect(400);
+    let none = client.get("/compare").expect(200);
+    for page in [one, none] {
+        assert!(page.text().contains("Tick two to 8 verdicts"));
+    }
 }
 
-/// Where HTML is asked for, a what-if is answered with the report's card of the nominal lever.
+/// Where HTML is asked for, a what-if is answered with the report's card of the nominal lever and its angle at
+/// each sample of the report's series.
 #[test]
 fn cli_a_what_if_has_a_card() {
     let folder = Folder::new();
@@ -100,4 +107,93 @@ fn cli_a_what_if_has_a_card() {
         card.contains("<dt>Varied levers</dt><dd class=\"value\">none</dd>"),
         "{card}"
     );
+    let angle = between(&card, "<script type=\"application/json\">", "</script>");
+    let angle: Vec<f64> = serde_json::from_str(angle).unwrap();
+    let judged = client.post("/v1/verdicts?wait=60", &asking).expect(200);
+    let id = judged.json()["report_id"].as_str().unwrap().to_string();
+    let series = client.get(&format!("/v1/verdicts/{id}/series.csv")).text();
+    let mut lines = series.lines();
+    let column = lines.next().unwrap().split(',');
+    let column = column
+        .take_while(|name| !name.starts_with("angle_"))
+        .count();
+    let kept = lines.map(|line| line.split(',').nth(column).unwrap().parse::<f64>().unwrap());
+    let kept: Vec<f64> = kept.collect();
+    assert_eq!(angle.len(), kept.len());
+    let apart = angle
+        .iter()
+        .zip(&kept)
+        .map(|(new, kept)| (new - kept).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-6, "the same lever");
+}
+
+/// Rows of one test differ by what was declared; what is in doubt says why; a search without a hit says so.
+#[test]
+fn cli_lists_tell_verdicts_apart() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let bytes = crate::support::signal("half_sine_30g_11ms.csv");
+    let uploaded = client.upload_bytes("sled.csv", &bytes, None).json();
+    for request in [
+        json!({"members": 0}),
+        json!({"members": 0, "opens_when": "negative"}),
+    ] {
+        let asking = json!({"recording": uploaded["id"], "request": request});
+        client.post("/v1/verdicts?wait=60", &asking).expect(200);
+    }
+    let page = client.get("/").expect(200).text();
+    let row = |direction: &str| {
+        let mut rows = page.split("<tr>");
+        let cell = format!("data-label=\"Opens on\">{direction}</td>");
+        rows.any(|row| row.contains(&cell))
+    };
+    assert!(row("negative") && row("not declared"), "{page}");
+    let undecided = between(&page, "UNDECIDED", "</td>");
+    assert!(undecided.contains("class=\"doubt\""), "{undecided}");
+    let none = client.get("/?filter=nowhere").expect(200).text();
+    assert!(none.contains("No verdict fits this search"), "{none}");
+    assert!(!none.contains("None yet"), "{none}");
+    let page = client.get("/recordings").expect(200).text();
+    assert!(page.contains("sled.csv</a>"), "{page}");
+}
+
+/// A page speaks of its fields by their labels, marks the one that is missing, and asks for nothing that the
+/// file cannot have.
+#[test]
+fn cli_a_form_marks_what_is_missing() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let page = |name: &str, bytes: &[u8], query: &str| {
+        let id = client.upload_bytes(name, bytes, None).json()["id"].clone();
+        let page = format!("/recordings/{}{query}", id.as_str().unwrap());
+        let page = client.get(&page).expect(200).text();
+        assert!(!page.contains("request."), "{page}");
+        page
+    };
+    let rows: String = (0..2000)
+        .map(|row| format!("{},1\n", row as f64 / 1e4))
+        .collect();
+    let bare = format!("time,acc_y\n{rows}");
+    let unit = page("bare.csv", bare.as_bytes(), "");
+    assert!(
+        unit.contains(
+            "<select name=\"unit\" aria-invalid=\"true\" aria-describedby=\"error-unit\">"
+        ),
+        "{unit}"
+    );
+    assert!(between(&unit, "id=\"error-unit\">", "</span>").contains("“Unit of acceleration”"));
+    // A decimal comma is taken, what is no number is marked.
+    let comma = page("bare.csv", bare.as_bytes(), "?unit=g&time_zero=0,05");
+    assert!(!comma.contains("aria-invalid"), "{comma}");
+    assert!(between(&comma, "data-request=\"", "\"").contains("0.05"));
+    let word = page("bare.csv", bare.as_bytes(), "?unit=g&time_zero=soon");
+    assert!(
+        word.contains("name=\"time_zero\" placeholder=\"0\" value=\"soon\" aria-invalid=\"true\""),
+        "{word}"
+    );
+    // A workbook is no table of text.
+    let workbook = page("test.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0\0\0\0", "");
+    assert!(!workbook.contains("Decimal mark"), "{workbook}");
 }

@@ -3,10 +3,14 @@
 use super::verdict::find;
 use super::whole;
 use crate::app::{App, Parts};
+use crate::auth::Visitor;
 use crate::problem::Problem;
-use axum::extract::{RawQuery, State};
+use axum::extract::{Extension, RawQuery, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
 use latchgate::pipeline::Document;
-use latchgate::report::comparison::{VERDICTS_MAX, letter};
+use latchgate::report::comparison::{VERDICTS_MAX, letter, subject};
+use latchgate::report::escape::terminal as line;
 use latchgate::report::series::SampledSeries;
 use latchgate::report::{differences, html as report};
 use maud::{Markup, html};
@@ -14,8 +18,9 @@ use maud::{Markup, html};
 /// Compares the verdicts that the query names, in its order.
 pub(super) async fn page(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     RawQuery(query): RawQuery,
-) -> Result<Markup, Problem> {
+) -> Result<Response, Problem> {
     let query = query.unwrap_or_default();
     let mut ids: Vec<String> = Vec::new();
     for id in query.split('&').filter_map(|pair| pair.strip_prefix("id=")) {
@@ -24,16 +29,31 @@ pub(super) async fn page(
         }
     }
     if ids.len() < 2 || ids.len() > VERDICTS_MAX {
-        let text = format!(
-            "choose two to {VERDICTS_MAX} verdicts, {} were chosen",
-            ids.len()
-        );
-        return Err(Problem::bad_request(text));
+        let status = if ids.is_empty() {
+            StatusCode::OK
+        } else {
+            StatusCode::BAD_REQUEST
+        };
+        return Ok((status, how_to_choose(&visitor, ids.len())).into_response());
     }
-    app.apart(move |parts| drawn(parts, &ids)).await
+    let page = app.apart(move |parts| drawn(parts, &visitor, &ids)).await?;
+    Ok(page.into_response())
 }
 
-fn drawn(parts: &Parts, ids: &[String]) -> Result<Markup, Problem> {
+/// Explains how verdicts are chosen.
+fn how_to_choose(visitor: &Visitor, chosen: usize) -> Markup {
+    let body = html! {
+        h1 { "Compare verdicts" }
+        p {
+            "Tick two to " (VERDICTS_MAX) " verdicts in the " a href="/" { "list of verdicts" }
+            ", then press “Compare the chosen ones”."
+            @if chosen > 0 { " Chosen: " (chosen) "." }
+        }
+    };
+    whole(Some(visitor), "Compare", &body)
+}
+
+fn drawn(parts: &Parts, visitor: &Visitor, ids: &[String]) -> Result<Markup, Problem> {
     let (mut documents, mut keys, mut tables) = (Vec::new(), Vec::new(), Vec::new());
     for id in ids {
         let verdict = find(parts, id)?;
@@ -56,14 +76,16 @@ fn drawn(parts: &Parts, ids: &[String]) -> Result<Markup, Problem> {
         ul {
             @for (place, id) in ids.iter().enumerate() {
                 li {
-                    (letter(place)) " · " a href={ "/verdicts/" (id) } { "the verdict" }
+                    (letter(place)) " · " (line(&subject(documents[place])))
+                    @if documents[place].recording.opens_when.is_none() { ", direction not declared" }
+                    ": " a href={ "/verdicts/" (id) } { "the verdict" }
                     " · " a href={ "/v1/verdicts/" (id) "/report.html" } { "its report" }
                     @if place > 0 { " · " a href=(first(ids, place)) { "put it first" } }
                 }
             }
         }
     };
-    Ok(whole("Compare", &body))
+    Ok(whole(Some(visitor), "Compare", &body))
 }
 
 /// Returns the address of the same comparison with one verdict before the others.

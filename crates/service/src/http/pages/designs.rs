@@ -1,10 +1,13 @@
 //! Designs by name and version, each with its differences to a baseline.
 
+use super::fields::{self, DesignChoice};
 use super::{show, whole};
 use crate::app::App;
+use crate::auth::{Scope, Visitor};
 use crate::http::designs::find;
 use crate::problem::{Problem, Queried};
-use axum::extract::State;
+use crate::store::StoredDesign;
+use axum::extract::{Extension, State};
 use latchgate::pipeline::Design;
 use maud::{Markup, html};
 use serde::Deserialize;
@@ -20,6 +23,7 @@ pub(super) struct Compared {
 /// Lists the designs, and offers to keep one.
 pub(super) async fn page(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     Queried(compared): Queried<Compared>,
 ) -> Result<Markup, Problem> {
     let stored = app.on_disk(|parts| parts.ledger.designs(0, 1000)).await?;
@@ -42,41 +46,49 @@ pub(super) async fn page(
             button { "Show" }
         }
         (show::damaged(left_out))
-        @if designs.is_empty() { p { "None yet: questions take the paper's lever." } } @else {
+        @if designs.is_empty() { p { "None yet. Questions take the paper's lever." } } @else {
             div.wide tabindex="0" role="region" aria-label="Designs" {
-                table id="designs" {
-                    thead { tr { th scope="col" { "Design" } th scope="col" { "Held against" } th scope="col" { "Differences" } th scope="col" { "Runs" } } }
+                table.rows id="designs" {
+                    thead { tr { th scope="col" { "Design" } th scope="col" { "Compared with" } th scope="col" { "Differences" } th scope="col" { "Runs" } } }
                     tbody { @for (index, design) in designs.iter().enumerate() {
                         // The newest version comes first, its predecessor after it.
                         @let before = designs.get(index + 1).filter(|before| before.name == design.name);
                         @let base = baseline.as_ref().or(before);
                         tr {
-                            th scope="row" { (design.reference()) }
-                            td { @match base { Some(base) => (base.reference()), None => "the paper's lever" } }
-                            td { (differences(&design.design, base.map_or(&paper, |base| &base.design))) }
-                            td { a href=(format!("/?design={}", show::encoded(design.design["name"].as_str().unwrap_or("")))) { "verdicts" } }
+                            th scope="row" data-label="Design" { (design.reference()) }
+                            td data-label="Compared with" { @match base { Some(base) => (base.reference()), None => "the paper's lever" } }
+                            td data-label="Differences" { (differences(&design.design, base.map_or(&paper, |base| &base.design))) }
+                            td data-label="Runs" { a href=(format!("/?design={}", show::encoded(design.design["name"].as_str().unwrap_or("")))) { "verdicts" } }
                         }
                     } }
                 }
             }
         }
-        h2 { "Keep a design" }
-        form id="design" {
-            div.fields {
-                label { "Name " input name="name" required maxlength="64" pattern="[A-Za-z0-9._\\-]+"; }
-                label { "Made from "
-                    select name="base" {
-                        option value="" { "the paper's lever" }
-                        @for design in &designs { (choice(&design.reference(), None)) }
-                    }
-                }
-                label { "Changed " input name="set" size="32" placeholder="lever.preload_torque_nm=2.82, stop.restitution=0.7"; }
-            }
-            p { button.primary { "Keep" } }
-            p id="design-told" role="alert" {}
-        }
+        @if visitor.may(Scope::Submit) { (keep(&designs)) }
     };
-    Ok(whole("Designs", &body))
+    Ok(whole(Some(&visitor), "Designs", &body))
+}
+
+fn keep(designs: &[StoredDesign]) -> Markup {
+    let choices: Vec<DesignChoice> = designs
+        .iter()
+        .map(|design| DesignChoice {
+            reference: design.reference(),
+            numbers: design.design.clone(),
+        })
+        .collect();
+    html! {
+        h2 { "Keep a design" }
+        form id="design" novalidate {
+            div.fields {
+                label { "Name: a to z, digits, “.”, “-”, “_” " input name="name" maxlength="64" autocomplete="off"; }
+                (fields::design("base", "Made from", &choices))
+            }
+            (fields::lever())
+            p { button.primary { "Keep" } }
+            p.error id="design-told" role="alert" {}
+        }
+    }
 }
 
 fn choice(name: &str, chosen: Option<&str>) -> Markup {

@@ -2,19 +2,22 @@
 
 use super::{show, whole};
 use crate::app::App;
+use crate::auth::Visitor;
 use crate::engine::EngineTasks;
 use crate::gate::{question, read};
 use crate::http::gates::{GateEntry, GatePart, find, listed};
 use crate::problem::{Placed, Problem, Queried};
 use crate::store::{GateStanding, RecordingFilter};
-use axum::extract::State;
+use axum::extract::{Extension, State};
 use axum::response::{IntoResponse, Redirect, Response};
 use latchgate::document::number;
 use latchgate::gate::summary::Changes;
 use latchgate::gate::{GateSummary, PairStanding, pairs::Pair};
+use latchgate::report::escape::terminal as line;
 use maud::{Markup, html};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::FRAC_PI_2;
 
 /// Pairs up to which the whole matrix is shown; beyond, what changed and what is not as required.
 const CELLS: usize = 5000;
@@ -28,34 +31,36 @@ type Marks<'a> = BTreeMap<(&'a str, &'a str), &'static str>;
 /// Shows the gates and the form that submits one.
 pub(super) async fn list(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     Queried(part): Queried<GatePart>,
 ) -> Result<Markup, Problem> {
     let gates = listed(&app, part).await?;
     let draft = draft(&app).await?;
     let body = html! {
         h1 { "Gates" }
-        p { "A gate judges every recording of a list with every design of another, and passes only if each pair is as required." }
+        p { "A gate tests every recording of a list against every design of another. It passes if each pair is as required." }
         @if gates.gates.is_empty() { p { "None yet." } } @else {
             div.wide tabindex="0" role="region" aria-label="Gates" {
-                table {
+                table.rows {
                     thead { tr {
                         th scope="col" { "Gate" } th scope="col" { "Outcome" } th scope="col" { "Pairs" }
-                        th scope="col" { "Not as required" } th scope="col" { "Compared with" }
+                        th scope="col" { "Not as required" } th scope="col" { "Compared with" } th scope="col" { "Date (UTC)" }
                     } }
                     tbody { @for gate in &gates.gates { tr {
-                        td { a href=(format!("/gates/{}", gate.id)) { (gate.name) " " code { (short(&gate.id)) } } }
-                        td { (outcome(gate)) }
-                        td.number { (gate.pairs) }
-                        td.number { @match gate.not_as_required { Some(count) => (count), None => "–" } }
-                        td { @match &gate.baseline { Some(id) => a href=(format!("/gates/{id}")) { code { (short(id)) } }, None => "–" } }
+                        td data-label="Gate" { a href=(format!("/gates/{}", gate.id)) { (line(&gate.name)) " " code { (short(&gate.id)) } } }
+                        td data-label="Outcome" { (outcome(gate)) }
+                        td.number data-label="Pairs" { (gate.pairs) }
+                        td.number data-label="Not as required" { @match gate.not_as_required { Some(count) => (count), None => "–" } }
+                        td data-label="Compared with" { @match &gate.baseline { Some(id) => a href=(format!("/gates/{id}")) { code { (short(id)) } }, None => "–" } }
+                        td.number data-label="Date (UTC)" { (show::instant(gate.created_ms)) }
                     } } }
                 }
             }
         }
         (show::damaged(gates.damaged))
-        @if let Some(next) = gates.next { p { a href=(format!("/gates?cursor={next}")) { "Earlier ones" } } }
+        @if let Some(next) = gates.next { p { a href=(format!("/gates?cursor={next}")) { "Older" } } }
         h2 { "A new gate" }
-        form id="gate" {
+        form id="gate" novalidate {
             div.fields {
                 label { "Name " input name="name" value="gate" maxlength="64" required; }
                 label { "Compared with "
@@ -67,14 +72,14 @@ pub(super) async fn list(
                     }
                 }
             }
-            p { label { input type="checkbox" name="no_worse" value="true"; " Let stand what is no worse than that" } }
+            p { label { input type="checkbox" name="no_worse" value="true"; " Ignore failures that are no worse than there" } }
             p { label for="gate-text" { "The gate file of the command line; " code { "files" } " names stored recordings, " code { "file" } " a stored design." } }
             textarea id="gate-text" name="text" rows="14" spellcheck="false" { (draft) }
             p { button.primary { "Judge" } }
-            p id="gate-told" role="alert" {}
+            p.error id="gate-told" role="alert" {}
         }
     };
-    Ok(whole("Gates", &body))
+    Ok(whole(Some(&visitor), "Gates", &body))
 }
 
 /// Writes a gate over what is stored, to begin with.
@@ -111,7 +116,7 @@ async fn draft(app: &App) -> Result<String, Problem> {
 
 /// Words a reason for whoever writes the gate file.
 fn in_the_file(text: &str) -> String {
-    text.replace("the setting `", "the key `")
+    line(text).replace("the setting `", "the key `")
 }
 
 fn short(id: &str) -> &str {
@@ -149,6 +154,7 @@ fn queue(tasks: &EngineTasks) -> String {
 /// Shows a gate.
 pub(super) async fn page(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     Placed(id): Placed<String>,
 ) -> Result<Markup, Problem> {
     let standing = find(&app, &id).await?;
@@ -157,7 +163,7 @@ pub(super) async fn page(
     let name = names(&standing);
     let entry = GateEntry::of(&app, standing);
     let body = html! {
-        h1 { "Gate “" (name) "” " code { (short(&id)) } }
+        h1 { "Gate “" (line(&name)) "” " code { (short(&id)) } }
         section.card.(if entry.exit_code == Some(0) { "pass" } else { "fail" }) aria-label="Outcome" {
             p.answer { (outcome(&entry)) }
             @if let Some(summary) = &summary { (counts(summary)) }
@@ -178,7 +184,7 @@ pub(super) async fn page(
             ul { @for file in &entry.files { li { a href=(file) { (file.rsplit('/').next().unwrap_or("")) } } } }
         }
     };
-    Ok(whole(&format!("Gate {name}"), &body))
+    Ok(whole(Some(&visitor), &format!("Gate {name}"), &body))
 }
 
 async fn summary(app: &App, standing: &GateStanding) -> Result<Option<GateSummary>, Problem> {
@@ -277,19 +283,19 @@ fn pairs(
         .collect();
     html! {
         div.wide tabindex="0" role="region" aria-label=(label) {
-            table {
+            table.rows {
                 thead { tr {
                     th scope="col" { "Answer" } th scope="col" { "Required" } th scope="col" { "Recording" } th scope="col" { "Design" }
                     th scope="col" { "Peak" } th scope="col" { "Limit" } th scope="col" { "Changed" } th scope="col" { "Reason" }
                 } }
                 tbody { @for (number, pair) in &listed { tr {
-                    td { a href=(format!("/gates/{id}/runs/{number}")) { (show::verdict(pair.row.verdict.name())) } }
-                    td { (pair.required.name()) }
-                    td { (pair.recording) } td { (pair.design) }
-                    td.number { (show::angle(pair.row.peak_angle_rad)) }
-                    td.number { (show::angle(Some(pair.row.threshold_rad))) }
-                    td { (marks.get(&(&*pair.recording, &*pair.design)).copied().unwrap_or("–")) }
-                    td { (in_the_file(&pair.row.reason.text)) }
+                    td data-label="Answer" { a href=(format!("/gates/{id}/runs/{number}")) { (show::verdict(pair.row.verdict.name())) } }
+                    td data-label="Required" { (pair.required.name()) }
+                    td data-label="Recording" { (line(&pair.recording)) } td data-label="Design" { (line(&pair.design)) }
+                    td.number data-label="Peak" { (show::angle(pair.row.peak_angle_rad)) }
+                    td.number data-label="Limit" { (show::angle(Some(pair.row.threshold_rad))) }
+                    td data-label="Changed" { (marks.get(&(&*pair.recording, &*pair.design)).copied().unwrap_or("–")) }
+                    td data-label="Reason" { (in_the_file(&pair.row.reason.text)) }
                 } } }
             }
         }
@@ -310,20 +316,20 @@ fn matrix(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Markup {
     columns.sort_by_key(|column| !changed(None, Some(&summary.designs[*column].name)));
     html! {
         h2 { "Recordings and designs" }
-        p.muted { "Answer and margin: how far the nominal peak and its error stay below the limit angle, in percent of the limit. "
+        p.muted { "Answer and margin: how far the nominal peak and its error stay below the limit angle, in percent of the limit; far beyond, its angle. "
             "A ring marks what is not as required" @if !marks.is_empty() { ", ◆ what changed; rows and columns with changes come first" } "." }
         div.wide tabindex="0" role="region" aria-label="Matrix of recordings and designs" {
             table.matrix id="matrix" {
-                thead { tr { th scope="col" { "Recording" } @for column in &columns { th scope="col" { (summary.designs[*column].name) } } } }
+                thead { tr { th scope="col" { "Recording" } @for column in &columns { th scope="col" { (line(&summary.designs[*column].name)) } } } }
                 tbody { @for row in &rows { tr {
-                    th scope="row" { (summary.recordings[*row].name) }
+                    th scope="row" { (line(&summary.recordings[*row].name)) }
                     @for column in &columns {
                         @let number = row * summary.designs.len() + column;
                         @let pair = &summary.pairs[number];
                         @let mark = marks.get(&(&*pair.recording, &*pair.design));
                         td.bad[pair.standing == PairStanding::NotAsRequired] {
                             a href=(format!("/gates/{id}/runs/{number}")) title=(in_the_file(&pair.row.reason.text)) {
-                                (show::verdict(pair.row.verdict.name())) " " (margin(pair.row.margin()))
+                                (show::verdict(pair.row.verdict.name())) " " (nearness(pair))
                             }
                             @if let Some(mark) = mark { br; span.mark { "◆ " (mark) } }
                         }
@@ -334,10 +340,14 @@ fn matrix(id: &str, summary: &GateSummary, marks: &Marks<'_>) -> Markup {
     }
 }
 
-/// Words a margin; away from the limit by rounding is none.
-pub(super) fn margin(margin: Option<f64>) -> String {
-    match margin {
-        Some(margin) if margin < -9.99 => "< −999 %".into(),
+/// Words how near a pair comes to its limit: the margin in percent; where it is far beyond, how far.
+fn nearness(pair: &Pair) -> String {
+    let row = &pair.row;
+    match row.margin() {
+        _ if row.peak_angle_rad.is_some_and(|peak| peak > FRAC_PI_2) => "> 90°".into(),
+        Some(margin) if margin < -1.0 => {
+            format!("{} × limit", number::trimmed(1.0 - margin, 2))
+        }
         Some(margin) => format!("{:.0} %", (100.0 * margin).floor()).replace('-', "−"),
         None => number::ABSENT.into(),
     }
@@ -346,6 +356,7 @@ pub(super) fn margin(margin: Option<f64>) -> String {
 /// Leads to the run of a pair, or offers to make its report where it was decided alone.
 pub(super) async fn run(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     Placed((id, number)): Placed<(String, usize)>,
 ) -> Result<Response, Problem> {
     let standing = find(&app, &id).await?;
@@ -365,7 +376,7 @@ pub(super) async fn run(
         "recording": question.recording, "request": question.request, "design": question.design,
     });
     let body = html! {
-        h1 { (pair.recording) " with " (pair.design) }
+        h1 { (line(&pair.recording)) " with " (line(&pair.design)) }
         section.card.(pair.row.verdict.name()) aria-label="Decision" {
             p.answer { (show::verdict(pair.row.verdict.name())) }
             p { (in_the_file(&pair.row.reason.text)) }
@@ -379,5 +390,10 @@ pub(super) async fn run(
         p id="pair-told" role="status" {}
         p { a href=(format!("/gates/{id}")) { "Back to the gate “" (standing.gate.name) "”" } }
     };
-    Ok(whole(&format!("{} with {}", pair.recording, pair.design), &body).into_response())
+    Ok(whole(
+        Some(&visitor),
+        &format!("{} with {}", pair.recording, pair.design),
+        &body,
+    )
+    .into_response())
 }

@@ -1,8 +1,13 @@
-//! The margin of a recording over designs and versions; each point leads to its run.
+//! The verdicts on a recording side by side: how near each lever comes to its limit angle. Each point leads to
+//! its run.
 
-use super::{gates, show};
+use super::show;
 use crate::http::verdicts::VerdictEntry;
+use latchgate::document::number::trimmed;
+use latchgate::report::escape::terminal as line;
+use latchgate::report::plot::axis::{Axis, Scale};
 use maud::{Markup, html};
+use std::f64::consts::FRAC_PI_2;
 
 /// Points that are drawn at most, the newest.
 const POINTS: usize = 60;
@@ -10,22 +15,56 @@ const POINTS: usize = 60;
 /// Width and height of the drawing, and its margins left and below.
 const SIZE: (f64, f64, f64, f64) = (900.0, 260.0, 60.0, 34.0);
 
-/// Draws the margins of verdicts on one recording, by design and version.
-pub(super) fn margins(verdicts: &[VerdictEntry]) -> Markup {
-    let mut points: Vec<(&VerdictEntry, f64)> = verdicts
-        .iter()
-        .filter_map(|entry| Some((entry, entry.summary.margin()?)))
-        .take(POINTS)
-        .collect();
+/// Shares of the limit angle that the drawing spans, and those that have a line.
+const SPAN: (f64, f64) = (0.05, 20.0);
+const LEVELS: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
+
+/// A verdict with its largest angle and that angle's error, as a share of the limit angle.
+struct Point<'a> {
+    entry: &'a VerdictEntry,
+    share: f64,
+}
+
+impl Point<'_> {
+    fn of(entry: &VerdictEntry) -> Option<Point<'_>> {
+        let is_usable = entry.summary.verdict != "unusable";
+        let margin = entry.summary.margin().filter(|_| is_usable)?;
+        Some(Point {
+            entry,
+            share: 1.0 - margin,
+        })
+    }
+
+    fn words(&self) -> String {
+        let summary = &self.entry.summary;
+        let channel = summary.channel.as_deref().unwrap_or("–");
+        let direction = summary.opens_when.as_deref();
+        let direction = direction.unwrap_or("direction not declared");
+        let text = format!("{channel}, {direction}, {}", summary.full_design());
+        line(&text).into_owned()
+    }
+
+    fn share_words(&self) -> String {
+        if self.share * self.entry.summary.threshold_rad > FRAC_PI_2 {
+            "beyond 90°".into()
+        } else {
+            format!("{} × the limit angle", trimmed(self.share, 2))
+        }
+    }
+}
+
+/// Draws how near the levers come to their limit angles, by design and version.
+pub(super) fn nearness(verdicts: &[VerdictEntry]) -> Markup {
+    let mut points: Vec<Point<'_>> = verdicts.iter().filter_map(Point::of).take(POINTS).collect();
     // Versions in their order, and runs of one design as they came.
-    points.sort_by_cached_key(|(entry, _)| {
-        let full = entry.summary.full_design();
+    points.sort_by_cached_key(|point| {
+        let full = point.entry.summary.full_design();
         let (name, rest) = full.split_once('@').unwrap_or((&full, ""));
         let version: String = rest.chars().take_while(char::is_ascii_digit).collect();
         (
             name.to_string(),
             version.parse().unwrap_or(0_u32),
-            entry.created_ms,
+            point.entry.created_ms,
         )
     });
     if points.len() < 2 {
@@ -36,32 +75,35 @@ pub(super) fn margins(verdicts: &[VerdictEntry]) -> Markup {
         let part = (index as f64 + 0.5) / points.len() as f64;
         format!("{:.1}", left + (width - left - 10.0) * part)
     };
-    // Far beyond the limit is as good as at the edge; the table has the number.
-    let y = |margin: f64| 10.0 + (height - below - 10.0) * 0.5 * (1.0 - margin.clamp(-1.0, 1.0));
+    // Far beyond the limit is as good as at the edge; the list has the number.
+    let (least, most) = SPAN;
+    let axis = Axis::new(Scale::Logarithmic(least, most), height - below, 10.0);
+    let y = |share: f64| format!("{:.1}", axis.place(share.clamp(least, most)));
     html! {
-        h2 { "Margin over designs" }
-        p.muted { "How far the nominal peak and its error stay below the limit angle, in percent of the limit. Each point leads to its run." }
-        div.wide tabindex="0" role="region" aria-label="Margin over designs" {
-            svg.history viewBox=(format!("0 0 {width} {height}")) role="group" aria-label="Margin over designs" {
-                @for level in [1.0, 0.5, 0.0, -0.5, -1.0] {
-                    line.limit[level == 0.0] x1=(left) x2=(width - 10.0) y1=(y(level)) y2=(y(level)) {}
-                    text x="4" y=(y(level) + 5.0) { @if level < -0.9 { "≤ " } (gates::margin(Some(level))) }
+        h2 { "How near the limit angle" }
+        p.muted { "The nominal lever's largest angle with its error, in limit angles. Below the dashed line it stays shut. Each point leads to its run." }
+        div.wide tabindex="0" role="region" aria-label="How near the limit angle" {
+            svg.history viewBox=(format!("0 0 {width} {height}")) role="group" aria-label="How near the limit angle" {
+                @for level in LEVELS {
+                    line.limit[(level - 1.0).abs() < 1e-9] x1=(left) x2=(width - 10.0) y1=(y(level)) y2=(y(level)) {}
+                    text x="4" y=(y(level)) dy="5" { (level) " ×" }
                 }
-                @for (index, (entry, margin)) in points.iter().enumerate() {
-                    @let (px, py) = (x(index), y(*margin));
-                    @let told = format!("{}: {}, margin {}, limit {}", entry.summary.full_design(), entry.summary.verdict, gates::margin(Some(*margin)), show::angle(Some(entry.summary.threshold_rad)));
-                    a href=(format!("/verdicts/{}", entry.report_id)) aria-label=(told) {
-                        title { (told) }
-                        circle.(entry.summary.verdict) cx=(px) cy=(py) r="9" {}
-                        text.sign x=(px) y=(py + 5.0) { (show::sign(&entry.summary.verdict)) }
+                @for (index, point) in points.iter().enumerate() {
+                    @let (px, py) = (x(index), y(point.share));
+                    @let summary = &point.entry.summary;
+                    @let words = format!("{}: {}, {}", point.words(), summary.verdict, point.share_words());
+                    a href=(format!("/verdicts/{}", point.entry.report_id)) aria-label=(words) {
+                        title { (words) }
+                        circle.(summary.verdict) cx=(px) cy=(py) r="9" {}
+                        text.sign x=(px) y=(py) dy="5" { (show::sign(&summary.verdict)) }
                     }
                     text.index x=(px) y=(height - 12.0) { (index + 1) }
                 }
             }
         }
-        ol.designs { @for (entry, margin) in &points { li {
-            a href=(format!("/verdicts/{}", entry.report_id)) { (entry.summary.full_design()) }
-            ": " (gates::margin(Some(*margin))) " of the limit " (show::angle(Some(entry.summary.threshold_rad)))
+        ol.designs { @for point in &points { li {
+            a href=(format!("/verdicts/{}", point.entry.report_id)) { (point.words()) }
+            ": " (point.share_words())
         } } }
     }
 }

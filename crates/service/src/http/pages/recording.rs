@@ -1,60 +1,76 @@
 //! What a recording holds, and the form that asks for a verdict.
 
-use super::history::margins;
-use super::{show, table, whole};
+use super::fields::{self, DesignChoice};
+use super::history::nearness;
+use super::words::{is_about, label, on_the_page};
+use super::{lists, show, whole};
 use crate::app::App;
-use crate::auth::Visitor;
+use crate::auth::{Scope, Visitor};
 use crate::http::Caller;
 use crate::http::recordings::{Recording, deleted, look};
 use crate::http::verdicts::{Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
 use axum::extract::{Extension, State};
 use axum::response::Redirect;
-use latchgate::pipeline::{Design, Setting, words_of};
+use latchgate::pipeline::{Setting, words_of};
+use latchgate::report::escape::terminal as line;
 use maud::{Markup, html};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
-/// Settings of reading that the form offers: key, label, what it is left at unless that was found.
-const READING: &[(Setting, &str, &str)] = &[
-    (Setting::InputFormat, "Format", "found"),
-    (Setting::TimeColumn, "Time column", "found"),
-    (Setting::TimeUnit, "Unit of time", "s"),
-    (Setting::TimeSource, "Clock of a log", "header"),
-    (Setting::RateHz, "Sample rate [Hz]", "from the time"),
-    (Setting::HeaderLine, "Line of the names", "found"),
-    (Setting::UnitLine, "Line of the units", "beside the names"),
-    (Setting::LastLine, "Last line of the table", "the file's"),
-    (Setting::SkipLines, "Lines to pass over", "0"),
-    (Setting::Decimal, "Decimal mark", "found"),
-    (Setting::Unit, "Unit of acceleration", "as stated"),
-    (Setting::Sensitivity, "Sensitivity, as 20 g/V", "none"),
-    (Setting::TimeZero, "Time of first contact [s]", "0"),
+/// Of which files a setting of reading is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum AskedOf {
+    Every,
+    Table,
+    Log,
+}
+
+/// Settings of reading that the form offers, of which files, and what each is left at unless that was found.
+const READING: &[(Setting, AskedOf, &str)] = &[
+    (Setting::InputFormat, AskedOf::Every, "found"),
+    (Setting::TimeColumn, AskedOf::Table, "found"),
+    (Setting::TimeUnit, AskedOf::Table, "seconds"),
+    (Setting::TimeSource, AskedOf::Log, "header"),
+    (Setting::RateHz, AskedOf::Every, "from the time"),
+    (Setting::HeaderLine, AskedOf::Table, "found"),
+    (Setting::UnitLine, AskedOf::Table, "beside the names"),
+    (Setting::LastLine, AskedOf::Table, "the file's"),
+    (Setting::SkipLines, AskedOf::Table, "0"),
+    (Setting::Decimal, AskedOf::Table, "found"),
+    (Setting::Unit, AskedOf::Every, "as stated"),
+    (Setting::Sensitivity, AskedOf::Every, "none"),
+    (Setting::TimeZero, AskedOf::Every, "0"),
 ];
 
 /// Units of time with a number that the form suggests beside the plain ones.
 const COUNTED_TIME_UNITS: &[&str] = &["10us", "100us", "100ns"];
 
-/// Settings of judging that the form offers, with their labels.
-const JUDGING: &[(Setting, &str)] = &[
-    (Setting::OpensWhen, "Opening direction"),
-    (Setting::Filter, "Filter"),
-    (Setting::Model, "Stop"),
+/// Settings of judging that the form offers, what each is left at, and the word that says the same.
+const JUDGING: &[(Setting, &str, &str)] = &[
+    (
+        Setting::OpensWhen,
+        "as the card says; without a card both",
+        "",
+    ),
+    (Setting::Filter, "CFC 1000; below 10 kHz none", "default"),
+    (Setting::Model, "both stops; the worse counts", "auto"),
 ];
 
 /// Shows a recording, read as the query's settings say.
 pub(super) async fn page(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     Placed(id): Placed<String>,
     Queried(settings): Queried<BTreeMap<String, String>>,
 ) -> Result<Markup, Problem> {
-    let stated: Map<String, Value> = settings
-        .iter()
-        .filter(|(key, value)| {
-            !value.is_empty() && READING.iter().any(|(setting, ..)| setting.key() == *key)
-        })
-        .map(|(key, value)| (key.clone(), typed(value)))
-        .collect();
+    let mut stated = Map::new();
+    for (setting, ..) in READING {
+        let value = settings.get(setting.key()).map_or("", |value| value.trim());
+        if !value.is_empty() {
+            stated.insert(setting.key().into(), typed(*setting, value));
+        }
+    }
     let request = (!stated.is_empty()).then(|| Value::Object(stated.clone()));
     let recording = look(&app, &id, request).await?;
     let designs = app
@@ -66,31 +82,31 @@ pub(super) async fn page(
         limit: Some(200),
         ..Wanted::default()
     };
-    let judged = listed(&app, wanted).await?;
-    let paper = json!(Design::reference());
-    let designs: Vec<(String, String)> = designs
-        .iter()
-        .map(|design| {
-            let differences = show::differences(&design.design, &paper);
-            (design.reference(), differences.join(", "))
+    let judged = listed(&app, wanted).await?.verdicts;
+    let designs: Vec<DesignChoice> = designs
+        .into_iter()
+        .map(|design| DesignChoice {
+            reference: design.reference(),
+            numbers: design.design,
         })
         .collect();
     let has_channels = recording.listing["channels"][0].is_object();
     let body = html! {
-        h1 { (recording.name) }
-        p.muted { (show::bytes(recording.bytes)) ", " (recording.listing["format"].as_str().unwrap_or("format not known")) }
+        h1 { (line(&recording.name)) }
+        p.muted { (kept(&recording)) }
         (problem(&recording.listing))
         (reading(&settings, &recording.listing, !stated.is_empty()))
-        @if has_channels { form id="ask" data-recording=(recording.id) data-request=(Value::Object(stated).to_string()) {
+        @if has_channels { form id="ask" novalidate data-recording=(recording.id) data-request=(Value::Object(stated).to_string()) {
             (channels(&recording))
-            (question(&designs))
+            @if visitor.may(Scope::Submit) { (question(&designs)) }
         } }
         (findings("Findings", &recording.listing["findings"]))
-        (margins(&judged.verdicts))
+        (nearness(&judged))
         h2 { "Verdicts on this recording" }
-        form method="get" action="/compare" { (table(&judged.verdicts)) }
+        @if judged.is_empty() { p { "None yet." } } @else { (lists::verdicts(&judged, None)) }
+        @if visitor.may(Scope::Delete) { (deletion(&recording.id)) }
     };
-    Ok(whole(&recording.name, &body))
+    Ok(whole(Some(&visitor), &recording.name, &body))
 }
 
 /// Deletes a recording, and shows the list it stood in.
@@ -101,39 +117,66 @@ pub(super) async fn delete(
     Placed(id): Placed<String>,
 ) -> Result<Redirect, Problem> {
     deleted(&app, id, visitor, caller).await?;
-    Ok(Redirect::to("/"))
+    Ok(Redirect::to("/recordings"))
 }
 
-/// Reads a value of the form: a number where it is one.
-fn typed(text: &str) -> Value {
+/// Asks once more before a recording is deleted.
+fn deletion(id: &str) -> Markup {
+    html! {
+        details.delete {
+            summary { "Delete this recording" }
+            p { "Its samples and its plots go for good. The verdicts stay, with who deleted it and when." }
+            form method="post" action=(format!("/recordings/{id}/delete")) { button { "Delete for good" } }
+        }
+    }
+}
+
+/// Says what is kept.
+fn kept(recording: &Recording) -> Markup {
+    let format = recording.listing["format"].as_str();
+    html! {
+        (show::bytes(recording.bytes)) ", " (format.unwrap_or("format not known"))
+        " · uploaded " (show::instant(recording.created_ms)) " UTC by " strong { (line(&recording.owner)) }
+    }
+}
+
+/// Reads a value of the form: a number where it is one; of a quantity with a decimal comma, too.
+fn typed(setting: Setting, text: &str) -> Value {
+    let is_quantity = matches!(
+        setting,
+        Setting::RateHz | Setting::TimeZero | Setting::Sensitivity
+    );
+    let text = if is_quantity {
+        text.replace(',', ".")
+    } else {
+        text.to_string()
+    };
     let number = text.parse::<i64>().map(Value::from).ok();
     let number = number.or_else(|| text.parse::<f64>().ok().map(|number| json!(number)));
     number.unwrap_or_else(|| Value::from(text))
 }
 
-/// Words a text for whoever sees the form: its fields have names of their own.
-fn on_the_page(text: &str) -> String {
-    let mut text = text.replace("; choose one with the field `request.channel` = NAME", "");
-    for (setting, label, _) in READING {
-        let key = setting.key();
-        text = text.replace(
-            &format!("the field `request.{key}` ="),
-            &format!("“{label}” as"),
-        );
-        text = text.replace(&format!("the field `request.{key}`"), &format!("“{label}”"));
-    }
-    text
+/// Returns why nothing is read, or no channel taken, as it is.
+fn reason(listing: &Value) -> Option<&str> {
+    let problem = listing["problem"]["detail"].as_str();
+    problem.or_else(|| {
+        listing["reason"]
+            .as_str()
+            .filter(|_| listing["channel"].is_null())
+    })
 }
 
 fn problem(listing: &Value) -> Markup {
-    let text = listing["problem"]["detail"].as_str();
+    let lead = if listing["problem"].is_object() {
+        "It cannot be read as it is."
+    } else if listing["candidates"][0].is_string() {
+        "Choose a channel."
+    } else {
+        "It cannot be judged as it is."
+    };
     html! {
-        @if let Some(text) = text {
-            div.notice role="alert" {
-                strong { "It cannot be read as it is. " } (on_the_page(text))
-            }
-        } @else if let Some(reason) = listing["reason"].as_str().filter(|_| listing["channel"].is_null()) {
-            div.notice role="alert" { strong { "Choose a channel. " } (on_the_page(reason)) }
+        @if let Some(text) = reason(listing) {
+            div.notice role="alert" { strong { (lead) } " " (on_the_page(text)) }
         }
     }
 }
@@ -152,8 +195,26 @@ fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool
         }
         .map_or_else(|| otherwise.to_string(), |found| format!("{word}: {found}"))
     };
+    let reason = reason(listing).unwrap_or("");
+    let is_text = listing["preview"][0].is_string();
+    let format = listing["format"].as_str();
+    // What is neither text nor of a known format is not read, whatever is stated of it.
+    if !is_text && format.is_none() && !is_stated {
+        return html! {};
+    }
+    let is_asked = |setting: Setting, asked_of: AskedOf| match asked_of {
+        AskedOf::Every => true,
+        AskedOf::Table => !mapping.is_null() || (format.is_none() && is_text),
+        AskedOf::Log => format == Some("mcap"),
+    } || is_about(reason, setting);
+    let offered = READING
+        .iter()
+        .filter(|(setting, asked_of, _)| is_asked(*setting, *asked_of));
+    let is_wrong = READING
+        .iter()
+        .any(|(setting, ..)| is_about(reason, *setting));
     html! {
-        details open[is_open || is_stated] {
+        details open[is_open || is_stated || is_wrong] {
             summary { "How the file is read" }
             (preview(listing))
             @if let Some(separator) = shown(&mapping["separator"]) {
@@ -167,19 +228,21 @@ fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool
                 }
             }
             form.fields method="get" {
-                @for (setting, label, otherwise) in READING {
+                @for (setting, _, otherwise) in offered {
                     @let (key, value) = (setting.key(), stated(setting.key()));
-                    @let is_choice = matches!(setting, Setting::InputFormat | Setting::TimeSource | Setting::Decimal);
-                    label { (label) " "
-                        @if is_choice {
-                            select name=(key) {
+                    @let error = is_about(reason, *setting).then(|| format!("error-{key}"));
+                    @let invalid = error.as_ref().map(|_| "true");
+                    label { (label(*setting)) " "
+                        @if matches!(setting, Setting::InputFormat | Setting::TimeSource | Setting::Decimal | Setting::Unit) {
+                            select name=(key) aria-invalid=[invalid] aria-describedby=[error.as_deref()] {
                                 option value="" { (left(key, otherwise)) }
                                 @for choice in words_of(*setting) { option value=(choice) selected[choice == value] { (choice) } }
                             }
                         } @else {
-                            input name=(key) placeholder=(left(key, otherwise)) value=(value)
+                            input name=(key) placeholder=(left(key, otherwise)) value=(value) aria-invalid=[invalid] aria-describedby=[error.as_deref()]
                                 list=[(*setting == Setting::TimeUnit).then_some("time-units")];
                         }
+                        @if let Some(error) = &error { span.error id=(error) { (on_the_page(reason)) } }
                     }
                 }
                 datalist id="time-units" {
@@ -207,8 +270,8 @@ fn preview(listing: &Value) -> Markup {
     html! {
         @if !lines.is_empty() {
             ol.preview tabindex="0" aria-label="First lines of the file" {
-                @for (number, line) in (1..).zip(lines) {
-                    li { code { (line.as_str().unwrap_or("")) } " " span.muted { (taken_for(number)) } }
+                @for (number, text) in (1..).zip(lines) {
+                    li { code { (line(text.as_str().unwrap_or(""))) } " " span.muted { (taken_for(number)) } }
                 }
             }
         }
@@ -227,14 +290,19 @@ fn shown(value: &Value) -> Option<String> {
 fn channels(recording: &Recording) -> Markup {
     let chosen = recording.listing["channel"].as_str();
     let list = recording.listing["channels"].as_array();
-    let channels = list.map_or(&[][..], Vec::as_slice);
+    let mut channels: Vec<&Value> = list.into_iter().flatten().collect();
+    let alone = channels.len() == 1;
+    let is_offered =
+        |channel: &Value| channel["status"] == "offered" || channel["status"] == "taken";
+    channels.sort_by_key(|channel| !is_offered(channel));
     html! {
         h2 { "Channel" }
         @if channels.len() > 8 {
             p { label { "Search " input id="channel-search" type="search"; } " " span.muted id="channel-count" role="status" {} }
         }
+        p.error id="channel-error" role="alert" {}
         div.wide tabindex="0" role="region" aria-label="Channels" {
-            table id="channels" {
+            table.rows id="channels" {
                 thead { tr {
                     th scope="col" { "Judge" } th scope="col" { "Channel" } th scope="col" { "Shape" }
                     th scope="col" { "Peak" } th scope="col" { "Rate" } th scope="col" { "From, to" } th scope="col" { "Findings" }
@@ -244,13 +312,17 @@ fn channels(recording: &Recording) -> Markup {
                         @let name = channel["name"].as_str().unwrap_or("");
                         @let unit = channel["unit"].as_str().unwrap_or("no unit");
                         tr {
-                            td { input type="radio" name="channel" value=(name) id=(format!("channel-{number}")) checked[chosen == Some(name)]; }
-                            td { label for=(format!("channel-{number}")) { (name) } }
-                            td.spark aria-hidden="true" { (channel["spark"].as_str().unwrap_or("")) }
-                            td.number { (short(&channel["peak"])) " " (unit) }
-                            td.number { (short(&channel["sample_rate_hz"])) " Hz" }
-                            td.number { (short(&channel["start_s"])) " to " (short(&channel["end_s"])) " s" }
-                            td { (marks(&channel["findings"])) }
+                            td data-label="Judge" { input type="radio" name="channel" value=(name) id=(format!("channel-{number}")) checked[alone || chosen == Some(name)]; }
+                            td data-label="Channel" {
+                                label for=(format!("channel-{number}")) { (line(name)) }
+                                @if channel["status"] == "offered" { " " span.badge { "offered" } }
+                                @if let Some(place) = channel["place"].as_str() { span.doubt { (line(place)) } }
+                            }
+                            td.spark data-label="Shape" aria-hidden="true" { (channel["spark"].as_str().unwrap_or("")) }
+                            td.number data-label="Peak" { (short(&channel["peak"])) " " (unit) }
+                            td.number data-label="Rate" { (short(&channel["sample_rate_hz"])) " Hz" }
+                            td.number data-label="From, to" { (milliseconds(&channel["start_s"])) " to " (milliseconds(&channel["end_s"])) " ms" }
+                            td data-label="Findings" { (counted(&channel["findings"])) }
                         }
                     }
                 }
@@ -266,49 +338,76 @@ fn short(value: &Value) -> String {
     })
 }
 
-fn marks(list: &Value) -> Markup {
+fn milliseconds(value: &Value) -> String {
+    let seconds = value.as_f64();
+    seconds.map_or("–".into(), |seconds| {
+        latchgate::document::number::trimmed(1e3 * seconds, 6)
+    })
+}
+
+/// Lists findings, the gravest first.
+fn sentences(list: &Value) -> Markup {
+    let mut findings: Vec<&Value> = list.as_array().into_iter().flatten().collect();
+    let severity = |finding: &&Value| GRAVITY.iter().position(|word| finding["severity"] == *word);
+    findings.sort_by_key(severity);
     html! {
-        @for finding in list.as_array().into_iter().flatten() {
-            @let severity = finding["severity"].as_str().unwrap_or("");
-            details.finding {
-                summary { (severity) ": " (finding["code"].as_str().unwrap_or("")) }
-                (finding["text"].as_str().unwrap_or(""))
+        ul.found {
+            @for finding in findings {
+                @let severity = finding["severity"].as_str().unwrap_or("");
+                li {
+                    span.badge.(severity) { (severity) } " " (on_the_page(finding["text"].as_str().unwrap_or("")))
+                    code { (finding["code"].as_str().unwrap_or("")) }
+                }
             }
         }
     }
 }
 
-/// Lists findings.
-pub(super) fn findings(title: &str, list: &Value) -> Markup {
-    let some = list.as_array().is_some_and(|list| !list.is_empty());
+/// Severities of findings, the gravest first.
+const GRAVITY: [&str; 3] = ["blocking", "warning", "info"];
+
+/// Counts findings by how grave they are, to be unfolded.
+fn counted(list: &Value) -> Markup {
+    let findings = list.as_array().map_or(&[][..], Vec::as_slice);
+    let counts = GRAVITY.map(|word| {
+        let count = findings
+            .iter()
+            .filter(|finding| finding["severity"] == word)
+            .count();
+        (count > 0).then(|| format!("{count} {word}"))
+    });
+    let counts: Vec<String> = counts.into_iter().flatten().collect();
     html! {
-        @if some { h2 { (title) } (marks(list)) }
+        @if counts.is_empty() { "none" } @else {
+            details.finding { summary { (counts.join(", ")) } (sentences(list)) }
+        }
     }
 }
 
-fn question(designs: &[(String, String)]) -> Markup {
+/// Lists findings under a title, if there are any.
+fn findings(title: &str, list: &Value) -> Markup {
+    html! {
+        @if list[0].is_object() { h2 { (title) } (sentences(list)) }
+    }
+}
+
+fn question(designs: &[DesignChoice]) -> Markup {
     html! {
         h2 { "Question" }
         div.fields {
-            label { "Design "
-                select name="design" {
-                    option value="" { "the paper's lever" }
-                    @for (design, differences) in designs { option value=(design) data-differences=(differences) { (design) } }
-                }
-            }
-            @for (setting, label) in JUDGING {
-                label { (label) " "
+            (fields::design("design", "Design", designs))
+            @for (setting, otherwise, same) in JUDGING {
+                label { (label(*setting)) " "
                     select name=(setting.key()) {
-                        option value="" { "as the card says, or the default" }
-                        @for choice in words_of(*setting) { option value=(choice) { (choice) } }
+                        option value="" { (otherwise) }
+                        @for choice in words_of(*setting).into_iter().filter(|choice| choice != same) { option value=(choice) { (choice) } }
                     }
                 }
             }
-            label { "Overrides of the design " input name="set" size="32" placeholder="lever.preload_torque_nm=2.82"; }
         }
-        p.muted id="design-differences" role="status" {}
+        (fields::lever())
         p { button.primary { "Judge" } }
         progress id="judging" hidden aria-label="Judging" {}
-        p id="judging-told" role="alert" {}
+        p.error id="judging-told" role="alert" {}
     }
 }

@@ -1,13 +1,15 @@
 //! A verdict: the first block of its report, and what can be done with it here.
 
-use super::whole;
+use super::{fields, show, whole};
 use crate::app::{App, Parts};
+use crate::auth::{Scope, Visitor};
 use crate::http::verdicts::made_whole;
 use crate::problem::{Placed, Problem};
 use crate::store::{StoreError, StoredResult};
-use axum::extract::State;
-use latchgate::document::number::trimmed;
-use latchgate::pipeline::Document;
+use axum::extract::{Extension, State};
+use latchgate::document::number::exact;
+use latchgate::pipeline::{Answer, Document, PARAMETERS};
+use latchgate::report::escape::terminal as line;
 use latchgate::report::series::{self, SampledSeries};
 use latchgate::report::{SERIES_FILE, VERDICT_FILE, html as report};
 use maud::{Markup, html};
@@ -20,22 +22,12 @@ const DOCUMENT_BYTES: u64 = 8 << 20;
 /// Bytes of a table of series that a page draws: some 150 000 samples.
 const SERIES_BYTES: u64 = 16 << 20;
 
-/// What can be varied: key of the design, label, unit, largest share of its value.
-const VARIED: &[(&str, &str, &str, f64)] = &[
-    ("lever.preload_torque_nm", "Preload torque", "N·m", 4.0),
-    (
-        "lever.spring_stiffness_nm_per_rad",
-        "Stiffness of the spring",
-        "N·m/rad",
-        4.0,
-    ),
-    (
-        "lever.center_of_mass_m",
-        "Distance of the centre of mass",
-        "m",
-        2.0,
-    ),
-    ("stop.restitution", "Restitution of the rigid stop", "", 1.0),
+/// Numbers of the design that a slider varies.
+const VARIED: [&str; 4] = [
+    "lever.preload_torque_nm",
+    "lever.spring_stiffness_nm_per_rad",
+    "lever.center_of_mass_m",
+    "stop.restitution",
 ];
 
 /// A verdict as pages show it.
@@ -86,20 +78,22 @@ fn read(
 /// Shows a verdict.
 pub(super) async fn page(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     Placed(report_id): Placed<String>,
 ) -> Result<Markup, Problem> {
     let wanted = report_id.clone();
-    let shown = app.apart(move |parts| Ok(drawn(&find(parts, &wanted)?)));
+    let own = visitor.clone();
+    let shown = app.apart(move |parts| Ok(drawn(&own, &find(parts, &wanted)?)));
     match shown.await {
         Err(problem) if problem.code == "damaged" => {}
         shown => return shown,
     }
     made_whole(&app, &report_id).await?;
-    app.apart(move |parts| Ok(drawn(&find(parts, &report_id)?)))
+    app.apart(move |parts| Ok(drawn(&visitor, &find(parts, &report_id)?)))
         .await
 }
 
-fn drawn(verdict: &StoredVerdict) -> Markup {
+fn drawn(visitor: &Visitor, verdict: &StoredVerdict) -> Markup {
     let StoredVerdict {
         result,
         document,
@@ -107,55 +101,93 @@ fn drawn(verdict: &StoredVerdict) -> Markup {
         ..
     } = verdict;
     let summary = &result.summary;
-    let base = format!("/v1/verdicts/{}", result.report_id);
+    // What faulty samples come to under another lever says nothing.
+    let usable = document
+        .as_ref()
+        .filter(|own| own.nominal.is_some() && own.verdict != Answer::Unusable);
     let body = html! {
+        (actions(result))
         @if let Some(document) = document {
             (report::first_block(document, series.as_ref()))
         } @else {
-            h1 { (summary.file) }
+            h1 { (line(&summary.file)) }
             p { "Another version of latchgate wrote this verdict. Its report shows it." }
         }
         @if series.is_some() {
-            script id="series" type="text/csv" data-from={ (base) "/series.csv" } {}
+            script id="series" type="text/csv" data-from={ "/v1/verdicts/" (result.report_id) "/series.csv" } {}
             script src="/assets/event.js" defer {}
         } @else if result.files.contains_key("event.svg") {
             figure {
-                img src={ (base) "/event.svg" } alt="Acceleration, velocity and angle of the lever over time";
+                img src={ "/v1/verdicts/" (result.report_id) "/event.svg" } alt="Acceleration, velocity and angle of the lever over time";
                 figcaption { "The series is too long to be read off here; it can be downloaded." }
             }
         }
-        @if document.as_ref().is_some_and(|document| document.nominal.is_some()) { (what_if(verdict)) }
-        h2 { "Report and recording" }
-        p { "Design " strong { (summary.full_design()) } }
-        ul {
-            li { a href={ (base) "/report.html" } { "The whole report with its appendix" } " · " a href={ (base) "/report.html?download=true" } { "download it (HTML)" } }
-            li { a href={ (base) "/verdict.json?download=true" } { "The document, every digit (JSON)" } }
-            @if result.files.contains_key(SERIES_FILE) { li { a href={ (base) "/series.csv" } { "The series (CSV)" } } }
-            li { a href={ "/recordings/" (result.recording) } { "The recording" } }
-        }
+        @if let Some(document) = usable.filter(|_| visitor.may(Scope::Submit)) { (what_if(verdict, document)) }
+        @if let Some(document) = document { (report::judged(document)) }
     };
-    whole(&format!("{} · {}", summary.verdict, summary.file), &body)
+    let title = format!("{} · {}", summary.verdict, summary.file);
+    whole(Some(visitor), &title, &body)
 }
 
-fn what_if(verdict: &StoredVerdict) -> Markup {
+/// Says when and by whom this was asked, and what can be had of it.
+fn actions(result: &StoredResult) -> Markup {
+    let base = format!("/v1/verdicts/{}", result.report_id);
+    html! {
+        p.asked {
+            "Asked " (show::instant(result.created_ms)) " UTC"
+            @if !result.asked_by.is_empty() { " by " strong { (line(&result.asked_by)) } }
+        }
+        ul.actions {
+            li { a href={ (base) "/report.html" } { "Whole report" } }
+            li { a href={ (base) "/report.html?download=true" } { "Download report (HTML)" } }
+            li { a href={ (base) "/verdict.json?download=true" } { "Document, every digit (JSON)" } }
+            @if result.files.contains_key(SERIES_FILE) { li { a href={ (base) "/series.csv" } { "Series (CSV)" } } }
+            li { a href={ "/recordings/" (result.recording) } { "Recording" } }
+        }
+    }
+}
+
+fn what_if(verdict: &StoredVerdict, document: &Document) -> Markup {
     let (request, design) = (&verdict.keys["request"], &verdict.keys["design"]);
+    let advice = document.preload_answer.as_ref();
+    let advice = advice.and_then(|advice| advice.safe_from);
+    let varied = VARIED.map(|name| PARAMETERS.iter().find(|parameter| parameter.name == name));
     html! {
         section id="what-if" data-recording=(verdict.result.recording) data-request=(request) data-design=(design) {
             h2 { "What if" }
-            p { "The nominal lever answers at once, the varied levers when they are asked." }
+            p { "The nominal lever answers at once. Ask the varied levers before you decide." }
             div.fields {
-                @for (key, label, unit, largest) in VARIED {
-                    @let (table, name) = key.split_once('.').unwrap_or(("", ""));
-                    @let value = design[table][name].as_f64().unwrap_or(0.0);
-                    @let top = if *key == "stop.restitution" { 1.0 } else { (value * largest).max(0.01) };
-                    label { (label) " "
-                        input type="range" data-key=(key) data-unit=(unit) min="0" max=(top) step="any" value=(value);
-                        output { (trimmed(value, 4)) " " (unit) }
+                @for parameter in varied.into_iter().flatten() {
+                    @let value = document.design.value(parameter);
+                    @let advised = advice.filter(|_| parameter.name == VARIED[0]);
+                    @let (low, high) = if parameter.unit == "1" { (0.0, 1.0) } else { slider_range(value, advised) };
+                    @let id = parameter.key();
+                    div.varied data-key=(parameter.name) data-low=(low) data-high=(high) data-unit=(parameter.unit.replace(' ', "·").replace('1', "")) {
+                        label for=(id) { (parameter.what) (fields::bracketed(parameter.unit)) }
+                        input id=(id) inputmode="decimal" autocomplete="off" value=(value);
+                        input type="range" min="0" max="1" step="any" aria-label=(parameter.what);
+                        span.muted { "now " (exact(value)) @if let Some(advised) = advised { "; advice: " (exact(advised)) } }
                     }
                 }
             }
-            div id="what-if-told" role="status" { p { "Move a slider." } }
-            p { button type="button" id="what-if-judge" disabled { "Judge with varied levers" } }
+            p id="what-if-told" role="status" { "Type a number or move a slider." }
+            div id="what-if-card" {}
+            p {
+                button type="button" id="what-if-judge" disabled { "Judge with varied levers" } " "
+                button type="button" id="what-if-back" disabled { "Back to this lever" }
+            }
         }
     }
+}
+
+/// Returns where the slider of a number begins and ends: a tenth of it, twice the advice; around a zero as
+/// the advice, or ten milliunits, would have it.
+fn slider_range(value: f64, advice: Option<f64>) -> (f64, f64) {
+    let values = [Some(value), advice].into_iter().flatten();
+    let positive: Vec<f64> = values.filter(|value| *value > 0.0).collect();
+    let least = positive.iter().copied().reduce(f64::min).unwrap_or(0.1);
+    let most = positive.iter().copied().reduce(f64::max).unwrap_or(0.5);
+    // Without advice the search goes as far up as down.
+    let reach = if advice.is_some() { 2.0 } else { 10.0 };
+    (least / 10.0, most * reach)
 }
