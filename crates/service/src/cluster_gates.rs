@@ -10,9 +10,7 @@ use crate::config::EngineOptions;
 use crate::engine::{EngineTasks, Look};
 use crate::gate::{self, Decided};
 use crate::problem::Problem;
-use crate::store::{
-    GateRecording, GateStanding, StoreError, StoredFile, StoredGate, sha256_of,
-};
+use crate::store::{GateRecording, GateStanding, StoreError, StoredFile, StoredGate, sha256_of};
 use axum::http::StatusCode;
 use latchgate::gate::{Collection, GateFile, JudgedRecording, Plan, Submission};
 use latchgate::pipeline::{Control, Error, Limits};
