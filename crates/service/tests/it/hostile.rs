@@ -140,8 +140,12 @@ fn verif_a_child_with_less_than_the_jail_is_ended() {
         }
         std::fs::write(folder.0.join("said"), said).unwrap();
         let script = format!("#!/bin/sh\nexec cat {}\n", folder.0.join("said").display());
-        std::fs::write(&program, script).unwrap();
-        run("chmod", &["+x", &program.display().to_string()]);
+        // What another thread starts meanwhile would hold a file open that is written here, and
+        // no program can be run that somebody may write.
+        let text = folder.0.join("text");
+        std::fs::write(&text, script).unwrap();
+        let paths = [text.display().to_string(), program.display().to_string()];
+        run("install", &["-m", "700", &paths[0], &paths[1]]);
         let mut slot = Slot::new(ChildOptions {
             program: program.clone(),
             memory_bytes: 1 << 30,
@@ -547,7 +551,10 @@ fn verif_hostile_uploads_harm_no_good_one() {
 #[test]
 fn verif_slow_clients_hold_up_nobody() {
     let folder = Folder::new();
-    let service = Service::start(&folder, &["header_s=2", "body_s=2"]);
+    let service = Service::start(
+        &folder,
+        &["header_s=2", "body_s=2", "address_connections=1024"],
+    );
     let client = service.client();
     let slow: Vec<TcpStream> = (0..200)
         .map(|number| {

@@ -204,15 +204,18 @@ fn verif_strangers_share_no_allowance() {
     assert_eq!(get_from(&service, 2, "/login", "").0, 200);
     let known = format!("Authorization: BEARER {token}\r\n");
     assert_eq!(get_from(&service, 1, "/v1/limits", &known).0, 200);
-    // Behind a proxy each of its clients has an allowance; nobody else is believed.
+    // Behind a proxy each of its clients has an allowance, of IPv6 each network; nobody else is believed.
+    let through = |last: u8, client: &str| {
+        let line = format!("X-Forwarded-For: 10.0.0.9, {client}, 127.0.0.3\r\n");
+        get_from(&service, last, "/login", &line).0
+    };
     for number in 0..30 {
-        let client = format!("X-Forwarded-For: 10.0.0.9, 192.0.2.{number}, 127.0.0.3\r\n");
-        assert_eq!(get_from(&service, 3, "/login", &client).0, 200);
+        assert_eq!(through(3, &format!("192.0.2.{number}")), 200);
     }
-    assert_eq!(
-        get_from(&service, 1, "/login", "X-Forwarded-For: 192.0.2.99\r\n").0,
-        429
-    );
+    let statuses = (0..30).map(|number| through(3, &format!("2001:db8::{number}")));
+    assert_eq!(statuses.last(), Some(429));
+    assert_eq!(through(3, "2001:db8:0:1::1"), 200);
+    assert_eq!(through(1, "192.0.2.99"), 429);
 }
 
 /// What is remembered of addresses is bounded: beyond that the unknown share one allowance.
