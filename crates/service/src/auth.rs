@@ -271,6 +271,21 @@ impl Door {
         Ok(secret)
     }
 
+    /// Ends every session of a token.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if that cannot be written.
+    pub fn sign_out_everywhere(&self, ledger: &dyn Ledger, token: i64) -> Result<(), StoreError> {
+        for session in ledger.sessions()? {
+            if session.token == token {
+                ledger.end_session(&session.sha256)?;
+            }
+        }
+        locked(&self.known).read = None;
+        Ok(())
+    }
+
     /// Ends a session.
     ///
     /// # Errors

@@ -28,6 +28,7 @@ use crate::auth::{Presented, Scope, Seen, Visitor};
 use crate::http::Caller;
 use crate::http::verdicts::{Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
+use crate::store::StoredSession;
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
@@ -219,12 +220,19 @@ async fn asset(Placed(name): Placed<String>) -> Response {
     }
 }
 
-async fn login_form(Extension(visitor): Extension<Visitor>) -> Markup {
-    sign_in(&visitor, "")
+async fn login_form(
+    State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
+) -> Result<Markup, Problem> {
+    let token = visitor.token;
+    let mut sessions = app.on_disk(|parts| parts.ledger.sessions()).await?;
+    sessions.retain(|session| Some(session.token) == token);
+    Ok(sign_in(&visitor, "", &sessions))
 }
 
-/// Asks for a token; `refused` says why the last one was not taken.
-fn sign_in(visitor: &Visitor, refused: &str) -> Markup {
+/// Asks for a token; `refused` says why the last one was not taken. Shows where somebody is signed in
+/// with the visitor's token.
+fn sign_in(visitor: &Visitor, refused: &str, sessions: &[StoredSession]) -> Markup {
     let signed_in = visitor.may(Scope::Read).then_some(visitor);
     let body = html! {
         h1 { "Sign in" }
@@ -236,6 +244,16 @@ fn sign_in(visitor: &Visitor, refused: &str) -> Markup {
                 @if !refused.is_empty() { span.error id="token-error" role="alert" { (refused) } }
             }
             button.primary { "Sign in" }
+        }
+        @if !sessions.is_empty() {
+            h2 { "Signed in with this token" }
+            ul { @for session in sessions {
+                li { "since " (show::instant(session.created_ms)) ", last used " (show::instant(session.seen_ms)) }
+            } }
+            form method="post" action="/logout" {
+                input type="hidden" name="everywhere" value="true";
+                button { "Sign out everywhere" }
+            }
         }
     };
     whole(signed_in, "Sign in", &body)
@@ -278,17 +296,29 @@ async fn login(
         Ok((Seen::Open(_), _)) => Redirect::to("/").into_response(),
         Ok(_) => {
             let text = "This token is not known here, was revoked or has ended. Check it, or ask for a new one.";
-            (StatusCode::UNAUTHORIZED, sign_in(&visitor, text)).into_response()
+            (StatusCode::UNAUTHORIZED, sign_in(&visitor, text, &[])).into_response()
         }
         Err(problem) => problem.into_response(),
     }
 }
 
-async fn logout(State(app): State<App>, headers: HeaderMap) -> Result<Response, Problem> {
-    if let Some(session) = crate::http::session(&headers) {
-        app.on_disk(move |parts| parts.door.sign_out(&*parts.ledger, &session))
-            .await?;
-    }
+async fn logout(
+    State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
+    headers: HeaderMap,
+    body: Bytes,
+) -> Result<Response, Problem> {
+    let session = crate::http::session(&headers);
+    let everywhere = visitor.token.filter(|_| *body == *b"everywhere=true");
+    app.on_disk(move |parts| {
+        if let Some(session) = session {
+            parts.door.sign_out(&*parts.ledger, &session)?;
+        }
+        everywhere.map_or(Ok(()), |token| {
+            parts.door.sign_out_everywhere(&*parts.ledger, token)
+        })
+    })
+    .await?;
     let (name, rest) = cookie(&headers);
     let mut response = with_cookies("/login", &[format!("{name}=; Max-Age=0{rest}")]);
     let cleared = HeaderValue::from_static("\"cache\", \"storage\"");

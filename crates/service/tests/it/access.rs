@@ -690,6 +690,20 @@ fn cli_a_person_signs_in_and_out() {
     let out = person.send("POST", "/logout", &[]).expect(303);
     assert!(out.header("set-cookie").unwrap().contains("Max-Age=0"));
     assert!(out.header("clear-site-data").unwrap().contains("cache"));
+    // Wherever else somebody signed in with the token is shown, and ended as one.
+    let again = || {
+        let signed = form.send("POST", "/login", body.as_bytes()).expect(303);
+        let cookie = signed.header("set-cookie").unwrap();
+        let own = cookie.split(';').next().unwrap().to_string();
+        client.clone().with("Cookie", &own)
+    };
+    let (desk, laptop) = (again(), again());
+    let page = desk.get("/login").expect(200).text();
+    assert_eq!(page.matches(", last used ").count(), 2, "{page}");
+    desk.send("POST", "/logout", b"everywhere=true").expect(303);
+    for session in [&desk, &laptop] {
+        session.get("/v1/verdicts").expect(401);
+    }
     // Whoever kept the cookie has nothing.
     person.get("/v1/verdicts").expect(401);
     // Where TLS ends at a proxy the cookie never goes without, nor to another host or port.

@@ -384,5 +384,7 @@ fn same(a: f64, b: f64) -> bool {
 }
 
 fn in_g(acceleration: f64) -> String {
-    format!("{:.4} g", acceleration / STANDARD_GRAVITY)
+    let rounded = (acceleration / STANDARD_GRAVITY * 1e4).round() / 1e4;
+    // Nothing is no less than nothing.
+    format!("{:.4} g", rounded + 0.0)
 }
