@@ -5,8 +5,8 @@ use crate::app::{App, Parts};
 use crate::clock::now_ms;
 use crate::problem::Problem;
 use crate::store::{
-    Blobs, GateOutcome, GateRecording, GateStanding, Job, JobState, Ledger, Page, Question,
-    RecordingFilter, StoreError, StoredDesign, StoredFile, StoredGate, StoredRecording, sha256_hex,
+    Blobs, GateOutcome, GateRecording, GateStanding, Job, JobState, Ledger, ListedRecording, Page,
+    Question, RecordingFilter, StoreError, StoredDesign, StoredFile, StoredGate, sha256_hex,
 };
 use axum::http::StatusCode;
 use glob::{MatchOptions, Pattern};
@@ -178,10 +178,9 @@ fn recordings(
         limit: LOOKED_THROUGH,
         ..RecordingFilter::default()
     })?;
-    let all: Vec<StoredRecording> = all.into_iter().map(|listed| listed.recording).collect();
-    let mut newest: BTreeMap<&str, &StoredRecording> = BTreeMap::new();
+    let mut newest: BTreeMap<&str, &ListedRecording> = BTreeMap::new();
     for recording in &all {
-        newest.entry(&recording.manifest.name).or_insert(recording);
+        newest.entry(&recording.name).or_insert(recording);
     }
     let mut found: BTreeMap<String, PlannedRecording> = BTreeMap::new();
     for entry in &file.recordings {
@@ -232,12 +231,12 @@ fn recordings(
 /// Returns the recordings that a name, pattern or identity means, each with its name in the gate.
 fn named<'a>(
     files: &'a str,
-    all: &'a [StoredRecording],
-    newest: &'a BTreeMap<&str, &StoredRecording>,
-) -> Box<dyn Iterator<Item = (String, &'a StoredRecording)> + 'a> {
+    all: &'a [ListedRecording],
+    newest: &'a BTreeMap<&str, &ListedRecording>,
+) -> Box<dyn Iterator<Item = (String, &'a ListedRecording)> + 'a> {
     if let Some(recording) = all.iter().find(|recording| recording.id == files) {
         let short = files.get(..8).unwrap_or(files);
-        let name = format!("{}@{short}", recording.manifest.name);
+        let name = format!("{}@{short}", recording.name);
         return Box::new(std::iter::once((name, recording)));
     }
     let options = MatchOptions {

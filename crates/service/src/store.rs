@@ -149,11 +149,19 @@ pub struct StoredRecording {
 }
 
 /// A recording in a list.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, utoipa::ToSchema)]
 pub struct ListedRecording {
-    /// The recording, without what it holds.
-    pub recording: StoredRecording,
-    /// Channels that its reader found; `None` before it was looked at.
+    /// Its identity.
+    pub id: String,
+    /// Name of the file, or of the folder that the files form.
+    pub name: String,
+    /// Bytes of all files.
+    pub bytes: u64,
+    /// Who uploaded it.
+    pub owner: String,
+    /// When it came [ms since 1970].
+    pub created_ms: i64,
+    /// Channels that its reader found; absent before it was looked at.
     pub channels: Option<u64>,
     /// Verdicts on it.
     pub verdicts: u64,

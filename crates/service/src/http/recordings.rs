@@ -6,7 +6,7 @@ use crate::auth::Visitor;
 use crate::clock::now_ms;
 use crate::pool::{Answer, Order};
 use crate::problem::{Placed, Problem, Queried, bounded};
-use crate::store::{Deletion, RecordingFilter, RecordingOrder, StoredRecording};
+use crate::store::{Deletion, ListedRecording, RecordingFilter, RecordingOrder, StoredRecording};
 use axum::Json;
 use axum::extract::{Extension, Request, State};
 use axum::http::{StatusCode, header};
@@ -214,30 +214,11 @@ pub(crate) struct Part {
     pub(crate) limit: Option<u32>,
 }
 
-/// A recording in a list.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-pub(crate) struct RecordingEntry {
-    /// Its identity.
-    pub(crate) id: String,
-    /// Name of the file, or of the folder that the files form.
-    pub(crate) name: String,
-    /// Bytes of all files.
-    pub(crate) bytes: u64,
-    /// Who uploaded it.
-    pub(crate) owner: String,
-    /// When it came [ms since 1970].
-    pub(crate) created_ms: i64,
-    /// Channels that its reader found; absent before it was looked at.
-    pub(crate) channels: Option<u64>,
-    /// Verdicts on it.
-    pub(crate) verdicts: u64,
-}
-
 /// Part of a list of recordings.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub(crate) struct RecordingList {
     /// The recordings.
-    pub(crate) recordings: Vec<RecordingEntry>,
+    pub(crate) recordings: Vec<ListedRecording>,
     /// The `cursor` of the next part; absent at the end.
     pub(crate) next: Option<i64>,
     /// Rows that are damaged and left out; the log and `latchgate-serve fsck` name them.
@@ -268,24 +249,10 @@ pub(crate) async fn listed(app: &App, part: Part) -> Result<RecordingList, Probl
     let found = app
         .on_disk(move |parts| parts.ledger.recordings(&filter))
         .await?;
-    let (damaged, next) = (found.damaged.len(), found.next);
-    let recordings = found.entries.into_iter().map(|listed| {
-        let stored = listed.recording;
-        RecordingEntry {
-            bytes: stored.manifest.bytes(),
-            name: stored.manifest.name,
-            id: stored.id,
-            owner: stored.owner,
-            created_ms: stored.created_ms,
-            channels: listed.channels,
-            verdicts: listed.verdicts,
-        }
-    });
-    let recordings = recordings.collect();
     Ok(RecordingList {
-        recordings,
-        next,
-        damaged,
+        damaged: found.damaged.len(),
+        recordings: found.entries,
+        next: found.next,
     })
 }
 

@@ -273,6 +273,25 @@ struct RecordingBody {
     created_ms: i64,
 }
 
+/// What a list needs of that: an upload may have hundreds of files.
+#[derive(serde::Deserialize)]
+struct ListedBody {
+    manifest: ListedManifest,
+    created_ms: i64,
+}
+
+#[derive(serde::Deserialize)]
+struct ListedManifest {
+    name: String,
+    files: Vec<ListedFile>,
+    card: Option<ListedFile>,
+}
+
+#[derive(serde::Deserialize)]
+struct ListedFile {
+    bytes: u64,
+}
+
 const RECORDING_COLUMNS: &str = "number, id, body, sum, listing, listing_sum, owner";
 
 fn recording_of(row: &Row<'_>) -> Result<(i64, StoredRecording), StoreError> {
@@ -391,8 +410,16 @@ impl Ledger for SqliteLedger {
         self.read(|connection| {
             let mut found = page(connection, &sql, parameters, filter.limit, |row| {
                 let channels: Option<i64> = row.get(7)?;
+                let (id, body, sum): (String, String, String) =
+                    (row.get(1)?, row.get(2)?, row.get(3)?);
+                let body: ListedBody = confirmed("recording", &id, &body, &sum)?;
+                let files = body.manifest.files.iter().chain(&body.manifest.card);
                 Ok(ListedRecording {
-                    recording: recording_of(row)?.1,
+                    id,
+                    bytes: files.map(|file| file.bytes).sum(),
+                    name: body.manifest.name,
+                    owner: row.get(6)?,
+                    created_ms: body.created_ms,
                     channels: channels.map(i64::unsigned_abs),
                     verdicts: row.get::<_, i64>(8)?.unsigned_abs(),
                 })

@@ -99,7 +99,7 @@ async fn draft(app: &App) -> Result<String, Problem> {
     let names: BTreeSet<String> = recordings
         .entries
         .into_iter()
-        .map(|recording| json!(recording.recording.manifest.name).to_string())
+        .map(|recording| json!(recording.name).to_string())
         .collect();
     let names: Vec<String> = names.into_iter().collect();
     let designs = designs.entries.into_iter();

@@ -3,9 +3,10 @@
 use super::{show, walls, whole};
 use crate::app::App;
 use crate::auth::Visitor;
-use crate::http::recordings::{Part, RecordingEntry, listed};
+use crate::http::recordings::{Part, listed};
 use crate::http::verdicts::VerdictEntry;
 use crate::problem::{Problem, Queried};
+use crate::store::ListedRecording;
 use crate::store::Summary;
 use axum::extract::{Extension, State};
 use latchgate::report::angle::KnownPeak;
@@ -161,7 +162,7 @@ pub(super) async fn page(
     Ok(whole(Some(&visitor), "Recordings", &body))
 }
 
-fn recordings(recordings: &[RecordingEntry], sorting: &Sorting) -> Markup {
+fn recordings(recordings: &[ListedRecording], sorting: &Sorting) -> Markup {
     html! {
         div.wide tabindex="0" role="region" aria-label="Recordings" {
             table.rows {
