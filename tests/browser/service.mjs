@@ -153,7 +153,13 @@ async function walk(colorScheme) {
   await marked(preload, /^“Preload torque \[N·m\]” must be zero or positive/);
   assert.match(odd.pop(), /status of 400/);
   await look(page, `${colorScheme}-marked`);
+  // Without a network it says so in plain words.
   await preload.fill('2,5');
+  await context.setOffline(true);
+  await preload.press('Enter');
+  await page.waitForFunction(() => /^The server does not answer/.test(document.getElementById('judging-told').textContent));
+  odd.length = 0;
+  await context.setOffline(false);
   await preload.press('Enter');
   await page.waitForURL(/verdicts/, { timeout: 120_000 });
   await page.waitForSelector('#event .live');
@@ -267,7 +273,7 @@ async function walk(colorScheme) {
   await page.locator('[name="lever.preload_torque_nm"]').fill(light ? '2,82' : '0,2');
   await page.getByRole('button', { name: 'Keep' }).click();
   await page.waitForFunction((text) => document.getElementById('designs')?.textContent.includes(text), light ? 'latch@1' : 'latch@2');
-  assert.match(await page.locator('#designs').innerText(), /lever\.preload_torque_nm 2\.82 \(was 0\.1\)/);
+  assert.match(await page.locator('#designs').innerText(), /preload torque 2\.82\s+N·m \(was 0\.1\)/);
   await look(page, `${colorScheme}-designs`);
 
   // A gate, and one held against it: what changed comes first.

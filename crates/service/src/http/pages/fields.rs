@@ -44,6 +44,14 @@ pub(super) fn lever() -> Markup {
     }
 }
 
+/// Shows a unit behind a number; none of a ratio.
+pub(super) fn unit(unit: &str) -> String {
+    match unit {
+        "1" => String::new(),
+        unit => format!("\u{00A0}{}", unit.replace(' ', "·")),
+    }
+}
+
 /// Shows a unit in brackets; none of a ratio.
 pub(super) fn bracketed(unit: &str) -> String {
     match unit {

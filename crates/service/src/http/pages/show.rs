@@ -1,6 +1,8 @@
 //! Numbers and words for people.
 
+use super::fields;
 use latchgate::document::number;
+use latchgate::pipeline::PARAMETERS;
 use maud::{Markup, html};
 use serde_json::Value;
 use std::f64::consts::FRAC_PI_2;
@@ -33,19 +35,6 @@ pub(super) fn angle(radians: Option<f64>) -> String {
     }
 }
 
-/// Shows a value of a document in a cell.
-pub(super) fn value(value: &Value) -> String {
-    match value {
-        Value::Null => number::ABSENT.into(),
-        Value::String(text) => text.clone(),
-        // More digits than anybody compares by eye stand in the document.
-        Value::Number(own) if own.to_string().len() > 12 => {
-            number::significant(own.as_f64().unwrap_or(f64::NAN), 7)
-        }
-        other => other.to_string(),
-    }
-}
-
 /// Shows an instant in UTC, to the minute.
 pub(super) fn instant(ms: i64) -> Markup {
     let minutes = ms.div_euclid(60_000);
@@ -70,23 +59,28 @@ pub(super) fn bytes(bytes: u64) -> String {
     }
 }
 
-/// Lists the numbers in which a design differs from another: key, value, and that of the other.
+/// Lists the numbers in which a design differs from another, in words.
 pub(super) fn differences(design: &Value, base: &Value) -> Vec<String> {
-    let mut found = Vec::new();
-    let tables = design.as_object().into_iter().flatten();
-    for (table, values) in tables.filter(|(table, _)| *table != "modified_from") {
-        for (key, own) in values.as_object().into_iter().flatten() {
-            let other = &base[table][key];
-            if own.is_number() && own.as_f64() != other.as_f64() {
-                found.push(format!(
-                    "{table}.{key} {} (was {})",
-                    value(own),
-                    value(other)
-                ));
-            }
-        }
-    }
-    found
+    let value_of = |design: &Value, name: &str| {
+        let (table, key) = name.split_once('.')?;
+        design[table][key].as_f64()
+    };
+    let differing = PARAMETERS.iter().filter_map(|parameter| {
+        let (value, other) = (
+            value_of(design, parameter.name)?,
+            value_of(base, parameter.name)?,
+        );
+        // As they stand: a number that was kept is read as it was written.
+        (value.to_bits() != other.to_bits()).then(|| {
+            let (value, unit) = (number::exact(value), fields::unit(parameter.unit));
+            format!(
+                "{} {value}{unit} (was {})",
+                parameter.noun,
+                number::exact(other)
+            )
+        })
+    });
+    differing.collect()
 }
 
 /// Encodes a text as part of an address.

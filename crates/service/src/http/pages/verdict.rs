@@ -136,6 +136,7 @@ fn actions(result: &StoredResult) -> Markup {
         p.asked {
             "Asked " (show::instant(result.created_ms)) " UTC"
             @if !result.asked_by.is_empty() { " by " strong { (line(&result.asked_by)) } }
+            " · Design " strong { (line(&result.summary.full_design())) }
         }
         ul.actions {
             li { a href={ (base) "/report.html" } { "Whole report" } }
@@ -162,7 +163,7 @@ fn what_if(verdict: &StoredVerdict, document: &Document) -> Markup {
                     @let advised = advice.filter(|_| parameter.name == VARIED[0]);
                     @let (low, high) = if parameter.unit == "1" { (0.0, 1.0) } else { slider_range(value, advised) };
                     @let id = parameter.key();
-                    div.varied data-key=(parameter.name) data-low=(low) data-high=(high) data-unit=(parameter.unit.replace(' ', "·").replace('1', "")) {
+                    div.varied data-key=(parameter.name) data-low=(low) data-high=(high) data-unit=(fields::unit(parameter.unit).trim_start()) {
                         label for=(id) { (parameter.what) (fields::bracketed(parameter.unit)) }
                         input id=(id) inputmode="decimal" autocomplete="off" value=(value);
                         input type="range" min="0" max="1" step="any" aria-label=(parameter.what);
