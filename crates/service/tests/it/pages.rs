@@ -154,8 +154,26 @@ fn cli_lists_tell_verdicts_apart() {
     let none = client.get("/?filter=nowhere").expect(200).text();
     assert!(none.contains("No verdict fits this search"), "{none}");
     assert!(!none.contains("None yet"), "{none}");
-    let page = client.get("/recordings").expect(200).text();
+    let page = client.get("/recordings?sort=name").expect(200).text();
     assert!(page.contains("sled.csv</a>"), "{page}");
+    assert_eq!(page.matches("aria-sort=\"ascending\"").count(), 1);
+    // Sorted another way than by date, a list goes on where its part before ended.
+    let listed = |query: &str| {
+        client
+            .get(&format!("/v1/verdicts?{query}"))
+            .expect(200)
+            .json()
+    };
+    let directions = |list: &Value| {
+        let list = list["verdicts"].as_array().unwrap();
+        let each = list.iter().map(|verdict| verdict["opens_when"].clone());
+        each.collect::<Vec<Value>>()
+    };
+    let oldest = listed("sort=oldest&limit=1");
+    let rest = listed(&format!("sort=oldest&limit=1&cursor={}", oldest["next"]));
+    assert_eq!(directions(&oldest), [Value::Null]);
+    assert_eq!(directions(&rest), [json!("negative")]);
+    assert_eq!(directions(&listed("sort=file")).len(), 2);
 }
 
 /// A page speaks of its fields by their labels, marks the one that is missing, and asks for nothing that the
