@@ -50,6 +50,26 @@ fn cli_the_page_of_a_verdict_is_the_first_block_of_its_report() {
     }
 }
 
+/// Without its recording a verdict stays, says who deleted that, and offers nothing that needs it.
+#[test]
+fn cli_the_page_of_a_verdict_outlives_its_recording() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = judged(&client, "burst.csv", &json!({"members": 0}), &json!([]));
+    let page = format!("/verdicts/{id}");
+    assert!(client.get(&page).text().contains("id=\"what-if\""));
+    let recording = client.upload("burst.csv")["id"].clone();
+    let recording = recording.as_str().unwrap();
+    let gone = format!("/recordings/{recording}/delete");
+    let gone = client.send("POST", &gone, b"").expect(303);
+    assert_eq!(gone.header("location"), Some("/recordings"));
+    let page = client.get(&page).expect(200).text();
+    assert!(page.contains("The recording was deleted on "), "{page}");
+    assert!(page.contains("<strong>FAIL</strong>"), "{page}");
+    assert!(!page.contains("id=\"what-if\""), "{page}");
+}
+
 /// The comparison is that of `latchgate compare`.
 #[test]
 fn cli_the_comparison_is_that_of_the_command_line() {

@@ -5,7 +5,7 @@ use crate::app::{App, Parts};
 use crate::auth::{Scope, Visitor};
 use crate::http::verdicts::made_whole;
 use crate::problem::{Placed, Problem};
-use crate::store::{StoreError, StoredResult};
+use crate::store::{Deletion, StoreError, StoredResult};
 use axum::extract::{Extension, State};
 use latchgate::document::number::exact;
 use latchgate::pipeline::{Answer, Document, PARAMETERS};
@@ -35,6 +35,8 @@ pub(super) struct StoredVerdict {
     pub(super) result: StoredResult,
     /// The document, key by key.
     pub(super) keys: Map<String, Value>,
+    /// What remains of its recording, where that was deleted.
+    deletion: Option<Deletion>,
     /// `None` where another version wrote it.
     pub(super) document: Option<Document>,
     /// `None` where nothing was conditioned, or the table is too long.
@@ -54,6 +56,7 @@ pub(super) fn find(parts: &Parts, report_id: &str) -> Result<StoredVerdict, Prob
     Ok(StoredVerdict {
         document: serde_json::from_value(Value::Object(keys.clone())).ok(),
         series: table.and_then(|table| series::from_csv(&table).ok()),
+        deletion: parts.ledger.deletion(&result.recording)?,
         keys,
         result,
     })
@@ -96,6 +99,7 @@ pub(super) async fn page(
 fn drawn(visitor: &Visitor, verdict: &StoredVerdict) -> Markup {
     let StoredVerdict {
         result,
+        deletion,
         document,
         series,
         ..
@@ -104,9 +108,16 @@ fn drawn(visitor: &Visitor, verdict: &StoredVerdict) -> Markup {
     // What faulty samples come to under another lever says nothing.
     let usable = document
         .as_ref()
-        .filter(|own| own.nominal.is_some() && own.verdict != Answer::Unusable);
+        .filter(|own| own.nominal.is_some() && own.verdict != Answer::Unusable)
+        .filter(|_| deletion.is_none());
     let body = html! {
         (actions(result))
+        @if let Some(deletion) = deletion {
+            div.notice role="status" {
+                "The recording was deleted on " (show::instant(deletion.deleted_ms)) " UTC by " (line(&deletion.by))
+                ". Its samples and plots are gone. Upload it again to see them."
+            }
+        }
         @if let Some(document) = document {
             (report::first_block(document, series.as_ref()))
         } @else {
