@@ -57,26 +57,18 @@ fn regress_trials_are_made_in_a_folder_of_their_own() {
     assert_eq!(own(), None, "its own folder goes");
 }
 
-/// Runs a service under a kernel that lacks a call; it ends by itself after some time.
-fn under_a_kernel_without<T: Send>(
-    call: i64,
-    folder: &Folder,
-    arguments: &[&str],
-    start: impl FnOnce(Command) -> T + Send,
-) -> T {
+/// Starts something under a kernel that lacks a call.
+fn under_a_kernel_without<T: Send>(call: i64, start: impl FnOnce() -> T + Send) -> T {
     let rules = [(call, Vec::new())].into();
     let refused = SeccompAction::Errno(libc::ENOSYS.unsigned_abs());
     let arch = std::env::consts::ARCH.try_into().unwrap();
     let filter = SeccompFilter::new(rules, SeccompAction::Allow, refused, arch).unwrap();
     let filter: BpfProgram = filter.try_into().unwrap();
-    let mut command = Command::new("timeout");
-    command.args(["60", crate::support::PROGRAM, "--data"]);
-    command.arg(folder.data()).args(arguments);
     std::thread::scope(|scope| {
         // The filter is that of the thread, and of what it starts.
         let thread = scope.spawn(move || {
             seccompiler::apply_filter(&filter).unwrap();
-            start(command)
+            start()
         });
         thread.join().unwrap()
     })
@@ -97,9 +89,17 @@ fn cli_without_the_whole_jail_nothing_starts_unasked() {
         (libc::SYS_landlock_create_ruleset, "files (Landlock)"),
         (libc::SYS_seccomp, "calls of the system (seccomp)"),
     ] {
-        let listen = ["--listen", "127.0.0.1:0"];
-        let refused = |mut command: Command| command.output().unwrap();
-        let output = under_a_kernel_without(call, &folder, &listen, refused);
+        let output = under_a_kernel_without(call, || {
+            let mut command = Command::new("timeout");
+            command.args([
+                "60",
+                crate::support::PROGRAM,
+                "--listen",
+                "127.0.0.1:0",
+                "--data",
+            ]);
+            command.arg(folder.data()).output().unwrap()
+        });
         let text = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(4), "{text}");
         assert!(
@@ -108,8 +108,14 @@ fn cli_without_the_whole_jail_nothing_starts_unasked() {
         );
     }
     let call = libc::SYS_landlock_create_ruleset;
-    let started = |command| Service::of(command, &folder);
-    let service = under_a_kernel_without(call, &folder, &["--without-jail"], started);
+    let service = under_a_kernel_without(call, || {
+        let mut command = Command::new(crate::support::PROGRAM);
+        command
+            .arg("--without-jail")
+            .arg("--data")
+            .arg(folder.data());
+        Service::of(command, &folder)
+    });
     let client = service.client();
     let jail = client.get("/v1/limits").expect(200).json()["jail"].clone();
     assert_eq!(
