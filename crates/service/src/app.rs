@@ -427,9 +427,13 @@ fn own_folder(data: &Path) -> Result<(), String> {
     let shown = data.display();
     let cannot = |error: io::Error| format!("{shown}: {error}");
     fs::create_dir_all(data).map_err(cannot)?;
-    let mut entries = fs::read_dir(data).map_err(cannot)?;
+    // A disk of its own has that.
+    let counts = |entry: io::Result<fs::DirEntry>| {
+        entry.is_ok_and(|entry| entry.file_name() != "lost+found")
+    };
+    let is_empty = !fs::read_dir(data).map_err(cannot)?.any(counts);
     let is_ours = |name: &str| data.join(name).exists();
-    if entries.next().is_some() && !is_ours(LEDGER) && !is_ours("lock") {
+    if !is_empty && !is_ours(LEDGER) && !is_ours("lock") {
         return Err(format!(
             "{shown}: the folder holds files that are none of latchgate's; name an empty one with \
              --data"

@@ -324,6 +324,9 @@ pub struct StoredResult {
     /// Revision of the numbers with which it was made.
     #[serde(default)]
     pub numbers_revision: u32,
+    /// Whether all but the document went with its recording.
+    #[serde(default)]
+    pub is_stripped: bool,
     /// Name of the token that asked first.
     #[serde(default)]
     pub asked_by: String,

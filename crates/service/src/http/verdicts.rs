@@ -251,13 +251,11 @@ async fn whole(
     download: bool,
 ) -> Result<Response, Problem> {
     let lost = match files::send_of_report(app, result, name, download).await {
-        // Of a recording that was deleted the document stays; the rest is there once it is again.
-        Err(problem) if matches!(problem.code.as_str(), "damaged" | "not-found") => problem,
+        Err(problem) if problem.code == "damaged" => problem,
+        // It went with its recording, and is made again where that is there again.
+        Err(problem) if result.is_stripped && is_of_report(name) => problem,
         sent => return sent,
     };
-    if !is_of_report(name) {
-        return Err(lost);
-    }
     let (report_id, wanted) = (result.report_id.clone(), name.to_string());
     let Some(made) = remade(app, &report_id, &wanted).await? else {
         return Err(lost);

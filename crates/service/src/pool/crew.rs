@@ -547,6 +547,7 @@ impl Shared {
                     content_sha256,
                     job: job.id.clone(),
                     numbers_revision: NUMBERS_REVISION,
+                    is_stripped: false,
                     asked_by: String::new(),
                 })))
             }

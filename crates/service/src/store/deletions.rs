@@ -1,9 +1,9 @@
 //! Deleted recordings: what was deleted, by whom and why, is kept; the samples go.
 
-use super::ledger::{find_recording, named, result_of};
+use super::ledger::{RECORDING_COLUMNS, find_recording, named, recording_of, result_of};
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
-use super::{Deletion, Page, StoreError};
+use super::{Deletion, Page, StoreError, StoredRecording};
 use latchgate::report::VERDICT_FILE;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::collections::BTreeSet;
@@ -76,6 +76,7 @@ pub(super) fn delete(
             .into_iter()
             .partition(|(name, _)| name == VERDICT_FILE);
         result.files = kept;
+        result.is_stripped = true;
         files.extend(gone.into_values().map(|file| file.sha256));
         let body = text_of(&result);
         connection.execute(
@@ -116,10 +117,15 @@ pub(super) fn list(
     })
 }
 
-/// Lists the recordings that came before some time.
+/// Lists the recordings that came before some time, as rows say that are whole.
 pub(super) fn aged(connection: &Connection, before_ms: i64) -> Result<Vec<String>, StoreError> {
-    let sql = "SELECT id FROM recordings WHERE created_ms < ? ORDER BY number";
-    rows(connection, sql, [before_ms], |row| Ok(row.get(0)?))
+    let sql =
+        format!("SELECT {RECORDING_COLUMNS} FROM recordings WHERE created_ms < ? ORDER BY number");
+    let found = rows(connection, &sql, [before_ms], |row| Ok(recording_of(row)))?;
+    let is_aged = |recording: &StoredRecording| recording.created_ms < before_ms;
+    let whole = found.into_iter().filter_map(Result::ok);
+    let aged = whole.map(|(_, recording)| recording).filter(is_aged);
+    Ok(aged.map(|recording| recording.id).collect())
 }
 
 /// Returns the deletions whose files are still to be removed, and those of their files that no row

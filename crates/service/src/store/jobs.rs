@@ -91,11 +91,10 @@ pub(super) fn submit(
     Ok((job, added == 1))
 }
 
-/// Puts a job that was answered in the queue again.
+/// Puts a job that was answered in the queue again. Its answer stays, should none come this time.
 pub(super) fn again(connection: &Connection, id: &str) -> Result<(), StoreError> {
     connection.execute(
-        "UPDATE jobs SET state = 'queued', failures = 0, answer = NULL, answer_sum = NULL
-         WHERE id = ? AND state = 'done'",
+        "UPDATE jobs SET state = 'queued', failures = 0 WHERE id = ? AND state = 'done'",
         [id],
     )?;
     Ok(())
@@ -202,6 +201,14 @@ pub(super) fn end(
     (state, answer): (&str, &Value),
     program: &str,
 ) -> Result<(), StoreError> {
+    if state == "refused" {
+        // A report that was to be made again stays what it was.
+        let answered = "UPDATE jobs SET state = 'done'
+             WHERE id = ? AND state = 'running' AND attempt = ? AND answer LIKE '\"%'";
+        if connection.execute(answered, params![id, attempt])? == 1 {
+            return Ok(());
+        }
+    }
     let answer = text_of(answer);
     let sum = of_row(state, id, &answer);
     fenced(connection.execute(

@@ -292,9 +292,9 @@ struct ListedFile {
     bytes: u64,
 }
 
-const RECORDING_COLUMNS: &str = "number, id, body, sum, listing, listing_sum, owner";
+pub(super) const RECORDING_COLUMNS: &str = "number, id, body, sum, listing, listing_sum, owner";
 
-fn recording_of(row: &Row<'_>) -> Result<(i64, StoredRecording), StoreError> {
+pub(super) fn recording_of(row: &Row<'_>) -> Result<(i64, StoredRecording), StoreError> {
     let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
     let body: RecordingBody = confirmed("recording", &id, &body, &sum)?;
     let listing: Option<String> = row.get(4)?;
@@ -911,6 +911,7 @@ fn put_result(connection: &Connection, result: &StoredResult) -> Result<(), Stor
         known.files.entry(name.clone()).or_insert(file);
     }
     if known.files.len() > before {
+        known.is_stripped = false;
         let body = text_of(&known);
         let sum = of_row("result", id, &body);
         let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";

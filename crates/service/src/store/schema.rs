@@ -51,8 +51,8 @@ CREATE TABLE IF NOT EXISTS sessions (
 pub(super) const FROM_2: &str = "
 ALTER TABLE recordings ADD COLUMN name TEXT NOT NULL DEFAULT '';
 ALTER TABLE recordings ADD COLUMN created_ms INTEGER NOT NULL DEFAULT 0;
-UPDATE recordings SET name = json_extract(body, '$.manifest.name'),
-    created_ms = json_extract(body, '$.created_ms') WHERE json_valid(body);
+UPDATE recordings SET name = coalesce(json_extract(body, '$.manifest.name'), ''),
+    created_ms = coalesce(json_extract(body, '$.created_ms'), 0) WHERE json_valid(body);
 ALTER TABLE designs ADD COLUMN owner TEXT NOT NULL DEFAULT '';
 ALTER TABLE designs ADD COLUMN is_deleted INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE tokens RENAME TO tokens_2;

@@ -342,7 +342,7 @@ fn verif_a_damaged_file_is_never_served() {
     client.post("/v1/verdicts?wait=60", &other).expect(200);
 }
 
-fn blob_of(folder: &Folder, bytes: &[u8]) -> std::path::PathBuf {
+pub(crate) fn blob_of(folder: &Folder, bytes: &[u8]) -> std::path::PathBuf {
     let sha256 = latchgate_service::store::sha256_hex(bytes);
     folder.data().join("blobs").join(&sha256[..2]).join(sha256)
 }

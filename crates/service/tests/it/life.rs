@@ -2,7 +2,10 @@
 //! written, taken over from an earlier version.
 
 use crate::access::blobs;
+use crate::damage::blob_of;
 use crate::support::{Client, Folder, Service, signal, wait_for, without_run};
+use latchgate_service::clock::now_ms;
+use latchgate_service::store::{BlobFolder, Blobs, Ledger, Manifest, SqliteLedger};
 use serde_json::{Value, json};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -148,18 +151,35 @@ fn regress_a_deletion_takes_nothing_that_another_needs() {
 #[test]
 fn cli_recordings_expire_where_the_operator_says_so() {
     let folder = Folder::new();
+    assert_eq!(Service::start(&folder, &[]).end(), 0);
+    // One that came forty days ago.
+    let blobs = BlobFolder::open(&folder.data().join("blobs")).unwrap();
+    let mut blob = blobs.begin().unwrap();
+    blob.write(&signal("burst.csv")).unwrap();
+    let manifest = Manifest {
+        name: "burst.csv".into(),
+        files: vec![blob.finish("burst.csv").unwrap()],
+        card: None,
+    };
+    let ledger = SqliteLedger::open(&folder.data().join("ledger.sqlite")).unwrap();
+    let then = now_ms() - 40 * 86_400_000;
+    assert!(ledger.put_recording(&manifest, "me", then).unwrap());
+    drop(ledger);
+    let old = format!("/v1/recordings/{}", manifest.id());
     let service = Service::start(&folder, &["upkeep_s=1"]);
     let client = service.client();
-    let (old, verdict) = judged(&client);
+    let question =
+        json!({"recording": manifest.id(), "request": {"members": 0, "opens_when": "negative"}});
+    let verdict = client.post("/v1/verdicts?wait=60", &question).expect(200);
+    let verdict = verdict.header("location").unwrap().to_string();
     let young = client.upload("surviving.csv")["id"]
         .as_str()
         .unwrap()
         .to_string();
     let connection = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();
-    let aged = "UPDATE recordings SET created_ms = created_ms - 40 * 86400000 WHERE id = ?";
-    connection
-        .execute(aged, [old.rsplit('/').next().unwrap()])
-        .unwrap();
+    // A column without its row's hash decides nothing.
+    let aged = "UPDATE recordings SET created_ms = 1 WHERE id = ?";
+    connection.execute(aged, [&young]).unwrap();
     std::thread::sleep(Duration::from_millis(2500));
     client.get(&old).expect(200);
     assert_eq!(service.end(), 0);
@@ -174,6 +194,47 @@ fn cli_recordings_expire_where_the_operator_says_so() {
     client.get(&verdict).expect(200);
     let listed = client.get("/v1/deletions").json();
     assert_eq!(listed["deletions"][0]["why"], "keep_days");
+}
+
+/// A question that is at work when its recording goes is refused, and leaves nothing of it.
+#[test]
+fn regress_a_deletion_meets_a_question_at_work() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let jobs: Vec<String> = (0..4)
+        .map(|number| {
+            let set = format!("lever.preload_torque_nm=2.{number}");
+            let request = json!({"members": 512, "opens_when": "both"});
+            let question = json!({"recording": id, "request": request, "set": [set]});
+            let answer = client.post("/v1/verdicts?wait=0", &question).expect(202);
+            answer.json()["job"].as_str().unwrap().to_string()
+        })
+        .collect();
+    let path = format!("/v1/recordings/{}", id.as_str().unwrap());
+    client.send("DELETE", &path, &[]).expect(200);
+    let standing = |job: &String| client.get(&format!("/v1/jobs/{job}")).expect(200).json();
+    for job in &jobs {
+        wait_for("it ends", Duration::from_secs(60), || {
+            matches!(standing(job)["state"].as_str(), Some("done" | "refused"))
+        });
+    }
+    let last = standing(&jobs[3]);
+    assert_eq!(last["problem"]["code"], "recording-deleted", "{last}");
+    // What a child had made lies there as what no row names, and no page or curve is served.
+    for job in jobs
+        .iter()
+        .map(standing)
+        .filter(|own| own["state"] == "done")
+    {
+        let report = format!(
+            "/v1/verdicts/{}/report.html",
+            job["report_id"].as_str().unwrap()
+        );
+        client.get(&report).expect(410);
+    }
+    assert_eq!(folder.run(&["fsck"]).0, 0);
 }
 
 /// A file of a report that was lost is made again; one that was made with other numbers says which.
@@ -212,6 +273,21 @@ fn regress_a_lost_report_is_made_again() {
     lose_all();
     client.get(&verdict.replace("/v1", "")).expect(200);
     client.get(&format!("{verdict}/none.svg")).expect(404);
+    // Where it cannot be made again, what there is stays: the answer to the question, too.
+    let page = blob_of(&folder, &before[1]);
+    fs::remove_file(&page).unwrap();
+    fs::write(blob_of(&folder, &signal("burst.csv")), "t_s,acc_y_g\n").unwrap();
+    for child in service.children() {
+        let _ = std::process::Command::new("kill")
+            .args(["-9", &child])
+            .status();
+    }
+    let problem = client.get(&format!("{verdict}/report.html"));
+    assert!(problem.status >= 500, "{}", problem.text());
+    let id = client.get("/v1/recordings").json()["recordings"][0]["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    client.post("/v1/verdicts?wait=60", &question).expect(200);
+    client.upload("burst.csv");
     // Another revision of the numbers would make another report.
     lose_all();
     let connection = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();

@@ -34,6 +34,7 @@ fn result(id: &str) -> StoredResult {
         content_sha256: "c".into(),
         job: "a".into(),
         numbers_revision: 1,
+        is_stripped: false,
         asked_by: String::new(),
     }
 }
