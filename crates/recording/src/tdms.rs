@@ -36,6 +36,7 @@ use super::channel_name::{ChannelName, words};
 use super::draft::{self, Draft, Unit, UnitStatement};
 use super::held::{self, Statement};
 use super::lateral::{self, ChannelOffer};
+use super::remarks::Span;
 use super::source::Reader;
 use super::{
     Channel, Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection, text,
@@ -289,7 +290,7 @@ impl<'a> TdmsFile<'a> {
             ));
         }
         findings.extend(extremes);
-        findings.extend(said::status_findings(object));
+        findings.extend(said::status_findings(object, span));
         findings.extend(self.flag_findings(place, span));
         let mut draft = Draft::of_words(&entry.column, unit, samples, findings);
         said::state(object, &mut draft.stated, &objects);
@@ -371,7 +372,7 @@ impl<'a> TdmsFile<'a> {
     }
 
     /// Says from when on channels of flags beside the samples speak against them.
-    fn flag_findings(&self, place: usize, span: super::remarks::Span) -> Vec<Finding> {
+    fn flag_findings(&self, place: usize, span: Span) -> Vec<Finding> {
         let own = &self.entries[place];
         let of_own = |flag: &&BadFlag| {
             let is_beside = self.entries[flag.place].group == own.group && flag.place != place;

@@ -4,7 +4,7 @@ use super::object::Object;
 use super::segment::ObjectPath;
 use super::value::Value;
 use crate::csv::says_bad;
-use crate::remarks::{self, Remark, RemarkPlace};
+use crate::remarks::{self, Remark, RemarkPlace, Span};
 use crate::{Finding, Stated, TestFacts, fact, joined_facts};
 
 /// Tells whether a property is one of the format's own, and no word of a person's.
@@ -75,8 +75,9 @@ pub(super) fn of_channel(object: &Object) -> Vec<Remark> {
     said.collect()
 }
 
-/// Says which properties of a channel state that its samples are not known to be good.
-pub(super) fn status_findings(object: &Object) -> Vec<Finding> {
+/// Says which properties of a channel state that its samples are not known to be good; of NHTSA's words
+/// for data that are bad in part, from the instant on that a remark plainly names.
+pub(super) fn status_findings(object: &Object, span: Span) -> Vec<Finding> {
     // A flag is whole; other numbers are those of a sensor, as the error of its linearity is.
     let is_part = |value: &Value| {
         value
@@ -88,9 +89,14 @@ pub(super) fn status_findings(object: &Object) -> Vec<Finding> {
     let bad = properties.filter_map(|(key, value)| {
         let stated = value.text();
         is_bad_status(key, &stated).then(|| {
+            let from = match &*stated {
+                "QD" | "CF" => remarks::plainly_bad_from(&of_channel(object)),
+                _ => None,
+            };
             let (key, stated) = (crate::text::shown(key), crate::text::shown(stated));
             let text = format!("the property `{key}` states \"{stated}\". Use another channel");
-            Finding::blocking("invalid-by-laboratory", text)
+            let blocking = Finding::blocking("invalid-by-laboratory", text);
+            blocking.since(from.filter(|at_s| span.holds(*at_s)))
         })
     });
     bad.collect()
