@@ -19,24 +19,21 @@ const BIG_ENDIAN: u32 = 1 << 6;
 const DAQMX: u32 = 1 << 7;
 const KNOWN: u32 = METADATA | NEW_LIST | RAW_DATA | INTERLEAVED | BIG_ENDIAN | DAQMX;
 
-/// The way out of a file whose samples only NI's scaling turns into a quantity.
-macro_rules! convert {
-    () => {
-        "convert the channel by npTDMS, which scales it: python -c \"import numpy as n; from nptdms \
-         import TdmsFile as T; c = T.read('FILE.tdms')['GROUP']['CHANNEL']; n.savetxt('FILE.csv', \
-         n.c_[c.time_track(), c[:]], delimiter=',', comments='', header='time_s,' + c.name + ' [' \
-         + c.properties['unit_string'] + ']')\""
-    };
-}
-
-/// Says how a channel is converted whose scaling is not read.
-pub(super) const CONVERT: &str = convert!();
+/// How a channel is converted whose scale only npTDMS reads.
+pub(super) const CONVERT: &str = "\
+    convert the channel by npTDMS, which scales it: python -c \"import numpy as n; from nptdms import \
+    TdmsFile as T; c = T.read('FILE.tdms')['GROUP']['CHANNEL']; n.savetxt('FILE.csv', \
+    n.c_[c.time_track(), c[:]], delimiter=',', comments='', header='time_s,' + c.name + ' [' + \
+    c.properties['unit_string'] + ']')\"";
 
 /// Refuses DAQmx raw data: counts, which the driver's own scales turn into a quantity.
 fn refuse_daqmx() -> Error {
     let format = "NI TDMS with DAQmx raw data (counts without a scale of TDMS)";
-    let way_out = CONVERT;
-    ErrorKind::RefusedFormat { format, way_out }.into()
+    ErrorKind::RefusedFormat {
+        format,
+        way_out: CONVERT,
+    }
+    .into()
 }
 
 /// Says that no segment begins where one should.
