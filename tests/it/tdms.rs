@@ -230,3 +230,15 @@ fn verif_the_channel_that_is_meant_outlives_the_limit_on_all() {
     let error = read(Some("acc"), Selection::Lateral).unwrap_err();
     assert!(error.contains("limit test_samples"), "{error}");
 }
+
+/// Messages name channels in full, so that a name must not be as long as the file.
+#[test]
+fn regress_a_path_has_a_longest_length() {
+    let path = format!("/'Door'/'{}'", "y".repeat(3000));
+    let object = LITTLE.object(&path, Raw::Numbers(F64, 2), &[]);
+    let source = Source::bytes("a.tdms", LITTLE.segment(0, Some(&[object]), &[0; 16]));
+    let options = ReadOptions::default();
+    let read = latchgate_recording::read(&source, &options, Selection::Every, &Limits::default());
+    let error = read.unwrap_err().to_string();
+    assert!(error.contains("a path of at most 2048 bytes"), "{error}");
+}

@@ -181,6 +181,9 @@ impl RawData {
     }
 }
 
+/// Bytes of a path; messages name channels in full.
+const LONGEST_PATH: usize = 2048;
+
 /// The place of an object: the file, a group, or a channel in it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum ObjectPath {
@@ -249,7 +252,12 @@ pub(super) fn listed(
     }
     let mut found: Vec<Listed> = Vec::new();
     for _ in 0..count {
-        let path = ObjectPath::read(&fields.text("the path of an object")?)?;
+        let path = fields.text("the path of an object")?;
+        if path.len() > LONGEST_PATH {
+            let expected = format!("a path of at most {LONGEST_PATH} bytes");
+            return Err(damaged(expected, format!("{} bytes", path.len())));
+        }
+        let path = ObjectPath::read(&path)?;
         let raw = RawData::read(&mut fields)?;
         if raw != RawData::Absent && !matches!(path, ObjectPath::Channel(..)) {
             return Err(damaged(
