@@ -88,6 +88,24 @@ fn lvm() -> Vec<Vec<u8>> {
     seeds
 }
 
+/// The files that npTDMS reads as we do.
+fn tdms() -> Vec<Vec<u8>> {
+    macro_rules! file {
+        ($name:literal) => {
+            include_bytes!(concat!("../../tests/data/tdms/", $name, ".tdms")).to_vec()
+        };
+    }
+    vec![
+        file!("plain"),
+        file!("segments"),
+        file!("stamps"),
+        file!("big-endian"),
+        file!("interleaved"),
+        file!("lists"),
+        file!("unclosed"),
+    ]
+}
+
 fn ev5() -> Vec<Vec<u8>> {
     let header = "# comment\n----- TEST -----\n7292|x|y|\n----- INSTRUMENTATION -----\n1|146|AC|NA|DSLF|YG|SEC|G'S|1650|M|01/JAN/2020|2000|10|0.0|-10|29|100|AM|P|NO COMMENTS\n1|147|AC|NA|DSLF|YG|SEC|G'S|1650|M|01/JAN/2020|2000|101|0.0|-10|29|100|QD|R|NO VALID DATA AFTER 64.6 MILLISECONDS\n----- END -----";
     vec![
@@ -346,10 +364,11 @@ pub fn of(target: &str) -> Vec<Vec<u8>> {
     match target {
         "csv" => csv(),
         "lvm" => lvm(),
+        "tdms" => tdms(),
         "ev5" => ev5(),
         "iso_mme" => iso_mme(),
         "mcap" => mcap(),
         "settings" => settings(),
-        _ => [csv(), lvm(), ev5(), iso_mme(), mcap()].concat(),
+        _ => [csv(), lvm(), tdms(), ev5(), iso_mme(), mcap()].concat(),
     }
 }

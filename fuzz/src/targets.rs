@@ -14,6 +14,7 @@ pub type Target = (&'static str, fn(&[u8]));
 pub const ALL: &[Target] = &[
     ("csv", csv),
     ("lvm", lvm),
+    ("tdms", tdms),
     ("ev5", ev5),
     ("iso_mme", iso_mme),
     ("mcap", mcap),
@@ -27,6 +28,8 @@ fn limits() -> Limits {
         samples: 50_000,
         lines: 60_000,
         table_cells: 200_000,
+        test_samples: 200_000,
+        headers_bytes: 1 << 20,
         unpacked_bytes: 4 << 20,
         unpacked_stream_bytes: 16 << 20,
         mcap_record_bytes: 4 << 20,
@@ -179,6 +182,11 @@ pub fn lvm(data: &[u8]) {
     both("a.lvm", "lvm", data);
 }
 
+/// TDMS files.
+pub fn tdms(data: &[u8]) {
+    both("a.tdms", "tdms", data);
+}
+
 /// NHTSA headers and bare curves.
 pub fn ev5(data: &[u8]) {
     both("v01.EV5", "ev5", data);
@@ -206,7 +214,7 @@ pub fn mcap(data: &[u8]) {
     both("a.mcap", "mcap", data);
 }
 
-/// Whatever it is: detection by content and name. Text tables, LabVIEW's files and logs are read
+/// Whatever it is: detection by content and name. Text tables, files of LabVIEW and logs are read
 /// the same under every name, so each is read once.
 pub fn any(data: &[u8]) {
     let mut seen = Vec::new();
@@ -222,7 +230,7 @@ pub fn any(data: &[u8]) {
             .iter()
             .find(|format| (format.recognises)(&head))
             .map(|format| format.name);
-        if let Some(format @ ("csv" | "lvm" | "mcap")) = format {
+        if let Some(format @ ("csv" | "lvm" | "mcap" | "tdms")) = format {
             if seen.contains(&format) {
                 continue;
             }

@@ -368,7 +368,7 @@ fn cli_bad_tables_are_refused_at_their_place() {
             b"UnFinMF 4.10    ",
             "unfinalised ASAM MDF4",
         ),
-        ("tdms.csv", b"TDSm\x0e\0\0\0", "NI TDMS"),
+        ("tdms.csv", b"TDSh\x0e\0\0\0", "NI TDMS, its index"),
         (
             "xls.csv",
             b"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1",

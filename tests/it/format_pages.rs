@@ -29,7 +29,7 @@ fn run(line: &str, folder: &Folder) -> Done {
         }
     }
     assert_eq!(words.remove(0), "latchgate", "{line}");
-    let at = if line.contains("signals/") {
+    let at = if line.contains("signals/") || line.contains("tests/data/") {
         Path::new(env!("CARGO_MANIFEST_DIR"))
     } else {
         folder.path()
@@ -70,7 +70,7 @@ fn cli_messages_on_the_page_of_troubles_come_and_go() {
 #[test]
 fn cli_examples_on_the_pages_of_formats_are_read() {
     let pages = files_below("docs/formats");
-    assert_eq!(pages.len(), 5, "{pages:?}");
+    assert_eq!(pages.len(), 6, "{pages:?}");
     let mut commands = 0;
     for page in pages {
         let folder = Folder::new(&format!("page-{}", page.replace('/', "-")));

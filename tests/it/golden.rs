@@ -16,6 +16,7 @@ mod nhtsa;
 mod numbers;
 mod samples;
 mod tables;
+mod tdms;
 mod topics;
 
 use crate::support::{Done, Folder, latchgate};
@@ -527,6 +528,11 @@ fn val_golden_labview_files() {
 }
 
 #[test]
+fn val_golden_tdms_files() {
+    check("tdms", &tdms::cases());
+}
+
+#[test]
 fn val_golden_nhtsa_tests() {
     check("nhtsa", &nhtsa::cases());
 }
@@ -559,6 +565,7 @@ fn tidy_the_golden_set_is_whole() {
         clocks::cases(),
         names::cases(),
         labview::cases(),
+        tdms::cases(),
         nhtsa::cases(),
         mme::cases(),
         logs::cases(),

@@ -315,7 +315,7 @@ fn val_other_formats_are_refused_by_name_with_a_way_out() {
         (&b"MDF     4.11"[..], ["MDF4", "CSV"]),
         (b"UnFinMF 4.11", ["MDF4", "CSV"]),
         (b"MDF     3.30", ["MDF", "CSV"]),
-        (b"TDSm\x0e\0\0\0", ["TDMS", "CSV"]),
+        (b"TDSh\x0e\0\0\0", ["TDMS", ".tdms file"]),
         (b"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1", [".xls", "CSV"]),
         (b"\x89HDF\r\n\x1A\n", ["HDF5", "CSV"]),
         (

@@ -79,6 +79,7 @@ mod study;
 mod study_scenes;
 mod support;
 mod sweep;
+mod tdms;
 mod test_facts;
 mod tidy;
 mod unlike_crash;

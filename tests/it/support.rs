@@ -9,6 +9,7 @@ mod program;
 mod random;
 mod reading;
 mod table;
+pub(crate) mod tdms;
 
 pub(crate) use archive::{gzip_of, tar_of, zip_of};
 pub(crate) use data::{columns, data, json, number};

@@ -52,6 +52,7 @@ use layout::{TableLayout, TableStart, TimeSource, UnitOrigin};
 use preamble::HeldAgainst;
 use rows::{ColumnResult, Rows, WantedColumns};
 use status::AllSaid;
+pub(crate) use status::says_bad;
 
 /// Tells whether the head looks like text.
 pub fn recognises(head: &Head<'_>) -> bool {

@@ -28,6 +28,7 @@
 //! - `setting`: the settings of a question, by the names that every door uses for them;
 //! - `source`: where the bytes come from: a file, standard input or memory, hashed while they are
 //!   read;
+//! - `tdms`: NI TDMS (.tdms), as LabVIEW and DIAdem write it;
 //! - `text`: what readers of text share: lines within limits, decimal numbers as the file writes
 //!   them;
 //! - `time_base`: time bases: from printed stamps to a uniform rate, or to a resampled one with a
@@ -55,6 +56,7 @@ mod number;
 mod remarks;
 pub mod setting;
 pub mod source;
+pub mod tdms;
 mod text;
 pub mod time_base;
 mod words;
@@ -531,6 +533,7 @@ impl ReadOutcome {
 /// Every format that is read, the most easily recognised first.
 pub const FORMATS: &[Format] = &[
     Format::new("mcap", mcap::recognises, mcap::read),
+    Format::new("tdms", tdms::recognises, tdms::read),
     Format::new("ev5", ev5::recognises, ev5::read),
     Format::new("iso-mme", mme::recognises, mme::read),
     Format::new("lvm", lvm::recognises, lvm::read),

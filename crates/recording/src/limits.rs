@@ -86,7 +86,7 @@ limits! {
     line_bytes = 1 << 20, "bytes", "Bytes of one line of text.";
     lines = 8_200_000, "lines", "Lines of a text recording, headers and comments included.";
     samples = 8_000_000, "samples", "Samples kept per channel.";
-    columns = 4096, "columns", "Columns of a table: channels of a text file.";
+    columns = 4096, "columns", "Columns of a table: channels of a text file; channels and groups of a TDMS file.";
     table_cells = 48_000_000, "cells", "Cells of a table kept as numbers when every channel is read.";
     settings_bytes = 1 << 20, "bytes", "Bytes of a card, design or gate file.";
     archive_bytes = 64 << 20, "bytes", "Bytes of an archive (.zip, .tar.gz, .tar) in memory.";
@@ -98,8 +98,9 @@ limits! {
     unpacked_ratio = 200, "bytes per byte", "Ratio of bytes after decompression to bytes before it, past the first 4 MiB.";
     header_bytes = 64 << 10, "bytes", "Bytes of the header of an ISO-MME channel file.";
     headers_bytes = 8 << 20, "bytes", "Bytes of all headers of an ISO-MME test, plus 64 a line; of \
-                                       its test header; of its list of channels.";
-    test_samples = 16_000_000, "samples", "Samples kept of all channels of an ISO-MME test when every channel is read.";
+                                       its test header; of its list of channels; of the metadata and of the properties \
+                                       of a TDMS file.";
+    test_samples = 16_000_000, "samples", "Samples kept of all channels of an ISO-MME test or a TDMS file when every channel is read.";
     mcap_record_bytes = 64 << 20, "bytes", "Bytes of one MCAP record, a chunk included; of all schemas together.";
     mcap_chunk_bytes = 64 << 20, "bytes", "Bytes of one MCAP chunk after decompression.";
     mcap_string_bytes = 16 << 20, "bytes", "Bytes of one string in an MCAP record or message.";

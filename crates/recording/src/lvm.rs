@@ -27,7 +27,6 @@ use super::{
     lateral, text,
 };
 use crate::error::{Error, ErrorKind, Place};
-use crate::setting::Setting;
 use header::{Header, TimeColumns};
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 
@@ -396,7 +395,7 @@ impl LabviewFile<'_> {
             let limits = self.asked.limits;
             let mut clock = UniformSamples::by_stamps(stamps, digit, values, limits, &mut odd)?;
             if described.counts_samples(clock.rate) {
-                let (rate, finding) = self.untimed(clock.rate)?;
+                let (rate, finding) = options.untimed(clock.rate, "Delta_X in the header")?;
                 clock.start_s *= clock.rate.hertz() / rate.hertz();
                 clock.rate = rate;
                 findings.push(finding);
@@ -414,7 +413,7 @@ impl LabviewFile<'_> {
         }
         let rate = match (described.interval(), options.rate_hz) {
             (Some(rate), _) if described.counts_samples(rate) => {
-                let (rate, finding) = self.untimed(rate)?;
+                let (rate, finding) = options.untimed(rate, "Delta_X in the header")?;
                 findings.push(finding);
                 rate
             }
@@ -430,24 +429,6 @@ impl LabviewFile<'_> {
             false => described.time_unit.to_seconds(described.start),
         };
         UniformSamples::stated(start_s, rate, values)
-    }
-
-    /// Returns the rate of a file that has none, as a person states it, else one sample a second as the
-    /// header has it, and says so.
-    fn untimed(&self, by_file: SampleRate) -> Result<(SampleRate, Finding), Error> {
-        let setting = Setting::RateHz;
-        let (rate, used) = match self.asked.options.rate_hz {
-            Some(hertz) => {
-                let used = format!("The stated {hertz} Hz was used");
-                (SampleRate::from_hertz(hertz)?, used)
-            }
-            None => (by_file, format!("State the rate with {setting} = HZ")),
-        };
-        let text = format!(
-            "Delta_X in the header is 1, as LabVIEW writes it where the samples have no timing. \
-             {used}"
-        );
-        Ok((rate, Finding::warning("timing-absent", text)))
     }
 }
 

@@ -384,6 +384,16 @@ impl<Row: Copy> Cells<Row> {
         }
     }
 
+    /// Returns each text once.
+    pub(super) fn texts(&self) -> impl Iterator<Item = &str> {
+        self.texts.iter().map(|(_, text)| &**text)
+    }
+
+    /// Tells whether there were more texts than are kept.
+    pub(super) fn is_full(&self) -> bool {
+        self.texts.len() > KEPT
+    }
+
     /// Returns the remarks; `at` tells the instant of a row [s] and where it stands, `name` is that
     /// of the column.
     pub(super) fn remarks(

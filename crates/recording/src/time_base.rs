@@ -14,6 +14,7 @@
 
 use super::{Finding, Limits, ReadOptions};
 use crate::error::{Error, ErrorKind};
+use crate::setting::Setting;
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::range::Range;
 use latchgate_kernel::units::SampleRate;
@@ -256,6 +257,27 @@ impl ReadOptions {
         let text = format!("{found}, which no crash recording has. If that is wrong, {mend}");
         let odd = !plausible.contains(rate);
         Ok(odd.then(|| Finding::warning("time-unit-implausible", text)))
+    }
+
+    /// Returns the rate of a LabVIEW file that has none, as a person states it, else the one sample a
+    /// second that the file has, and says so; `interval` names what states that.
+    pub(super) fn untimed(
+        &self,
+        by_file: SampleRate,
+        interval: &str,
+    ) -> Result<(SampleRate, Finding), Error> {
+        let setting = Setting::RateHz;
+        let (rate, used) = match self.rate_hz {
+            Some(hertz) => {
+                let used = format!("The stated {hertz} Hz was used");
+                (SampleRate::from_hertz(hertz)?, used)
+            }
+            None => (by_file, format!("State the rate with {setting} = HZ")),
+        };
+        let text = format!(
+            "{interval} is 1, as LabVIEW writes it where the samples have no timing. {used}"
+        );
+        Ok((rate, Finding::warning("timing-absent", text)))
     }
 }
 

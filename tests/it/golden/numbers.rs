@@ -7,7 +7,8 @@
 //! people; numbers, codes of findings and reasons, instants, names and hashes stay.
 
 use super::{
-    Case, Folder, clocks, labview, latchgate, logs, mme, names, nhtsa, samples, tables, topics,
+    Case, Folder, clocks, labview, latchgate, logs, mme, names, nhtsa, samples, tables, tdms,
+    topics,
 };
 use crate::support::signal_file;
 use crate::tidy::{files_below, text_of};
@@ -125,6 +126,7 @@ fn regress_numbers_move_with_their_revision_alone() {
             ("clocks", clocks::cases()),
             ("names", names::cases()),
             ("labview", labview::cases()),
+            ("tdms", tdms::cases()),
             ("nhtsa", nhtsa::cases()),
             ("mme", mme::cases()),
             ("logs", logs::cases()),

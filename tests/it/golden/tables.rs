@@ -706,7 +706,7 @@ fn other_formats() -> Vec<Case> {
         head("log.mf4", b"MDF     4.10    ", "ASAM MDF4"),
         head("open.mf4", b"UnFinMF 4.10    ", "ASAM MDF4"),
         head("old.mdf", b"MDF     3.30    ", "ASAM MDF3"),
-        head("data.tdms", b"TDSm\x0e\0\0\0", "NI TDMS"),
+        head("data.tdms_index", b"TDSh\x0e\0\0\0", "NI TDMS, its index"),
         head(
             "data.xls",
             b"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1",

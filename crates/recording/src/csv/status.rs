@@ -55,15 +55,20 @@ enum About {
 }
 
 fn about(column: &ChannelName) -> Option<About> {
-    let small = column.label.to_lowercase();
+    match column.unit_text {
+        Some(_) => None,
+        None => about_name(&column.label),
+    }
+}
+
+fn about_name(name: &str) -> Option<About> {
+    let small = name.to_lowercase();
     let has = |list: &[&str]| {
         small
             .split(|c: char| !c.is_alphanumeric())
             .any(|word| list.contains(&word))
     };
-    if column.unit_text.is_some() {
-        None
-    } else if has(&VALID) {
+    if has(&VALID) {
         Some(About::Valid)
     } else if has(&FAULT) {
         Some(About::Fault)
@@ -72,6 +77,40 @@ fn about(column: &ChannelName) -> Option<About> {
     } else {
         remarks::is_key(&small).then_some(About::Notes)
     }
+}
+
+/// What a word says under a name that is about the state of samples.
+#[derive(Clone, Copy, PartialEq)]
+enum Word {
+    /// All is well, or nothing is said.
+    Well,
+    /// A flag says that it is not.
+    Bad,
+    /// Anything else.
+    Other,
+}
+
+impl About {
+    fn word(self, text: &str) -> Word {
+        let small = text.trim().to_lowercase();
+        let number = small.parse::<f64>().ok();
+        let yes = number == Some(1.0) || matches!(&*small, "true" | "yes" | "y" | "ja" | "wahr");
+        let no = number == Some(0.0) || matches!(&*small, "false" | "no" | "n" | "nein" | "falsch");
+        match self {
+            Self::Notes => Word::Other,
+            Self::Valid if yes => Word::Well,
+            Self::Fault if no => Word::Well,
+            Self::Valid | Self::Fault if yes || no => Word::Bad,
+            _ if small.is_empty() || WELL.contains(&small.as_str()) => Word::Well,
+            _ => Word::Other,
+        }
+    }
+}
+
+/// Tells whether a text under a name such as `status` or `overload` does not say that all is well.
+pub(crate) fn says_bad(name: &str, text: &str) -> bool {
+    let about = about_name(name).filter(|about| *about != About::Notes);
+    about.is_some_and(|about| about.word(text) != Word::Well)
 }
 
 /// Tells whether a column holds the state of samples or notes.
@@ -106,19 +145,12 @@ impl StatusColumn {
 
     fn look(&mut self, row: usize, cell: &[u8]) {
         let text = String::from_utf8_lossy(cell.trim_ascii());
-        let small = text.to_lowercase();
-        let number = small.parse::<f64>().ok();
-        let yes = number == Some(1.0) || matches!(&*small, "true" | "yes" | "y" | "ja" | "wahr");
-        let no = number == Some(0.0) || matches!(&*small, "false" | "no" | "n" | "nein" | "falsch");
-        match self.about {
-            About::Notes => self.cells.hear(row, &text),
-            About::Valid if yes => {}
-            About::Fault if no => {}
-            About::Valid | About::Fault if yes || no => {
+        match self.about.word(&text) {
+            Word::Well => {}
+            Word::Bad => {
                 self.bad.get_or_insert_with(|| (row, text.into_owned()));
             }
-            _ if small.is_empty() || WELL.contains(&small.as_str()) => {}
-            _ => self.cells.hear(row, &text),
+            Word::Other => self.cells.hear(row, &text),
         }
     }
 }

@@ -1,0 +1,344 @@
+//! The clock of a channel: its own interval, or a channel of times beside it.
+
+use super::entry::Entry;
+use super::object::Object;
+use super::value::{DataType, Value};
+use crate::channel_name::ChannelName;
+use crate::draft::UniformSamples;
+use crate::error::{Error, ErrorKind, Place};
+use crate::setting::Setting;
+use crate::time_base::{self, MEND};
+use crate::{Finding, ReadTask, held, text};
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::units::{SampleRate, TimeUnit};
+
+/// What the properties of a waveform say of time.
+struct Waveform {
+    /// Time of the first sample, in the file's unit.
+    start: f64,
+    unit: TimeUnit,
+    rate: SampleRate,
+    /// Whether samples are counted by ones, as where no timing is attached.
+    counts: bool,
+}
+
+impl Waveform {
+    fn start_s(&self) -> f64 {
+        self.unit.to_seconds(self.start)
+    }
+
+    /// Reads the properties of a channel; `None` without an interval.
+    fn of(
+        object: &Object,
+        stated: Option<TimeUnit>,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Option<Self>, Error> {
+        let Some(increment) = object.property("wf_increment") else {
+            return Ok(None);
+        };
+        let number = |value: &Value| value.number().filter(|number| number.is_finite());
+        let malformed = |expected: &str, key: &str, value: &Value, hint: &str| {
+            let found = format!("{key} `{}`", text::shown(value.text()));
+            Error::malformed(expected, found, hint)
+        };
+        let interval = match number(increment) {
+            // As some programs write where they know none.
+            Some(interval) if interval.abs() <= 0.0 => return Ok(None),
+            Some(interval) if interval > 0.0 => interval,
+            _ => {
+                let expected = "an interval above 0";
+                return Err(malformed(expected, "wf_increment", increment, MEND));
+            }
+        };
+        let unit = unit_of_x(object, stated, findings)?;
+        let start = match object.property("wf_start_offset") {
+            None => 0.0,
+            Some(offset) => number(offset).ok_or_else(|| {
+                malformed(
+                    "a time of the first sample",
+                    "wf_start_offset",
+                    offset,
+                    MEND,
+                )
+            })?,
+        };
+        let digit = match increment {
+            Value::Number(_, DataType::F32) => interval * f64::from(f32::EPSILON),
+            _ => 0.0,
+        };
+        let rate = time_base::rate_of_interval(unit.to_seconds(interval), unit.to_seconds(digit))?;
+        Ok(Some(Self {
+            start,
+            unit,
+            rate,
+            counts: unit == TimeUnit::SECOND && (interval - 1.0).abs() < 1e-9,
+        }))
+    }
+}
+
+/// Returns the unit of the interval: as a person states it, else as the file does, else seconds. An
+/// axis that is none of time is refused.
+fn unit_of_x(
+    object: &Object,
+    stated: Option<TimeUnit>,
+    findings: &mut Vec<Finding>,
+) -> Result<TimeUnit, Error> {
+    let label = |key| object.property(key).map(Value::text);
+    let written = label("wf_xunit_string");
+    let known = written.as_deref().map(TimeUnit::from_spelling);
+    let name = label("wf_xname");
+    let says_time = |name: &String| ChannelName::from_header(name, 1).says_time();
+    let refused = |found: String| {
+        let hint = format!(
+            "export a signal over time, or state the unit with {} = s|ms|us|ns",
+            Setting::TimeUnit
+        );
+        Err(Error::malformed("samples over time", found, hint))
+    };
+    match (stated, known, name) {
+        (Some(stated), known, _) => {
+            if let (Some(written), false) = (
+                &written,
+                known.flatten().is_none_or(|known| known == stated),
+            ) {
+                let text = format!(
+                    "wf_xunit_string is `{}`, but the setting `time_unit` is `{stated}`. The setting \
+                     was used. Check which is right",
+                    text::shown(written)
+                );
+                findings.push(Finding::warning("time-unit-overridden", text));
+            }
+            Ok(stated)
+        }
+        (None, Some(Some(known)), _) => Ok(known),
+        (None, Some(None), _) => refused(format!(
+            "wf_xunit_string `{}`",
+            text::shown(written.unwrap_or_default())
+        )),
+        (None, None, Some(name)) if !says_time(&name) => {
+            refused(format!("wf_xname `{}`", text::shown(name)))
+        }
+        (None, None, _) => Ok(TimeUnit::SECOND),
+    }
+}
+
+/// Times of samples.
+struct Stamps<'a> {
+    name: &'a str,
+    values_s: Vec<f64>,
+    /// What a stamp may be off by its type [s].
+    digit_s: f64,
+    /// Whether nothing states their unit.
+    is_assumed: bool,
+    /// Whether they are instants, counted from the first.
+    are_instants: bool,
+}
+
+impl<'a> Stamps<'a> {
+    fn of(entry: &'a Entry<'_>, stated: Option<TimeUnit>) -> Result<Self, Error> {
+        let object = entry.object;
+        let name = &*entry.column.name;
+        if let Some(error) = &object.error {
+            return Err(error.clone());
+        }
+        if let Some((from, _)) = object.missing {
+            let found = format!("no number as sample {}", from + 1);
+            let error = Error::from(KernelError::NonFinite { found });
+            return Err(error.at(Place::default().channel(name)));
+        }
+        let is_instant = entry.kind() == Some(DataType::Timestamp);
+        let known = entry
+            .column
+            .time_unit
+            .or(is_instant.then_some(TimeUnit::SECOND));
+        let unit = match is_instant {
+            true => TimeUnit::SECOND,
+            false => stated.or(known).unwrap_or(TimeUnit::SECOND),
+        };
+        let values_s: Vec<f64> = object
+            .values
+            .iter()
+            .map(|value| unit.to_seconds(*value))
+            .collect();
+        let last_s = values_s.last().copied().unwrap_or(0.0).abs();
+        let digit_s = match entry.kind() {
+            // Programs write instants to the microsecond.
+            Some(DataType::Timestamp) => 1e-6,
+            Some(DataType::F32) => last_s * f64::from(f32::EPSILON),
+            Some(kind) if kind.is_whole() => unit.to_seconds(1.0),
+            _ => 0.0,
+        };
+        Ok(Self {
+            name,
+            values_s,
+            digit_s,
+            is_assumed: known.is_none() && stated.is_none(),
+            are_instants: is_instant,
+        })
+    }
+}
+
+/// The samples of a channel on its clock.
+pub(super) struct ChannelClock {
+    pub(super) samples: UniformSamples,
+    /// What states the clock beside what it was taken from, and agrees with that.
+    pub(super) confirmed_by: Option<String>,
+}
+
+impl ChannelClock {
+    /// Finds the clock of a channel: that of the times that a person names; else its own interval;
+    /// else the one channel of times in its group; else the rate that a person states.
+    pub(super) fn find(
+        entries: &[Entry<'_>],
+        place: usize,
+        is_cut: bool,
+        mut values: Vec<f64>,
+        asked: ReadTask<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self, Error> {
+        let (options, own) = (asked.options, &entries[place]);
+        let waveform = Waveform::of(own.object, options.time_unit, findings)?;
+        let is_timed = waveform.as_ref().is_some_and(|waveform| !waveform.counts);
+        let is_named = options.time_column.is_some();
+        let beside = match &options.time_column {
+            Some(wanted) => Some(named(entries, own, wanted, is_cut)?),
+            None => beside(entries, own, is_timed, is_cut)?,
+        };
+        let stamps = beside.map(|entry| Stamps::of(entry, options.time_unit));
+        let mut stamps = stamps.transpose()?;
+        if let Some(stamps) = &mut stamps {
+            // Of a file that is cut samples or their times may be the fewer.
+            stamps.values_s.truncate(values.len());
+            values.truncate(stamps.values_s.len());
+        }
+        let unconfirmed = |samples| Self {
+            samples,
+            confirmed_by: None,
+        };
+        match (waveform, stamps) {
+            (waveform, Some(stamps)) if is_named || !is_timed => {
+                let (seconds, digit_s) = (&stamps.values_s, stamps.digit_s);
+                let samples =
+                    UniformSamples::by_stamps(seconds, digit_s, values, asked.limits, findings)?;
+                let by = format!("the channel `{}`", text::shown(stamps.name));
+                let rate = samples.rate.hertz();
+                findings.extend(options.check_rate(rate, (&by, stamps.is_assumed), MEND)?);
+                let held = waveform.filter(|waveform| !waveform.counts);
+                let confirmed = held.map(|waveform| contradiction(&waveform, &stamps));
+                findings.extend(confirmed.clone().flatten());
+                Ok(Self {
+                    samples,
+                    confirmed_by: (confirmed == Some(None)).then(|| "wf_increment".into()),
+                })
+            }
+            (Some(waveform), stamps) if is_timed => {
+                let rate = waveform.rate;
+                let by = ("wf_increment", false);
+                findings.extend(options.check_rate(rate.hertz(), by, MEND)?);
+                let contradicted = stamps
+                    .as_ref()
+                    .map(|stamps| contradiction(&waveform, stamps));
+                findings.extend(contradicted.clone().flatten());
+                let samples = UniformSamples::stated(waveform.start_s(), rate, values)?;
+                let name =
+                    stamps.map(|stamps| format!("the channel `{}`", text::shown(stamps.name)));
+                let confirmed_by = name.filter(|_| contradicted == Some(None));
+                Ok(Self {
+                    samples,
+                    confirmed_by,
+                })
+            }
+            (Some(waveform), _) => {
+                let (rate, finding) = options.untimed(waveform.rate, "wf_increment")?;
+                findings.push(finding);
+                let start_s = waveform.start / rate.hertz();
+                Ok(unconfirmed(UniformSamples::stated(start_s, rate, values)?))
+            }
+            (None, _) => {
+                let Some(hertz) = options.rate_hz else {
+                    return Err(ErrorKind::MissingTime.into());
+                };
+                let rate = SampleRate::from_hertz(hertz)?;
+                Ok(unconfirmed(UniformSamples::stated(0.0, rate, values)?))
+            }
+        }
+    }
+}
+
+/// Holds the interval of a channel against the times beside it; of instants the start is another one.
+fn contradiction(waveform: &Waveform, stamps: &Stamps<'_>) -> Option<Finding> {
+    let start_s = match stamps.are_instants {
+        true => 0.0,
+        false => waveform.start_s(),
+    };
+    let (hertz, digit_s) = (waveform.rate.hertz(), stamps.digit_s);
+    held::clock("wf_increment", start_s, hertz, &stamps.values_s, digit_s)
+}
+
+/// Returns the channel of times that a person names.
+fn named<'a, 'b>(
+    entries: &'a [Entry<'b>],
+    own: &Entry<'_>,
+    wanted: &str,
+    is_cut: bool,
+) -> Result<&'a Entry<'b>, Error> {
+    let fits = |(place, entry): &(usize, &Entry<'_>)| {
+        let is_number = entry
+            .kind()
+            .is_some_and(|kind| kind.is_number() || kind == DataType::Timestamp);
+        is_number && entry.answers_to(wanted, place + 1)
+    };
+    let mut found: Vec<&Entry<'b>> = entries
+        .iter()
+        .enumerate()
+        .filter(fits)
+        .map(|(_, entry)| entry)
+        .collect();
+    if found.len() > 1 {
+        found.retain(|entry| entry.group == own.group);
+    }
+    let malformed = |found: String| {
+        let expected = format!("one channel of times `{}`", text::shown(wanted));
+        let hint = format!("name it by {} = GROUP/CHANNEL", Setting::TimeColumn);
+        Error::malformed(expected, found, hint)
+    };
+    match found.as_slice() {
+        [only] if is_cut || only.object.count == own.object.count => Ok(only),
+        [only] => Err(malformed(format!(
+            "{} times for {} samples",
+            only.object.count, own.object.count
+        ))),
+        several => Err(malformed(format!("{} of them", several.len()))),
+    }
+}
+
+/// Returns the one channel of times beside a channel, with as many values. Of several none counts
+/// where the channel `is_timed` by itself.
+fn beside<'a, 'b>(
+    entries: &'a [Entry<'b>],
+    own: &Entry<'_>,
+    is_timed: bool,
+    is_cut: bool,
+) -> Result<Option<&'a Entry<'b>>, Error> {
+    let clocks = entries.iter().filter(|entry| {
+        entry.is_clock()
+            && entry.group == own.group
+            && (is_cut || entry.object.count == own.object.count)
+    });
+    let clocks: Vec<&Entry<'b>> = clocks.collect();
+    match clocks.as_slice() {
+        [] => Ok(None),
+        [only] => Ok(Some(only).copied()),
+        _ if is_timed => Ok(None),
+        several => {
+            let names: Vec<&str> = several.iter().map(|entry| &*entry.column.name).collect();
+            let hint = format!("name one by {} = NAME", Setting::TimeColumn);
+            let found = text::shown(names.join(", "));
+            Err(Error::malformed(
+                "one channel of times in the group",
+                found,
+                hint,
+            ))
+        }
+    }
+}

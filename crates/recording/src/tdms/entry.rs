@@ -1,0 +1,110 @@
+//! A channel of the file with what its names and its unit say.
+
+use super::object::Object;
+use super::segment::ObjectPath;
+use super::value::{DataType, Value};
+use crate::channel_name::{ChannelName, mark_columns, words};
+use crate::{ReadOptions, csv};
+
+/// A channel of the file.
+pub(super) struct Entry<'a> {
+    /// Index among the objects.
+    pub(super) at: usize,
+    pub(super) object: &'a Object,
+    pub(super) group: &'a str,
+    /// The name in its group.
+    pub(super) own_name: &'a str,
+    /// What name and unit say; the name with the group before it where others have the same.
+    pub(super) column: ChannelName,
+}
+
+impl Entry<'_> {
+    /// Returns the type of the samples; `None` of a channel without any.
+    pub(super) fn kind(&self) -> Option<DataType> {
+        self.object.index.map(|index| index.kind)
+    }
+
+    /// Tells whether it holds times of samples.
+    pub(super) fn is_clock(&self) -> bool {
+        let has_unit = self.column.unit_text.is_some() || self.column.unit.is_some();
+        let says_time = self.column.says_time() && (self.column.time_unit.is_some() || !has_unit);
+        self.object.count > 0
+            && match self.kind() {
+                Some(DataType::Timestamp) => true,
+                Some(kind) => kind.is_number() && says_time,
+                None => false,
+            }
+    }
+
+    /// Tells whether it holds flags or states of samples.
+    pub(super) fn is_flag(&self) -> bool {
+        let is_whole = self.kind().is_some_and(DataType::is_whole);
+        is_whole && csv::says_bad(self.own_name, "unknown")
+    }
+
+    /// Tells whether it may be asked for: numbers that are no times.
+    pub(super) fn has_samples(&self) -> bool {
+        self.kind().is_none_or(DataType::is_number) && !self.is_clock()
+    }
+
+    /// Tells whether a user's word means this channel: its name, with its group or unit or without,
+    /// or its number, counted from 1.
+    pub(super) fn answers_to(&self, wanted: &str, number: usize) -> bool {
+        let wanted = wanted.trim();
+        let label = self.column.label.trim();
+        self.column.name == wanted
+            || self.own_name == wanted
+            || format!("{}/{}", self.group, self.own_name) == wanted
+            || (!label.is_empty() && label == wanted)
+            || wanted.parse() == Ok(number)
+    }
+}
+
+/// Words of a group's name that say that its channels are none of the vehicle's.
+const FOREIGN_GROUPS: [&str; 6] = ["atd", "barrier", "dummy", "mdb", "occupant", "sled"];
+
+/// Words of a group's name that say nothing.
+const EMPTY_GROUPS: [&str; 4] = ["data", "group", "gruppe", "untitled"];
+
+/// Returns all channels in the order of the file.
+pub(super) fn of<'a>(objects: &'a [Object], options: &ReadOptions) -> Vec<Entry<'a>> {
+    let mut entries: Vec<Entry<'a>> = Vec::new();
+    for (at, object) in objects.iter().enumerate() {
+        if let ObjectPath::Channel(group, own_name) = &object.path {
+            let number = entries.len() + 1;
+            let unit = object.property("unit_string").map(Value::text);
+            let column = ChannelName::from_header(own_name, number);
+            entries.push(Entry {
+                at,
+                object,
+                group,
+                own_name,
+                column: column.with_unit(&unit.unwrap_or_default(), "header"),
+            });
+        }
+    }
+    let mut groups: Vec<&str> = entries.iter().map(|entry| entry.group).collect();
+    groups.sort_unstable();
+    groups.dedup();
+    let mut names: Vec<&str> = entries.iter().map(|entry| entry.own_name).collect();
+    names.sort_unstable();
+    for entry in &mut entries {
+        let first = names.partition_point(|name| *name < entry.own_name);
+        if names.get(first + 1) == Some(&entry.own_name) {
+            entry.column.name = format!("{}/{}", entry.group, entry.own_name);
+        }
+        // One group is as good as none, as long as it is not that of a dummy.
+        let mut said = words(entry.group);
+        said.retain(|word| !EMPTY_GROUPS.contains(&word.as_str()));
+        let is_foreign = said
+            .iter()
+            .any(|word| FOREIGN_GROUPS.contains(&word.as_str()));
+        if (groups.len() > 1 || is_foreign) && !said.is_empty() {
+            let words = format!("{} {}", said.join(" "), entry.column.label);
+            entry.column.describe(words);
+        }
+    }
+    let columns = entries.iter_mut().map(|entry| &mut entry.column);
+    mark_columns(columns.collect(), options);
+    entries
+}

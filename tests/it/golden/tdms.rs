@@ -1,0 +1,624 @@
+//! TDMS files, as LabVIEW and DIAdem write them.
+
+use super::{Case, FROM, TO, good, push, refused};
+use crate::support::tdms::{
+    BIG, Bytes, DAQMX, F32, F64, I8, I16, INSTANT, INTERLEAVED, LITTLE, Property, Raw, Said, text,
+};
+
+const COUNT: u64 = (TO - FROM) as u64;
+const Y: &str = "/'Vehicle'/'acc y'";
+const X: &str = "/'Vehicle'/'acc x'";
+const CLOCK: [Property<'static>; 2] = [
+    ("wf_increment", Said::Number(1e-4)),
+    ("wf_start_offset", Said::Number(-0.02)),
+];
+const G: Property<'static> = ("unit_string", Said::Text(b"g"));
+
+/// Samples from one index to another as doubles.
+fn doubles(bytes: Bytes, from: i64, to: i64) -> Vec<u8> {
+    let value = |k| bytes.ordered(push(k).to_le_bytes());
+    (from..to).flat_map(value).collect()
+}
+
+fn pushes() -> Vec<f64> {
+    (FROM..TO).map(push).collect()
+}
+
+/// What a channel in g with a clock says, and more.
+fn with<'a>(more: &[Property<'a>]) -> Vec<Property<'a>> {
+    [&[G, CLOCK[0], CLOCK[1]], more].concat()
+}
+
+/// A file of one channel `acc y` of doubles.
+fn file(properties: &[Property<'_>]) -> Vec<u8> {
+    let object = LITTLE.object(Y, Raw::Numbers(F64, COUNT), properties);
+    LITTLE.segment(0, Some(&[object]), &doubles(LITTLE, FROM, TO))
+}
+
+/// A file of `acc y` beside another channel, whose samples come first.
+fn beside(
+    path: &str,
+    raw: Raw,
+    said: &[Property<'_>],
+    data: &[u8],
+    own: &[Property<'_>],
+) -> Vec<u8> {
+    let objects = [
+        LITTLE.object(path, raw, said),
+        LITTLE.object(Y, Raw::Numbers(F64, COUNT), own),
+    ];
+    let data = [data, &doubles(LITTLE, FROM, TO)].concat();
+    LITTLE.segment(0, Some(&objects), &data)
+}
+
+fn read(name: &str, bytes: Vec<u8>) -> Case {
+    good(name, bytes)
+        .channel("acc y")
+        .unit("g", |_| "0".into())
+        .values(pushes())
+}
+
+/// A file of 16-bit counts, 400 of them 1 g, with what is said of their scale.
+fn counts(properties: &[Property<'_>]) -> Vec<u8> {
+    let object = LITTLE.object(Y, Raw::Numbers(I16, COUNT), properties);
+    let data = (FROM..TO).flat_map(|k| count(k).to_le_bytes());
+    LITTLE.segment(0, Some(&[object]), &data.collect::<Vec<u8>>())
+}
+
+fn count(k: i64) -> i16 {
+    (push(k) * 400.0).round() as i16
+}
+
+const ONE_SCALE: Property<'static> = ("NI_Number_Of_Scales", Said::Count(1));
+const KIND: &str = "NI_Scale[0]_Scale_Type";
+const LINEAR: [Property<'static>; 4] = [
+    (KIND, Said::Text(b"Linear")),
+    ("NI_Scale[0]_Linear_Slope", Said::Number(0.0025)),
+    ("NI_Scale[0]_Linear_Y_Intercept", Said::Number(0.125)),
+    ("NI_Scale[0]_Linear_Input_Source", Said::Count(u32::MAX)),
+];
+
+fn scales() -> Vec<Case> {
+    let status = |word: &'static str| ("NI_Scaling_Status", text(word));
+    let linear = with(&[&[ONE_SCALE, status("unscaled")], &LINEAR[..]].concat());
+    let scaled: Vec<f64> = (FROM..TO)
+        .map(|k| f64::from(count(k)) * 0.0025 + 0.125)
+        .collect();
+    let group = LITTLE.object(
+        "/'Vehicle'",
+        Raw::Absent,
+        &[&[ONE_SCALE], &LINEAR[..]].concat(),
+    );
+    let by_group = {
+        let object = LITTLE.object(Y, Raw::Numbers(I16, COUNT), &with(&[]));
+        let data: Vec<u8> = (FROM..TO).flat_map(|k| count(k).to_le_bytes()).collect();
+        LITTLE.segment(0, Some(&[group, object]), &data)
+    };
+    let kind = |word: &'static str| counts(&with(&[ONE_SCALE, (KIND, text(word))]));
+    vec![
+        read("linear.tdms", counts(&linear)).values(scaled.clone()),
+        read("linear-of-the-group.tdms", by_group).values(scaled),
+        refused(
+            "thermocouple.tdms",
+            kind("Thermocouple"),
+            &[
+                "NI_Scale[0]_Scale_Type `Thermocouple`",
+                "from nptdms import",
+            ],
+        ),
+        refused(
+            "table.tdms",
+            kind("Table"),
+            &["`Table`", "from nptdms import"],
+        ),
+        refused(
+            "no-slope.tdms",
+            kind("Linear"),
+            &["no NI_Scale[0]_Linear_Slope"],
+        ),
+        refused(
+            "no-scale.tdms",
+            counts(&with(&[ONE_SCALE])),
+            &["no NI_Scale[0]_Scale_Type"],
+        ),
+        refused(
+            "fewer-scales.tdms",
+            counts(&with(
+                &[&[("NI_Number_Of_Scales", Said::Count(0))], &LINEAR[..]].concat(),
+            )),
+            &["NI_Number_Of_Scales `0`"],
+        ),
+        refused(
+            "odd-status.tdms",
+            counts(&with(&[&[ONE_SCALE, status("half")], &LINEAR[..]].concat())),
+            &["NI_Scaling_Status `half`"],
+        ),
+        refused(
+            "gain.tdms",
+            counts(&with(&[("Gain", Said::Number(0.0025))])),
+            &["whole numbers beside `Gain`"],
+        ),
+        refused(
+            "daqmx.tdms",
+            LITTLE.segment(DAQMX, Some(&[]), &[1]),
+            &["DAQmx", "from nptdms import"],
+        ),
+        refused(
+            "daqmx-index.tdms",
+            LITTLE.segment(0, Some(&[LITTLE.object(Y, Raw::Other(0x1269), &[])]), &[1]),
+            &["DAQmx"],
+        ),
+    ]
+}
+
+fn units() -> Vec<Case> {
+    let unit = |unit: &'static [u8]| file(&[("unit_string", Said::Text(unit)), CLOCK[0], CLOCK[1]]);
+    let si = |name: &str, bytes| {
+        let values = (FROM..TO).map(push).collect();
+        good(name, bytes)
+            .channel("acc y")
+            .unit("m/s2", |_| "0".into())
+            .values(values)
+            .finds(&["warning implausible-peak", "warning implausible-velocity"])
+            .exit(3)
+    };
+    let later = [
+        file(&CLOCK),
+        LITTLE.segment(0, Some(&[LITTLE.object(Y, Raw::Absent, &[G])]), &[]),
+    ];
+    let changed = [
+        file(&with(&[])),
+        LITTLE.segment(
+            0,
+            Some(&[LITTLE.object(Y, Raw::Absent, &[("unit_string", text("m/s^2"))])]),
+            &[],
+        ),
+    ];
+    vec![
+        si("metres.tdms", unit(b"m/s^2")),
+        si("metres-1252.tdms", unit(b"m/s\xB2")),
+        refused("no-unit.tdms", file(&CLOCK), &["no unit of acceleration"]),
+        read("unit-told.tdms", file(&CLOCK)).options(&["--unit", "g"]),
+        refused(
+            "volts.tdms",
+            unit(b"V"),
+            &["by unit or code none is an acceleration", "--sensitivity"],
+        ),
+        read("volts-told.tdms", unit(b"V"))
+            .options(&["--sensitivity", "1 g/V"])
+            .finds(&["info sensitivity-used"]),
+        read("unit-at-the-end.tdms", later.concat()),
+        refused(
+            "unit-changes.tdms",
+            changed.concat(),
+            &["one `unit_string`", "after 800 samples"],
+        ),
+    ]
+}
+
+/// Two halves of the recording in segments of their own, the second with properties.
+fn halves(first: &[Property<'_>], second: &[Property<'_>]) -> Vec<u8> {
+    let half = |raw, said: &[Property<'_>], from, to| {
+        let object = LITTLE.object(Y, raw, said);
+        LITTLE.segment(0, Some(&[object]), &doubles(LITTLE, from, to))
+    };
+    [
+        half(
+            Raw::Numbers(F64, COUNT / 2),
+            first,
+            FROM,
+            FROM + COUNT as i64 / 2,
+        ),
+        half(Raw::AsBefore, second, FROM + COUNT as i64 / 2, TO),
+    ]
+    .concat()
+}
+
+fn clocks() -> Vec<Case> {
+    let increment = |number| ("wf_increment", Said::Number(number));
+    let offset = |number| ("wf_start_offset", Said::Number(number));
+    let axis = |unit: &'static str| ("wf_xunit_string", text(unit));
+    let start = |seconds| ("wf_start_time", Said::Instant(seconds));
+    let rate = ["--rate-hz", "10000", "--time-zero", "0.02"];
+    let times = |bytes: fn(i64) -> Vec<u8>| (FROM..TO).flat_map(bytes).collect::<Vec<u8>>();
+    let seconds = times(|k| (k as f64 / 1e4).to_le_bytes().to_vec());
+    let milliseconds = times(|k| (k as f64 / 10.0).to_le_bytes().to_vec());
+    let instants = times(|k| LITTLE.instant(3_850_000_000.0 + (k - FROM) as f64 / 1e4));
+    let numbers = Raw::Numbers(F64, COUNT);
+    let time = |unit: &'static str, data: &[u8], own: &[Property<'_>]| {
+        beside(
+            "/'Vehicle'/'Time'",
+            numbers,
+            &[("unit_string", text(unit))],
+            data,
+            own,
+        )
+    };
+    let slow: Vec<u8> = (FROM..TO)
+        .flat_map(|k| (k as f64 / 5e3).to_le_bytes())
+        .collect();
+    let two_clocks = {
+        let objects = [
+            LITTLE.object("/'Vehicle'/'Time'", numbers, &[("unit_string", text("s"))]),
+            LITTLE.object(
+                "/'Vehicle'/'Timestamp'",
+                numbers,
+                &[("unit_string", text("s"))],
+            ),
+            LITTLE.object(Y, numbers, &[G]),
+        ];
+        let data = [&slow[..], &seconds, &doubles(LITTLE, FROM, TO)].concat();
+        LITTLE.segment(0, Some(&objects), &data)
+    };
+    vec![
+        read(
+            "ms.tdms",
+            file(&[G, increment(0.1), offset(-20.0), axis("ms")]),
+        ),
+        read("ms-told.tdms", file(&[G, increment(0.1), offset(-20.0)]))
+            .options(&["--time-unit", "ms"]),
+        refused(
+            "spectrum.tdms",
+            file(&[G, increment(10.0), axis("Hz")]),
+            &["samples over time", "wf_xunit_string `Hz`"],
+        ),
+        refused(
+            "spectrum-by-name.tdms",
+            file(&[G, increment(10.0), ("wf_xname", text("Frequency"))]),
+            &["wf_xname `Frequency`"],
+        ),
+        refused(
+            "no-clock.tdms",
+            file(&[G]),
+            &["no time column and no sample rate"],
+        ),
+        read("rate-told.tdms", file(&[G])).options(&rate),
+        refused(
+            "increment-0.tdms",
+            file(&[G, increment(0.0)]),
+            &["no time column and no sample rate"],
+        ),
+        refused(
+            "increment-below-0.tdms",
+            file(&[G, increment(-1e-4)]),
+            &["wf_increment `-0.0001`"],
+        ),
+        refused(
+            "increment-nan.tdms",
+            file(&[G, increment(f64::NAN)]),
+            &["wf_increment `NaN`"],
+        ),
+        refused(
+            "rate-contradicted.tdms",
+            file(&with(&[])),
+            &["the stated rate of 5000 Hz", "10000 Hz by wf_increment"],
+        )
+        .options(&["--rate-hz", "5000"]),
+        read("untimed.tdms", file(&[G, increment(1.0)]))
+            .options(&rate)
+            .finds(&["warning timing-absent"]),
+        refused(
+            "increment-changes.tdms",
+            halves(&with(&[]), &[increment(2e-4)]),
+            &["one `wf_increment`", "`0.0002` after 400 samples"],
+        ),
+        read(
+            "goes-on.tdms",
+            halves(&with(&[start(3.8e9)]), &[start(3.8e9 + 0.04)]),
+        ),
+        read(
+            "restarts.tdms",
+            halves(&with(&[start(3.8e9)]), &[start(3.8e9 + 0.05)]),
+        )
+        .unusable(&["blocking gap"], &["nother `wf_start_time`"]),
+        read("stamps.tdms", time("s", &seconds, &[G])),
+        read("stamps-ms.tdms", time("ms", &milliseconds, &[G])),
+        read("stamps-assumed.tdms", time("", &seconds, &[G])),
+        read("stamps-and-increment.tdms", time("s", &seconds, &with(&[]))),
+        read(
+            "stamps-against-increment.tdms",
+            time("s", &slow, &with(&[])),
+        )
+        .unusable(&["blocking time-contradicted"], &["wf_increment"]),
+        read(
+            "instants.tdms",
+            beside(
+                "/'Vehicle'/'Stamp'",
+                Raw::Numbers(INSTANT, COUNT),
+                &[],
+                &instants,
+                &[G],
+            ),
+        )
+        .options(&["--time-zero", "0.02"]),
+        refused(
+            "two-clocks.tdms",
+            two_clocks.clone(),
+            &["one channel of times", "Time, Timestamp"],
+        ),
+        read("clock-told.tdms", two_clocks).options(&["--time-column", "Timestamp"]),
+        refused(
+            "short-clock.tdms",
+            beside(
+                "/'Vehicle'/'Time'",
+                Raw::Numbers(F64, 10),
+                &[],
+                &seconds[..80],
+                &[G],
+            ),
+            &["no time column and no sample rate"],
+        ),
+    ]
+}
+
+fn layouts() -> Vec<Case> {
+    let own = with(&[]);
+    let in_order = |bytes: Bytes| {
+        let objects = [
+            bytes.object(X, Raw::Numbers(F32, COUNT), &own),
+            bytes.object(Y, Raw::Numbers(F64, COUNT), &own),
+        ];
+        let first = (FROM..TO).flat_map(|k| bytes.ordered((k as f32).to_le_bytes()));
+        let data = [first.collect(), doubles(bytes, FROM, TO)].concat();
+        bytes.segment(0, Some(&objects), &data)
+    };
+    let taking_turns = |bytes: Bytes| {
+        let objects = [
+            bytes.object(X, Raw::Numbers(F32, 100), &own),
+            bytes.object(Y, Raw::Numbers(F64, 100), &own),
+        ];
+        let row = |k: i64| {
+            let first = bytes.ordered((k as f32).to_le_bytes());
+            [first, bytes.ordered(push(k).to_le_bytes())].concat()
+        };
+        let rows = |from: i64, to: i64| (from..to).flat_map(row).collect::<Vec<u8>>();
+        [
+            bytes.segment(INTERLEAVED, Some(&objects), &rows(FROM, TO - 100)),
+            bytes.segment(INTERLEAVED, None, &rows(TO - 100, TO)),
+        ]
+        .concat()
+    };
+    let many = {
+        let object = LITTLE.object(Y, Raw::Numbers(F64, 10), &own);
+        let mut bytes = LITTLE.segment(0, Some(&[object]), &doubles(LITTLE, FROM, FROM + 10));
+        for k in (FROM + 10..TO).step_by(10) {
+            // Every other one in the other order of bytes.
+            let order = if k % 20 == 0 { BIG } else { LITTLE };
+            bytes.extend(order.segment(0, None, &doubles(order, k, k + 10)));
+        }
+        bytes
+    };
+    let whole = file(&own);
+    let list_twice = {
+        let object = LITTLE.object(Y, Raw::Numbers(F64, COUNT / 2), &own);
+        LITTLE.segment(
+            0,
+            Some(&[object.clone(), object]),
+            &doubles(LITTLE, FROM, TO),
+        )
+    };
+    let object = |raw| {
+        LITTLE.segment(
+            0,
+            Some(&[LITTLE.object(Y, raw, &own)]),
+            &doubles(LITTLE, FROM, TO),
+        )
+    };
+    let retyped = [whole.clone(), object(Raw::Numbers(F32, COUNT))].concat();
+    let unclosed = {
+        let object = LITTLE.object(Y, Raw::Numbers(F64, COUNT), &own);
+        LITTLE.with_end(0, Some(&[object]), &doubles(LITTLE, FROM, TO - 50), |_| {
+            u64::MAX
+        })
+    };
+    let with_byte = |at: usize, byte: u8| {
+        let mut bytes = whole.clone();
+        bytes[at] = byte;
+        bytes
+    };
+    let cut = |name: &str, bytes: &[u8], samples: i64| {
+        read(name, bytes.to_vec())
+            .values((FROM..FROM + samples).map(push).collect())
+            .unusable(
+                &["blocking samples-missing"],
+                &["ends before its last segment"],
+            )
+    };
+    let two = halves(&own, &[]);
+    let half = two.len() - 400 * 8;
+    let first_half = memchr::memmem::rfind(&two, b"TDSm").unwrap();
+    vec![
+        read("plain.tdms", whole.clone()),
+        read("renamed.dat", whole.clone()),
+        read("big-endian.tdms", in_order(BIG)).finds(&["info channel-chosen"]),
+        read("interleaved.tdms", taking_turns(LITTLE)).finds(&["info channel-chosen"]),
+        read("interleaved-big-endian.tdms", taking_turns(BIG)).finds(&["info channel-chosen"]),
+        read("many-segments.tdms", many),
+        read("two-halves.tdms", two.clone()),
+        cut("cut.tdms", &whole[..whole.len() - 403], 749),
+        cut("cut-in-list.tdms", &two[..half - 20], 400).finds(&["warning ends-early"]),
+        cut("cut-in-lead-in.tdms", &two[..first_half + 20], 400).finds(&["warning ends-early"]),
+        cut("unclosed.tdms", &unclosed, 750),
+        refused("cut-in-first-list.tdms", &whole[..60], &["cut or damaged"]),
+        refused(
+            "tail.tdms",
+            [&whole[..], &[0; 40]].concat(),
+            &["begins with TDSm"],
+        ),
+        refused(
+            "uneven.tdms",
+            {
+                let object = LITTLE.object(Y, Raw::Numbers(F64, COUNT), &own);
+                LITTLE.segment(0, Some(&[object]), &doubles(LITTLE, FROM, TO - 1))
+            },
+            &["whole chunks of 6400 bytes"],
+        ),
+        refused("flags.tdms", with_byte(5, 1), &["the flags of TDMS"]),
+        refused(
+            "version.tdms",
+            with_byte(8, 0x6A),
+            &["version 4712 or 4713"],
+        ),
+        refused(
+            "as-before-first.tdms",
+            object(Raw::AsBefore),
+            &["none before"],
+        ),
+        refused("listed-twice.tdms", list_twice, &["each object once"]),
+        refused("retyped.tdms", retyped, &["one type of data"]),
+        refused(
+            "extended.tdms",
+            object(Raw::Numbers(11, COUNT)),
+            &["double precision"],
+        ),
+        refused(
+            "unknown-type.tdms",
+            object(Raw::Numbers(77, COUNT)),
+            &["a type 0x4d"],
+        ),
+    ]
+}
+
+fn faults() -> Vec<Case> {
+    let with_sample = |value: f64| {
+        let mut bytes = file(&with(&[]));
+        let at = bytes.len() - 100 * 8;
+        bytes[at..at + 8].copy_from_slice(&value.to_le_bytes());
+        bytes
+    };
+    let mut filled = pushes();
+    filled[700] = filled[699];
+    let said = |key: &'static str, word: &'static str| file(&with(&[(key, text(word))]));
+    let flags: Vec<u8> = (FROM..TO).map(|k| u8::from(k >= 300)).collect();
+    let flagged = |name: &str| beside(name, Raw::Numbers(I8, COUNT), &[], &flags, &with(&[]));
+    let words = |words: &[&str]| {
+        let mut end = 0_u32;
+        let ends = words.iter().flat_map(|word| {
+            end += u32::try_from(word.len()).unwrap();
+            end.to_le_bytes()
+        });
+        let data = [ends.collect::<Vec<u8>>(), words.concat().into_bytes()].concat();
+        let raw = Raw::Texts(words.len() as u64, data.len() as u64);
+        beside("/'Vehicle'/'Comment'", raw, &[], &data, &with(&[]))
+    };
+    let extremes = |low, high| {
+        let said = [
+            ("minimum", Said::Number(low)),
+            ("maximum", Said::Number(high)),
+        ];
+        file(&with(&said))
+    };
+    let least = pushes().into_iter().fold(f64::MAX, f64::min);
+    let largest = pushes().into_iter().fold(f64::MIN, f64::max);
+    vec![
+        read("nan.tdms", with_sample(f64::NAN))
+            .values(filled)
+            .unusable(&["blocking gap"], &["sample 701"]),
+        refused(
+            "infinite.tdms",
+            with_sample(f64::INFINITY),
+            &["inf as sample 701"],
+        ),
+        read("described.tdms", said("description", "B-pillar, lower"))
+            .finds(&["info laboratory-remark"]),
+        read("failed.tdms", said("description", "sensor failed")).unusable(
+            &["blocking laboratory-remark"],
+            &["\"failed\" is a fault word"],
+        ),
+        read("status.tdms", said("status", "ok")),
+        read("bad-status.tdms", said("Data status", "questionable")).unusable(
+            &["blocking invalid-by-laboratory"],
+            &["`Data status` states \"questionable\""],
+        ),
+        read("nhtsa-status.tdms", said("DASTAT", "AM")),
+        read("nhtsa-bad-status.tdms", said("DASTAT", "CF")).unusable(
+            &["blocking invalid-by-laboratory"],
+            &["`DASTAT` states \"CF\""],
+        ),
+        read("filtered.tdms", said("Channel frequency class", "CFC 60"))
+            .finds(&["warning already-filtered", "info laboratory-remark"]),
+        read("flags.tdms", flagged("/'Vehicle'/'overload'")).unusable(
+            &["blocking invalid-by-laboratory", "info channel-chosen"],
+            &["`overload` says 1 from sample 501"],
+        ),
+        read("flags-of-another.tdms", {
+            let objects = [
+                LITTLE.object(X, Raw::Numbers(F64, COUNT), &with(&[])),
+                LITTLE.object("/'Vehicle'/'acc x overload'", Raw::Numbers(I8, COUNT), &[]),
+                LITTLE.object(Y, Raw::Numbers(F64, COUNT), &with(&[])),
+            ];
+            let samples = doubles(LITTLE, FROM, TO);
+            LITTLE.segment(
+                0,
+                Some(&objects),
+                &[&samples[..], &flags, &samples].concat(),
+            )
+        })
+        .finds(&["info channel-chosen"]),
+        read("words.tdms", words(&["ready", "", "end"])).finds(&["info laboratory-remark"]),
+        read("words-of-a-fault.tdms", words(&["ready", "signal lost"])).unusable(
+            &["blocking laboratory-remark", "info laboratory-remark"],
+            &["signal lost"],
+        ),
+        read("extremes.tdms", extremes(least, largest)),
+        read(
+            "extremes-contradicted.tdms",
+            extremes(least / 9.80665, largest / 9.80665),
+        )
+        .unusable(&["blocking peak-contradicted"], &["inimum in the header"]),
+        read(
+            "fewer.tdms",
+            file(&with(&[("wf_samples", Said::Number(900.0))])),
+        )
+        .unusable(&["blocking samples-missing"], &["`wf_samples` states 900"]),
+    ]
+}
+
+fn names() -> Vec<Case> {
+    let two = |first: &str, second: &str| {
+        let objects = [
+            LITTLE.object(first, Raw::Numbers(F64, COUNT), &with(&[])),
+            LITTLE.object(second, Raw::Numbers(F64, COUNT), &with(&[])),
+        ];
+        let data = [vec![0; 8 * COUNT as usize], doubles(LITTLE, FROM, TO)].concat();
+        LITTLE.segment(0, Some(&objects), &data)
+    };
+    let one = |path: &str| {
+        let object = LITTLE.object(path, Raw::Numbers(F64, COUNT), &with(&[]));
+        LITTLE.segment(0, Some(&[object]), &doubles(LITTLE, FROM, TO))
+    };
+    vec![
+        read("quoted.tdms", one("/'it''s'/'acc y'")),
+        read("coded.tdms", one("/'07292'/'11DOORLE0000ACYP'")).channel("11DOORLE0000ACYP"),
+        refused("dummy.tdms", one("/'Driver dummy'/'acc y'"), &["`driver`"]),
+        read(
+            "dummy-and-door.tdms",
+            two("/'Dummy'/'acc y'", "/'Door'/'acc y'"),
+        )
+        .channel("Door/acc y")
+        .finds(&["info channel-chosen"]),
+        refused(
+            "same-names.tdms",
+            two("/'Door'/'acc y'", "/'Sill'/'acc y'"),
+            &["Door/acc y", "Sill/acc y"],
+        ),
+        read(
+            "same-names-told.tdms",
+            two("/'Door'/'acc y'", "/'Sill'/'acc y'"),
+        )
+        .channel("Sill/acc y")
+        .options(&["--channel", "Sill/acc y"]),
+        refused(
+            "bad-path.tdms",
+            one("/'Door/'acc y'"),
+            &["a path as /'group'/'channel'"],
+        ),
+    ]
+}
+
+pub(super) fn cases() -> Vec<Case> {
+    [layouts(), scales(), units(), clocks(), faults(), names()]
+        .into_iter()
+        .flatten()
+        .collect()
+}

@@ -1,0 +1,244 @@
+//! TDMS files: read to the last bit as npTDMS reads them, judged as the same samples in another
+//! format, and never better when they are damaged.
+
+use crate::support::tdms::{F64, LITTLE, Property, Raw, Said, text};
+use crate::support::{Random, data, json, read_path, with_channel};
+use latchgate::pipeline::{
+    CardPolarity, Control, Design, Document, Extras, Limits, Request, Source, judge,
+};
+use latchgate_recording::{ReadOptions, Selection, Severity};
+use std::collections::BTreeMap;
+
+/// Files of `tests/data/tdms/`, with what npTDMS finds in them.
+#[test]
+fn val_every_sample_is_that_of_nptdms() {
+    let truth = json("tdms/truth.json");
+    let mut files: BTreeMap<&str, Vec<(String, Vec<u64>)>> = BTreeMap::new();
+    for channel in truth.as_array().unwrap() {
+        let word = |key: &str| channel[key].as_str().unwrap();
+        let bits = channel["bits"].as_array().unwrap().iter();
+        let bits = bits.map(|one| u64::from_str_radix(one.as_str().unwrap(), 16).unwrap());
+        let entry = files.entry(word("file")).or_default();
+        entry.push((word("channel").into(), bits.collect()));
+    }
+    assert_eq!(files.len(), 9);
+    let mut samples = 0;
+    for (file, channels) in files {
+        let path = data(&format!("tdms/{file}"));
+        let recording = read_path(&path, &ReadOptions::default(), Selection::Every).unwrap();
+        assert_eq!(recording.channels.len(), channels.len(), "{file}");
+        for (name, bits) in channels {
+            let mut found = recording.channels.iter();
+            let found = found.find(|one| one.name == name).unwrap();
+            let own: Vec<u64> = found.values.iter().map(|value| value.to_bits()).collect();
+            assert_eq!(own, bits, "{file} {name}");
+            assert_eq!(found.rate.hertz(), 10_000.0, "{file} {name}");
+            let is_stamped = file == "stamps.tdms";
+            let start_s = if is_stamped { 0.0 } else { -1e-3 };
+            assert_eq!(found.start_s, start_s, "{file} {name}");
+            let blocks =
+                |finding: &latchgate_recording::Finding| finding.severity == Severity::Blocking;
+            let is_blocked = found.findings.iter().any(blocks);
+            assert_eq!(
+                is_blocked,
+                file == "unclosed.tdms",
+                "{file} {name}: {:?}",
+                found.findings
+            );
+            samples += bits.len();
+        }
+    }
+    assert!(samples > 1000, "{samples}");
+}
+
+fn judged(source: &Source, request: &Request) -> Document {
+    let design = Design::reference();
+    let (limits, control) = (Limits::default(), Control::default());
+    judge(
+        source,
+        request,
+        &design,
+        Extras::default(),
+        &limits,
+        &control,
+    )
+    .document
+}
+
+/// The lateral curves of a crash test, with all that its header says of a channel.
+#[test]
+fn val_nhtsa_curves_as_tdms_give_the_verdicts_of_their_own_format() {
+    let header = data("recordings/nhtsa_v07292.EV5");
+    let lines = std::fs::read_to_string(&header).unwrap();
+    for number in ["38", "56", "146", "148", "150"] {
+        let recording = read_path(&header, &with_channel(number), Selection::Lateral).unwrap();
+        let channel = &recording.channels[0];
+        let line = lines
+            .lines()
+            .find(|line| line.split('|').nth(1) == Some(number))
+            .unwrap();
+        let fields: Vec<&str> = line.split('|').collect();
+        let value = |field: usize| Said::Number(fields[field].parse().unwrap());
+        let said: [Property<'_>; 8] = [
+            ("unit_string", text("g")),
+            ("wf_increment", Said::Number(1.0 / channel.rate.hertz())),
+            ("wf_start_offset", Said::Number(channel.start_s)),
+            ("wf_xunit_string", text("s")),
+            ("PREFIL", value(8)),
+            ("INSRAT", value(11)),
+            ("DASTAT", text(fields[17])),
+            ("INSCOM", text(fields[19])),
+        ];
+        let path = format!("/'V07292'/'{number}'");
+        let object = LITTLE.object(&path, Raw::Numbers(F64, channel.values.len() as u64), &said);
+        let samples = channel.values.iter().flat_map(|value| value.to_le_bytes());
+        let bytes = LITTLE.segment(0, Some(&[object]), &samples.collect::<Vec<u8>>());
+        for opens_when in [CardPolarity::Negative, CardPolarity::Positive] {
+            let request = Request {
+                members: 128,
+                channel: Some(number.into()),
+                opens_when: Some(opens_when),
+                ..Request::default()
+            };
+            let own = judged(&Source::File(header.clone()), &request);
+            let other = Source::bytes("v07292.tdms", bytes.clone());
+            let other = judged(
+                &other,
+                &Request {
+                    channel: None,
+                    ..request
+                },
+            );
+            assert_eq!(
+                own.verdict, other.verdict,
+                "{number}: {:?} {:?}",
+                own.why, other.why
+            );
+            let signal = |document: &Document| {
+                let recording = &document.recording;
+                (recording.content_sha256.clone(), recording.samples)
+            };
+            assert_eq!(signal(&own), signal(&other), "{number}");
+            assert_eq!(own.nominal, other.nominal, "{number}");
+            assert_eq!(own.ensemble, other.ensemble, "{number}");
+        }
+    }
+}
+
+/// A push of 30 g for 20 ms, which opens the lever by far, in two segments; the record goes on for
+/// 80 ms.
+fn failing() -> Vec<u8> {
+    let value = |k: i32| match (0..200).contains(&k) {
+        true => -30.0 * (std::f64::consts::PI * f64::from(k) / 200.0).sin(),
+        false => 0.05 * (0.91 * f64::from(k)).sin(),
+    };
+    let samples = |from: i32, to: i32| {
+        let bytes = (from..to).flat_map(|k| value(k).to_le_bytes());
+        bytes.collect::<Vec<u8>>()
+    };
+    let said = [
+        ("unit_string", text("g")),
+        ("wf_increment", Said::Number(1e-4)),
+        ("wf_start_offset", Said::Number(-0.02)),
+        ("description", text("B-pillar, lower")),
+    ];
+    let object = LITTLE.object("/'Vehicle'/'acc y'", Raw::Numbers(F64, 500), &said);
+    let file = LITTLE.object("/", Raw::Absent, &[("title", text("side impact"))]);
+    let again = LITTLE.object("/'Vehicle'/'acc y'", Raw::AsBefore, &[]);
+    [
+        LITTLE.segment(0, Some(&[file, object]), &samples(-200, 300)),
+        LITTLE.segment(0, Some(&[again]), &samples(300, 800)),
+    ]
+    .concat()
+}
+
+/// Judges a damaged file, which may be refused, unusable, undecided or fail.
+#[track_caller]
+fn check_no_pass(what: &str, bytes: Vec<u8>) -> String {
+    let request = Request {
+        members: 0,
+        opens_when: Some(CardPolarity::Negative),
+        ..Request::default()
+    };
+    let document = judged(&Source::bytes("a.tdms", bytes), &request);
+    let verdict = document.verdict.name();
+    assert_ne!(verdict, "pass", "{what}");
+    verdict.to_string()
+}
+
+#[test]
+fn verif_a_damaged_tdms_file_never_passes_where_the_sound_one_fails() {
+    let sound = failing();
+    assert_eq!(check_no_pass("sound", sound.clone()), "fail");
+    for length in (0..sound.len()).step_by(64) {
+        check_no_pass(
+            &format!("cut after {length} bytes"),
+            sound[..length].to_vec(),
+        );
+    }
+    let flipped = |bit: usize| {
+        let mut bytes = sound.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        bytes
+    };
+    // Each bit before the first sample and between the two segments, and 2000 anywhere.
+    let first = memchr::memmem::find(&sound, b"B-pillar, lower").unwrap() + 15;
+    let second = memchr::memmem::rfind(&sound, b"TDSm").unwrap();
+    let between = sound.len() - 500 * 8;
+    let mut bits: Vec<usize> = (0..8 * first).chain(8 * second..8 * between).collect();
+    let mut random = Random::new(7);
+    bits.extend((0..2000).map(|_| random.below(8 * sound.len())));
+    for bit in bits {
+        check_no_pass(&format!("bit {bit} flipped"), flipped(bit));
+    }
+}
+
+/// Of more samples than are kept the one channel that is meant is judged all the same.
+#[test]
+fn verif_the_channel_that_is_meant_outlives_the_limit_on_all() {
+    let clock = [
+        ("unit_string", text("g")),
+        ("wf_increment", Said::Number(1e-4)),
+    ];
+    let objects: Vec<Vec<u8>> = ["acc x", "acc y", "acc z"]
+        .map(|name| LITTLE.object(&format!("/'g'/'{name}'"), Raw::Numbers(F64, 100), &clock))
+        .into();
+    let chunk: Vec<u8> = (0..300).flat_map(|k| f64::from(k).to_le_bytes()).collect();
+    let bytes = LITTLE.segment(0, Some(&objects), &chunk.repeat(20));
+    let limits = Limits {
+        test_samples: 3000,
+        ..Limits::default()
+    };
+    let source = Source::bytes("a.tdms", bytes);
+    let read = |channel: Option<&str>, selection| {
+        let options = ReadOptions {
+            channel: channel.map(String::from),
+            ..ReadOptions::default()
+        };
+        let read = latchgate_recording::read(&source, &options, selection, &limits);
+        read.map_err(|error| error.to_string())
+    };
+    for channel in [None, Some("acc y")] {
+        let recording = read(channel, Selection::Lateral).unwrap();
+        let values = &recording.channels[0].values;
+        let expected: Vec<f64> = (0..2000).map(|k| f64::from(100 + k % 100)).collect();
+        assert_eq!(*values, expected);
+    }
+    let error = read(None, Selection::Every).unwrap_err();
+    assert!(error.contains("limit test_samples"), "{error}");
+    // Where it is not clear which channel is meant, none is kept.
+    let error = read(Some("acc"), Selection::Lateral).unwrap_err();
+    assert!(error.contains("limit test_samples"), "{error}");
+}
+
+/// Messages name channels in full, so that a name must not be as long as the file.
+#[test]
+fn regress_a_path_has_a_longest_length() {
+    let path = format!("/'Door'/'{}'", "y".repeat(3000));
+    let object = LITTLE.object(&path, Raw::Numbers(F64, 2), &[]);
+    let source = Source::bytes("a.tdms", LITTLE.segment(0, Some(&[object]), &[0; 16]));
+    let options = ReadOptions::default();
+    let read = latchgate_recording::read(&source, &options, Selection::Every, &Limits::default());
+    let error = read.unwrap_err().to_string();
+    assert!(error.contains("a path of at most 2048 bytes"), "{error}");
+}
