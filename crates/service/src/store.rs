@@ -327,6 +327,9 @@ pub struct StoredResult {
     /// Whether all but the document went with its recording.
     #[serde(default)]
     pub is_stripped: bool,
+    /// Files that were found lost, and are made again.
+    #[serde(default)]
+    pub lost: BTreeSet<String>,
     /// Name of the token that asked first.
     #[serde(default)]
     pub asked_by: String,

@@ -8,7 +8,7 @@ use crate::problem::Problem;
 use crate::store::{Blobs, Job, JobState, Ledger, Manifest, StoreError, StoredResult};
 use axum::http::StatusCode;
 use latchgate::pipeline::NUMBERS_REVISION;
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -548,6 +548,7 @@ impl Shared {
                     job: job.id.clone(),
                     numbers_revision: NUMBERS_REVISION,
                     is_stripped: false,
+                    lost: BTreeSet::new(),
                     asked_by: String::new(),
                 })))
             }

@@ -905,12 +905,13 @@ fn put_result(connection: &Connection, result: &StoredResult) -> Result<(), Stor
         return Ok(());
     }
     // Files that were lost, or went with a recording that is there again.
-    let before = known.files.len();
-    for (name, file) in &result.files {
-        let file = file.clone();
-        known.files.entry(name.clone()).or_insert(file);
-    }
-    if known.files.len() > before {
+    if known.is_stripped || !known.lost.is_empty() {
+        for (name, file) in &result.files {
+            if known.lost.contains(name) || !known.files.contains_key(name) {
+                known.files.insert(name.clone(), file.clone());
+            }
+        }
+        known.lost.clear();
         known.is_stripped = false;
         let body = text_of(&known);
         let sum = of_row("result", id, &body);
@@ -933,7 +934,7 @@ fn remake(connection: &Connection, report_id: &str, lost: &str) -> Result<Remake
     if job.question.id() != job.id {
         return Ok(Remake::OtherNumbers(result.numbers_revision));
     }
-    if result.files.remove(lost).is_some() {
+    if result.lost.insert(lost.into()) {
         let body = text_of(&result);
         let sum = of_row("result", report_id, &body);
         let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";

@@ -288,6 +288,7 @@ fn regress_a_lost_report_is_made_again() {
     let question = json!({"recording": id, "request": {"members": 0}});
     client.post("/v1/verdicts?wait=60", &question).expect(200);
     client.upload("burst.csv");
+    assert!(read("report.html") == before[1], "it is made again now");
     // Another revision of the numbers would make another report.
     lose_all();
     let connection = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();

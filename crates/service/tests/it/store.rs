@@ -35,6 +35,7 @@ fn result(id: &str) -> StoredResult {
         job: "a".into(),
         numbers_revision: 1,
         is_stripped: false,
+        lost: [].into(),
         asked_by: String::new(),
     }
 }
