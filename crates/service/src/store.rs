@@ -7,6 +7,8 @@
 //! - `ledger`: the ledger in SQLite, one writer that commits in groups;
 //! - `jobs`: jobs with lease, attempts and fencing;
 //! - `gates`: gates and their pairs;
+//! - `recordings`, `results`: rows of these;
+//! - `needed`: which blobs the rows name;
 //! - `deletions`: recordings that were deleted, and what remains of them;
 //! - `tokens`: tokens and sessions;
 //! - `schema`: the tables;
@@ -19,6 +21,9 @@ mod folder;
 mod gates;
 mod jobs;
 mod ledger;
+mod needed;
+mod recordings;
+mod results;
 mod schema;
 mod sql;
 mod sum;

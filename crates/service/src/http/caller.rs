@@ -1,10 +1,21 @@
 //! Where a request comes from: the address of its connection, and the one that a named proxy tells.
 
 use super::listener::NO_ADDRESS;
-use super::server::Peer;
 use axum::http::HeaderMap;
 use std::fmt;
 use std::net::{IpAddr, Ipv6Addr};
+
+/// The connection of a request.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Peer {
+    /// Its other end; of a socket none.
+    pub(super) address: IpAddr,
+    /// True of a socket, and of an address that the configuration names: what it says of its client is
+    /// believed.
+    pub(super) is_proxy: bool,
+    /// True if it found no place: nothing but health is told.
+    pub(super) is_spare: bool,
+}
 
 /// Where a request comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Who is let in, same-origin checks on every change, and headers of every answer.
 
+use super::caller::Peer;
 use super::listener::NO_ADDRESS;
-use super::server::Peer;
 use super::{Caller, INTERFACE, Needs, declared};
 use crate::app::App;
 use crate::audit;

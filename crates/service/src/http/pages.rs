@@ -36,10 +36,8 @@ use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
-use latchgate::pipeline::Document;
 use latchgate::report::{self, escape::terminal as line};
-use maud::{DOCTYPE, Markup, PreEscaped, html};
-use serde_json::json;
+use maud::{DOCTYPE, Markup, html};
 use std::borrow::Cow;
 
 /// Returns a file that pages load: its media type and its text.
@@ -86,14 +84,6 @@ pub(crate) fn problem(problem: &Problem) -> Markup {
         p { a href="/" { "All verdicts" } }
     };
     whole(None, &problem.title, &body)
-}
-
-/// Returns the card of a what-if, and what its curve is drawn from.
-pub(crate) fn what_if(document: &Document, angle_rad: &[f32]) -> Markup {
-    html! {
-        (report::html::answer(document))
-        @if !angle_rad.is_empty() { script type="application/json" { (PreEscaped(json!(angle_rad).to_string())) } }
-    }
 }
 
 /// Puts a page together, for whoever is signed in.

@@ -1,5 +1,6 @@
 //! Connections under deadlines, and the end of service: what is under way is finished.
 
+use super::caller::Peer;
 use super::listener::{Listener, NO_ADDRESS};
 use super::paced::Paced;
 use super::places::{Places, Spare};
@@ -13,25 +14,12 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::GracefulShutdown;
 use hyper_util::service::TowerToHyperService;
 use std::io;
-use std::net::IpAddr;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 
 /// Time of a connection that found no place.
 const SPARE_TIME: Duration = Duration::from_secs(5);
-
-/// The connection of a request.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Peer {
-    /// Its other end; of a socket none.
-    pub(super) address: IpAddr,
-    /// True of a socket, and of an address that the configuration names: what it says of its client is
-    /// believed.
-    pub(super) is_proxy: bool,
-    /// True if it found no place: nothing but health is told.
-    pub(super) is_spare: bool,
-}
 
 /// Serves until a signal ends it; a second one ends it at once.
 ///

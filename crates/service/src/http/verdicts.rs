@@ -15,6 +15,7 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use latchgate::pipeline::{Document, NUMBERS_REVISION};
 use latchgate::report::{REPORT_FILE, SERIES_FILE, VERDICT_FILE};
+use maud::{Markup, PreEscaped, html};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -194,12 +195,20 @@ pub(super) async fn what_if(
             if accepted.is_some_and(|kind| kind == "text/html") {
                 let document: Document =
                     serde_json::from_value(document).map_err(|_| Problem::not_found("answer"))?;
-                return Ok(super::pages::what_if(&document, &angle_rad).into_response());
+                return Ok(card(&document, &angle_rad).into_response());
             }
             Ok(Json(document).into_response())
         }
         Answer::Problem { problem } => Err(jobs::problem_of(problem)),
         _ => Err(Problem::not_found("answer")),
+    }
+}
+
+/// Returns the card of a what-if, and what its curve is drawn from.
+fn card(document: &Document, angle_rad: &[f32]) -> Markup {
+    html! {
+        (latchgate::report::html::answer(document))
+        @if !angle_rad.is_empty() { script type="application/json" { (PreEscaped(json!(angle_rad).to_string())) } }
     }
 }
 

@@ -1,6 +1,8 @@
 //! Deleted recordings: what was deleted, by whom and why, is kept; the samples go.
 
-use super::ledger::{RECORDING_COLUMNS, find_recording, named, recording_of, result_of};
+use super::needed::named;
+use super::recordings::{self, recording_of};
+use super::results::result_of;
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{Deletion, Page, StoreError, StoredRecording};
@@ -57,7 +59,7 @@ pub(super) fn delete(
         return Ok(false);
     };
     let mut files = BTreeSet::new();
-    match find_recording(connection, id) {
+    match recordings::find(connection, id) {
         Ok(found) => {
             let manifests = found.into_iter().map(|recording| recording.manifest);
             let of_recording = manifests.flat_map(|own| own.files.into_iter().chain(own.card));
@@ -119,8 +121,10 @@ pub(super) fn list(
 
 /// Lists the recordings that came before some time, as rows say that are whole.
 pub(super) fn aged(connection: &Connection, before_ms: i64) -> Result<Vec<String>, StoreError> {
-    let sql =
-        format!("SELECT {RECORDING_COLUMNS} FROM recordings WHERE created_ms < ? ORDER BY number");
+    let sql = format!(
+        "SELECT {} FROM recordings WHERE created_ms < ? ORDER BY number",
+        recordings::COLUMNS
+    );
     let found = rows(connection, &sql, [before_ms], |row| Ok(recording_of(row)))?;
     let is_aged = |recording: &StoredRecording| recording.created_ms < before_ms;
     let whole = found.into_iter().filter_map(Result::ok);

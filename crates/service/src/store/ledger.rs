@@ -7,9 +7,9 @@ use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
     Census, Deletion, GateOutcome, GateStanding, Job, Ledger, ListedRecording, Load, Manifest,
-    Page, Question, RecordingFilter, RecordingOrder, Remake, ResultFilter, ResultOrder, StoreError,
-    StoredDesign, StoredFile, StoredGate, StoredRecording, StoredResult, StoredSession,
-    StoredToken, deletions, gates, jobs, tokens,
+    Page, Question, RecordingFilter, Remake, ResultFilter, StoreError, StoredDesign, StoredFile,
+    StoredGate, StoredRecording, StoredResult, StoredSession, StoredToken, deletions, gates, jobs,
+    needed, recordings, results, tokens,
 };
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value;
@@ -266,60 +266,6 @@ fn empty_log(connection: &Connection) -> bool {
     matches!(is_busy, Ok(0))
 }
 
-/// The part of a recording that does not change.
-#[derive(serde::Serialize, serde::Deserialize)]
-struct RecordingBody {
-    manifest: Manifest,
-    created_ms: i64,
-}
-
-/// What a list needs of that: an upload may have hundreds of files.
-#[derive(serde::Deserialize)]
-struct ListedBody {
-    manifest: ListedManifest,
-    created_ms: i64,
-}
-
-#[derive(serde::Deserialize)]
-struct ListedManifest {
-    name: String,
-    files: Vec<ListedFile>,
-    card: Option<ListedFile>,
-}
-
-#[derive(serde::Deserialize)]
-struct ListedFile {
-    bytes: u64,
-}
-
-pub(super) const RECORDING_COLUMNS: &str = "number, id, body, sum, listing, listing_sum, owner";
-
-pub(super) fn recording_of(row: &Row<'_>) -> Result<(i64, StoredRecording), StoreError> {
-    let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
-    let body: RecordingBody = confirmed("recording", &id, &body, &sum)?;
-    let listing: Option<String> = row.get(4)?;
-    let listing = match listing {
-        None => None,
-        Some(listing) => {
-            let sum: String = row.get(5)?;
-            Some(confirmed("listing", &id, &listing, &sum)?)
-        }
-    };
-    let recording = StoredRecording {
-        id,
-        manifest: body.manifest,
-        owner: row.get(6)?,
-        created_ms: body.created_ms,
-        listing,
-    };
-    Ok((row.get(0)?, recording))
-}
-
-pub(super) fn result_of(row: &Row<'_>) -> Result<(i64, StoredResult), StoreError> {
-    let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
-    Ok((row.get(0)?, confirmed("result", &id, &body, &sum)?))
-}
-
 /// Reads a design whose columns begin with `first`.
 fn design_of(row: &Row<'_>, first: usize) -> Result<StoredDesign, StoreError> {
     let (name, version): (String, i64) = (row.get(first)?, row.get(first + 1)?);
@@ -340,7 +286,7 @@ impl Ledger for SqliteLedger {
     ) -> Result<bool, StoreError> {
         let (id, bytes, owner) = (manifest.id(), manifest.bytes(), owner.to_string());
         let name = manifest.name.clone();
-        let body = text_of(&RecordingBody {
+        let body = text_of(&recordings::RecordingBody {
             manifest: manifest.clone(),
             created_ms: now_ms,
         });
@@ -354,7 +300,7 @@ impl Ledger for SqliteLedger {
             if added == 1 {
                 return Ok(true);
             }
-            match find_recording(connection, &id) {
+            match recordings::find(connection, &id) {
                 Err(StoreError::Damaged { .. }) => {
                     connection.execute(
                         "UPDATE recordings SET body = ?, sum = ?, listing = NULL, listing_sum = NULL WHERE id = ?",
@@ -380,55 +326,11 @@ impl Ledger for SqliteLedger {
     }
 
     fn recording(&self, id: &str) -> Result<Option<StoredRecording>, StoreError> {
-        self.read(|connection| find_recording(connection, id))
+        self.read(|connection| recordings::find(connection, id))
     }
 
     fn recordings(&self, filter: &RecordingFilter) -> Result<Page<ListedRecording>, StoreError> {
-        let (order, before, skipped) = match (filter.order, filter.after) {
-            (RecordingOrder::Newest, after) => ("number DESC", after.unwrap_or(i64::MAX), 0),
-            (RecordingOrder::Oldest, after) => ("number", i64::MAX, after.unwrap_or(0)),
-            (RecordingOrder::Name, after) => {
-                ("name COLLATE NOCASE, number", i64::MAX, after.unwrap_or(0))
-            }
-            (RecordingOrder::Size, after) => ("bytes DESC, number", i64::MAX, after.unwrap_or(0)),
-            (RecordingOrder::Owner, after) => (
-                "owner COLLATE NOCASE, number DESC",
-                i64::MAX,
-                after.unwrap_or(0),
-            ),
-        };
-        let sql = format!(
-            "SELECT number, id, body, sum, NULL, NULL, owner,
-                 CASE WHEN json_valid(listing) THEN json_array_length(listing, '$.channels') END,
-                 (SELECT count(*) FROM results WHERE results.recording = recordings.id)
-             FROM recordings
-             WHERE number < ?1 AND (?2 IS NULL OR instr(lower(name || char(10) || owner || char(10) || id), ?2) > 0)
-             ORDER BY {order} LIMIT ?3 OFFSET ?4"
-        );
-        let text = filter.text.as_ref().map(|text| text.to_ascii_lowercase());
-        let parameters = params![before, text, filter.limit, skipped];
-        self.read(|connection| {
-            let mut found = page(connection, &sql, parameters, filter.limit, |row| {
-                let channels: Option<i64> = row.get(7)?;
-                let (id, body, sum): (String, String, String) =
-                    (row.get(1)?, row.get(2)?, row.get(3)?);
-                let body: ListedBody = confirmed("recording", &id, &body, &sum)?;
-                let files = body.manifest.files.iter().chain(&body.manifest.card);
-                Ok(ListedRecording {
-                    id,
-                    bytes: files.map(|file| file.bytes).sum(),
-                    name: body.manifest.name,
-                    owner: row.get(6)?,
-                    created_ms: body.created_ms,
-                    channels: channels.map(i64::unsigned_abs),
-                    verdicts: row.get::<_, i64>(8)?.unsigned_abs(),
-                })
-            })?;
-            if filter.order != RecordingOrder::Newest && found.next.is_some() {
-                found.next = Some(skipped + i64::from(filter.limit));
-            }
-            Ok(found)
-        })
+        self.read(|connection| recordings::list(connection, filter))
     }
 
     fn delete_recording(
@@ -516,7 +418,7 @@ impl Ledger for SqliteLedger {
                 return Err(StoreError::Deleted);
             }
             result.asked_by = jobs::owner(connection, &id)?;
-            put_result(connection, &result)?;
+            results::put(connection, &result)?;
             let answer = Value::from(result.report_id);
             jobs::end(connection, &id, attempt, ("done", &answer), &program)
         })
@@ -594,48 +496,11 @@ impl Ledger for SqliteLedger {
     }
 
     fn result(&self, report_id: &str) -> Result<Option<StoredResult>, StoreError> {
-        self.read(|connection| find_result(connection, report_id))
+        self.read(|connection| results::find(connection, report_id))
     }
 
     fn results(&self, filter: &ResultFilter) -> Result<Page<StoredResult>, StoreError> {
-        let (order, before, skipped) = match (filter.order, filter.after) {
-            (ResultOrder::Newest, after) => ("number DESC", after.unwrap_or(i64::MAX), 0),
-            (ResultOrder::Oldest, after) => ("number", i64::MAX, after.unwrap_or(0)),
-            // The words begin with file and channel.
-            (ResultOrder::File, after) => ("words, number DESC", i64::MAX, after.unwrap_or(0)),
-            (ResultOrder::Verdict, after) => ("verdict, number DESC", i64::MAX, after.unwrap_or(0)),
-            (ResultOrder::Design, after) => (
-                "design COLLATE NOCASE, number DESC",
-                i64::MAX,
-                after.unwrap_or(0),
-            ),
-        };
-        let sql = format!(
-            "SELECT number, report_id, body, sum FROM results
-             WHERE number < ?1 AND (?2 IS NULL OR verdict = ?2)
-               AND (?3 IS NULL OR recording = ?3) AND (?4 IS NULL OR design = ?4)
-               AND (?5 IS NULL OR instr(words, ?5) > 0)
-             ORDER BY {order} LIMIT ?6 OFFSET ?7"
-        );
-        let text = filter.text.as_ref().map(|text| text.to_lowercase());
-        let parameters = params![
-            before,
-            filter.verdict,
-            filter.recording,
-            filter.design,
-            text,
-            filter.limit,
-            skipped
-        ];
-        self.read(|connection| {
-            let mut found = page(connection, &sql, parameters, filter.limit, |row| {
-                result_of(row).map(|(_, result)| result)
-            })?;
-            if filter.order != ResultOrder::Newest && found.next.is_some() {
-                found.next = Some(skipped + i64::from(filter.limit));
-            }
-            Ok(found)
-        })
+        self.read(|connection| results::list(connection, filter))
     }
 
     fn put_design(
@@ -777,7 +642,7 @@ impl Ledger for SqliteLedger {
     }
 
     fn named(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
-        self.read(named)
+        self.read(needed::named)
     }
 
     fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
@@ -792,137 +657,25 @@ fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), Stor
     if whole != "ok" {
         damaged.push(format!("the database: {whole}"));
     }
-    let (of_named, needed) = named(connection)?;
+    let (of_named, needed) = needed::named(connection)?;
     damaged.extend(of_named);
     let sql = "SELECT name, version, body, sum FROM designs";
     for found in rows(connection, sql, [], |row| Ok(design_of(row, 0)))? {
-        whole_or_noted(found, &mut damaged)?;
+        needed::whole_or_noted(found, &mut damaged)?;
     }
     for found in rows(connection, deletions::EVERY, [], |row| {
         Ok(deletions::body_of(row))
     })? {
-        whole_or_noted(found, &mut damaged)?;
+        needed::whole_or_noted(found, &mut damaged)?;
     }
     for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
-        whole_or_noted(found, &mut damaged)?;
+        needed::whole_or_noted(found, &mut damaged)?;
     }
     Ok((damaged, needed))
 }
 
-/// Reads the rows that name blobs and notes which do not fit their hash, and what the others name.
-pub(super) fn named(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
-    let (mut damaged, mut named) = (Vec::new(), Vec::new());
-    let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings");
-    for found in rows(connection, &sql, [], |row| Ok(recording_of(row)))? {
-        if let Some((_, recording)) = whole_or_noted(found, &mut damaged)? {
-            named.extend(recording.manifest.files);
-            named.extend(recording.manifest.card);
-        }
-    }
-    let sql = "SELECT number, report_id, body, sum FROM results";
-    for found in rows(connection, sql, [], |row| Ok(result_of(row)))? {
-        if let Some((_, result)) = whole_or_noted(found, &mut damaged)? {
-            named.extend(result.files.into_values());
-        }
-    }
-    for found in rows(connection, gates::EVERY, [], |row| Ok(gates::gate_of(row)))? {
-        if let Some((_, gate)) = whole_or_noted(found, &mut damaged)? {
-            let outcome = gate.outcome.into_iter();
-            named.extend(outcome.flat_map(|outcome| outcome.files.into_values()));
-        }
-    }
-    Ok((damaged, named))
-}
-
-/// Returns what was read, or notes what is damaged.
-fn whole_or_noted<T>(
-    found: Result<T, StoreError>,
-    damaged: &mut Vec<String>,
-) -> Result<Option<T>, StoreError> {
-    match found {
-        Ok(found) => Ok(Some(found)),
-        Err(StoreError::Damaged { what }) => {
-            damaged.push(what);
-            Ok(None)
-        }
-        Err(error) => Err(error),
-    }
-}
-
-pub(super) fn find_recording(
-    connection: &Connection,
-    id: &str,
-) -> Result<Option<StoredRecording>, StoreError> {
-    let sql = format!("SELECT {RECORDING_COLUMNS} FROM recordings WHERE id = ?");
-    let found = rows(connection, &sql, [id], recording_of)?.pop();
-    Ok(found.map(|(_, recording)| recording))
-}
-
-fn find_result(
-    connection: &Connection,
-    report_id: &str,
-) -> Result<Option<StoredResult>, StoreError> {
-    let sql = "SELECT number, report_id, body, sum FROM results WHERE report_id = ?";
-    let found = rows(connection, sql, [report_id], result_of)?.pop();
-    Ok(found.map(|(_, result)| result))
-}
-
-fn put_result(connection: &Connection, result: &StoredResult) -> Result<(), StoreError> {
-    let (id, summary) = (&result.report_id, &result.summary);
-    let body = text_of(result);
-    let sum = of_row("result", id, &body);
-    let words = [
-        summary.file.as_str(),
-        summary.channel.as_deref().unwrap_or(""),
-        &summary.design,
-        id,
-    ]
-    .join("\n")
-    .to_lowercase();
-    let values = params![
-        id,
-        result.recording,
-        summary.verdict,
-        summary.design,
-        words,
-        body,
-        sum
-    ];
-    let added = connection.execute(
-        "INSERT OR IGNORE INTO results (report_id, recording, verdict, design, words, body, sum)
-         VALUES (?, ?, ?, ?, ?, ?, ?)",
-        values,
-    )?;
-    if added == 1 {
-        return Ok(());
-    }
-    let Some(mut known) = find_result(connection, id)? else {
-        return Ok(());
-    };
-    if known.content_sha256 != result.content_sha256 {
-        // The first answer was handed out under this identity and stays.
-        tracing::error!(report_id = %id, "one question has two answers");
-        return Ok(());
-    }
-    // Files that were lost, or went with a recording that is there again.
-    if known.is_stripped || !known.lost.is_empty() {
-        for (name, file) in &result.files {
-            if known.lost.contains(name) || !known.files.contains_key(name) {
-                known.files.insert(name.clone(), file.clone());
-            }
-        }
-        known.lost.clear();
-        known.is_stripped = false;
-        let body = text_of(&known);
-        let sum = of_row("result", id, &body);
-        let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";
-        connection.execute(sql, params![body, sum, id])?;
-    }
-    Ok(())
-}
-
 fn remake(connection: &Connection, report_id: &str, lost: &str) -> Result<Remake, StoreError> {
-    let Some(mut result) = find_result(connection, report_id)? else {
+    let Some(mut result) = results::find(connection, report_id)? else {
         return Ok(Remake::Impossible);
     };
     if let Some(deletion) = deletions::find(connection, &result.recording)? {

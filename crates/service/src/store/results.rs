@@ -1,0 +1,117 @@
+//! Results as rows.
+
+use super::sql::{confirmed, page, rows, text_of};
+use super::sum::of_row;
+use super::{Page, ResultFilter, ResultOrder, StoreError, StoredResult};
+use rusqlite::{Connection, Row, params};
+
+pub(super) fn result_of(row: &Row<'_>) -> Result<(i64, StoredResult), StoreError> {
+    let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
+    Ok((row.get(0)?, confirmed("result", &id, &body, &sum)?))
+}
+
+pub(super) fn find(
+    connection: &Connection,
+    report_id: &str,
+) -> Result<Option<StoredResult>, StoreError> {
+    let sql = "SELECT number, report_id, body, sum FROM results WHERE report_id = ?";
+    let found = rows(connection, sql, [report_id], result_of)?.pop();
+    Ok(found.map(|(_, result)| result))
+}
+
+pub(super) fn put(connection: &Connection, result: &StoredResult) -> Result<(), StoreError> {
+    let (id, summary) = (&result.report_id, &result.summary);
+    let body = text_of(result);
+    let sum = of_row("result", id, &body);
+    let words = [
+        summary.file.as_str(),
+        summary.channel.as_deref().unwrap_or(""),
+        &summary.design,
+        id,
+    ]
+    .join("\n")
+    .to_lowercase();
+    let values = params![
+        id,
+        result.recording,
+        summary.verdict,
+        summary.design,
+        words,
+        body,
+        sum
+    ];
+    let added = connection.execute(
+        "INSERT OR IGNORE INTO results (report_id, recording, verdict, design, words, body, sum)
+         VALUES (?, ?, ?, ?, ?, ?, ?)",
+        values,
+    )?;
+    if added == 1 {
+        return Ok(());
+    }
+    let Some(mut known) = find(connection, id)? else {
+        return Ok(());
+    };
+    if known.content_sha256 != result.content_sha256 {
+        // The first answer was handed out under this identity and stays.
+        tracing::error!(report_id = %id, "one question has two answers");
+        return Ok(());
+    }
+    // Files that were lost, or went with a recording that is there again.
+    if known.is_stripped || !known.lost.is_empty() {
+        for (name, file) in &result.files {
+            if known.lost.contains(name) || !known.files.contains_key(name) {
+                known.files.insert(name.clone(), file.clone());
+            }
+        }
+        known.lost.clear();
+        known.is_stripped = false;
+        let body = text_of(&known);
+        let sum = of_row("result", id, &body);
+        let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";
+        connection.execute(sql, params![body, sum, id])?;
+    }
+    Ok(())
+}
+
+/// Lists results.
+pub(super) fn list(
+    connection: &Connection,
+    filter: &ResultFilter,
+) -> Result<Page<StoredResult>, StoreError> {
+    let (order, before, skipped) = match (filter.order, filter.after) {
+        (ResultOrder::Newest, after) => ("number DESC", after.unwrap_or(i64::MAX), 0),
+        (ResultOrder::Oldest, after) => ("number", i64::MAX, after.unwrap_or(0)),
+        // The words begin with file and channel.
+        (ResultOrder::File, after) => ("words, number DESC", i64::MAX, after.unwrap_or(0)),
+        (ResultOrder::Verdict, after) => ("verdict, number DESC", i64::MAX, after.unwrap_or(0)),
+        (ResultOrder::Design, after) => (
+            "design COLLATE NOCASE, number DESC",
+            i64::MAX,
+            after.unwrap_or(0),
+        ),
+    };
+    let sql = format!(
+        "SELECT number, report_id, body, sum FROM results
+             WHERE number < ?1 AND (?2 IS NULL OR verdict = ?2)
+               AND (?3 IS NULL OR recording = ?3) AND (?4 IS NULL OR design = ?4)
+               AND (?5 IS NULL OR instr(words, ?5) > 0)
+             ORDER BY {order} LIMIT ?6 OFFSET ?7"
+    );
+    let text = filter.text.as_ref().map(|text| text.to_lowercase());
+    let parameters = params![
+        before,
+        filter.verdict,
+        filter.recording,
+        filter.design,
+        text,
+        filter.limit,
+        skipped
+    ];
+    let mut found = page(connection, &sql, parameters, filter.limit, |row| {
+        result_of(row).map(|(_, result)| result)
+    })?;
+    if filter.order != ResultOrder::Newest && found.next.is_some() {
+        found.next = Some(skipped + i64::from(filter.limit));
+    }
+    Ok(found)
+}
