@@ -16,14 +16,17 @@ use std::fmt::Display;
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Semaphore;
 use tokio::time::timeout;
 
 /// Bodies of requests that are held at a time, uploads aside [KiB].
 const BODIES_KIB: usize = 32 << 10;
+
+/// Pages that read whole reports at a time: each may take some 40 MB.
+const PAGES: usize = 1;
 
 /// What every handler shares.
 #[derive(Clone)]
@@ -55,9 +58,12 @@ pub struct Parts {
     pub under_way: Mutex<HashMap<String, u64>>,
     /// Room for the bodies of requests that are no uploads [KiB].
     pub bodies: Arc<Semaphore>,
-    /// Held together by those who put files in their place until the rows that name them are written,
-    /// alone by who removes files.
-    pub placing: RwLock<()>,
+    /// Places to make pages that read whole reports.
+    pub pages: Semaphore,
+    /// Held by who removes files of deleted recordings: the next one finds that done.
+    pub sweeping: tokio::sync::Mutex<()>,
+    /// Bytes of files that are kept, as they were last counted.
+    pub stored_bytes: AtomicU64,
     /// Set when the service ends: no more work is taken.
     pub ends: AtomicBool,
     /// Lock of the data folder; released when the process ends.
@@ -99,10 +105,20 @@ impl Parts {
             if self.ledger.delete_recording(id, by, why, now_ms())? {
                 deleted += 1;
                 audit::told("recording deleted", id, by, &from);
+                self.remove_copies(id);
             }
         }
         self.sweep()?;
         Ok(deleted)
+    }
+
+    /// Removes the copies of a recording that lie where a cluster reads them.
+    fn remove_copies(&self, id: &str) {
+        let engine = self.config.engine.as_ref();
+        let gates = engine.and_then(|engine| fs::read_dir(&engine.folder).ok());
+        for gate in gates.into_iter().flatten().flatten() {
+            let _ = fs::remove_dir_all(gate.path().join("recordings").join(id));
+        }
     }
 
     /// Removes the files of deleted recordings.
@@ -111,7 +127,6 @@ impl Parts {
     ///
     /// [`StoreError`]; what stays is removed the next time.
     pub fn sweep(&self) -> Result<(), StoreError> {
-        let _alone = self.placing.write().unwrap_or_else(PoisonError::into_inner);
         store::sweep(&*self.ledger, &*self.blobs)
     }
 
@@ -151,7 +166,9 @@ impl App {
             traffic: Traffic::default(),
             under_way: Mutex::default(),
             bodies: Arc::new(Semaphore::new(BODIES_KIB)),
-            placing: RwLock::default(),
+            pages: Semaphore::new(PAGES),
+            sweeping: tokio::sync::Mutex::default(),
+            stored_bytes: AtomicU64::new(0),
             ends: AtomicBool::new(false),
             _lock: store.lock,
         }))
@@ -422,7 +439,11 @@ impl Store {
 }
 
 /// Makes a folder for data, or takes one that is empty or holds some; lets nobody but the owner in.
-fn own_folder(data: &Path) -> Result<(), String> {
+///
+/// # Errors
+///
+/// What is in the way, in a sentence.
+pub fn own_folder(data: &Path) -> Result<(), String> {
     use std::os::unix::fs::PermissionsExt;
     let shown = data.display();
     let cannot = |error: io::Error| format!("{shown}: {error}");

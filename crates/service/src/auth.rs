@@ -73,6 +73,19 @@ impl fmt::Debug for Secret {
     }
 }
 
+/// How somebody came in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Not at all.
+    Nobody,
+    /// Nobody is asked who he is.
+    Open,
+    /// By a token, or a session of it.
+    Token,
+    /// By the name that a proxy gave.
+    Proxy,
+}
+
 /// Who asks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Visitor {
@@ -81,6 +94,10 @@ pub struct Visitor {
     scopes: Vec<Scope>,
     /// Number of the token.
     pub token: Option<i64>,
+    /// How the visitor came in.
+    pub way: Way,
+    /// Where a user whom a proxy named signs out; empty where that is not known.
+    pub sign_out: String,
 }
 
 impl Visitor {
@@ -90,15 +107,19 @@ impl Visitor {
             name: "nobody".into(),
             scopes: Vec::new(),
             token: None,
+            way: Way::Nobody,
+            sign_out: String::new(),
         }
     }
 
     /// Returns the user whom a proxy names.
-    pub fn of_proxy(name: &str, scopes: Vec<Scope>) -> Self {
+    pub fn of_proxy(name: &str, scopes: Vec<Scope>, sign_out: &str) -> Self {
         Self {
             name: name.into(),
             scopes,
             token: None,
+            way: Way::Proxy,
+            sign_out: sign_out.into(),
         }
     }
 
@@ -188,25 +209,37 @@ impl Door {
             known.sessions = ledger.sessions()?;
             known.read = Some(Instant::now());
         }
-        self.seen(ledger, presented, &mut known)
+        let seen = self.seen(Some(ledger), presented, &mut known);
+        Ok(seen.unwrap_or(Seen::Stranger))
     }
 
+    /// Looks at what someone presents without a look at the disk, where the lists were just read and no
+    /// use is to be noted.
+    pub fn look_again(&self, presented: Option<&Presented>) -> Option<Seen> {
+        let mut known = self.known.try_lock().ok()?;
+        known.read.filter(|read| read.elapsed() < FRESH)?;
+        self.seen(None, presented, &mut known)
+    }
+
+    /// Finds who presents something; `None` where a use is to be noted and there is no ledger at hand.
     fn seen(
         &self,
-        ledger: &dyn Ledger,
+        ledger: Option<&dyn Ledger>,
         presented: Option<&Presented>,
         known: &mut Known,
-    ) -> Result<Seen, StoreError> {
+    ) -> Option<Seen> {
         if known.tokens.is_empty() {
-            return Ok(Seen::Open(Visitor {
+            return Some(Seen::Open(Visitor {
                 name: "local".into(),
                 scopes: Scope::ALL.to_vec(),
                 token: None,
+                way: Way::Open,
+                sign_out: String::new(),
             }));
         }
         let now = now_ms();
         let number = match presented {
-            None => return Ok(Seen::Stranger),
+            None => return Some(Seen::Stranger),
             Some(Presented::Token(token)) => {
                 let hashes = known.tokens.iter().map(|own| own.sha256.as_str());
                 found(hashes, token).map(|at| known.tokens[at].number)
@@ -217,6 +250,7 @@ impl Door {
                     Some(at) if self.lasts(&known.sessions[at], now) => {
                         let session = &mut known.sessions[at];
                         if now - session.seen_ms > NOTED_MS {
+                            let ledger = ledger?;
                             session.seen_ms = now;
                             noted(ledger.put_session(session));
                         }
@@ -228,16 +262,19 @@ impl Door {
         };
         let valid = |token: &&mut StoredToken| Some(token.number) == number && token.is_valid(now);
         let Some(token) = known.tokens.iter_mut().find(valid) else {
-            return Ok(Seen::Stranger);
+            return Some(Seen::Stranger);
         };
         if token.used_ms.is_none_or(|used| now - used > NOTED_MS) {
+            let ledger = ledger?;
             token.used_ms = Some(now);
             noted(ledger.used_token(token.number, now));
         }
-        Ok(Seen::Known(Visitor {
+        Some(Seen::Known(Visitor {
             name: token.name.clone(),
             scopes: token.scopes.split(',').filter_map(Scope::of).collect(),
             token: Some(token.number),
+            way: Way::Token,
+            sign_out: String::new(),
         }))
     }
 

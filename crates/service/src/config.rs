@@ -47,6 +47,11 @@ pub const KEYS: &[Key] = &[
         "What a user may do whom the proxy names.",
     ),
     key(
+        "sign_out_url",
+        "",
+        "Where such a user signs out, for example /oauth2/sign_out.",
+    ),
+    key(
         "data",
         "",
         "Folder of the data; $XDG_STATE_HOME/latchgate or ~/.local/state/latchgate unless stated.",
@@ -447,6 +452,8 @@ pub struct ProxyUsers {
     pub header: HeaderName,
     /// What they may do.
     pub scopes: Vec<Scope>,
+    /// Where they sign out; empty where that is not stated.
+    pub sign_out_url: String,
 }
 
 fn users(layers: &Layers) -> Result<Option<ProxyUsers>, String> {
@@ -461,6 +468,7 @@ fn users(layers: &Layers) -> Result<Option<ProxyUsers>, String> {
     Ok(Some(ProxyUsers {
         header: layers.value("user_header", "the name of a header")?,
         scopes: scopes.collect::<Result<_, _>>()?,
+        sign_out_url: layers.text("sign_out_url").into(),
     }))
 }
 

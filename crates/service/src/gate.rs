@@ -363,7 +363,7 @@ fn no_decision(jobs: &[Job]) -> Option<Problem> {
     let lost = jobs.iter().filter_map(|job| match &job.state {
         JobState::Refused { problem } => problem["status"]
             .as_u64()
-            .filter(|status| *status >= 500)
+            .filter(|status| *status >= 500 || problem["code"] == "recording-deleted")
             .and(problem["detail"].as_str()),
         _ => None,
     });

@@ -35,7 +35,7 @@ mod upload;
 pub(crate) mod verdicts;
 
 pub(crate) use caller::Caller;
-pub(crate) use guard::{COOKIE, TLS_COOKIE, session};
+pub(crate) use guard::{COOKIE, TLS_COOKIE, behind_tls, session};
 pub use listener::Listener;
 pub(crate) use places::SPARE;
 pub use server::serve;

@@ -21,6 +21,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
@@ -336,28 +337,60 @@ async fn reclaim(app: App) {
 /// How far the clock may differ from the time that went by, before nothing is deleted by age.
 const CLOCK_DIFFERS: Duration = Duration::from_secs(600);
 
+/// How far the clock may have gone on since the last look of an earlier process.
+const CLOCK_GONE_MS: i64 = 7 * 86_400_000;
+
+/// Time for which nothing is deleted by age after that: whoever runs the machine sees its clock.
+const CLOCK_DOUBTED: Duration = Duration::from_secs(86_400);
+
 /// Removes at the start, and then from time to time, the files of deleted recordings, what an earlier process
 /// left in the store that no row names, and recordings that are older than `keep_days`.
 async fn keep_store(app: App) {
     let (began, began_ms) = (Instant::now(), now_ms());
+    let before = app
+        .on_disk(move |parts| parts.ledger.looked(began_ms))
+        .await;
+    let is_doubted = match before {
+        Ok(Some(before)) => began_ms - before > CLOCK_GONE_MS,
+        // Nobody knows for how long none looked.
+        _ => true,
+    };
     loop {
-        if let Err(problem) = app.on_disk(Parts::sweep).await {
-            tracing::warn!(problem = %problem.detail, "files of deleted recordings stay");
+        {
+            let _turn = app.sweeping.lock().await;
+            if let Err(problem) = app.on_disk(Parts::sweep).await {
+                tracing::warn!(problem = %problem.detail, "files of deleted recordings stay");
+            }
         }
         let collecting = app.on_disk(|parts| store::collect(&*parts.ledger, &*parts.blobs));
         match collecting.await {
-            Ok(Collected { files: 0, .. }) => {}
-            Ok(Collected { files, bytes }) => {
-                tracing::info!(files, bytes, "files that no row names were removed");
+            Ok(collected) => {
+                let stored = &app.stored_bytes;
+                stored.store(collected.kept_bytes, Ordering::Relaxed);
+                let Collected { files, bytes, .. } = collected;
+                if files > 0 {
+                    tracing::info!(files, bytes, "files that no row names were removed");
+                }
             }
             Err(problem) => {
                 tracing::warn!(problem = %problem.detail, "files that no row names stay");
             }
         }
         tokio::time::sleep(app.config.upkeep).await;
-        if let Some(keep) = app.config.keep {
-            delete_aged(&app, keep, began.elapsed(), now_ms() - began_ms).await;
+        let now = now_ms();
+        if let Err(problem) = app.on_disk(move |parts| parts.ledger.looked(now)).await {
+            tracing::warn!(problem = %problem.detail, "the time of this look was not noted");
         }
+        let Some(keep) = app.config.keep else {
+            continue;
+        };
+        if is_doubted && began.elapsed() < CLOCK_DOUBTED {
+            tracing::warn!(
+                "the clock went far since the last run: nothing is deleted by age for a day"
+            );
+            continue;
+        }
+        delete_aged(&app, keep, began.elapsed(), now - began_ms).await;
     }
 }
 

@@ -39,6 +39,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io;
 use std::path::Path;
+use std::sync::{PoisonError, RwLock};
 use std::time::{Duration, SystemTime};
 
 /// Why something could not be stored or read back.
@@ -628,10 +629,20 @@ pub trait Ledger: Send + Sync {
     fn deletion(&self, id: &str) -> Result<Option<Deletion>, StoreError>;
     /// Lists deletions, the newest first.
     fn deletions(&self, before: Option<i64>, limit: u32) -> Result<Page<Deletion>, StoreError>;
+    /// Notes when the store was last looked after; returns when it was before.
+    fn looked(&self, now_ms: i64) -> Result<Option<i64>, StoreError>;
     /// Lists the recordings that came before some time.
     fn aged_recordings(&self, before_ms: i64) -> Result<Vec<String>, StoreError>;
-    /// Returns the deletions whose files are to be removed, and those files that no row names.
-    fn open_deletions(&self) -> Result<(Vec<i64>, Vec<String>), StoreError>;
+    /// Returns the deletions whose files are to be removed, and those files.
+    fn open_deletions(&self) -> Result<(Vec<i64>, BTreeSet<String>), StoreError>;
+    /// Has further files go with a recording that was deleted.
+    fn extend_deletion(&self, id: &str, files: &BTreeSet<String>) -> Result<(), StoreError>;
+    /// Finds which of some files rows name that came after others, and the last rows.
+    fn needed_of(
+        &self,
+        files: &BTreeSet<String>,
+        after: LastRows,
+    ) -> Result<(BTreeSet<String>, LastRows), StoreError>;
     /// Notes that the files of deletions were removed.
     fn close_deletions(&self, numbers: &[i64]) -> Result<(), StoreError>;
     /// Returns the bytes that an owner has uploaded.
@@ -671,6 +682,8 @@ pub trait Ledger: Send + Sync {
     /// Puts jobs back whose lease has passed; at the start of a process `every` one that runs, and then
     /// none waits.
     fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError>;
+    /// Puts a job that was answered in the queue again.
+    fn ask_again(&self, id: &str) -> Result<(), StoreError>;
     /// Has a report made again of which a file was lost: its job waits once more. Returns the job, or
     /// why none can do that.
     fn remake(&self, report_id: &str, lost: &str) -> Result<Remake, StoreError>;
@@ -790,6 +803,8 @@ pub struct Collected {
     pub files: u64,
     /// Their bytes.
     pub bytes: u64,
+    /// Bytes of those that stay.
+    pub kept_bytes: u64,
 }
 
 /// Age from which a blob that no row names is no upload under way.
@@ -812,8 +827,18 @@ pub fn collect(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<Collected, Stor
     blobs.collect(&named, before)
 }
 
-/// Removes the files of recordings that were deleted, but for those that another row names. Nothing
-/// may be put in its place meanwhile whose row is not written yet.
+/// Numbers of the last rows that were read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LastRows {
+    /// Of recordings.
+    pub recordings: i64,
+    /// Of results.
+    pub results: i64,
+    /// Of gates.
+    pub gates: i64,
+}
+
+/// Removes the files of recordings that were deleted, but for those that another row names.
 ///
 /// # Errors
 ///
@@ -823,8 +848,17 @@ pub fn sweep(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<(), StoreError> {
     if numbers.is_empty() {
         return Ok(());
     }
+    // Nobody waits while every row is read; then only the rows that came meanwhile are.
+    let (needed, last) = ledger.needed_of(&files, LastRows::default())?;
+    let _alone = blobs
+        .placing()
+        .write()
+        .unwrap_or_else(PoisonError::into_inner);
+    let (fresh, _) = ledger.needed_of(&files, last)?;
     for file in &files {
-        blobs.remove(file)?;
+        if !needed.contains(file) && !fresh.contains(file) {
+            blobs.remove(file)?;
+        }
     }
     ledger.close_deletions(&numbers)
 }
@@ -839,6 +873,9 @@ pub trait Blobs: Send + Sync {
     fn begin(&self) -> Result<BlobWriter, StoreError>;
     /// Opens a blob after its bytes were read and found to have the hash.
     fn open(&self, sha256: &str) -> Result<File, StoreError>;
+    /// Held together by those who put files in their place until the rows that name them are written,
+    /// alone by who removes files.
+    fn placing(&self) -> &RwLock<()>;
     /// Removes a blob, if it is there; when this returns that is on the disk.
     fn remove(&self, sha256: &str) -> Result<(), StoreError>;
     /// Returns the bytes that are free where the blobs lie.

@@ -3,12 +3,10 @@
 use crate::app::App;
 use crate::problem::Problem;
 use crate::store::{StoredFile, StoredResult};
-use axum::body::{Body, Bytes};
+use axum::body::Body;
 use axum::http::header::{self, HeaderValue};
 use axum::response::Response;
-use std::io::Read;
-use tokio::sync::mpsc;
-use tokio_stream::wrappers::ReceiverStream;
+use tokio_util::io::ReaderStream;
 
 /// Bytes that are sent at a time.
 const PIECE: usize = 64 << 10;
@@ -19,26 +17,10 @@ const SANDBOX: &str = "sandbox allow-scripts; default-src 'none'; style-src 'uns
 /// Sends a stored file piece by piece.
 pub(super) async fn send(app: &App, file: &StoredFile) -> Result<Response, Problem> {
     let (sha256, length) = (file.sha256.clone(), file.bytes);
-    let mut opened = app.on_disk(move |parts| parts.blobs.open(&sha256)).await?;
-    let (pieces, sent) = mpsc::channel::<Result<Bytes, std::io::Error>>(2);
-    tokio::task::spawn_blocking(move || {
-        loop {
-            let mut piece = vec![0; PIECE];
-            let read = match opened.read(&mut piece) {
-                Ok(0) => return,
-                Ok(count) => {
-                    piece.truncate(count);
-                    Ok(piece.into())
-                }
-                Err(error) => Err(error),
-            };
-            let ends = read.is_err();
-            if pieces.blocking_send(read).is_err() || ends {
-                return;
-            }
-        }
-    });
-    let mut response = Response::new(Body::from_stream(ReceiverStream::new(sent)));
+    let opened = app.on_disk(move |parts| parts.blobs.open(&sha256)).await?;
+    // While a client takes its time no thread waits for it.
+    let pieces = ReaderStream::with_capacity(tokio::fs::File::from_std(opened), PIECE);
+    let mut response = Response::new(Body::from_stream(pieces));
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_LENGTH, HeaderValue::from(length));
     headers.insert(

@@ -15,10 +15,10 @@ use std::task::{Context, Poll};
 use tokio_stream::Stream;
 
 /// Bytes of a form between two pieces of its files: lines before the first part, and a part's head.
-pub(super) const HEAD_BYTES: u64 = 64 << 10;
+pub(super) const HEAD_BYTES: u64 = 16 << 10;
 
 /// Bytes of a body that are handed over at a time.
-const PIECE: usize = 16 << 10;
+const PIECE: usize = 8 << 10;
 
 /// A form that is being received.
 pub(super) struct Form {

@@ -269,9 +269,14 @@ async fn admit(
 /// Looks at the token or the session that a request presents.
 async fn seen(app: &App, headers: &HeaderMap) -> Result<Seen, Problem> {
     let (presented, asked) = (presented(headers), app.clone());
-    let looked =
-        tokio::task::spawn_blocking(move || asked.door.look(&*asked.ledger, presented.as_ref()));
-    match looked.await {
+    let looked = match app.door.look_again(presented.as_ref()) {
+        Some(seen) => Ok(Ok(seen)),
+        None => {
+            let look = move || asked.door.look(&*asked.ledger, presented.as_ref());
+            tokio::task::spawn_blocking(look).await
+        }
+    };
+    match looked {
         // Where a proxy names its users, nobody is let in without one.
         Ok(Ok(Seen::Open(_))) if app.config.users.is_some() => Ok(Seen::Stranger),
         Ok(Ok(seen)) => Ok(seen),
@@ -315,9 +320,11 @@ fn user_of_proxy(app: &App, headers: &HeaderMap, peer: Peer) -> Result<Option<Vi
         (1..=200).contains(&letters) && !name.contains(|c: char| c.is_control() || c == '#')
     };
     match name.to_str().ok().map(str::trim).filter(fits) {
-        Some(name) if names.next().is_none() => {
-            Ok(Some(Visitor::of_proxy(name, users.scopes.clone())))
-        }
+        Some(name) if names.next().is_none() => Ok(Some(Visitor::of_proxy(
+            name,
+            users.scopes.clone(),
+            &users.sign_out_url,
+        ))),
         _ => refused(format!("`{header}` must be one name of up to 200 letters")),
     }
 }
@@ -347,14 +354,27 @@ fn presented(headers: &HeaderMap) -> Option<Presented> {
 
 /// Returns the session of the page's cookie.
 pub(crate) fn session(headers: &HeaderMap) -> Option<String> {
+    // Behind TLS another host or port may have set the plain one.
+    let wanted = if behind_tls(headers) {
+        TLS_COOKIE
+    } else {
+        COOKIE
+    };
     let cookies = headers.get_all(header::COOKIE).iter();
     let mut cookies = cookies
         .filter_map(|value| value.to_str().ok())
         .flat_map(|value| value.split(';'));
     cookies.find_map(|cookie| {
         let (name, value) = cookie.trim().split_once('=')?;
-        (name == COOKIE || name == TLS_COOKIE).then(|| value.to_string())
+        (name == wanted).then(|| value.to_string())
     })
+}
+
+/// Tells whether a proxy says that its client came by TLS.
+pub(crate) fn behind_tls(headers: &HeaderMap) -> bool {
+    headers
+        .get("x-forwarded-proto")
+        .is_some_and(|proto| proto == "https")
 }
 
 /// Refuses a change that a page from elsewhere asks for.

@@ -302,6 +302,12 @@ pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem>
             "Bytes of all recordings that are kept.",
         ),
         (
+            "stored_bytes",
+            "gauge",
+            counted(&app.stored_bytes),
+            "Bytes of all files that are kept, as they were last counted.",
+        ),
+        (
             "disk_free_bytes",
             "gauge",
             free,

@@ -24,7 +24,7 @@ mod words;
 
 use crate::app::App;
 use crate::audit;
-use crate::auth::{Presented, Scope, Seen, Visitor};
+use crate::auth::{Presented, Scope, Seen, Visitor, Way};
 use crate::http::Caller;
 use crate::http::verdicts::{Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
@@ -123,8 +123,13 @@ fn whole(visitor: Option<&Visitor>, title: &str, body: &Markup) -> Markup {
 /// Says who is signed in, with a way out.
 fn signed_in(visitor: &Visitor) -> Markup {
     html! {
-        @if visitor.token.is_none() {
+        @if visitor.way == Way::Open {
             span.visitor { "No sign-in: open to this machine alone" }
+        } @else if visitor.way == Way::Proxy {
+            span.visitor {
+                "Signed in as " strong { (line(&visitor.name)) }
+                @if visitor.sign_out.is_empty() { " by the proxy" } @else { " " a href=(visitor.sign_out) { "Sign out" } }
+            }
         } @else {
             form.visitor method="post" action="/logout" {
                 span { "Signed in as " strong { (line(&visitor.name)) } }
@@ -319,10 +324,7 @@ async fn logout(
 /// Returns the name of the session's cookie, and what follows its value and its age. Behind TLS no
 /// other host and no other port may set it.
 fn cookie(headers: &HeaderMap) -> (&'static str, &'static str) {
-    let behind_tls = headers
-        .get("x-forwarded-proto")
-        .is_some_and(|proto| proto == "https");
-    if behind_tls {
+    if crate::http::behind_tls(headers) {
         (
             crate::http::TLS_COOKIE,
             "; Path=/; HttpOnly; SameSite=Strict; Secure",

@@ -91,7 +91,8 @@ pub(super) async fn submit(
     let owner = visitor.name.clone();
     let (id, is_new) = app
         .on_disk(move |parts| {
-            let _together = parts.placing.read().unwrap_or_else(PoisonError::into_inner);
+            let placing = parts.blobs.placing();
+            let _together = placing.read().unwrap_or_else(PoisonError::into_inner);
             let manifest = received.keep()?;
             let is_new = parts.ledger.put_recording(&manifest, &owner, now_ms())?;
             Ok((manifest.id(), is_new))
@@ -279,6 +280,7 @@ pub(crate) async fn deleted(
     visitor: Visitor,
     caller: Caller,
 ) -> Result<Deletion, Problem> {
+    let _turn = app.sweeping.lock().await;
     app.apart(move |parts| {
         parts.delete(std::slice::from_ref(&id), &visitor.name, "asked", caller)?;
         let deletion = parts.ledger.deletion(&id)?;

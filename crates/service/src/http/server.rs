@@ -36,7 +36,7 @@ pub async fn serve(app: App, listener: Listener) -> io::Result<()> {
     builder
         .timer(TokioTimer::new())
         .header_read_timeout(app.config.header_time)
-        .max_buf_size(64 << 10);
+        .max_buf_size(16 << 10);
     let mut builder_of_spare = builder.clone();
     builder_of_spare.keep_alive(false);
     loop {

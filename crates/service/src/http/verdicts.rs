@@ -7,7 +7,7 @@ use crate::auth::Visitor;
 use crate::pool::{Answer, How, Order, Progress, request_of};
 use crate::problem::{Placed, Problem, Queried, bounded};
 use crate::store::{
-    Job, JobState, Question, Remake, ResultFilter, ResultOrder, StoredResult, Summary,
+    Job, JobState, Question, Remake, ResultFilter, ResultOrder, StoreError, StoredResult, Summary,
 };
 use axum::Json;
 use axum::extract::{Extension, State};
@@ -88,13 +88,26 @@ pub(super) async fn submit(
     let question = question(&app, asking).await?;
     let id = question.id();
     let wanted = id.clone();
-    let known = app.on_disk(move |parts| parts.ledger.job(&wanted)).await?;
+    let known = app
+        .on_disk(move |parts| match parts.ledger.job(&wanted) {
+            // The question is at hand and is asked anew.
+            Err(StoreError::Damaged { .. }) => Ok(None),
+            known => known,
+        })
+        .await?;
     if let Some(Job {
         state: JobState::Done { report_id },
         ..
     }) = known
     {
-        return answered(&app, &report_id).await;
+        match answered(&app, &report_id).await {
+            Err(problem) if problem.code == "damaged" => {
+                let wanted = id.clone();
+                app.on_disk(move |parts| parts.ledger.ask_again(&wanted))
+                    .await?;
+            }
+            sent => return sent,
+        }
     }
     let recording = question.recording.clone();
     app.apart(move |parts| parts.recording(&recording)).await?;
@@ -288,10 +301,21 @@ pub(crate) async fn made_whole(app: &App, report_id: &str) -> Result<(), Problem
     Ok(())
 }
 
+/// Plots that a report may have.
+const PLOTS: [&str; 8] = [
+    "acceleration.svg",
+    "amplitude-spectra.svg",
+    "angle.svg",
+    "drivers.svg",
+    "event.svg",
+    "phase-plane.svg",
+    "spectrogram.svg",
+    "spread.svg",
+];
+
 /// Tells whether a report has a file of that name.
 fn is_of_report(name: &str) -> bool {
-    let ending = name.rsplit_once('.').map(|(_, ending)| ending);
-    [VERDICT_FILE, SERIES_FILE, REPORT_FILE].contains(&name) || ending == Some("svg")
+    [VERDICT_FILE, SERIES_FILE, REPORT_FILE].contains(&name) || PLOTS.contains(&name)
 }
 
 /// Has a report made again of which a file was lost; `None` where nothing could make it.

@@ -416,6 +416,13 @@ impl Shared {
         self.tell(&job.id, JobState::Running, None);
         let outcome = self.answer(slot, job);
         let (id, attempt) = (&job.id, job.attempt);
+        let made = match &outcome {
+            Ok(Answered::Judged(result)) => {
+                let files = result.files.values().map(|file| file.sha256.clone());
+                files.collect()
+            }
+            _ => BTreeSet::new(),
+        };
         let done = |state| {
             self.counters.jobs_done.fetch_add(1, Ordering::Relaxed);
             self.tell(id, state, Some(1.0));
@@ -445,8 +452,8 @@ impl Shared {
         match written {
             Ok(()) => {}
             Err(StoreError::Deleted) => {
-                let refused = self.refuse(job, StoreError::Deleted.into(), false);
-                if let Err(error) = refused {
+                let forgotten = self.forget(job, &made);
+                if let Err(error) = forgotten {
                     tracing::warn!(%error, job = %job.id, "a refusal could not be kept");
                 }
             }
@@ -456,6 +463,14 @@ impl Shared {
             // The lease runs out, and the job is taken again.
             Err(error) => tracing::warn!(%error, job = %job.id, "an answer could not be kept"),
         }
+    }
+
+    /// Takes away what was made of a recording that was deleted meanwhile.
+    fn forget(&self, job: &Job, made: &BTreeSet<String>) -> Result<(), StoreError> {
+        let recording = &job.question.recording;
+        self.ledger.extend_deletion(recording, made)?;
+        crate::store::sweep(&*self.ledger, &*self.blobs)?;
+        self.refuse(job, StoreError::Deleted.into(), false)
     }
 
     fn refuse(&self, job: &Job, problem: Problem, lasts: bool) -> Result<(), StoreError> {

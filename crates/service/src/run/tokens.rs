@@ -7,6 +7,7 @@ use crate::clock::now_ms;
 use crate::store::{Ledger, StoreError, StoredToken};
 use clap::Subcommand;
 use latchgate::gate::file::day;
+use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -49,6 +50,7 @@ pub(super) fn run(command: TokenCommand, data: &Path) -> Result<ExitCode, String
     if !matches!(command, TokenCommand::Create { .. }) {
         Store::is_there(data)?;
     }
+    let is_new = Store::is_there(data).is_err();
     let ledger = Store::beside(data)?.ledger;
     let told = |error: StoreError| error.to_string();
     let now = now_ms();
@@ -66,6 +68,16 @@ pub(super) fn run(command: TokenCommand, data: &Path) -> Result<ExitCode, String
             }
             if name.is_empty() || name.contains(|c: char| c.is_control() || c == '#') {
                 return Err("a name has letters, none of them `#`".into());
+            }
+            if label.contains(|c: char| c.is_control()) || label.chars().count() > 100 {
+                return Err("a label has up to 100 letters, none of them for control".into());
+            }
+            if is_new {
+                let shown = data.display();
+                let _ = writeln!(
+                    io::stderr(),
+                    "latchgate-serve: {shown} held no data, they begin here"
+                );
             }
             make(&*ledger, name, label, scopes, i64::from(days) * DAY_MS)
         }

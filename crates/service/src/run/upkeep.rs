@@ -1,6 +1,6 @@
 //! Backup, restore, and the check of everything that is stored.
 
-use crate::app::{LEDGER, Store};
+use crate::app::{LEDGER, Store, own_folder};
 use crate::config::Config;
 use crate::store::{self, BlobFolder, Blobs, Collected, StoreError, StoredFile};
 use std::collections::{BTreeMap, BTreeSet};
@@ -74,7 +74,7 @@ pub(super) fn restore(folder: &Path, data: &Path) -> Result<String, String> {
             "the backup is damaged, nothing was taken from it:\n{text}"
         ));
     }
-    fs::create_dir_all(data).map_err(|error| error.to_string())?;
+    own_folder(data)?;
     let store = Store::read_only(folder)?;
     let from_store = |error: StoreError| error.to_string();
     let (_, needed) = store.ledger.check().map_err(from_store)?;
@@ -123,7 +123,7 @@ pub(super) fn collect(config: &Config) -> Result<String, String> {
     Store::is_there(&config.data)?;
     let store = Store::open(config)?;
     let collected = store::collect(&*store.ledger, &*store.blobs);
-    let Collected { files, bytes } = collected.map_err(|error| error.to_string())?;
+    let Collected { files, bytes, .. } = collected.map_err(|error| error.to_string())?;
     Ok(format!(
         "{files} files of {bytes} bytes that no row names were removed"
     ))

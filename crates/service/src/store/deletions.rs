@@ -1,6 +1,5 @@
 //! Deleted recordings: what was deleted, by whom and why, is kept; the samples go.
 
-use super::needed::named;
 use super::recordings::{self, recording_of};
 use super::results::result_of;
 use super::sql::{confirmed, page, rows, text_of};
@@ -69,8 +68,13 @@ pub(super) fn delete(
         Err(error) => return Err(error),
     }
     let sql = "SELECT number, report_id, body, sum FROM results WHERE recording = ?";
-    for found in rows(connection, sql, [id], |row| Ok(result_of(row)))? {
-        let Ok((number, mut result)) = found else {
+    let found = rows(connection, sql, [id], |row| {
+        Ok((row.get::<_, i64>(0)?, result_of(row)))
+    })?;
+    for (number, result) in found {
+        let Ok((_, mut result)) = result else {
+            // Nothing can be read of it, and its files go with those that no row names.
+            connection.execute("DELETE FROM results WHERE number = ?", [number])?;
             continue;
         };
         let (kept, gone) = result
@@ -92,7 +96,35 @@ pub(super) fn delete(
         params![id, body, of_row("deletion", id, &body)],
     )?;
     connection.execute("DELETE FROM recordings WHERE id = ?", [id])?;
+    // A refusal may quote what it could not read.
+    connection.execute(
+        "DELETE FROM jobs WHERE state = 'refused' AND json_valid(body)
+         AND json_extract(body, '$.recording') = ?",
+        [id],
+    )?;
     Ok(true)
+}
+
+/// Has further files go with a recording that was deleted: those that a child made of it meanwhile.
+pub(super) fn extend(
+    connection: &Connection,
+    id: &str,
+    files: &BTreeSet<String>,
+) -> Result<(), StoreError> {
+    let sql =
+        format!("SELECT {COLUMNS} FROM deletions WHERE recording = ? ORDER BY number DESC LIMIT 1");
+    let found = rows(connection, &sql, [id], |row| {
+        Ok((row.get::<_, i64>(0)?, body_of(row)?))
+    })?;
+    for (number, mut body) in found {
+        body.files.extend(files.iter().cloned());
+        let body = text_of(&body);
+        connection.execute(
+            "UPDATE deletions SET body = ?, sum = ?, is_open = 1 WHERE number = ?",
+            params![body, of_row("deletion", id, &body), number],
+        )?;
+    }
+    Ok(())
 }
 
 /// Finds the last deletion of a recording that is not there.
@@ -101,8 +133,21 @@ pub(super) fn find(connection: &Connection, id: &str) -> Result<Option<Deletion>
         "SELECT {COLUMNS} FROM deletions WHERE recording = ?1
          AND NOT EXISTS (SELECT 1 FROM recordings WHERE id = ?1) ORDER BY number DESC LIMIT 1"
     );
-    let found = rows(connection, &sql, [id], body_of)?.pop();
-    Ok(found.map(|body| body.deletion))
+    let found = rows(connection, &sql, [id], |row| Ok(body_of(row)))?.pop();
+    match found.transpose() {
+        // That it was deleted is known by the row.
+        Err(StoreError::Damaged { .. }) => Ok(Some(Deletion {
+            recording: id.into(),
+            name: "the recording".into(),
+            owner: String::new(),
+            bytes: 0,
+            created_ms: 0,
+            deleted_ms: 0,
+            by: "somebody whose name is lost".into(),
+            why: "asked".into(),
+        })),
+        found => Ok(found?.map(|body| body.deletion)),
+    }
 }
 
 /// Lists deletions, the newest first.
@@ -132,19 +177,12 @@ pub(super) fn aged(connection: &Connection, before_ms: i64) -> Result<Vec<String
     Ok(aged.map(|recording| recording.id).collect())
 }
 
-/// Returns the deletions whose files are still to be removed, and those of their files that no row
-/// names.
-pub(super) fn open(connection: &Connection) -> Result<(Vec<i64>, Vec<String>), StoreError> {
+/// Returns the deletions whose files are still to be removed, and those files.
+pub(super) fn open(connection: &Connection) -> Result<(Vec<i64>, BTreeSet<String>), StoreError> {
     let sql = format!("SELECT {COLUMNS} FROM deletions WHERE is_open");
     let found = rows(connection, &sql, [], |row| {
         Ok((row.get::<_, i64>(0)?, body_of(row)))
     })?;
-    if found.is_empty() {
-        return Ok((Vec::new(), Vec::new()));
-    }
-    // A row that is damaged can be made whole by an upload or a backup alone, which bring its files.
-    let (_, named) = named(connection)?;
-    let named: BTreeSet<String> = named.into_iter().map(|file| file.sha256).collect();
     let (mut numbers, mut files) = (Vec::new(), BTreeSet::new());
     for (number, body) in found {
         numbers.push(number);
@@ -156,7 +194,6 @@ pub(super) fn open(connection: &Connection) -> Result<(Vec<i64>, Vec<String>), S
             Err(error) => return Err(error),
         }
     }
-    let files = files.difference(&named).cloned().collect();
     Ok((numbers, files))
 }
 

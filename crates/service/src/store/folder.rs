@@ -8,7 +8,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::SystemTime;
 
 /// A folder of blobs.
@@ -18,7 +18,8 @@ pub struct BlobFolder {
     next: AtomicU64,
     /// Held while a blob is put in its place or taken away, so that one that is kept again at the
     /// same time stays.
-    placing: Arc<Mutex<()>>,
+    moving: Arc<Mutex<()>>,
+    placing: RwLock<()>,
 }
 
 impl BlobFolder {
@@ -37,7 +38,8 @@ impl BlobFolder {
         Ok(Self {
             root: root.to_path_buf(),
             next: AtomicU64::new(0),
-            placing: Arc::default(),
+            moving: Arc::default(),
+            placing: RwLock::default(),
         })
     }
 
@@ -46,7 +48,8 @@ impl BlobFolder {
         Self {
             root: root.to_path_buf(),
             next: AtomicU64::new(0),
-            placing: Arc::default(),
+            moving: Arc::default(),
+            placing: RwLock::default(),
         }
     }
 
@@ -68,7 +71,7 @@ impl Blobs for BlobFolder {
             .open(&path)?;
         Ok(BlobWriter {
             root: self.root.clone(),
-            placing: Arc::clone(&self.placing),
+            moving: Arc::clone(&self.moving),
             path,
             file: Some(file),
             hash: Sha256::new(),
@@ -94,9 +97,13 @@ impl Blobs for BlobFolder {
         Ok(file)
     }
 
+    fn placing(&self) -> &RwLock<()> {
+        &self.placing
+    }
+
     fn remove(&self, sha256: &str) -> Result<(), StoreError> {
         let path = self.path(sha256);
-        let _placing = locked(&self.placing);
+        let _moving = locked(&self.moving);
         match fs::remove_file(&path) {
             Ok(()) => path.parent().map_or(Ok(()), sync_folder),
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
@@ -125,9 +132,10 @@ impl Blobs for BlobFolder {
                 let name = entry.file_name();
                 let is_named = name.to_str().is_none_or(|name| named.contains(name));
                 if is_named {
+                    collected.kept_bytes += entry.metadata().map_or(0, |about| about.len());
                     continue;
                 }
-                let _placing = locked(&self.placing);
+                let _moving = locked(&self.moving);
                 let about = match entry.metadata() {
                     Ok(about) => about,
                     Err(error) if error.kind() == ErrorKind::NotFound => continue,
@@ -148,7 +156,7 @@ impl Blobs for BlobFolder {
 #[derive(Debug)]
 pub struct BlobWriter {
     root: PathBuf,
-    placing: Arc<Mutex<()>>,
+    moving: Arc<Mutex<()>>,
     path: PathBuf,
     file: Option<File>,
     hash: Sha256,
@@ -202,7 +210,7 @@ impl BlobWriter {
         }
         // One that is there may be damaged; the bytes at hand are not.
         {
-            let _placing = locked(&self.placing);
+            let _moving = locked(&self.moving);
             // From now on it is new, however long the rest of its upload took.
             File::open(&self.path)?.set_modified(SystemTime::now())?;
             fs::rename(&self.path, folder.join(&sha256))?;
@@ -223,8 +231,8 @@ impl Drop for BlobWriter {
     }
 }
 
-fn locked(placing: &Mutex<()>) -> MutexGuard<'_, ()> {
-    placing.lock().unwrap_or_else(PoisonError::into_inner)
+fn locked(moving: &Mutex<()>) -> MutexGuard<'_, ()> {
+    moving.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn sync_folder(path: &Path) -> Result<(), StoreError> {

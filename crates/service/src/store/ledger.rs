@@ -6,13 +6,14 @@ use super::schema;
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
-    Census, Deletion, GateOutcome, GateStanding, Job, Ledger, ListedRecording, Load, Manifest,
-    Page, Question, RecordingFilter, Remake, ResultFilter, StoreError, StoredDesign, StoredFile,
-    StoredGate, StoredRecording, StoredResult, StoredSession, StoredToken, deletions, gates, jobs,
-    needed, recordings, results, tokens,
+    Census, Deletion, GateOutcome, GateStanding, Job, LastRows, Ledger, ListedRecording, Load,
+    Manifest, Page, Question, RecordingFilter, Remake, ResultFilter, StoreError, StoredDesign,
+    StoredFile, StoredGate, StoredRecording, StoredResult, StoredSession, StoredToken, deletions,
+    gates, jobs, needed, recordings, results, tokens,
 };
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
@@ -148,8 +149,8 @@ fn connect_to_read(path: &Path) -> Result<Connection, StoreError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let readable = |connection: &Connection| version_of(connection);
     let plain = Connection::open_with_flags(path, flags)?;
+    plain.busy_timeout(BUSY)?;
     if readable(&plain).is_ok() {
-        plain.busy_timeout(BUSY)?;
         return Ok(plain);
     }
     // Without a folder to write in, SQLite reads what it is told nobody changes.
@@ -182,10 +183,10 @@ fn version_of(connection: &Connection) -> Result<i64, StoreError> {
 
 fn other_version(version: i64) -> StoreError {
     let own = schema::VERSION;
-    let way_out = if version > own {
-        "take the program that made them, or a newer one"
-    } else {
-        "start the service on them once, which makes them new"
+    let way_out = match version {
+        2 => "start the service on them once, which makes them new",
+        ..2 => "no program takes them over",
+        _ => "take the program that made them, or a newer one",
     };
     StoreError::Broken {
         reason: format!("the data have version {version}, this program takes {own}; {way_out}"),
@@ -308,7 +309,15 @@ impl Ledger for SqliteLedger {
                     )?;
                     Ok(true)
                 }
-                found => found.map(|_| false),
+                Err(error) => Err(error),
+                Ok(_) => {
+                    // Its age counts from now on.
+                    connection.execute(
+                        "UPDATE recordings SET body = ?, sum = ?, created_ms = ? WHERE id = ?",
+                        params![body, sum, now_ms, id],
+                    )?;
+                    Ok(false)
+                }
             }
         })
     }
@@ -352,12 +361,38 @@ impl Ledger for SqliteLedger {
         self.read(|connection| deletions::list(connection, before, limit))
     }
 
+    fn looked(&self, now_ms: i64) -> Result<Option<i64>, StoreError> {
+        self.write(move |connection| {
+            let before = connection
+                .query_row("SELECT at_ms FROM looked", [], |row| row.get(0))
+                .optional()?;
+            connection.execute(
+                "INSERT OR REPLACE INTO looked (number, at_ms) VALUES (1, ?)",
+                [now_ms],
+            )?;
+            Ok(before)
+        })
+    }
+
     fn aged_recordings(&self, before_ms: i64) -> Result<Vec<String>, StoreError> {
         self.read(|connection| deletions::aged(connection, before_ms))
     }
 
-    fn open_deletions(&self) -> Result<(Vec<i64>, Vec<String>), StoreError> {
+    fn open_deletions(&self) -> Result<(Vec<i64>, BTreeSet<String>), StoreError> {
         self.read(deletions::open)
+    }
+
+    fn extend_deletion(&self, id: &str, files: &BTreeSet<String>) -> Result<(), StoreError> {
+        let (id, files) = (id.to_string(), files.clone());
+        self.write(move |connection| deletions::extend(connection, &id, &files))
+    }
+
+    fn needed_of(
+        &self,
+        files: &BTreeSet<String>,
+        after: LastRows,
+    ) -> Result<(BTreeSet<String>, LastRows), StoreError> {
+        self.read(|connection| needed::among(connection, files, after))
     }
 
     fn close_deletions(&self, numbers: &[i64]) -> Result<(), StoreError> {
@@ -464,6 +499,11 @@ impl Ledger for SqliteLedger {
 
     fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError> {
         self.write(move |connection| jobs::reclaim(connection, now_ms, every))
+    }
+
+    fn ask_again(&self, id: &str) -> Result<(), StoreError> {
+        let id = id.to_string();
+        self.write(move |connection| jobs::again(connection, &id))
     }
 
     fn remake(&self, report_id: &str, lost: &str) -> Result<Remake, StoreError> {

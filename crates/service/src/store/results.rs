@@ -48,8 +48,16 @@ pub(super) fn put(connection: &Connection, result: &StoredResult) -> Result<(), 
     if added == 1 {
         return Ok(());
     }
-    let Some(mut known) = find(connection, id)? else {
-        return Ok(());
+    let mut known = match find(connection, id) {
+        Ok(Some(known)) => known,
+        Ok(None) => return Ok(()),
+        // What was answered cannot be read any more; this is the same answer.
+        Err(StoreError::Damaged { .. }) => {
+            let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";
+            connection.execute(sql, params![body, sum, id])?;
+            return Ok(());
+        }
+        Err(error) => return Err(error),
     };
     if known.content_sha256 != result.content_sha256 {
         // The first answer was handed out under this identity and stays.

@@ -298,7 +298,8 @@ fn cli_a_person_has_several_tokens() {
     let folder = Folder::new();
     let create = |label: &str, days: &str| {
         let arguments = ["token", "create", "ada", "--label", label, "--days", days];
-        folder.run(&arguments).1.trim().to_string()
+        let text = folder.run(&arguments).1;
+        text.lines().next().unwrap().to_string()
     };
     let (desk, laptop) = (create("desk", "30"), create("laptop", "0"));
     let service = Service::start(&folder, &[]);
@@ -715,6 +716,20 @@ fn cli_a_person_signs_in_and_out() {
         cookie.starts_with("__Host-") && cookie.ends_with("; Secure"),
         "{cookie}"
     );
+    // Nobody slips a session under by the plain name there.
+    let own = cookie.split(';').next().unwrap();
+    let behind = client.clone().with("X-Forwarded-Proto", "https");
+    let both = format!("latchgate-session=other; {own}");
+    behind
+        .clone()
+        .with("Cookie", &both)
+        .get("/v1/verdicts")
+        .expect(200);
+    let plain = own.replace("__Host-", "");
+    behind
+        .with("Cookie", &plain)
+        .get("/v1/verdicts")
+        .expect(401);
 }
 
 /// A session ends some time after it was used last, some time after it began, and with its token.

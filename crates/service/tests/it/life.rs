@@ -222,7 +222,7 @@ fn regress_a_deletion_meets_a_question_at_work() {
     }
     let last = standing(&jobs[3]);
     assert_eq!(last["problem"]["code"], "recording-deleted", "{last}");
-    // What a child had made lies there as what no row names, and no page or curve is served.
+    // No page or curve is served, and what a child had made meanwhile is gone from the disk.
     for job in jobs
         .iter()
         .map(standing)
@@ -234,6 +234,11 @@ fn regress_a_deletion_meets_a_question_at_work() {
         );
         client.get(&report).expect(410);
     }
+    let documents = jobs
+        .iter()
+        .map(standing)
+        .filter(|own| own["state"] == "done");
+    assert_eq!(blobs(&folder), documents.count(), "documents alone");
     assert_eq!(folder.run(&["fsck"]).0, 0);
 }
 
@@ -443,7 +448,14 @@ fn regress_a_backup_is_read_where_nothing_can_be_written() {
     let checked = run(&["fsck", "--data", data]);
     let second = folder.0.join("second");
     let copied = run(&["backup", second.to_str().unwrap(), "--data", data]);
+    // An empty folder that others may read becomes its owner's alone; one that holds files is left.
     fs::remove_dir_all(folder.data()).unwrap();
+    fs::create_dir(folder.data()).unwrap();
+    fs::set_permissions(folder.data(), fs::Permissions::from_mode(0o755)).unwrap();
+    let letter = folder.data().join("letter.txt");
+    fs::write(&letter, "mine").unwrap();
+    let refused = folder.run(&["restore", data]);
+    fs::remove_file(&letter).unwrap();
     let restored = folder.run(&["restore", data]);
     if is_mounted {
         std::process::Command::new("umount")
@@ -454,6 +466,7 @@ fn regress_a_backup_is_read_where_nothing_can_be_written() {
     assert_eq!(checked.0, Some(0), "{}", checked.1);
     assert_eq!(copied.0, Some(0), "{}", copied.1);
     assert_eq!(restored.0, 0, "{}", restored.1);
+    assert_eq!(refused.0, 4, "{}", refused.1);
     assert_eq!(names(), before, "what was read was written to");
     let mode = |path: &std::path::Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
     assert_eq!(mode(&folder.data()), 0o700);
@@ -508,4 +521,86 @@ fn cli_data_of_the_version_before_are_taken_over() {
     let (code, text) = folder.run(&["--listen", "127.0.0.1:0"]);
     assert_eq!(code, 4);
     assert!(text.contains("version 9"), "{text}");
+}
+
+/// A refusal quotes what it could not read, and goes with its recording; a row that is damaged keeps
+/// no file alive.
+#[test]
+fn regress_a_deletion_leaves_no_word_of_the_recording() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let table = "t_s,acc_y_g\n0,1\n0.001,SECRETCELL99\n0.002,1\n0.003,0\n";
+    let path = "/v1/recordings?name=odd.csv";
+    let id = client
+        .send("POST", path, table.as_bytes())
+        .expect(201)
+        .json()["id"]
+        .clone();
+    client
+        .post("/v1/verdicts?wait=60", &json!({"recording": id}))
+        .expect(422);
+    assert!(bytes_in(&folder, b"SECRETCELL99"));
+    let path = format!("/v1/recordings/{}", id.as_str().unwrap());
+    client.send("DELETE", &path, &[]).expect(200);
+    wait_for("nothing holds it", Duration::from_secs(10), || {
+        !bytes_in(&folder, b"SECRETCELL99")
+    });
+    let (recording, _) = judged(&client);
+    let connection = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();
+    let damage = "UPDATE results SET body = replace(body, 'burst', 'bursT')";
+    assert_eq!(connection.execute(damage, []).unwrap(), 1);
+    client.send("DELETE", &recording, &[]).expect(200);
+    assert_eq!(folder.run(&["fsck"]).0, 0, "the damaged row is gone, too");
+    // A deletion whose row is damaged is one all the same.
+    let damage = "UPDATE deletions SET body = replace(body, 'asked', 'askeD')";
+    assert_eq!(connection.execute(damage, []).unwrap(), 2);
+    client.get(&recording).expect(410);
+}
+
+/// A result whose row is damaged is made whole by the same question.
+#[test]
+fn regress_a_damaged_result_is_answered_anew() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let (_, verdict) = judged(&client);
+    let document = client.get(&verdict).expect(200).body;
+    let connection = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();
+    let damage = "UPDATE results SET body = replace(body, 'burst', 'bursT')";
+    assert_eq!(connection.execute(damage, []).unwrap(), 1);
+    client.get(&verdict).expect(500);
+    let id = client.get("/v1/recordings").json()["recordings"][0]["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    let again = client
+        .post("/v1/verdicts?wait=60", &question)
+        .expect(200)
+        .body;
+    assert_eq!(without_run(&again), without_run(&document));
+    assert_eq!(folder.run(&["fsck"]).0, 0);
+}
+
+/// A clock that is far ahead at the start deletes nothing: for a day nobody believes it.
+#[test]
+fn regress_a_clock_that_went_far_deletes_nothing() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["upkeep_s=1", "keep_days=30"]);
+    let (recording, _) = judged(&service.client());
+    assert_eq!(service.end(), 0);
+    // As if the last look were two years ago, and the recording of then.
+    let ledger = SqliteLedger::open(&folder.data().join("ledger.sqlite")).unwrap();
+    let id = recording.rsplit('/').next().unwrap();
+    let manifest = ledger.recording(id).unwrap().unwrap().manifest;
+    let then = now_ms() - 700 * 86_400_000;
+    assert!(
+        !ledger.put_recording(&manifest, "me", then).unwrap(),
+        "known"
+    );
+    ledger.looked(then).unwrap();
+    drop(ledger);
+    let service = Service::start(&folder, &["upkeep_s=1", "keep_days=30"]);
+    std::thread::sleep(Duration::from_millis(2500));
+    service.client().get(&recording).expect(200);
+    let log = fs::read_to_string(&service.log).unwrap();
+    assert!(log.contains("the clock went far"), "{log}");
 }

@@ -23,8 +23,14 @@ fn cli_a_proxy_names_users_and_nobody_else_does() {
     ];
     let service = Service::start(&folder, &settings);
     let ada = service.client().with(HEADER, "ada@example.com");
-    let page = ada.get("/login").expect(200).text();
-    assert!(page.contains("ada@example.com"), "{page}");
+    for place in ["/login", "/", "/recordings"] {
+        let page = ada.get(place).expect(200).text();
+        assert!(
+            page.contains("Signed in as <strong>ada@example.com"),
+            "{page}"
+        );
+        assert!(!page.contains("No sign-in"), "{page}");
+    }
     ada.get("/v1/verdicts").expect(200);
     ada.send("POST", "/v1/gates", b"").expect(403);
     let problem = ada
@@ -200,12 +206,19 @@ fn cli_the_sample_of_a_proxy_works() {
     fs::write(folder.0.join("users"), format!("ada:{password}")).unwrap();
     let free = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let port = free.local_addr().unwrap().port();
-    drop(free);
+    let other = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let programs = other.local_addr().unwrap().port();
+    drop((free, other));
+    let token = folder.token("prometheus", "admin");
     let sample = fs::read_to_string(root().join("crates/service/nginx.conf")).unwrap();
     let socket = folder.0.join("socket");
     let mut text = sample.clone();
     for (from, to) in [
         ("listen 443 ssl", format!("listen 127.0.0.1:{port} ssl")),
+        (
+            "listen 8443 ssl",
+            format!("listen 127.0.0.1:{programs} ssl"),
+        ),
         (
             "unix:/run/latchgate/socket:",
             format!("unix:{}:", socket.display()),
@@ -240,9 +253,9 @@ fn cli_the_sample_of_a_proxy_works() {
     wait_for("nginx listens", Duration::from_secs(20), || {
         std::net::TcpStream::connect(("127.0.0.1", port)).is_ok()
     });
-    let place = format!("latch.example.com:{port}:127.0.0.1");
-    let curl = |arguments: &[&str], path: &str| {
+    let ask = |port: u16, arguments: &[&str], path: &str| {
         let url = format!("https://latch.example.com:{port}{path}");
+        let place = format!("latch.example.com:{port}:127.0.0.1");
         let mut all = vec![
             "-s",
             "-i",
@@ -255,6 +268,7 @@ fn cli_the_sample_of_a_proxy_works() {
         all.push(&url);
         run("curl", &all)
     };
+    let curl = |arguments: &[&str], path: &str| ask(port, arguments, path);
     let stranger = curl(&["-H", "X-Forwarded-User: ada"], "/v1/verdicts");
     assert!(stranger.contains(" 401 "), "{stranger}");
     assert!(
@@ -262,11 +276,11 @@ fn cli_the_sample_of_a_proxy_works() {
         "{stranger}"
     );
     let named = curl(
-        &["-u", "ada:secret", "-H", "X-Forwarded-User: eve"],
+        &["-u", "ada:secret", "-H", "X-Forwarded-User: mallory"],
         "/login",
     );
     assert!(
-        named.contains(" 200 ") && named.contains("ada") && !named.contains("eve"),
+        named.contains(" 200 ") && named.contains("ada") && !named.contains("mallory"),
         "{named}"
     );
     assert!(named.contains("Strict-Transport-Security"), "{named}");
@@ -281,4 +295,29 @@ fn cli_the_sample_of_a_proxy_works() {
         upload.contains(" 201 ") && upload.contains(r#""owner":"ada""#),
         "{upload}"
     );
+    // A browser's change, whose page lies at another port than that of TLS.
+    let origin = format!("Origin: https://latch.example.com:{port}");
+    let change = curl(
+        &[
+            "-u",
+            "ada:secret",
+            "-H",
+            &origin,
+            "-H",
+            "Content-Type: application/json",
+            "-d",
+            "{\"name\": \"d\"}",
+        ],
+        "/v1/designs",
+    );
+    assert!(change.contains(" 201 "), "{change}");
+    // Programs come by their token, and are named by nobody.
+    let bearer = format!("Authorization: Bearer {token}");
+    let figures = ask(programs, &["-H", &bearer], "/metrics");
+    assert!(
+        figures.contains(" 200 ") && figures.contains("latchgate_build_info"),
+        "{figures}"
+    );
+    let stranger = ask(programs, &["-H", "X-Forwarded-User: ada"], "/v1/verdicts");
+    assert!(stranger.contains(" 401 "), "{stranger}");
 }

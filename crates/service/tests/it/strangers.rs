@@ -343,3 +343,32 @@ fn cli_the_log_says_which_tokens_were_made() {
         "{log}"
     );
 }
+
+/// However many take their time with a file of a report, everybody else is answered.
+#[test]
+fn verif_slow_readers_hold_no_thread() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["address_connections=200"]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    let verdict = client.post("/v1/verdicts?wait=60", &question).expect(200);
+    let place = verdict.header("location").unwrap().to_string();
+    let _readers: Vec<TcpStream> = (0..100)
+        .map(|_| {
+            let mut stream = connect_from(&service, 1);
+            let host = &service.address;
+            let head = format!("GET {place}/report.html HTTP/1.1\r\nHost: {host}\r\n\r\n");
+            stream.write_all(head.as_bytes()).unwrap();
+            stream
+        })
+        .collect();
+    std::thread::sleep(Duration::from_secs(1));
+    for path in ["/readyz", "/v1/limits", "/v1/verdicts"] {
+        let began = Instant::now();
+        let (status, answer) = get_from(&service, 2, path, "");
+        assert_eq!(status, 200, "{path}: {answer}");
+        let took = began.elapsed();
+        assert!(took < Duration::from_secs(4), "{path}: {took:?}");
+    }
+}

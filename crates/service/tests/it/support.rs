@@ -57,9 +57,13 @@ impl Folder {
 
     /// Makes a token.
     pub(crate) fn token(&self, name: &str, scopes: &str) -> String {
-        let (code, text) = self.run(&["token", "create", name, "--scopes", scopes]);
-        assert_eq!(code, 0, "{text}");
-        text.trim().to_string()
+        let output = Command::new(PROGRAM)
+            .args(["token", "create", name, "--scopes", scopes, "--data"])
+            .arg(self.data())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap().trim().to_string()
     }
 }
 

@@ -452,9 +452,12 @@ fn other_formats() -> Vec<Case> {
     .into_iter()
     .map(|(name, bytes, says)| refused(name, bytes, &[says, "CSV"]))
     .map(|mut case| {
-        // The way out of a bag is another.
+        // The way out of a bag is another, and that of an index is its file.
         if case.opened.ends_with(".bag") {
             case.says[1] = "mcap convert".into();
+        }
+        if case.opened.ends_with(".tdms_index") {
+            case.says[1] = "open the .tdms file beside it".into();
         }
         case
     })

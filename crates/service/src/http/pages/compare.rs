@@ -1,6 +1,6 @@
 //! Verdicts side by side: the page of `latchgate compare`, with links.
 
-use super::verdict::find;
+use super::verdict::{SERIES_BYTES, find};
 use super::whole;
 use crate::app::{App, Parts};
 use crate::auth::Visitor;
@@ -36,6 +36,7 @@ pub(super) async fn page(
         };
         return Ok((status, how_to_choose(&visitor, ids.len())).into_response());
     }
+    let _place = app.pages.acquire().await;
     let page = app.apart(move |parts| drawn(parts, &visitor, &ids)).await?;
     Ok(page.into_response())
 }
@@ -56,7 +57,7 @@ fn how_to_choose(visitor: &Visitor, chosen: usize) -> Markup {
 fn drawn(parts: &Parts, visitor: &Visitor, ids: &[String]) -> Result<Markup, Problem> {
     let (mut documents, mut keys, mut tables) = (Vec::new(), Vec::new(), Vec::new());
     for id in ids {
-        let verdict = find(parts, id)?;
+        let verdict = find(parts, id, SERIES_BYTES / ids.len() as u64)?;
         let other = || Problem::not_found(&format!("verdict {id} of this version; judge it again"));
         documents.push(verdict.document.ok_or_else(other)?);
         keys.push(verdict.keys);

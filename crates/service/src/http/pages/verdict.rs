@@ -20,7 +20,7 @@ use std::io::Read;
 const DOCUMENT_BYTES: u64 = 8 << 20;
 
 /// Bytes of a table of series that a page draws: some 150 000 samples.
-const SERIES_BYTES: u64 = 16 << 20;
+pub(super) const SERIES_BYTES: u64 = 16 << 20;
 
 /// Numbers of the design that a slider varies.
 const VARIED: [&str; 4] = [
@@ -43,8 +43,12 @@ pub(super) struct StoredVerdict {
     pub(super) series: Option<SampledSeries>,
 }
 
-/// Reads a verdict.
-pub(super) fn find(parts: &Parts, report_id: &str) -> Result<StoredVerdict, Problem> {
+/// Reads a verdict, its series unless that is longer than `series_bytes`.
+pub(super) fn find(
+    parts: &Parts,
+    report_id: &str,
+    series_bytes: u64,
+) -> Result<StoredVerdict, Problem> {
     let missing = || Problem::not_found("such verdict");
     let result = parts.ledger.result(report_id)?.ok_or_else(missing)?;
     let text = read(parts, &result, VERDICT_FILE, DOCUMENT_BYTES)?.ok_or_else(missing)?;
@@ -52,7 +56,7 @@ pub(super) fn find(parts: &Parts, report_id: &str) -> Result<StoredVerdict, Prob
         what: format!("the document of {report_id}"),
     };
     let keys: Map<String, Value> = serde_json::from_slice(&text).map_err(damaged)?;
-    let table = read(parts, &result, SERIES_FILE, SERIES_BYTES)?;
+    let table = read(parts, &result, SERIES_FILE, series_bytes)?;
     Ok(StoredVerdict {
         document: serde_json::from_value(Value::Object(keys.clone())).ok(),
         series: table.and_then(|table| series::from_csv(&table).ok()),
@@ -86,13 +90,15 @@ pub(super) async fn page(
 ) -> Result<Markup, Problem> {
     let wanted = report_id.clone();
     let own = visitor.clone();
-    let shown = app.apart(move |parts| Ok(drawn(&own, &find(parts, &wanted)?)));
+    let place = app.pages.acquire().await;
+    let shown = app.apart(move |parts| Ok(drawn(&own, &find(parts, &wanted, SERIES_BYTES)?)));
     match shown.await {
-        Err(problem) if problem.code == "damaged" => {}
+        Err(problem) if problem.code == "damaged" => drop(place),
         shown => return shown,
     }
     made_whole(&app, &report_id).await?;
-    app.apart(move |parts| Ok(drawn(&visitor, &find(parts, &report_id)?)))
+    let _place = app.pages.acquire().await;
+    app.apart(move |parts| Ok(drawn(&visitor, &find(parts, &report_id, SERIES_BYTES)?)))
         .await
 }
 
