@@ -270,6 +270,57 @@ fn cli_the_log_says_who_asked_from_where() {
     );
 }
 
+/// Returns the most memory that the service had, without its children [KiB].
+fn peak_kib(service: &Service) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{}/status", service.child.id())).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kib = line.and_then(|rest| rest.trim().strip_suffix(" kB"));
+    kib.unwrap().parse().unwrap()
+}
+
+/// However many begin forms and go no further, or ask for pages that read whole reports, the service
+/// stays small.
+#[test]
+fn verif_forms_and_pages_keep_the_service_small() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["address_connections=1024"]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let mut ids = Vec::new();
+    for torque in 0..3 {
+        let set = format!("lever.preload_torque_nm=2.{torque}");
+        let question = json!({"recording": id, "request": {"members": 0}, "set": [set]});
+        let verdict = client.post("/v1/verdicts?wait=60", &question).expect(200);
+        ids.push(verdict.json()["report_id"].as_str().unwrap().to_string());
+    }
+    let begun = "x".repeat(15 << 10);
+    let form = format!(
+        "POST /v1/recordings HTTP/1.1\r\nHost: {}\r\nX-Long: {begun}\r\n\
+         Content-Type: multipart/form-data; boundary=zz\r\nTransfer-Encoding: chunked\r\n\r\n\
+         {:x}\r\n{begun}\r\n",
+        service.address,
+        begun.len()
+    );
+    let forms: Vec<TcpStream> = (0..600)
+        .map(|number| {
+            let mut stream = connect_from(&service, 1 + (number % 8) as u8);
+            let _ = stream.write_all(form.as_bytes());
+            stream
+        })
+        .collect();
+    let compared = format!("/compare?id={}&id={}&id={}", ids[0], ids[1], ids[2]);
+    let one = format!("/verdicts/{}", ids[0]);
+    std::thread::scope(|scope| {
+        for number in 0..40 {
+            let place = if number % 2 == 0 { &one } else { &compared };
+            scope.spawn(|| service.client().get(place).expect(200));
+        }
+    });
+    let peak = peak_kib(&service);
+    println!("{} MiB with {} forms", peak >> 10, forms.len());
+    assert!(peak < 128 << 10, "{peak} KiB");
+}
+
 /// However many send long bodies at once, and leave their answers lying, the service stays small.
 #[test]
 fn verif_the_service_stays_small() {
@@ -304,12 +355,7 @@ fn verif_the_service_stays_small() {
     }
     let whole = sent.iter().filter(|sent| **sent == keys.len()).count();
     assert!(whole >= 30, "{whole} bodies were taken");
-    let status = std::fs::read_to_string(format!("/proc/{}/status", service.child.id())).unwrap();
-    let peak = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))
-        .and_then(|rest| rest.trim().strip_suffix(" kB")?.parse::<u64>().ok())
-        .unwrap();
+    let peak = peak_kib(&service);
     println!("{} MiB after {whole} bodies", peak >> 10);
     assert!(peak < 128 << 10, "{peak} KiB");
     drop(streams);
