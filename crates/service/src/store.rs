@@ -149,6 +149,8 @@ pub struct StoredRecording {
     pub owner: String,
     /// When it came [ms since 1970].
     pub created_ms: i64,
+    /// When its bytes came last [ms since 1970]: its age counts from then.
+    pub renewed_ms: i64,
     /// What it holds as its reader lists it, or the problem that kept it from being read; `None`
     /// before it was looked at.
     pub listing: Option<Value>,

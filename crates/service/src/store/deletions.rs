@@ -171,7 +171,7 @@ pub(super) fn aged(connection: &Connection, before_ms: i64) -> Result<Vec<String
         recordings::COLUMNS
     );
     let found = rows(connection, &sql, [before_ms], |row| Ok(recording_of(row)))?;
-    let is_aged = |recording: &StoredRecording| recording.created_ms < before_ms;
+    let is_aged = |recording: &StoredRecording| recording.renewed_ms < before_ms;
     let whole = found.into_iter().filter_map(Result::ok);
     let aged = whole.map(|(_, recording)| recording).filter(is_aged);
     Ok(aged.map(|recording| recording.id).collect())

@@ -290,6 +290,7 @@ impl Ledger for SqliteLedger {
         let body = text_of(&recordings::RecordingBody {
             manifest: manifest.clone(),
             created_ms: now_ms,
+            renewed_ms: now_ms,
         });
         self.write(move |connection| {
             let sum = of_row("recording", &id, &body);
@@ -310,12 +311,18 @@ impl Ledger for SqliteLedger {
                     Ok(true)
                 }
                 Err(error) => Err(error),
-                Ok(_) => {
+                Ok(found) => {
                     // Its age counts from now on.
-                    connection.execute(
-                        "UPDATE recordings SET body = ?, sum = ?, created_ms = ? WHERE id = ?",
-                        params![body, sum, now_ms, id],
-                    )?;
+                    if let Some(known) = found {
+                        let body = text_of(&recordings::RecordingBody {
+                            manifest: known.manifest,
+                            created_ms: known.created_ms,
+                            renewed_ms: now_ms,
+                        });
+                        let sum = of_row("recording", &id, &body);
+                        let sql = "UPDATE recordings SET body = ?, sum = ? WHERE id = ?";
+                        connection.execute(sql, params![body, sum, id])?;
+                    }
                     Ok(false)
                 }
             }

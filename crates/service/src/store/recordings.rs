@@ -11,6 +11,8 @@ use rusqlite::{Connection, Row, params};
 pub(super) struct RecordingBody {
     pub(super) manifest: Manifest,
     pub(super) created_ms: i64,
+    #[serde(default)]
+    pub(super) renewed_ms: i64,
 }
 
 /// What a list needs of that: an upload may have hundreds of files.
@@ -50,6 +52,7 @@ pub(super) fn recording_of(row: &Row<'_>) -> Result<(i64, StoredRecording), Stor
         manifest: body.manifest,
         owner: row.get(6)?,
         created_ms: body.created_ms,
+        renewed_ms: body.renewed_ms.max(body.created_ms),
         listing,
     };
     Ok((row.get(0)?, recording))

@@ -251,7 +251,10 @@ fn cli_designs_have_versions() {
         (&json!("stiffer"), &json!([]))
     );
     let page = client.get("/designs?baseline=stiff@1").expect(200).text();
-    assert!(page.contains("stop.restitution 0.7 (was 0.8)"), "{page}");
+    assert!(
+        page.contains("restitution of the stop 0.7 (was 0.8)"),
+        "{page}"
+    );
     assert_ne!(of(json!("stiff@1")), of(json!("stiff")));
     client
         .post(
