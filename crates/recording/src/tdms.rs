@@ -264,7 +264,7 @@ impl<'a> TdmsFile<'a> {
             let at_s = span.start_s + last * span.interval_s;
             findings.push(Finding::blocking("gap", text).at(at_s));
         }
-        if let Some(from) = object.restarted {
+        if let Some(from) = object.restarted(span.interval_s) {
             let text = format!(
                 "another `wf_start_time` is stated after {from} samples, which is not where they end. \
                  What happened in between is unknown. Record or export again"

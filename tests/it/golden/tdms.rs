@@ -189,6 +189,21 @@ fn units() -> Vec<Case> {
             .finds(&["info sensitivity-used"]),
         read("unit-at-the-end.tdms", later.concat()),
         refused(
+            "unit-twice.tdms",
+            file(&with(&[("unit_string", text("m/s^2"))])),
+            &["`unit_string` once"],
+        ),
+        refused(
+            "unit-twice-in-other-letters.tdms",
+            file(&with(&[("Unit_String", text("m/s^2"))])),
+            &["once", "`g` and `m/s^2`"],
+        ),
+        refused(
+            "offset-unread.tdms",
+            file(&[G, CLOCK[0], ("wf_start_offset", Said::Extended)]),
+            &["`wf_start_offset` of another type"],
+        ),
+        refused(
             "unit-changes.tdms",
             changed.concat(),
             &["one `unit_string`", "after 800 samples"],
