@@ -166,7 +166,7 @@ impl Object {
             first.is_some_and(|(first_count, first)| {
                 let samples = count.saturating_sub(*first_count) as f64;
                 let off_s = instant.since(*first) - samples * interval_s;
-                !(off_s.abs() < 0.5 * interval_s)
+                off_s.abs() >= 0.5 * interval_s
             })
         };
         let stated = later.iter().find(breaks).map(|(count, _)| *count);
