@@ -1,7 +1,7 @@
 //! TDMS files: read to the last bit as npTDMS reads them, judged as the same samples in another
 //! format, and never better when they are damaged.
 
-use crate::support::tdms::{F64, LITTLE, Property, Raw, Said, text};
+use crate::support::tdms::{F64, I16, LITTLE, Property, Raw, Said, text};
 use crate::support::{Random, data, json, read_path, with_channel};
 use latchgate::pipeline::{
     CardPolarity, Control, Design, Document, Extras, Limits, Request, Source, judge,
@@ -191,6 +191,112 @@ fn verif_a_damaged_tdms_file_never_passes_where_the_sound_one_fails() {
     for bit in bits {
         check_no_pass(&format!("bit {bit} flipped"), flipped(bit));
     }
+}
+
+/// The same push as counts of 3 g, with the chain of scales that says so.
+fn failing_counts() -> Vec<u8> {
+    let value = |k: i32| match (0..200).contains(&k) {
+        true => -60.0 * (std::f64::consts::PI * f64::from(k) / 200.0).sin(),
+        false => 0.0,
+    };
+    let counts = (-200..800).flat_map(|k| ((value(k) / 3.0).round() as i16).to_le_bytes());
+    let said = [
+        ("NI_Number_Of_Scales", Said::Count(2)),
+        ("NI_Scaling_Status", text("unscaled")),
+        ("NI_Scale[0]_Scale_Type", text("Linear")),
+        ("NI_Scale[0]_Linear_Slope", Said::Number(3.0)),
+        ("NI_Scale[0]_Linear_Y_Intercept", Said::Number(0.0)),
+        ("NI_Scale[0]_Linear_Input_Source", Said::Count(u32::MAX)),
+        ("NI_Scale[1]_Scale_Type", text("Linear")),
+        ("NI_Scale[1]_Linear_Slope", Said::Number(1.0)),
+        ("NI_Scale[1]_Linear_Y_Intercept", Said::Number(0.0)),
+        ("NI_Scale[1]_Linear_Input_Source", Said::Count(0)),
+        ("unit_string", text("g")),
+        ("wf_increment", Said::Number(1e-4)),
+        ("wf_start_offset", Said::Number(-0.02)),
+    ];
+    let object = LITTLE.object("/'Vehicle'/'acc y'", Raw::Numbers(I16, 1000), &said);
+    LITTLE.segment(0, Some(&[object]), &counts.collect::<Vec<u8>>())
+}
+
+/// Each bit of what says of a scale; but not of slope and intercept, which are numbers like samples.
+#[test]
+fn verif_counts_whose_scale_is_damaged_never_pass() {
+    let sound = failing_counts();
+    assert_eq!(check_no_pass("sound", sound.clone()), "fail");
+    let at = |what: &[u8]| memchr::memmem::find(&sound, what).unwrap();
+    let (first, last) = (at(b"NI_Number_Of_Scales"), at(b"unit_string"));
+    let mut numbers = Vec::new();
+    for key in ["Linear_Slope", "Linear_Y_Intercept"] {
+        let found = memchr::memmem::find_iter(&sound, key.as_bytes());
+        numbers.extend(found.map(|at| at + key.len() + 4));
+    }
+    let is_number = |byte: usize| numbers.iter().any(|from| (*from..from + 8).contains(&byte));
+    for byte in (first - 4..last).filter(|byte| !is_number(*byte)) {
+        for bit in 0..8 {
+            let mut bytes = sound.clone();
+            bytes[byte] ^= 1 << bit;
+            check_no_pass(&format!("bit {bit} of byte {byte} flipped"), bytes);
+        }
+    }
+}
+
+/// A channel of times that comes once samples are no longer kept is not passed over.
+#[test]
+fn regress_late_times_beyond_the_limit_are_named() {
+    let said = [("unit_string", text("g"))];
+    let half = |raw| LITTLE.object("/'g'/'acc y'", raw, &said);
+    let other = LITTLE.object(
+        "/'g'/'note z'",
+        Raw::Numbers(F64, 250),
+        &[("unit_string", text("V"))],
+    );
+    let time = LITTLE.object(
+        "/'g'/'Time'",
+        Raw::Numbers(F64, 200),
+        &[("unit_string", text("s"))],
+    );
+    let bytes = [
+        LITTLE.segment(
+            0,
+            Some(&[half(Raw::Numbers(F64, 100)), other]),
+            &vec![0; 350 * 8],
+        ),
+        LITTLE.segment(0, Some(&[half(Raw::AsBefore), time]), &vec![0; 300 * 8]),
+    ]
+    .concat();
+    let limits = Limits {
+        test_samples: 320,
+        ..Limits::default()
+    };
+    let source = Source::bytes("a.tdms", bytes);
+    let options = with_channel("acc y");
+    let read = latchgate_recording::read(&source, &options, Selection::Lateral, &limits);
+    let error = read.unwrap_err().to_string();
+    assert!(error.contains("limit test_samples"), "{error}");
+}
+
+/// Properties and short segments as many as a file may have are read in the time of their bytes: without
+/// places by name and a list that is kept this takes minutes.
+#[test]
+fn regress_many_properties_and_short_segments_take_linear_time() {
+    let keys: Vec<String> = (0..40_000).map(|k| format!("p{k}")).collect();
+    let said: Vec<Property<'_>> = keys.iter().map(|key| (&**key, Said::Count(1))).collect();
+    let many = LITTLE.object("/", Raw::Absent, &said);
+    let names: Vec<String> = (0..2000).map(|k| format!("/'g'/'n{k}'")).collect();
+    let mut objects: Vec<Vec<u8>> = vec![many];
+    objects.extend(
+        names
+            .iter()
+            .map(|name| LITTLE.object(name, Raw::Numbers(F64, 1), &[])),
+    );
+    let mut bytes = LITTLE.segment(0, Some(&objects), &vec![0; 8 * 2000]);
+    let empty = LITTLE.with_end(8, None, &[], |end| end);
+    bytes.extend(empty.repeat(200_000));
+    let source = Source::bytes("a.tdms", bytes);
+    let options = ReadOptions::default();
+    let read = latchgate_recording::read(&source, &options, Selection::Lateral, &Limits::default());
+    assert!(read.is_err());
 }
 
 /// Of more samples than are kept the one channel that is meant is judged all the same.

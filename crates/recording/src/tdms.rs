@@ -32,7 +32,7 @@ mod segment;
 mod stream;
 mod value;
 
-use super::channel_name::{ChannelName, words};
+use super::channel_name::ChannelName;
 use super::draft::{self, Draft, Unit, UnitStatement};
 use super::held::{self, Statement};
 use super::lateral::{self, ChannelOffer};
@@ -41,13 +41,14 @@ use super::source::Reader;
 use super::{
     Channel, Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection, text,
 };
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
+use crate::setting::Setting;
 use clock::ChannelClock;
 use entry::Entry;
 use latchgate_kernel::error::Error as KernelError;
 use object::Object;
+use said::ParentsSaid;
 use scale::Scales;
-use segment::ObjectPath;
 use std::collections::BTreeSet;
 use std::io::BufReader;
 use value::{DataType, Value};
@@ -90,7 +91,10 @@ struct TdmsFile<'a> {
     objects: &'a [Object],
     /// All channels in the order of the file.
     entries: Vec<Entry<'a>>,
+    /// Groups with samples of a quantity; what stands in others may speak of any channel.
+    sample_groups: BTreeSet<&'a str>,
     bad_flags: Vec<BadFlag>,
+    parents: ParentsSaid<'a>,
     is_cut: bool,
     asked: ReadTask<'a>,
 }
@@ -98,10 +102,13 @@ struct TdmsFile<'a> {
 impl<'a> TdmsFile<'a> {
     fn of(objects: &'a [Object], is_cut: bool, asked: ReadTask<'a>) -> Self {
         let entries = entry::of(objects, asked.options);
+        let of_samples = entries.iter().filter(|entry| entry.is_of_samples());
         Self {
             objects,
             bad_flags: bad_flags(&entries),
+            sample_groups: of_samples.map(|entry| entry.group).collect(),
             entries,
+            parents: ParentsSaid::of(objects),
             is_cut,
             asked,
         }
@@ -135,6 +142,10 @@ impl<'a> TdmsFile<'a> {
             .copied()
             .filter(|place| self.is_filled(*place))
             .collect();
+        if filled.is_empty() {
+            let known = "no channel of numbers with samples".to_string();
+            return Err(ErrorKind::NoChannel { known }.into());
+        }
         let choices = self.offers(&filled);
         let (chosen, finding) = lateral::take(&choices, lateral::listed(&choices))?;
         Ok((filled[chosen], finding))
@@ -155,8 +166,12 @@ impl<'a> TdmsFile<'a> {
             let wanted = self.asked.options.time_column.as_deref();
             wanted.is_some_and(|wanted| entry.answers_to(wanted, place + 1))
         };
-        let is_beside =
-            |entry: &Entry<'_>| entry.group == own.group && (entry.is_clock() || entry.is_flag());
+        let has_clock = |entry: &Entry<'_>| entry.group == own.group && entry.is_clock();
+        let has_own_clock = self.entries.iter().any(has_clock);
+        let is_beside = |entry: &Entry<'_>| match entry.group == own.group {
+            true => entry.is_clock() || entry.is_flag(),
+            false => (entry.is_clock() && !has_own_clock) || entry.is_flag(),
+        };
         let of_use = self.entries.iter().enumerate();
         let of_use = of_use.filter(|(place, entry)| is_beside(entry) || is_named(entry, *place));
         of_use.map(|(_, entry)| entry.at).chain([own.at]).collect()
@@ -193,10 +208,9 @@ impl<'a> TdmsFile<'a> {
             .iter()
             .map(|place| self.entries[*place].group)
             .collect();
-        let texts = self
-            .entries
-            .iter()
-            .filter(|entry| groups.contains(entry.group));
+        let texts = self.entries.iter().filter(|entry| {
+            groups.contains(entry.group) || !self.sample_groups.contains(entry.group)
+        });
         let said = texts.flat_map(|entry| said::of_texts(entry.object, entry.own_name));
         outcome.remarks.extend(said);
         let limits = self.asked.limits;
@@ -208,21 +222,10 @@ impl<'a> TdmsFile<'a> {
         })
     }
 
-    /// Returns the objects whose properties hold for a channel: its own, its group, the file.
-    fn with_parents(&self, entry: &Entry<'a>) -> Vec<&'a Object> {
-        let group = ObjectPath::Group(entry.group.to_string());
-        let of = |path: ObjectPath| self.objects.iter().find(|object| object.path == path);
-        let parents = [of(group), of(ObjectPath::File)];
-        [entry.object]
-            .into_iter()
-            .chain(parents.into_iter().flatten())
-            .collect()
-    }
-
     fn channel(&self, place: usize, selection: Selection) -> Result<Channel, Error> {
         let entry = &self.entries[place];
         let (object, options, limits) = (entry.object, self.asked.options, self.asked.limits);
-        let objects = self.with_parents(entry);
+        let objects = &entry.objects;
         if let Some(error) = objects.iter().find_map(|object| object.error.clone()) {
             return Err(error);
         }
@@ -236,7 +239,7 @@ impl<'a> TdmsFile<'a> {
             let found = format!("channel {} holds no sample", entry.column.name);
             return Err(Error::empty(found, "a channel with samples"));
         }
-        let values = self.scaled(entry, &objects)?;
+        let values = self.scaled(entry, selection)?;
         let mut findings = Vec::new();
         let unit = unit_of(&entry.column, options, selection, &mut findings)?;
         let extremes = self.extremes(object, &values);
@@ -264,7 +267,7 @@ impl<'a> TdmsFile<'a> {
             let at_s = span.start_s + last * span.interval_s;
             findings.push(Finding::blocking("gap", text).at(at_s));
         }
-        if let Some(from) = object.restarted {
+        if let Some(from) = object.restarted(span.interval_s) {
             let text = format!(
                 "another `wf_start_time` is stated after {from} samples, which is not where they end. \
                  What happened in between is unknown. Record or export again"
@@ -291,9 +294,10 @@ impl<'a> TdmsFile<'a> {
         }
         findings.extend(extremes);
         findings.extend(said::status_findings(object, span));
+        findings.extend(self.parents.findings(objects));
         findings.extend(self.flag_findings(place, span));
         let mut draft = Draft::of_words(&entry.column, unit, samples, findings);
-        said::state(object, &mut draft.stated, &objects);
+        said::state(object, &mut draft.stated, objects);
         let filter = draft.stated.findings(draft.clock.rate);
         draft.findings.extend(
             filter
@@ -303,37 +307,33 @@ impl<'a> TdmsFile<'a> {
         );
         draft.stated.clock_confirmed_by = confirmed_by;
         draft.remarks = said::of_channel(object);
+        draft.remarks.extend(said::of_filters(object));
+        draft.remarks.extend(self.parents.filters(objects));
         draft.finish(options.zero_s(), options)
     }
 
     /// Returns the samples as the quantity that they are.
-    fn scaled(&self, entry: &Entry<'_>, objects: &[&Object]) -> Result<Vec<f64>, Error> {
+    fn scaled(&self, entry: &Entry<'_>, selection: Selection) -> Result<Vec<f64>, Error> {
+        let (object, objects, options) = (entry.object, &entry.objects, self.asked.options);
         let scales = Scales::find(objects)?;
-        let object = entry.object;
         let is_whole = entry.kind().is_some_and(DataType::is_whole);
-        if scales.is_empty() && is_whole {
-            // Counts of a converter, whose scale stands in words of the writer's own.
-            let scale = |key: &str| {
-                words(key)
-                    .iter()
-                    .any(|word| SCALES.contains(&word.as_str()))
-            };
-            let number = |value: &Value| value.number().is_some();
-            let mut properties = object.properties();
-            if let Some((key, value)) = properties
-                .find(|(key, value)| scale(key) && number(value) && !said::is_technical(key))
-            {
-                let found = format!(
-                    "whole numbers beside `{}` {}",
-                    text::shown(key),
-                    value.text()
+        let are_whole = || object.values.iter().all(|value| value.fract().abs() <= 0.0);
+        if scales.is_empty() && (is_whole || are_whole()) {
+            // Counts of a converter, whose scale stands in words of the writer's own, or nowhere.
+            let is_stated = options.unit.is_some() || options.sensitivity.is_some();
+            let is_silent = is_whole && selection == Selection::Lateral && !is_stated;
+            let silent = || "whole numbers without a scale (NI_Scale)".to_string();
+            let words = scale::scale_in_words(object).or_else(|| self.parents.scale(objects));
+            let found = words.or_else(|| is_silent.then(silent));
+            if let Some(found) = found {
+                let hint = format!(
+                    "save the channel scaled, as floating point; without a property of a scale, state \
+                     what the numbers are with {} = g or {} = '20 g/V'",
+                    Setting::Unit,
+                    Setting::Sensitivity
                 );
-                let hint = "save the channel scaled, as floating point";
-                return Err(Error::malformed(
-                    "samples in the channel's unit",
-                    found,
-                    hint,
-                ));
+                let expected = "samples in the channel's unit";
+                return Err(Error::malformed(expected, found, hint));
             }
         }
         let values: Vec<f64> = object
@@ -375,8 +375,10 @@ impl<'a> TdmsFile<'a> {
     fn flag_findings(&self, place: usize, span: Span) -> Vec<Finding> {
         let own = &self.entries[place];
         let of_own = |flag: &&BadFlag| {
-            let is_beside = self.entries[flag.place].group == own.group && flag.place != place;
-            is_beside && (flag.speaks_of.is_empty() || flag.speaks_of.contains(&place))
+            let group = self.entries[flag.place].group;
+            let is_beside = group == own.group || !self.sample_groups.contains(group);
+            let is_of_all = is_beside && flag.speaks_of.is_empty();
+            flag.place != place && (is_of_all || flag.speaks_of.contains(&place))
         };
         let bad = self.bad_flags.iter().filter(of_own).map(|flag| {
             let entry = &self.entries[flag.place];
@@ -418,39 +420,33 @@ fn bad_flags(entries: &[Entry<'_>]) -> Vec<BadFlag> {
         let values = &flag.object.values;
         let changes =
             |index: &usize| *index == 0 || values[*index].total_cmp(&values[*index - 1]).is_ne();
-        let says_bad =
-            |index: &usize| super::csv::says_bad(flag.own_name, &values[*index].to_string());
+        let says_bad = |index: &usize| said::says_bad(flag.own_name, &values[*index].to_string());
         let first = (0..values.len()).filter(changes).find(says_bad);
-        if first.is_none() && flag.object.is_kept() {
+        // Of flags with a scale it is not known which number says what.
+        let is_plain = Scales::refuse_any(&flag.objects, false).is_ok();
+        let is_known = flag.object.is_kept() && flag.object.missing.is_none() && is_plain;
+        if first.is_none() && is_known {
             continue;
         }
         let is_of = |entry: &Entry<'_>| {
             let rest = flag.own_name.strip_prefix(entry.own_name);
             let ends = rest.is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphanumeric()));
-            entry.group == flag.group && entry.own_name.len() > 1 && ends
+            entry.own_name.len() > 1 && ends
         };
+        let of_group = |other: &usize| entries[*other].group == flag.group;
+        let named: Vec<usize> = (0..entries.len())
+            .filter(|other| is_of(&entries[*other]))
+            .collect();
+        // A name of its own group comes before the same one of another.
+        let of_own: Vec<usize> = named.iter().copied().filter(of_group).collect();
         found.push(BadFlag {
             place,
             first: first.map(|index| (index, values[index])),
-            speaks_of: (0..entries.len())
-                .filter(|other| is_of(&entries[*other]))
-                .collect(),
+            speaks_of: if of_own.is_empty() { named } else { of_own },
         });
     }
     found
 }
-
-/// Words of properties that may turn counts into a quantity.
-const SCALES: [&str; 8] = [
-    "factor",
-    "gain",
-    "multiplier",
-    "offset",
-    "scale",
-    "scaling",
-    "sensitivity",
-    "slope",
-];
 
 /// Part of the largest magnitude by which a stated extreme may be off [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;

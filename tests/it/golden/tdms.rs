@@ -78,6 +78,31 @@ const LINEAR: [Property<'static>; 4] = [
     ("NI_Scale[0]_Linear_Input_Source", Said::Count(u32::MAX)),
 ];
 
+/// A second scale, which takes away what the first adds.
+const SECOND: [Property<'static>; 4] = [
+    ("NI_Scale[1]_Scale_Type", Said::Text(b"Linear")),
+    ("NI_Scale[1]_Linear_Slope", Said::Number(1.0)),
+    ("NI_Scale[1]_Linear_Y_Intercept", Said::Number(-0.125)),
+    ("NI_Scale[1]_Linear_Input_Source", Said::Count(0)),
+];
+
+/// Counts beside a property of their group or of the file.
+fn of_parent(path: &str, said: Property<'_>) -> Vec<u8> {
+    let objects = [
+        LITTLE.object(path, Raw::Absent, &[said]),
+        LITTLE.object(Y, Raw::Numbers(I16, COUNT), &with(&[])),
+    ];
+    let data: Vec<u8> = (FROM..TO).flat_map(|k| count(k).to_le_bytes()).collect();
+    LITTLE.segment(0, Some(&objects), &data)
+}
+
+/// Counts beside a word that may be one of a scale, which no unit that is told makes good.
+fn word_of_scale(key: &str) -> Case {
+    let name = format!("word-{}.tdms", key.replace('/', "-"));
+    let bytes = counts(&with(&[(key, Said::Number(3.0))]));
+    refused(&name, bytes, &[&format!("`{key}` 3")]).options(&["--unit", "g"])
+}
+
 fn scales() -> Vec<Case> {
     let status = |word: &'static str| ("NI_Scaling_Status", text(word));
     let linear = with(&[&[ONE_SCALE, status("unscaled")], &LINEAR[..]].concat());
@@ -139,6 +164,138 @@ fn scales() -> Vec<Case> {
             &["whole numbers beside `Gain`"],
         ),
         refused(
+            "counts.tdms",
+            counts(&with(&[])),
+            &["whole numbers without a scale", "--unit g"],
+        ),
+        read("counts-told.tdms", counts(&with(&[])))
+            .values((FROM..TO).map(|k| f64::from(count(k))).collect())
+            .options(&["--unit", "g"])
+            .positive_opens()
+            .finds(&["warning implausible-peak", "warning implausible-velocity"])
+            .exit(1),
+        refused(
+            "unscaled.tdms",
+            file(&with(&[status("unscaled")])),
+            &["NI_Scaling_Status `unscaled`"],
+        ),
+        refused(
+            "gain-of-the-group.tdms",
+            of_parent("/'Vehicle'", ("Gain", Said::Number(3.0))),
+            &["`Gain` 3"],
+        )
+        .options(&["--unit", "g"]),
+        refused(
+            "gain-of-the-file.tdms",
+            of_parent("/", ("Scale factor", text("6 g/count"))),
+            &["`Scale factor`"],
+        )
+        .options(&["--unit", "g"]),
+        word_of_scale("SCALEFACTOR"),
+        word_of_scale("CalFactor2"),
+        word_of_scale("Empfindlichkeit"),
+        word_of_scale("mV/g"),
+        word_of_scale("EU/count"),
+        word_of_scale("NI_Gain"),
+        word_of_scale("resolution"),
+        refused(
+            "gain-of-whole-doubles.tdms",
+            {
+                let object = LITTLE.object(
+                    Y,
+                    Raw::Numbers(F64, COUNT),
+                    &with(&[("Gain", Said::Number(3.0))]),
+                );
+                let data = (FROM..TO).flat_map(|k| push(k).round().to_le_bytes());
+                LITTLE.segment(0, Some(&[object]), &data.collect::<Vec<u8>>())
+            },
+            &["`Gain` 3"],
+        ),
+        refused(
+            "scale-without-kind.tdms",
+            counts(&with(&LINEAR[1..])),
+            &["no NI_Scale[0]_Scale_Type"],
+        ),
+        refused(
+            "scale-without-number.tdms",
+            counts(&with(
+                &[
+                    &[("NI_Scale[p]_Linear_Slope", Said::Number(2.0))],
+                    &LINEAR[..],
+                ]
+                .concat(),
+            )),
+            &["ni_scale[p]_linear_slope"],
+        ),
+        refused(
+            "scales-uncounted.tdms",
+            counts(&with(
+                &[&[("NI_Number_Of_Scales", text("some"))], &LINEAR[..]].concat(),
+            )),
+            &["NI_Number_Of_Scales `some`"],
+        ),
+        refused(
+            "scaled-twice.tdms",
+            {
+                let file = LITTLE.object("/", Raw::Absent, &[&[ONE_SCALE], &LINEAR[..]].concat());
+                let object = LITTLE.object(Y, Raw::Numbers(I16, COUNT), &with(&[status("scaled")]));
+                let data: Vec<u8> = (FROM..TO).flat_map(|k| count(k).to_le_bytes()).collect();
+                LITTLE.segment(0, Some(&[file, object]), &data)
+            },
+            &["NI_Scaling_Status `scaled`"],
+        ),
+        read(
+            "small-letters.tdms",
+            counts(&with(&[
+                ("ni_scale[0]_scale_type", text("Linear")),
+                ("ni_scale[0]_linear_slope", Said::Number(0.0025)),
+                ("ni_scale[0]_linear_y_intercept", Said::Number(0.125)),
+            ])),
+        )
+        .values(
+            (FROM..TO)
+                .map(|k| f64::from(count(k)) * 0.0025 + 0.125)
+                .collect(),
+        ),
+        refused(
+            "source-missing.tdms",
+            counts(&with(&[&LINEAR[..], &SECOND[..3]].concat())),
+            &["no NI_Scale[1]_Linear_Input_Source"],
+        ),
+        refused(
+            "source-of-words.tdms",
+            counts(&with(
+                &[
+                    &LINEAR[..],
+                    &SECOND[..3],
+                    &[("NI_Scale[1]_Linear_Input_Source", text("zero"))],
+                ]
+                .concat(),
+            )),
+            &["NI_Scale[1]_Linear_Input_Source `zero`"],
+        ),
+        read(
+            "two-scales.tdms",
+            counts(&with(&[&LINEAR[..], &SECOND[..]].concat())),
+        )
+        .values(
+            (FROM..TO)
+                .map(|k| (f64::from(count(k)) * 0.0025 + 0.125) - 0.125)
+                .collect(),
+        ),
+        refused(
+            "coefficients-uncounted.tdms",
+            counts(&with(&[
+                (KIND, text("Polynomial")),
+                ("NI_Scale[0]_Polynomial_Coefficients[0]", Said::Number(0.0)),
+                ("NI_Scale[0]_Polynomial_Coefficients[1]", Said::Number(1.0)),
+                ("NI_Scale[0]_Polynomial_Coefficients[2]", Said::Number(0.0)),
+                ("NI_Scale[0]_Polynomial_Coefficients[3]", Said::Number(0.0)),
+                ("NI_Scale[0]_Polynomial_Coefficients[4]", Said::Number(1.0)),
+            ])),
+            &["no NI_Scale[0]_Polynomial_Coefficients_Size"],
+        ),
+        refused(
             "daqmx.tdms",
             LITTLE.segment(DAQMX, Some(&[]), &[1]),
             &["DAQmx", "from nptdms import"],
@@ -189,6 +346,21 @@ fn units() -> Vec<Case> {
             .finds(&["info sensitivity-used"]),
         read("unit-at-the-end.tdms", later.concat()),
         refused(
+            "unit-twice.tdms",
+            file(&with(&[("unit_string", text("m/s^2"))])),
+            &["`unit_string` once"],
+        ),
+        refused(
+            "unit-twice-in-other-letters.tdms",
+            file(&with(&[("Unit_String", text("m/s^2"))])),
+            &["once", "`g` and `m/s^2`"],
+        ),
+        refused(
+            "offset-unread.tdms",
+            file(&[G, CLOCK[0], ("wf_start_offset", Said::Extended)]),
+            &["`wf_start_offset` of another type"],
+        ),
+        refused(
             "unit-changes.tdms",
             changed.concat(),
             &["one `unit_string`", "after 800 samples"],
@@ -237,6 +409,16 @@ fn clocks() -> Vec<Case> {
     let slow: Vec<u8> = (FROM..TO)
         .flat_map(|k| (k as f64 / 5e3).to_le_bytes())
         .collect();
+    let two_clocks_of = |first: &[u8], second: &[u8]| {
+        let unit = [("unit_string", text("s"))];
+        let objects = [
+            LITTLE.object("/'Vehicle'/'Time'", numbers, &unit),
+            LITTLE.object("/'Vehicle'/'Timestamp'", numbers, &unit),
+            LITTLE.object(Y, numbers, &with(&[])),
+        ];
+        let data = [first, second, &doubles(LITTLE, FROM, TO)].concat();
+        LITTLE.segment(0, Some(&objects), &data)
+    };
     let two_clocks = {
         let objects = [
             LITTLE.object("/'Vehicle'/'Time'", numbers, &[("unit_string", text("s"))]),
@@ -311,6 +493,79 @@ fn clocks() -> Vec<Case> {
             halves(&with(&[start(3.8e9)]), &[start(3.8e9 + 0.05)]),
         )
         .unusable(&["blocking gap"], &["nother `wf_start_time`"]),
+        // A pause is judged in the unit of the interval, also where it is stated behind the instants.
+        read(
+            "goes-on-ms.tdms",
+            halves(
+                &[G, increment(0.1), offset(-20.0), axis("ms"), start(3.8e9)],
+                &[start(3.8e9 + 0.04)],
+            ),
+        ),
+        read(
+            "restarts-ms.tdms",
+            halves(
+                &[G, start(3.8e9), increment(0.1), offset(-20.0), axis("ms")],
+                &[start(3.8e9 + 40.0)],
+            ),
+        )
+        .unusable(&["blocking gap"], &["nother `wf_start_time`"]),
+        read(
+            "starts-alike.tdms",
+            halves(&with(&[start(3.8e9)]), &[start(3.8e9)]),
+        ),
+        refused(
+            "scaled-stamps.tdms",
+            beside(
+                "/'Vehicle'/'Time'",
+                numbers,
+                &[&[("unit_string", text("s")), ONE_SCALE], &LINEAR[..]].concat(),
+                &seconds,
+                &[G],
+            ),
+            &["times and flags without a scale"],
+        ),
+        refused(
+            "scaled-stamps-beside-increment.tdms",
+            beside(
+                "/'Vehicle'/'Time'",
+                numbers,
+                &[&[("unit_string", text("s")), ONE_SCALE], &LINEAR[..]].concat(),
+                &seconds,
+                &with(&[]),
+            ),
+            &["times and flags without a scale"],
+        ),
+        read(
+            "two-clocks-against-increment.tdms",
+            two_clocks_of(&slow, &slow),
+        )
+        .unusable(&["blocking time-contradicted"], &["wf_increment"]),
+        read(
+            "two-clocks-with-increment.tdms",
+            two_clocks_of(&seconds, &seconds),
+        ),
+        read(
+            "shorter-clock-against-increment.tdms",
+            beside(
+                "/'Vehicle'/'Time'",
+                Raw::Numbers(F64, COUNT - 1),
+                &[("unit_string", text("s"))],
+                &slow[8..],
+                &with(&[]),
+            ),
+        )
+        .unusable(&["blocking time-contradicted"], &["wf_increment"]),
+        read(
+            "clock-of-another-group-against-increment.tdms",
+            beside(
+                "/'Clock'/'Time'",
+                numbers,
+                &[("unit_string", text("s"))],
+                &slow,
+                &with(&[]),
+            ),
+        )
+        .unusable(&["blocking time-contradicted"], &["wf_increment"]),
         read("stamps.tdms", time("s", &seconds, &[G])),
         read("stamps-ms.tdms", time("ms", &milliseconds, &[G])),
         read("stamps-assumed.tdms", time("", &seconds, &[G])),
@@ -479,6 +734,25 @@ fn layouts() -> Vec<Case> {
     ]
 }
 
+/// The recording under a property of its own, of its group or of the file.
+fn under(path: &str, said: Property<'_>) -> Vec<u8> {
+    if path == Y {
+        return file(&with(&[said]));
+    }
+    let objects = [
+        LITTLE.object(path, Raw::Absent, &[said]),
+        LITTLE.object(Y, Raw::Numbers(F64, COUNT), &with(&[])),
+    ];
+    LITTLE.segment(0, Some(&objects), &doubles(LITTLE, FROM, TO))
+}
+
+/// A property that says that samples are not good.
+fn parent(path: &str, said: Property<'_>) -> Case {
+    let name = format!("bad-{}.tdms", said.0);
+    let says = format!("`{}`", said.0);
+    read(&name, under(path, said)).unusable(&["blocking invalid-by-laboratory"], &[&says])
+}
+
 fn faults() -> Vec<Case> {
     let with_sample = |value: f64| {
         let mut bytes = file(&with(&[]));
@@ -541,6 +815,57 @@ fn faults() -> Vec<Case> {
             &["blocking invalid-by-laboratory", "info channel-chosen"],
             &["`overload` says 1 from sample 501"],
         ),
+        read("flags-of-doubles.tdms", {
+            let flags: Vec<u8> = (FROM..TO)
+                .flat_map(|k| f64::from(u8::from(k >= 300)).to_le_bytes())
+                .collect();
+            let raw = Raw::Numbers(F64, COUNT);
+            beside("/'Vehicle'/'overload'", raw, &[], &flags, &with(&[]))
+        })
+        .unusable(
+            &["blocking invalid-by-laboratory", "info channel-chosen"],
+            &["`overload` says 1 from sample 501"],
+        ),
+        read(
+            "flags-of-another-group.tdms",
+            flagged("/'Status'/'acc y overload'"),
+        )
+        .unusable(
+            &["blocking invalid-by-laboratory", "info channel-chosen"],
+            &["says 1 from sample 501"],
+        ),
+        read(
+            "flags-alone-in-a-group.tdms",
+            flagged("/'Status'/'overload'"),
+        )
+        .unusable(
+            &["blocking invalid-by-laboratory", "info channel-chosen"],
+            &["says 1 from sample 501"],
+        ),
+        read("flags-with-a-scale.tdms", {
+            let raw = Raw::Numbers(I8, COUNT);
+            let said = [&[ONE_SCALE], &LINEAR[..]].concat();
+            let flags = vec![0; COUNT as usize];
+            beside("/'Vehicle'/'overload'", raw, &said, &flags, &with(&[]))
+        })
+        .unusable(
+            &["blocking invalid-by-laboratory", "info channel-chosen"],
+            &["could not be read"],
+        ),
+        parent("/'Vehicle'", ("overload", Said::Count(1))),
+        parent("/", ("valid", Said::Count(0))),
+        parent("/'Vehicle'", ("DASTAT", text("NO"))),
+        parent(Y, ("IsOverloaded", Said::Count(1))),
+        read(
+            "filtered-group.tdms",
+            under("/'Vehicle'", ("Channel frequency class", text("CFC 60"))),
+        )
+        .finds(&["warning already-filtered", "info laboratory-remark"]),
+        read(
+            "filtered-by-number.tdms",
+            under("/", ("CFC", Said::Count(60))),
+        )
+        .finds(&["warning already-filtered", "info laboratory-remark"]),
         read("flags-of-another.tdms", {
             let objects = [
                 LITTLE.object(X, Raw::Numbers(F64, COUNT), &with(&[])),
@@ -588,9 +913,30 @@ fn names() -> Vec<Case> {
         LITTLE.segment(0, Some(&[object]), &doubles(LITTLE, FROM, TO))
     };
     vec![
-        read("quoted.tdms", one("/'it''s'/'acc y'")),
+        read("quoted.tdms", one("/'door ''2'' left'/'acc y'")),
         read("coded.tdms", one("/'07292'/'11DOORLE0000ACYP'")).channel("11DOORLE0000ACYP"),
         refused("dummy.tdms", one("/'Driver dummy'/'acc y'"), &["`driver`"]),
+        refused(
+            "occupant-word.tdms",
+            one("/'WorldSID'/'acc y'"),
+            &["`world`"],
+        ),
+        refused("driver.tdms", one("/'Driver'/'acc y'"), &["`driver`"]),
+        refused("pelvis.tdms", one("/'Pelvis'/'acc y'"), &["`pelvis`"]),
+        refused("es-2re.tdms", one("/'ES-2re'/'acc y'"), &["`es`"]),
+        refused("insasse.tdms", one("/'Insasse'/'acc y'"), &["`insasse`"]),
+        refused("pendulum.tdms", one("/'Pendulum'/'acc y'"), &["`pendulum`"]),
+        refused("raw-counts.tdms", one("/'Raw counts'/'acc y'"), &["acc y"]),
+        refused(
+            "integrated.tdms",
+            one("/'Integrated'/'acc y'"),
+            &["`integrated`"],
+        ),
+        read("driver-told.tdms", one("/'Driver'/'acc y'"))
+            .options(&["--channel", "acc y"])
+            .finds(&["warning channel-not-lateral"]),
+        read("test-number.tdms", one("/'V07292'/'acc y'")),
+        read("measurement.tdms", one("/'Measurement 2'/'acc y'")),
         read(
             "dummy-and-door.tdms",
             two("/'Dummy'/'acc y'", "/'Door'/'acc y'"),

@@ -8,6 +8,8 @@ pub(crate) enum Said<'a> {
     Count(u32),
     /// Seconds since 1904.
     Instant(f64),
+    /// An extended number, which is not read.
+    Extended,
 }
 
 /// A property: its name and its value.
@@ -78,6 +80,7 @@ impl Bytes {
             Said::Number(number) => (F64, self.ordered(number.to_le_bytes())),
             Said::Count(number) => (7, self.u32(*number)),
             Said::Instant(seconds) => (INSTANT, self.instant(*seconds)),
+            Said::Extended => (11, vec![0; 16]),
         };
         [self.text(key.as_bytes()), self.u32(kind), value].concat()
     }

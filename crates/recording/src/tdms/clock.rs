@@ -2,6 +2,7 @@
 
 use super::entry::Entry;
 use super::object::Object;
+use super::scale::Scales;
 use super::value::{DataType, Value};
 use crate::channel_name::ChannelName;
 use crate::draft::UniformSamples;
@@ -135,9 +136,21 @@ struct Stamps<'a> {
 }
 
 impl<'a> Stamps<'a> {
-    fn of(entry: &'a Entry<'_>, stated: Option<TimeUnit>) -> Result<Self, Error> {
+    fn of(entry: &'a Entry<'_>, asked: ReadTask<'_>) -> Result<Self, Error> {
+        let stated = asked.options.time_unit;
         let object = entry.object;
         let name = &*entry.column.name;
+        if object.is_left_out {
+            let found = format!(
+                "the channel of times `{}` among more samples",
+                text::shown(name)
+            );
+            return Err(asked.limits.over("test_samples", found));
+        }
+        // Times that are no times without their scale would make another pulse of the samples.
+        let is_whole = entry.kind().is_some_and(DataType::is_whole);
+        Scales::refuse_any(&entry.objects, is_whole)
+            .map_err(|error| error.at(Place::default().channel(name)))?;
         if let Some(error) = &object.error {
             return Err(error.clone());
         }
@@ -204,8 +217,16 @@ impl ChannelClock {
             Some(wanted) => Some(named(entries, own, wanted, is_cut)?),
             None => beside(entries, own, is_timed, is_cut)?,
         };
-        let stamps = beside.map(|entry| Stamps::of(entry, options.time_unit));
+        let stamps = beside.map(|entry| Stamps::of(entry, asked));
         let mut stamps = stamps.transpose()?;
+        if let Some(waveform) = waveform.as_ref().filter(|_| is_timed) {
+            for entry in others(entries, own, beside) {
+                let mut stamps = Stamps::of(entry, asked)?;
+                stamps.values_s.truncate(values.len());
+                let contradicted = contradiction(waveform, &stamps);
+                findings.extend(contradicted.filter(|finding| !findings.contains(finding)));
+            }
+        }
         if let Some(stamps) = &mut stamps {
             // Of a file that is cut samples or their times may be the fewer.
             stamps.values_s.truncate(values.len());
@@ -310,6 +331,25 @@ fn named<'a, 'b>(
         ))),
         several => Err(malformed(format!("{} of them", several.len()))),
     }
+}
+
+/// Returns the channels of times that an interval is held against beside the one `beside`: all others of the
+/// group with about as many values; where the group has none, those of other groups with as many.
+fn others<'a, 'b>(
+    entries: &'a [Entry<'b>],
+    own: &Entry<'_>,
+    beside: Option<&Entry<'_>>,
+) -> Vec<&'a Entry<'b>> {
+    let count = own.object.count;
+    let clocks = || entries.iter().filter(|entry| entry.is_clock());
+    let has_own = clocks().any(|entry| entry.group == own.group);
+    let fits = |entry: &&Entry<'_>| match has_own {
+        // One value more or less is a slip, half of them another channel's clock.
+        true => entry.group == own.group && entry.object.count.abs_diff(count) <= 1 + count / 50,
+        false => entry.object.count == count,
+    };
+    let is_other = |entry: &&Entry<'_>| beside.is_none_or(|beside| beside.at != entry.at);
+    clocks().filter(fits).filter(is_other).collect()
 }
 
 /// Returns the one channel of times beside a channel, with as many values. Of several none counts

@@ -1,16 +1,20 @@
 //! A channel of the file with what its names and its unit say.
 
 use super::object::Object;
+use super::said;
 use super::segment::ObjectPath;
 use super::value::{DataType, Value};
+use crate::ReadOptions;
 use crate::channel_name::{ChannelName, mark_columns, words};
-use crate::{ReadOptions, csv};
+use std::collections::BTreeMap;
 
 /// A channel of the file.
 pub(super) struct Entry<'a> {
     /// Index among the objects.
     pub(super) at: usize,
     pub(super) object: &'a Object,
+    /// The objects whose properties hold for it: its own, its group, the file.
+    pub(super) objects: Vec<&'a Object>,
     pub(super) group: &'a str,
     /// The name in its group.
     pub(super) own_name: &'a str,
@@ -38,8 +42,21 @@ impl Entry<'_> {
 
     /// Tells whether it holds flags or states of samples.
     pub(super) fn is_flag(&self) -> bool {
-        let is_whole = self.kind().is_some_and(DataType::is_whole);
-        is_whole && csv::says_bad(self.own_name, "unknown")
+        let is_bit = |value: &f64| matches!(*value, 0.0 | 1.0);
+        let is_of_flags = || match self.kind() {
+            // DIAdem stores flags as it stores samples.
+            Some(DataType::F32 | DataType::F64) => self.object.values.iter().all(is_bit),
+            kind => kind.is_some_and(DataType::is_whole),
+        };
+        said::says_bad(self.own_name, "unknown") && is_of_flags()
+    }
+
+    /// Tells whether it holds samples of a quantity.
+    pub(super) fn is_of_samples(&self) -> bool {
+        self.object.count > 0
+            && self.kind().is_some_and(DataType::is_number)
+            && !self.is_clock()
+            && !self.is_flag()
     }
 
     /// Tells whether it may be asked for: numbers that are no times.
@@ -66,9 +83,44 @@ const FOREIGN_GROUPS: [&str; 6] = ["atd", "barrier", "dummy", "mdb", "occupant",
 /// Words of a group's name that say nothing.
 const EMPTY_GROUPS: [&str; 4] = ["data", "group", "gruppe", "untitled"];
 
+/// Words of the name of an only group that say nothing of its channels, beside those.
+const EMPTY_ONLY_GROUPS: [&str; 13] = [
+    "all",
+    "channel",
+    "channels",
+    "crash",
+    "daten",
+    "log",
+    "main",
+    "measurement",
+    "messung",
+    "recording",
+    "run",
+    "test",
+    "versuch",
+];
+
+/// Tells whether a word of the name of an only group says nothing: one of a list, with a number or without,
+/// or the number of a test.
+fn is_empty_of_only_group(word: &str) -> bool {
+    let stem = word.trim_end_matches(|c: char| c.is_ascii_digit());
+    let digits = word.len() - stem.len();
+    EMPTY_GROUPS.contains(&stem)
+        || EMPTY_ONLY_GROUPS.contains(&stem)
+        || (digits >= 4 && stem.chars().count() <= 1)
+}
+
 /// Returns all channels in the order of the file.
 pub(super) fn of<'a>(objects: &'a [Object], options: &ReadOptions) -> Vec<Entry<'a>> {
     let mut entries: Vec<Entry<'a>> = Vec::new();
+    let file = objects
+        .iter()
+        .find(|object| object.path == ObjectPath::File);
+    let groups = objects.iter().filter_map(|object| match &object.path {
+        ObjectPath::Group(name) => Some((name.as_str(), object)),
+        _ => None,
+    });
+    let groups: BTreeMap<&str, &Object> = groups.collect();
     for (at, object) in objects.iter().enumerate() {
         if let ObjectPath::Channel(group, own_name) = &object.path {
             let number = entries.len() + 1;
@@ -77,6 +129,10 @@ pub(super) fn of<'a>(objects: &'a [Object], options: &ReadOptions) -> Vec<Entry<
             entries.push(Entry {
                 at,
                 object,
+                objects: [Some(object), groups.get(group.as_str()).copied(), file]
+                    .into_iter()
+                    .flatten()
+                    .collect(),
                 group,
                 own_name,
                 column: column.with_unit(&unit.unwrap_or_default(), "header"),
@@ -93,12 +149,24 @@ pub(super) fn of<'a>(objects: &'a [Object], options: &ReadOptions) -> Vec<Entry<
         if names.get(first + 1) == Some(&entry.own_name) {
             entry.column.name = format!("{}/{}", entry.group, entry.own_name);
         }
-        // One group is as good as none, as long as it is not that of a dummy.
+        // One group is as good as none, as long as nothing in its name speaks against its channels.
         let mut said = words(entry.group);
         said.retain(|word| !EMPTY_GROUPS.contains(&word.as_str()));
-        let is_foreign = said
+        let mut is_foreign = said
             .iter()
             .any(|word| FOREIGN_GROUPS.contains(&word.as_str()));
+        if groups.len() == 1 {
+            let mut heard = said.clone();
+            heard.retain(|word| !is_empty_of_only_group(word));
+            let mut only = ChannelName::unnamed(1);
+            only.describe(heard.join(" "));
+            // A letter alone says as little as none, unless beside others.
+            let says = heard.iter().any(|word| word.chars().count() > 1);
+            if says && (only.odd_word().is_some() || only.says_filtered()) {
+                is_foreign = true;
+                said = heard;
+            }
+        }
         if (groups.len() > 1 || is_foreign) && !said.is_empty() {
             let words = format!("{} {}", said.join(" "), entry.column.label);
             entry.column.describe(words);

@@ -6,6 +6,7 @@ use crate::Limits;
 use crate::error::Error;
 use crate::remarks::Cells;
 use latchgate_kernel::error::Error as KernelError;
+use std::collections::BTreeMap;
 
 /// The file, a group or a channel.
 #[derive(Debug)]
@@ -13,6 +14,12 @@ pub(super) struct Object {
     pub(super) path: ObjectPath,
     /// In the order in which they first came.
     properties: Vec<(String, Value)>,
+    /// Their places by name; of those that are binding the name is in small letters.
+    places: BTreeMap<String, usize>,
+    /// The first place of each name in small letters.
+    small_places: BTreeMap<String, usize>,
+    /// Instants stated as `wf_start_time`, each with the number of samples before it.
+    starts: Vec<(u64, Instant)>,
     /// Where its samples stand in a chunk, as last stated.
     pub(super) index: Option<RawIndex>,
     /// Samples in the file, kept or not.
@@ -28,12 +35,12 @@ pub(super) struct Object {
     pub(super) is_left_out: bool,
     /// What is wrong with the samples.
     pub(super) error: Option<Error>,
-    /// The sample from which on another start is stated that does not go on from the one before.
-    pub(super) restarted: Option<u64>,
+    /// The sample from which on another start is stated that is no instant.
+    restarted: Option<u64>,
 }
 
 /// Tells whether unit, clock or scale rest on a property.
-fn is_binding(key: &str) -> bool {
+pub(super) fn is_binding(key: &str) -> bool {
     let small = key.to_lowercase();
     small == "unit_string"
         || [
@@ -52,6 +59,9 @@ impl Object {
         Self {
             path,
             properties: Vec::new(),
+            places: BTreeMap::new(),
+            small_places: BTreeMap::new(),
+            starts: Vec::new(),
             index: None,
             count: 0,
             values: Vec::new(),
@@ -66,9 +76,20 @@ impl Object {
 
     /// Returns a property that says something, whatever the case of its name.
     pub(super) fn property(&self, key: &str) -> Option<&Value> {
-        let mut known = self.properties.iter();
-        let (_, value) = known.find(|(known, _)| known.eq_ignore_ascii_case(key))?;
-        Some(value).filter(|value| !value.text().is_empty())
+        self.stated(key).filter(|value| !value.text().is_empty())
+    }
+
+    /// Returns a property, be it empty or of a type that is not read, whatever the case of its name.
+    pub(super) fn stated(&self, key: &str) -> Option<&Value> {
+        let at = self.small_places.get(&key.to_lowercase())?;
+        Some(&self.properties[*at].1)
+    }
+
+    /// Returns the names in small letters that begin with `start`.
+    pub(super) fn keys_from(&self, start: &str) -> impl Iterator<Item = &str> {
+        let from = self.small_places.range(start.to_string()..);
+        from.map(|(key, _)| &**key)
+            .take_while(move |key| key.starts_with(start))
     }
 
     pub(super) fn properties(&self) -> impl Iterator<Item = (&str, &Value)> {
@@ -79,22 +100,43 @@ impl Object {
     /// it speaks of were read.
     pub(super) fn set(&mut self, key: String, value: Value, has_samples: bool) -> i64 {
         let bytes = |key: &str, value: &Value| match value {
-            Value::Text(text) => (key.len() + text.len() + 64) as i64,
-            _ => (key.len() + 64) as i64,
+            Value::Text(text) => (3 * key.len() + text.len() + 64) as i64,
+            _ => (3 * key.len() + 64) as i64,
         };
-        let Some(at) = self.properties.iter().position(|(known, _)| *known == key) else {
-            let grown = bytes(&key, &value);
+        let small = key.to_lowercase();
+        let is_start = small == "wf_start_time";
+        let is_one = is_start || is_binding(&key);
+        if is_binding(&key) && matches!(value, Value::Other) {
+            let found = format!("`{}` of another type", crate::text::shown(&key));
+            let hint = "save it as double precision";
+            let error = Error::malformed("a number or a text", found, hint);
+            self.error.get_or_insert(error);
+        }
+        let mut grown = 0;
+        if let (true, Value::Instant(instant)) = (is_start, &value)
+            && self.starts.last().is_none_or(|(_, last)| last != instant)
+        {
+            self.starts.push((self.count, *instant));
+            grown += 32;
+        }
+        let place_key = if is_one { &small } else { &key };
+        let Some(at) = self.places.get(place_key).copied() else {
+            grown += bytes(&key, &value);
+            let at = self.properties.len();
+            self.places.insert(place_key.clone(), at);
+            self.small_places.entry(small).or_insert(at);
             self.properties.push((key, value));
             return grown;
         };
         let old = &self.properties[at].1;
         let changes = has_samples && *old != value && !old.text().is_empty();
-        if changes && key == "wf_start_time" {
+        if changes && is_start {
             // The start of the file's clock stays; the next samples follow, or do not.
-            if !self.goes_on(old, &value) {
+            let are_instants = matches!((old, &value), (Value::Instant(_), Value::Instant(_)));
+            if !are_instants {
                 self.restarted = self.restarted.or(Some(self.count));
             }
-            return 0;
+            return grown;
         }
         if changes && is_binding(&key) {
             let expected = format!("one `{key}` for all samples of a channel");
@@ -108,20 +150,27 @@ impl Object {
                 Error::malformed(expected, found, "save each recording as a file of its own");
             self.error.get_or_insert(error);
         }
-        let grown = bytes(&key, &value) - bytes(&key, old);
+        grown += bytes(&key, &value) - bytes(&key, old);
         self.properties[at].1 = value;
         grown
     }
 
-    /// Tells whether samples that start at another instant go on where those before end.
-    fn goes_on(&self, first: &Value, next: &Value) -> bool {
-        let increment = self.property("wf_increment").and_then(Value::number);
-        let (Value::Instant(first), Value::Instant(next), Some(interval)) =
-            (first, next, increment)
-        else {
-            return false;
+    /// Returns the sample from which on another start is stated that does not go on where those before end.
+    pub(super) fn restarted(&self, interval_s: f64) -> Option<u64> {
+        // Of those before the first sample the last counts.
+        let (before, later) = self
+            .starts
+            .split_at(self.starts.partition_point(|(count, _)| *count == 0));
+        let first = before.last().or(later.first());
+        let breaks = |(count, instant): &&(u64, Instant)| {
+            first.is_some_and(|(first_count, first)| {
+                let samples = count.saturating_sub(*first_count) as f64;
+                let off_s = instant.since(*first) - samples * interval_s;
+                off_s.abs() >= 0.5 * interval_s
+            })
         };
-        (next.since(*first) - self.count as f64 * interval).abs() < 0.5 * interval
+        let stated = later.iter().find(breaks).map(|(count, _)| *count);
+        stated.into_iter().chain(self.restarted).min()
     }
 
     /// Tells whether values are kept as numbers.

@@ -1,11 +1,14 @@
 //! What properties and channels of text say of samples and test.
 
 use super::object::Object;
+use super::scale;
 use super::segment::ObjectPath;
 use super::value::Value;
-use crate::csv::says_bad;
+use crate::channel_name::words;
+use crate::csv;
 use crate::remarks::{self, Remark, RemarkPlace, Span};
 use crate::{Finding, Stated, TestFacts, fact, joined_facts};
+use std::collections::BTreeMap;
 
 /// Tells whether a property is one of the format's own, and no word of a person's.
 pub(super) fn is_technical(key: &str) -> bool {
@@ -22,6 +25,12 @@ pub(super) fn is_technical(key: &str) -> bool {
         .contains(&&*small)
 }
 
+/// Tells whether a text under a name such as `status`, `overload` or `IsOverloaded` does not say that all is
+/// well.
+pub(super) fn says_bad(name: &str, text: &str) -> bool {
+    csv::says_bad(name, text) || csv::says_bad(&words(name).join(" "), text)
+}
+
 /// Tells whether a text under a name says that samples are not known to be good; `DASTAT` is the word of
 /// NHTSA's database.
 fn is_bad_status(name: &str, text: &str) -> bool {
@@ -35,17 +44,102 @@ fn is_bad_status(name: &str, text: &str) -> bool {
 fn remark(name: &str, text: &str, teller: &str) -> Option<Remark> {
     let small = name.to_lowercase();
     let named = format!("{name}: {text}");
-    let is_of_filters = ["filter", "cfc", "frequency class"];
     let (text, place) = if says_bad(name, text) {
         (&*named, RemarkPlace::State(None))
     } else if remarks::is_key(name) || small == "inscom" {
         (text, RemarkPlace::Channel)
-    } else if is_of_filters.iter().any(|word| small.contains(word)) {
+    } else if is_of_filters(name) {
         (&*named, RemarkPlace::Channel)
     } else {
         (&*named, RemarkPlace::Apart)
     };
     (!text.is_empty()).then(|| Remark::new(text, place, teller))
+}
+
+/// Tells whether a property speaks of filters.
+fn is_of_filters(key: &str) -> bool {
+    let small = key.to_lowercase();
+    let words = ["filter", "cfc", "frequency class"];
+    words.iter().any(|word| small.contains(word))
+}
+
+/// Returns what the properties of a group or of the file say of filters, and those of a channel by a number.
+pub(super) fn of_filters(object: &Object) -> impl Iterator<Item = Remark> {
+    let is_own = matches!(object.path, ObjectPath::Channel(..));
+    let teller = format!("{} says", teller(object));
+    let properties = object.properties();
+    let filters = properties.filter(|(key, _)| !is_technical(key) && is_of_filters(key));
+    filters.filter_map(move |(key, value)| {
+        let is_said = match value {
+            Value::Text(text) => !is_own && !text.trim().is_empty(),
+            Value::Number(number, _) => *number > 0.0,
+            _ => false,
+        };
+        let text = format!("{key}: {}", value.text());
+        is_said.then(|| Remark::new(&text, RemarkPlace::Channel, teller.clone()))
+    })
+}
+
+/// What the properties of a group or of the file say of every channel under it.
+pub(super) struct ParentSaid {
+    /// One finding of a state that is not good; others would add nothing.
+    bad: Option<Finding>,
+    filters: Vec<Remark>,
+    scale: Option<String>,
+}
+
+/// What groups and file say, each looked through once: both may hold as many properties as there are
+/// channels.
+pub(super) struct ParentsSaid<'a>(BTreeMap<&'a ObjectPath, ParentSaid>);
+
+impl<'a> ParentsSaid<'a> {
+    pub(super) fn of(objects: &'a [Object]) -> Self {
+        let is_parent = |object: &&Object| !matches!(object.path, ObjectPath::Channel(..));
+        let said = |object: &'a Object| {
+            let parent = ParentSaid {
+                bad: bad_properties(object).next().map(|(_, finding)| finding),
+                filters: of_filters(object).take(MOST_FILTERS).collect(),
+                scale: scale::scale_in_words(object),
+            };
+            (&object.path, parent)
+        };
+        Self(objects.iter().filter(is_parent).map(said).collect())
+    }
+
+    fn over<'b>(&'b self, objects: &'b [&Object]) -> impl Iterator<Item = &'b ParentSaid> {
+        objects.iter().filter_map(|object| self.0.get(&object.path))
+    }
+
+    /// Returns what they say of the state of a channel whose `objects` these are.
+    pub(super) fn findings(&self, objects: &[&Object]) -> Vec<Finding> {
+        self.over(objects)
+            .filter_map(|one| one.bad.clone())
+            .collect()
+    }
+
+    /// Returns what they say of filters.
+    pub(super) fn filters(&self, objects: &[&Object]) -> Vec<Remark> {
+        self.over(objects)
+            .flat_map(|one| one.filters.clone())
+            .collect()
+    }
+
+    /// Returns what they say of a scale in words of the writer's own.
+    pub(super) fn scale(&self, objects: &[&Object]) -> Option<String> {
+        self.over(objects).find_map(|one| one.scale.clone())
+    }
+}
+
+/// Remarks on filters that are taken from a group or the file.
+const MOST_FILTERS: usize = 8;
+
+/// Names an object in a sentence.
+fn teller(object: &Object) -> String {
+    match &object.path {
+        ObjectPath::File => "the file".into(),
+        ObjectPath::Group(name) => format!("the group `{}`", crate::text::shown(name)),
+        ObjectPath::Channel(..) => "the channel".into(),
+    }
 }
 
 /// Returns what the properties of file and groups say in words.
@@ -75,9 +169,21 @@ pub(super) fn of_channel(object: &Object) -> Vec<Remark> {
     said.collect()
 }
 
-/// Says which properties of a channel state that its samples are not known to be good; of NHTSA's words
+/// Says which properties of a channel, of its group or of the file state that its samples are not known to be good; of NHTSA's words
 /// for data that are bad in part, from the instant on that a remark plainly names.
 pub(super) fn status_findings(object: &Object, span: Span) -> Vec<Finding> {
+    let since = |(stated, blocking): (String, Finding)| {
+        let from = match &*stated {
+            "QD" | "CF" => remarks::plainly_bad_from(&of_channel(object)),
+            _ => None,
+        };
+        blocking.since(from.filter(|at_s| span.holds(*at_s)))
+    };
+    bad_properties(object).map(since).collect()
+}
+
+/// Returns what is stated of samples that are not known to be good, with a finding of it.
+fn bad_properties(object: &Object) -> impl Iterator<Item = (String, Finding)> {
     // A flag is whole; other numbers are those of a sensor, as the error of its linearity is.
     let is_part = |value: &Value| {
         value
@@ -85,21 +191,19 @@ pub(super) fn status_findings(object: &Object, span: Span) -> Vec<Finding> {
             .is_some_and(|number| number.fract().abs() > 0.0)
     };
     let properties = object.properties();
-    let properties = properties.filter(|(key, value)| !is_technical(key) && !is_part(value));
-    let bad = properties.filter_map(|(key, value)| {
+    let properties = properties.filter(move |(key, value)| !is_technical(key) && !is_part(value));
+    properties.filter_map(|(key, value)| {
         let stated = value.text();
         is_bad_status(key, &stated).then(|| {
-            let from = match &*stated {
-                "QD" | "CF" => remarks::plainly_bad_from(&of_channel(object)),
-                _ => None,
+            let (key, shown) = (crate::text::shown(key), crate::text::shown(&stated));
+            let of = match &object.path {
+                ObjectPath::Channel(..) => String::new(),
+                _ => format!(" of {}", teller(object)),
             };
-            let (key, stated) = (crate::text::shown(key), crate::text::shown(stated));
-            let text = format!("the property `{key}` states \"{stated}\". Use another channel");
-            let blocking = Finding::blocking("invalid-by-laboratory", text);
-            blocking.since(from.filter(|at_s| span.holds(*at_s)))
+            let text = format!("the property `{key}`{of} states \"{shown}\". Use another channel");
+            (stated, Finding::blocking("invalid-by-laboratory", text))
         })
-    });
-    bad.collect()
+    })
 }
 
 fn texts(object: &Object) -> impl Iterator<Item = (&str, String)> {

@@ -1,10 +1,10 @@
 //! From a stream of bytes to objects: one pass, a block of metadata and a block of samples at a time.
 
-use super::object::Object;
+use super::object::{self, Object};
 use super::segment::{self, LEAD_IN_BYTES, LeadIn, ObjectPath, RawData, RawIndex};
-use super::value::{ByteOrder, DataType, damaged};
-use crate::Limits;
+use super::value::{ByteOrder, DataType, Value, damaged};
 use crate::error::{Error, Place};
+use crate::{Limits, text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read;
 
@@ -23,8 +23,12 @@ struct FileReader<'a, R> {
     places: BTreeMap<ObjectPath, usize>,
     /// Objects of the current list, each with samples in a segment or without.
     list: Vec<(usize, bool)>,
+    /// Where each object stands in the list.
+    list_places: BTreeMap<usize, usize>,
     /// Those of the list that have samples, and where.
     chunk: Vec<(usize, RawIndex)>,
+    /// Bytes of a chunk.
+    chunk_bytes: u64,
     property_bytes: i64,
     /// Samples kept of all channels.
     kept: u64,
@@ -57,7 +61,9 @@ pub(super) fn contents<R: Read>(
         objects: Vec::new(),
         places: BTreeMap::new(),
         list: Vec::new(),
+        list_places: BTreeMap::new(),
         chunk: Vec::new(),
+        chunk_bytes: 0,
         property_bytes: 0,
         kept: 0,
         is_narrowed: false,
@@ -132,8 +138,10 @@ impl<R: Read> FileReader<'_, R> {
     /// Takes in the metadata of a segment.
     fn take_list(&mut self, lead_in: LeadIn) -> Result<(), Error> {
         let listed = segment::listed(&self.block, lead_in.order(), self.limits)?;
-        if lead_in.has_new_list() {
+        let mut is_changed = lead_in.has_new_list();
+        if is_changed {
             self.list.clear();
+            self.list_places.clear();
         }
         let mut seen = BTreeSet::new();
         for entry in listed {
@@ -145,6 +153,7 @@ impl<R: Read> FileReader<'_, R> {
             match entry.raw {
                 RawData::As(index) => {
                     let before = object.index.replace(index);
+                    is_changed |= before != Some(index);
                     if before.is_some_and(|before| before.kind != index.kind) {
                         let (kind, count) = (index.kind, object.count);
                         let found = format!("{kind:?} after {count} samples of another");
@@ -158,27 +167,50 @@ impl<R: Read> FileReader<'_, R> {
                 RawData::AsBefore | RawData::Absent => {}
             }
             let has_data = entry.raw != RawData::Absent;
-            match self.list.iter_mut().find(|(known, _)| *known == at) {
-                Some((_, before)) => *before = has_data,
-                None => self.list.push((at, has_data)),
+            match self.list_places.get(&at) {
+                Some(place) => {
+                    is_changed |= self.list[*place].1 != has_data;
+                    self.list[*place].1 = has_data;
+                }
+                None => {
+                    is_changed = true;
+                    self.list_places.insert(at, self.list.len());
+                    self.list.push((at, has_data));
+                }
             }
             let object = &mut self.objects[at];
             let has_samples = match object.path {
                 ObjectPath::Channel(..) => object.count > 0,
                 ObjectPath::File | ObjectPath::Group(_) => self.has_samples,
             };
+            let mut binding: BTreeMap<String, Value> = BTreeMap::new();
             for (key, value) in entry.properties {
+                if object::is_binding(&key)
+                    && let Some(before) = binding.insert(key.to_lowercase(), value.clone())
+                    && before != value
+                {
+                    let (key, before) = (text::shown(&key), text::shown(before.text()));
+                    let found = format!("`{before}` and `{}`", text::shown(value.text()));
+                    let error = damaged(format!("`{key}` once"), found);
+                    object.error.get_or_insert(error);
+                }
                 self.property_bytes += object.set(key, value, has_samples);
+                if self.property_bytes > self.limits.headers_bytes as i64 {
+                    let found = "more bytes of properties";
+                    return Err(self.limits.over("headers_bytes", found));
+                }
             }
-            if self.property_bytes > self.limits.headers_bytes as i64 {
-                let found = "more bytes of properties";
-                return Err(self.limits.over("headers_bytes", found));
-            }
+        }
+        // Of many short segments most change nothing of the list.
+        if !is_changed {
+            return Ok(());
         }
         let objects = &self.objects;
         let with_data = self.list.iter().filter(|(_, has_data)| *has_data);
         let chunk = with_data.filter_map(|(at, _)| Some((*at, objects[*at].index?)));
         self.chunk = chunk.filter(|(_, index)| index.bytes > 0).collect();
+        let sizes = self.chunk.iter().map(|(_, index)| index.bytes);
+        self.chunk_bytes = sizes.fold(0_u64, u64::saturating_add);
         Ok(())
     }
 
@@ -200,8 +232,7 @@ impl<R: Read> FileReader<'_, R> {
 
     /// Reads the samples of a segment.
     fn samples(&mut self, lead_in: LeadIn) -> Result<(), Error> {
-        let sizes = self.chunk.iter().map(|(_, index)| index.bytes);
-        let chunk_bytes = sizes.fold(0_u64, u64::saturating_add);
+        let chunk_bytes = self.chunk_bytes;
         let chunks = match (chunk_bytes, lead_in.data_bytes) {
             (0, None | Some(0)) => 0,
             (_, None) => u64::MAX,
