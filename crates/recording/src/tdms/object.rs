@@ -252,3 +252,18 @@ impl Object {
         }
     }
 }
+
+/// Tells whether a property is one of the format's own, and no word of a person's.
+pub(super) fn is_technical(key: &str) -> bool {
+    let small = key.to_lowercase();
+    ["ni_", "wf_"].iter().any(|start| small.starts_with(start))
+        || [
+            "name",
+            "unit_string",
+            "datatype",
+            "displaytype",
+            "monotony",
+            "novaluekey",
+        ]
+        .contains(&&*small)
+}

@@ -1,6 +1,6 @@
 //! What properties and channels of text say of samples and test.
 
-use super::object::Object;
+use super::object::{Object, is_technical};
 use super::scale;
 use super::segment::ObjectPath;
 use super::value::Value;
@@ -9,21 +9,6 @@ use crate::csv;
 use crate::remarks::{self, Remark, RemarkPlace, Span};
 use crate::{Finding, Stated, TestFacts, fact, joined_facts};
 use std::collections::BTreeMap;
-
-/// Tells whether a property is one of the format's own, and no word of a person's.
-pub(super) fn is_technical(key: &str) -> bool {
-    let small = key.to_lowercase();
-    ["ni_", "wf_"].iter().any(|start| small.starts_with(start))
-        || [
-            "name",
-            "unit_string",
-            "datatype",
-            "displaytype",
-            "monotony",
-            "novaluekey",
-        ]
-        .contains(&&*small)
-}
 
 /// Tells whether a text under a name such as `status`, `overload` or `IsOverloaded` does not say that all is
 /// well.

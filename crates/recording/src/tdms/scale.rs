@@ -4,8 +4,7 @@
 //! Counts of a converter that are taken for accelerations would be a wrong pass, so whatever is not
 //! understood to the end is refused.
 
-use super::object::Object;
-use super::said;
+use super::object::{Object, is_technical};
 use super::segment::CONVERT;
 use super::value::Value;
 use crate::channel_name::words;
@@ -219,7 +218,7 @@ pub(super) fn scale_in_words(object: &Object) -> Option<String> {
     let is_scale = |key: &str| {
         let small = key.to_lowercase();
         let is_standard = small.starts_with("ni_scal") || small == "ni_number_of_scales";
-        let is_read = said::is_technical(key) && !small.starts_with("ni_");
+        let is_read = is_technical(key) && !small.starts_with("ni_");
         let letters: String = small.chars().filter(|c| c.is_alphabetic()).collect();
         let is_short = |word: &String| matches!(word.as_str(), "cal" | "kal" | "sens");
         let names =
