@@ -11,7 +11,7 @@ use latchgate::document::number::exact;
 use latchgate::pipeline::{Answer, Document, PARAMETERS};
 use latchgate::report::escape::terminal as line;
 use latchgate::report::series::{self, SampledSeries};
-use latchgate::report::{SERIES_FILE, VERDICT_FILE, html as report};
+use latchgate::report::{REPORT_FILE, SERIES_FILE, VERDICT_FILE, html as report};
 use maud::{Markup, html};
 use serde_json::{Map, Value};
 use std::io::Read;
@@ -156,8 +156,10 @@ fn actions(result: &StoredResult) -> Markup {
             " · Design " strong { (line(&result.summary.full_design())) }
         }
         ul.actions {
-            li { a href={ (base) "/report.html" } { "Whole report" } }
-            li { a href={ (base) "/report.html?download=true" } { "Download report (HTML)" } }
+            @if result.files.contains_key(REPORT_FILE) {
+                li { a href={ (base) "/report.html" } { "Whole report" } }
+                li { a href={ (base) "/report.html?download=true" } { "Download report (HTML)" } }
+            }
             li { a href={ (base) "/verdict.json?download=true" } { "Document, every digit (JSON)" } }
             @if result.files.contains_key(SERIES_FILE) { li { a href={ (base) "/series.csv" } { "Series (CSV)" } } }
             li { a href={ "/recordings/" (result.recording) } { "Recording" } }
