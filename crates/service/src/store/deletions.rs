@@ -9,10 +9,7 @@ use latchgate::report::VERDICT_FILE;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use std::collections::BTreeSet;
 
-const COLUMNS: &str = "number, recording, body, sum";
-
-/// Reads every deletion.
-pub(super) const EVERY: &str = "SELECT number, recording, body, sum FROM deletions";
+pub(super) const COLUMNS: &str = "number, recording, body, sum";
 
 /// A deletion with the hashes of the files that go with it.
 #[derive(serde::Serialize, serde::Deserialize)]

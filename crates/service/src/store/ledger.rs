@@ -710,9 +710,8 @@ fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), Stor
     for found in rows(connection, sql, [], |row| Ok(design_of(row, 0)))? {
         needed::whole_or_noted(found, &mut damaged)?;
     }
-    for found in rows(connection, deletions::EVERY, [], |row| {
-        Ok(deletions::body_of(row))
-    })? {
+    let sql = format!("SELECT {} FROM deletions", deletions::COLUMNS);
+    for found in rows(connection, &sql, [], |row| Ok(deletions::body_of(row)))? {
         needed::whole_or_noted(found, &mut damaged)?;
     }
     for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {

@@ -2,7 +2,6 @@
 
 use super::recordings::{self, recording_of};
 use super::results::result_of;
-use super::sql::rows;
 use super::{LastRows, StoreError, StoredFile, gates};
 use rusqlite::{Connection, Row};
 use std::collections::BTreeSet;
@@ -10,25 +9,10 @@ use std::collections::BTreeSet;
 /// Reads the rows that name blobs and notes which do not fit their hash, and what the others name.
 pub(super) fn named(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
     let (mut damaged, mut named) = (Vec::new(), Vec::new());
-    let sql = format!("SELECT {} FROM recordings", recordings::COLUMNS);
-    for found in rows(connection, &sql, [], |row| Ok(recording_of(row)))? {
-        if let Some((_, recording)) = whole_or_noted(found, &mut damaged)? {
-            named.extend(recording.manifest.files);
-            named.extend(recording.manifest.card);
-        }
-    }
-    let sql = "SELECT number, report_id, body, sum FROM results";
-    for found in rows(connection, sql, [], |row| Ok(result_of(row)))? {
-        if let Some((_, result)) = whole_or_noted(found, &mut damaged)? {
-            named.extend(result.files.into_values());
-        }
-    }
-    for found in rows(connection, gates::EVERY, [], |row| Ok(gates::gate_of(row)))? {
-        if let Some((_, gate)) = whole_or_noted(found, &mut damaged)? {
-            let outcome = gate.outcome.into_iter();
-            named.extend(outcome.flat_map(|outcome| outcome.files.into_values()));
-        }
-    }
+    each(connection, &mut LastRows::default(), |files| {
+        named.extend(whole_or_noted(files, &mut damaged)?.unwrap_or_default());
+        Ok(())
+    })?;
     Ok((damaged, named))
 }
 
@@ -37,53 +21,67 @@ pub(super) fn named(connection: &Connection) -> Result<(Vec<String>, Vec<StoredF
 /// its files.
 pub(super) fn among(
     connection: &Connection,
-    files: &BTreeSet<String>,
+    wanted: &BTreeSet<String>,
     after: LastRows,
 ) -> Result<(BTreeSet<String>, LastRows), StoreError> {
-    let (mut needed, mut last) = (BTreeSet::new(), after);
-    let mut add = |named: Vec<StoredFile>| {
-        let named = named.into_iter().map(|file| file.sha256);
-        needed.extend(named.filter(|sha256| files.contains(sha256)));
-    };
-    let sql = format!(
-        "SELECT {} FROM recordings WHERE number > ?",
-        recordings::COLUMNS
-    );
-    each(connection, &sql, &mut last.recordings, |row| {
-        let (_, recording) = recording_of(row)?;
-        add(recording.manifest.files);
-        add(recording.manifest.card.into_iter().collect());
-        Ok(())
-    })?;
-    let sql = "SELECT number, report_id, body, sum FROM results WHERE number > ?";
-    each(connection, sql, &mut last.results, |row| {
-        add(result_of(row)?.1.files.into_values().collect());
-        Ok(())
-    })?;
-    let sql = format!("{} WHERE number > ?", gates::EVERY);
-    each(connection, &sql, &mut last.gates, |row| {
-        let outcome = gates::gate_of(row)?.1.outcome.into_iter();
-        add(outcome.flat_map(|own| own.files.into_values()).collect());
+    let (mut needed, mut last, mut damaged) = (BTreeSet::new(), after, Vec::new());
+    each(connection, &mut last, |files| {
+        let files = whole_or_noted(files, &mut damaged)?.unwrap_or_default();
+        let hashes = files.into_iter().map(|file| file.sha256);
+        needed.extend(hashes.filter(|sha256| wanted.contains(sha256)));
         Ok(())
     })?;
     Ok((needed, last))
 }
 
-/// Reads the rows after one, one by one.
+/// Reads the rows that name blobs and were added after others, one by one: all together they may be
+/// larger than memory. Hands over the files of each, and notes the last rows.
 fn each(
     connection: &Connection,
-    sql: &str,
-    last: &mut i64,
-    mut read: impl FnMut(&Row<'_>) -> Result<(), StoreError>,
+    last: &mut LastRows,
+    mut read: impl FnMut(Result<Vec<StoredFile>, StoreError>) -> Result<(), StoreError>,
 ) -> Result<(), StoreError> {
-    let mut statement = connection.prepare_cached(sql)?;
+    let of_recording = |row: &Row<'_>| {
+        let manifest = recording_of(row)?.1.manifest;
+        Ok(manifest.files.into_iter().chain(manifest.card).collect())
+    };
+    let of_result = |row: &Row<'_>| Ok(result_of(row)?.1.files.into_values().collect());
+    let of_gate = |row: &Row<'_>| {
+        let outcome = gates::gate_of(row)?.1.outcome;
+        let files = outcome.map(|outcome| outcome.files.into_values().collect());
+        Ok(files.unwrap_or_default())
+    };
+    let recordings = format!("SELECT {} FROM recordings", recordings::COLUMNS);
+    let results = "SELECT number, report_id, body, sum FROM results";
+    stream(
+        connection,
+        &recordings,
+        &mut last.recordings,
+        of_recording,
+        &mut read,
+    )?;
+    stream(connection, results, &mut last.results, of_result, &mut read)?;
+    stream(
+        connection,
+        gates::EVERY,
+        &mut last.gates,
+        of_gate,
+        &mut read,
+    )
+}
+
+fn stream(
+    connection: &Connection,
+    select: &str,
+    last: &mut i64,
+    files_of: impl Fn(&Row<'_>) -> Result<Vec<StoredFile>, StoreError>,
+    read: &mut impl FnMut(Result<Vec<StoredFile>, StoreError>) -> Result<(), StoreError>,
+) -> Result<(), StoreError> {
+    let mut statement = connection.prepare_cached(&format!("{select} WHERE number > ?"))?;
     let mut rows = statement.query([*last])?;
     while let Some(row) = rows.next()? {
         *last = (*last).max(row.get(0)?);
-        match read(row) {
-            Ok(()) | Err(StoreError::Damaged { .. }) => {}
-            Err(error) => return Err(error),
-        }
+        read(files_of(row))?;
     }
     Ok(())
 }
