@@ -147,13 +147,20 @@ pub struct ReadArguments {
     pub accept_remark: Vec<String>,
 }
 
-/// Returns the source: `-` is standard input, anything else a path.
+/// Returns the source: `-` is standard input, `pulse:…` a pulse, anything else a path.
 pub(super) fn source_of(recording: &Path) -> Source {
     if recording == Path::new("-") {
         Source::Stdin
     } else {
-        Source::File(recording.to_path_buf())
+        latchgate_recording::pulse::source_at(recording, Path::new(""))
     }
+}
+
+/// True of the word of a pulse.
+pub(super) fn is_pulse(recording: &Path) -> bool {
+    recording
+        .to_string_lossy()
+        .starts_with(latchgate_recording::pulse::PREFIX)
 }
 
 impl ReadArguments {

@@ -7,7 +7,7 @@ mod answer;
 use super::design::asked_design;
 use super::failure::Failure;
 use super::inputs::Inputs;
-use super::options::{Common, ReplayCommand, source_of};
+use super::options::{Common, ReplayCommand, is_pulse, source_of};
 use super::output;
 use super::pdf;
 use super::progress::{self, Progress};
@@ -136,7 +136,8 @@ fn kept(
         return judged;
     }
     let evidence = judged.outcome.evidence.as_ref();
-    let path = (recording != Path::new("-")).then_some(recording);
+    let is_file = recording != Path::new("-") && !is_pulse(recording);
+    let path = is_file.then_some(recording);
     let earlier = latchgate_report::id_in(&folder);
     match latchgate_report::write(&folder, latchgate_report::files(document, evidence), path) {
         Ok(_) => {

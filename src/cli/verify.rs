@@ -1,7 +1,7 @@
 //! `latchgate verify`: the run inside a verdict made again, and compared.
 
 use super::failure::Failure;
-use super::options::{Common, VerifyArguments};
+use super::options::{Common, VerifyArguments, is_pulse, source_of};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
@@ -29,7 +29,10 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
     let limits = common.limits().map_err(Failure::Usage)?;
     let changed = limits.changed();
     request.limits.retain(|name, _| !changed.contains_key(name));
-    let source = Source::File(recording(own, &stored).map_err(Failure::Data)?);
+    let source = match (&own.recording, Path::new(stored.file())) {
+        (None, word) if is_pulse(word) => source_of(word),
+        _ => Source::File(recording(own, &stored).map_err(Failure::Data)?),
+    };
     let progress = Progress::new("verify");
     let verification = progress.watch("verify", common.thread_count(), |control| {
         pipeline::verify(

@@ -4,7 +4,7 @@ use super::pairs::Pair;
 use super::plan::Plan;
 use super::summary::{GateSummary, unwritten};
 use super::{junit, markdown, page};
-use crate::pipeline::{Control, Extras, Limits, Prepared, Source};
+use crate::pipeline::{Control, Extras, Limits, Prepared};
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_recording::error::{Error, Place};
 use latchgate_report::Unplaced;
@@ -107,7 +107,7 @@ fn full(
 ) -> Result<String, Error> {
     let recording = &plan.recordings[number / plan.designs.len()];
     let design = &plan.designs[number % plan.designs.len()];
-    let source = Source::File(recording.path.clone());
+    let source = recording.source();
     let extras = Extras {
         filter_table: true,
         preload_answer: true,
@@ -132,7 +132,8 @@ fn full(
     let own = format!("{REPORTS}/{id}");
     let files =
         latchgate_report::files_without_series(&outcome.document, outcome.evidence.as_ref());
-    latchgate_report::write(&folder.join(&own), files, Some(&recording.path))?;
+    let path = (!recording.is_pulse()).then_some(&*recording.path);
+    latchgate_report::write(&folder.join(&own), files, path)?;
     Ok(own)
 }
 

@@ -4,10 +4,11 @@
 //! needs the one before, and what matches nothing is an error. No recording is opened.
 
 use super::file::{DesignEntry, ERRORS_TOLD, Exception, GateFile, RecordingsEntry};
-use crate::pipeline::{Answer, Design, Limits, Request, design_from_bytes, read_within};
+use crate::pipeline::{Answer, Design, Limits, Request, Source, design_from_bytes, read_within};
 use glob::{MatchOptions, Pattern};
 use latchgate_document::design_file::apply_override;
 use latchgate_recording::error::{Error, Place};
+use latchgate_recording::pulse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -32,14 +33,30 @@ pub struct Plan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedRecording {
     /// Path relative to the gate file's folder, `/` between folders, and the channel where the
-    /// gate names one.
+    /// gate names one; of a pulse its word as the gate writes it.
     pub name: String,
     /// Line of its entry in the gate file.
     pub line: Option<u64>,
-    /// Where it lies.
+    /// Where it lies; of a pulse its canonical word.
     pub path: PathBuf,
     /// How it is read, conditioned and judged: that of all recordings of an entry.
     pub request: Arc<Request>,
+}
+
+impl PlannedRecording {
+    /// Returns what is read: a file or folder, or a pulse by its word.
+    pub fn source(&self) -> Source {
+        pulse::source_at(&self.path, Path::new(""))
+    }
+
+    /// True of a pulse, whose `path` is its word.
+    pub(super) fn is_pulse(&self) -> bool {
+        is_pulse(&self.path.to_string_lossy())
+    }
+}
+
+fn is_pulse(word: &str) -> bool {
+    word.starts_with(pulse::PREFIX)
 }
 
 /// A rule that matches pairs by name.
@@ -343,7 +360,10 @@ fn recordings(
                     errors.push(error.at(entry.place.clone()));
                     continue;
                 }
-                let name = name_of(&path, folder, entry.request.channel.as_deref());
+                let name = match is_pulse(files) {
+                    true => files.clone(),
+                    false => name_of(&path, folder, entry.request.channel.as_deref()),
+                };
                 let planned = PlannedRecording {
                     name: name.clone(),
                     line: entry.place.line,
@@ -392,6 +412,9 @@ fn paths(files: &str, folder: &Path, own: &[PathBuf]) -> Result<Vec<PathBuf>, Er
              below it; [[] matches the letter [",
         )
     };
+    if is_pulse(files) {
+        return Ok(vec![pulse::canonical(files, Some(folder))?.into()]);
+    }
     let plain = folder.join(files);
     if plain.exists() {
         return Ok(vec![plain]);

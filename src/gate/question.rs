@@ -46,7 +46,10 @@ impl Questions {
     /// its files, their names, the settings, and the version. A file that cannot be read is part of it
     /// as such.
     pub(super) fn key(&self, recording: &PlannedRecording) -> Key {
-        let files = self.files(&recording.path);
+        let files = match recording.is_pulse() {
+            true => Vec::new(),
+            false => self.files(&recording.path),
+        };
         let files = files.iter().map(|path| (path, told_of(path)));
         let files: Vec<(String, String)> = files
             .map(|(path, told)| (below(path, recording.path.parent()), told))
@@ -56,7 +59,10 @@ impl Questions {
             "numbers_revision": NUMBERS_REVISION,
             // Another version may read what this one refuses.
             "version": env!("CARGO_PKG_VERSION"),
-            "recording": recording.path.file_name().map(|name| name.to_string_lossy()),
+            "recording": match recording.is_pulse() {
+                true => Some(recording.path.to_string_lossy()),
+                false => recording.path.file_name().map(|name| name.to_string_lossy()),
+            },
             "files": files,
             "request": &*recording.request,
             "limits": self.limits,

@@ -4,7 +4,7 @@ use super::key::Key;
 use super::plan::{Plan, PlannedRecording};
 use super::question::Questions;
 use super::store::{DesignKey, Known, ReadFacts, Store};
-use crate::pipeline::{Control, DecisionRow, Limits, Prepared, Source};
+use crate::pipeline::{Control, DecisionRow, Limits, Prepared};
 use latchgate_document::blocks::RecordingBlock;
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_recording::error::{Error, ErrorKind, Place};
@@ -123,7 +123,7 @@ impl<'a> Judging<'a> {
     ) -> Result<JudgedRecording, Error> {
         let recording = &self.plan.recordings[number];
         let began = (self.clock)();
-        let source = Source::File(recording.path.clone());
+        let source = recording.source();
         let prepared = Prepared::open(&source, &recording.request, self.limits, control);
         // Between the two keys it was read.
         if Questions::new(self.limits).key(recording) != key {

@@ -7,7 +7,7 @@ use super::run::{Clock, Judging, changed};
 use super::share::Share;
 use super::store::{BEGUN_MAX, Known, Store, make, name_of, put_in_place};
 use super::submission::Submission;
-use crate::pipeline::{Control, DecisionRow, Design, Limits, Prepared, Source};
+use crate::pipeline::{Control, DecisionRow, Design, Limits, Prepared};
 use latchgate_recording::error::{Error, ErrorKind, Place};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -200,7 +200,7 @@ pub fn judge_pair(
     limits: &Limits,
     control: &Control<'_>,
 ) -> Result<DecisionRow, Error> {
-    let source = Source::File(recording.path.clone());
+    let source = recording.source();
     match Prepared::open(&source, &recording.request, limits, control) {
         Ok(prepared) => prepared.row(design, control),
         Err(refused) if refused.error.is_stopped() => Err(refused.error),

@@ -2,12 +2,12 @@
 
 use latchgate_document::blocks::{ConditioningBlock, Document, RecordingBlock, RunBlock};
 use latchgate_document::identity;
-use latchgate_document::request::Request;
+use latchgate_document::request::{PolaritySource, Request};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
 use latchgate_recording::{Card, Channel, Finding, Severity, Source, TestFacts};
-use latchgate_verdict::conditioning::{self, Conditioned, cfc};
+use latchgate_verdict::conditioning::{self, Between, Conditioned, cfc};
 use latchgate_verdict::{
     Answer, Assessment, DECISION_RULE, ErrorBudget, NOMINAL_DECISION_RULE, Polarity, Reason,
     Screens, wording,
@@ -53,6 +53,16 @@ impl RecordingFacts {
     }
 
     pub(super) fn describe(&mut self, channel: &Channel) {
+        if let Some(pulse) = &channel.pulse {
+            self.declare(Card {
+                opens_when: Some(pulse.opens_when),
+                synthetic: true,
+                ..Card::default()
+            });
+            if self.recording.opens_when_source == PolaritySource::Card {
+                self.recording.opens_when_source = PolaritySource::Pulse;
+            }
+        }
         self.test = self.card.test.clone().or(channel.stated.test.clone());
         let block = &mut self.recording;
         block.channel = Some(channel.name.clone());
@@ -90,7 +100,10 @@ impl RecordingFacts {
                 .filter
                 .map(|_| cfc::end_treatment(conditioned.filter_standard).into()),
             resample_hz: conditioned.resample_hz,
-            between: self.request.between,
+            between: match conditioned.is_exact() && self.request.between != Between::Linear {
+                true => Between::Exact,
+                false => self.request.between,
+            },
             noise_m_s2: conditioned.noise.deviation_m_s2,
             peak_g: peak.map(|peak| used.samples[peak].abs() / STANDARD_GRAVITY),
             peak_time_s: peak.map(|peak| used.time_s(peak)),

@@ -320,6 +320,8 @@ pub enum PolaritySource {
     Option,
     /// The card beside the recording.
     Card,
+    /// The word of a pulse.
+    Pulse,
     /// Nobody.
     #[default]
     Undeclared,
@@ -331,6 +333,7 @@ impl PolaritySource {
         match self {
             Self::Option => "option",
             Self::Card => "card",
+            Self::Pulse => "pulse",
             Self::Undeclared => "undeclared",
         }
     }

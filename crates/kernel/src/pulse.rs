@@ -1,8 +1,9 @@
 //! Pulses: accelerations by formula.
 
 use crate::error::Error;
-use crate::signal::Signal;
+use crate::signal::{Reading, Signal};
 use crate::units::SampleRate;
+use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
 /// An acceleration that lasts from 0 to its duration and is zero elsewhere, in the unit of its peak.
@@ -20,7 +21,7 @@ use std::f64::consts::{PI, TAU};
 /// assert_eq!(pulse.at(0.0055), 30.0);
 /// assert_eq!(pulse.at(0.011), 0.0);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Pulse {
     /// Half a period of a sine.
     HalfSine {
@@ -61,6 +62,11 @@ pub enum Pulse {
         /// Duration of the fall [s].
         fall_s: f64,
     },
+    /// Straight lines from vertex to vertex, in order of time; zero before the first.
+    Polyline(
+        /// The vertices.
+        Vec<Vertex>,
+    ),
     /// Tones under a haversine; see [`tones`].
     Burst {
         /// Factor of the tones.
@@ -72,6 +78,22 @@ pub enum Pulse {
     },
 }
 
+/// A vertex of a polyline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vertex {
+    /// Time [s].
+    pub time_s: f64,
+    /// Value there.
+    pub value: f64,
+}
+
+impl Vertex {
+    /// Returns a vertex of a time [s] and a value.
+    pub const fn new(time_s: f64, value: f64) -> Self {
+        Self { time_s, value }
+    }
+}
+
 impl Pulse {
     /// Returns the duration [s].
     pub fn duration_s(&self) -> f64 {
@@ -81,6 +103,7 @@ impl Pulse {
             | Self::Sawtooth { duration_s, .. }
             | Self::Triangle { duration_s, .. }
             | Self::Burst { duration_s, .. } => duration_s,
+            Self::Polyline(ref vertices) => vertices.last().map_or(0.0, |last| last.time_s),
             Self::Trapezoid {
                 rise_s,
                 plateau_s,
@@ -120,6 +143,7 @@ impl Pulse {
                     peak * (1.0 - since_plateau_s / fall_s)
                 }
             }
+            Self::Polyline(ref vertices) => on_lines(vertices, time_s),
             Self::Burst {
                 scale,
                 duration_s,
@@ -129,6 +153,103 @@ impl Pulse {
                 scale * envelope * envelope * tones(time_s, phases)
             }
         }
+    }
+
+    /// Returns the vertices of a pulse of straight lines.
+    fn vertices(&self) -> Option<Vec<Vertex>> {
+        let rise = |peak, duration_s| vec![Vertex::new(0.0, 0.0), Vertex::new(duration_s, peak)];
+        Some(match *self {
+            Self::Polyline(ref vertices) => vertices.clone(),
+            Self::Sawtooth { peak, duration_s } => rise(peak, duration_s),
+            Self::Triangle { peak, duration_s } => {
+                let mut vertices = rise(peak, 0.5 * duration_s);
+                vertices.push(Vertex::new(duration_s, 0.0));
+                vertices
+            }
+            Self::Trapezoid {
+                peak,
+                rise_s,
+                plateau_s,
+                fall_s,
+            } => {
+                let mut vertices = rise(peak, rise_s);
+                vertices.push(Vertex::new(rise_s + plateau_s, peak));
+                vertices.push(Vertex::new(rise_s + plateau_s + fall_s, 0.0));
+                // A side that takes no time is a jump at the begin or at the end.
+                vertices.dedup_by(|next, before| {
+                    let jumps = next.time_s <= before.time_s;
+                    if jumps && next.time_s <= 0.0 {
+                        before.value = next.value;
+                    }
+                    jumps
+                });
+                vertices
+            }
+            Self::HalfSine { .. } | Self::Haversine { .. } | Self::Burst { .. } => return None,
+        })
+    }
+
+    /// Returns the pulse and `tail` intervals of zero behind it, read as its formula runs between samples:
+    /// it begins and ends with a jump where that does.
+    ///
+    /// Its vertices are to lie on samples. A half-sine or haversine of 200 intervals is followed to 1e-14 of
+    /// its peak.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for tones, which have no such reading.
+    pub fn reading(&self, rate: SampleRate, tail: usize) -> Result<Reading<'static>, Error> {
+        let interval = rate.interval().seconds();
+        let end = (self.duration_s() * rate.hertz()).round() as usize;
+        let mut signal = Signal {
+            start_s: 0.0,
+            rate,
+            samples: vec![0.0; end + 1 + tail],
+        };
+        if let Some(vertices) = self.vertices() {
+            let place = |vertex: &Vertex| (vertex.time_s * rate.hertz()).round() as usize;
+            for pair in vertices.windows(2) {
+                let (first, last) = (place(&pair[0]), place(&pair[1]));
+                let per_interval = (pair[1].value - pair[0].value) / (last - first).max(1) as f64;
+                for index in first..last {
+                    signal.samples[index] = pair[0].value + per_interval * (index - first) as f64;
+                }
+                signal.samples[last] = pair[1].value;
+            }
+            return Ok(Reading::from(signal).ending_at(end));
+        }
+        let (mut slopes, mut bends) = (signal.samples.clone(), signal.samples.clone());
+        for index in 0..=end {
+            let part = index as f64 / end as f64;
+            let [value, slope, bend] = match *self {
+                Self::HalfSine { peak, duration_s } => {
+                    let turn = PI / duration_s * interval;
+                    let (sine, cosine) = libm::sincos(PI * part);
+                    [peak * sine, peak * turn * cosine, -peak * turn * turn * sine]
+                }
+                Self::Haversine { peak, duration_s } => {
+                    let turn = PI / duration_s * interval;
+                    let sine = libm::sin(PI * part);
+                    let (double_sine, double_cosine) = libm::sincos(TAU * part);
+                    [
+                        peak * (sine * sine),
+                        peak * turn * double_sine,
+                        2.0 * peak * turn * turn * double_cosine,
+                    ]
+                }
+                _ => {
+                    return Err(Error::out_of_range(
+                        "a pulse to be read between samples",
+                        "a half-sine, a haversine or straight lines",
+                        "tones",
+                    ));
+                }
+            };
+            signal.samples[index] = value;
+            slopes[index] = slope;
+            bends[index] = bend;
+        }
+        Ok(Reading::quintic(Cow::Owned(signal), slopes, bends)?.ending_at(end))
     }
 
     /// Returns samples of the pulse from its begin to its end, the last one included.
@@ -147,6 +268,18 @@ impl Pulse {
                 .map(|index| self.at(index as f64 / rate_hz))
                 .collect(),
         })
+    }
+}
+
+/// Returns the value on straight lines between vertices; zero before the first.
+fn on_lines(vertices: &[Vertex], time_s: f64) -> f64 {
+    let next = vertices.partition_point(|vertex| vertex.time_s <= time_s);
+    match (next.checked_sub(1).map(|before| vertices[before]), vertices.get(next)) {
+        (None, _) => 0.0,
+        (Some(last), None) => last.value,
+        (Some(a), Some(b)) => {
+            a.value + (b.value - a.value) * ((time_s - a.time_s) / (b.time_s - a.time_s))
+        }
     }
 }
 

@@ -39,6 +39,24 @@ pub struct Reading<'a> {
     slopes: Cow<'a, [f64]>,
     /// Second derivative at each sample [m/s² per interval²]; none of polynomials of third degree.
     bends: Cow<'a, [f64]>,
+    tail: Tail,
+}
+
+/// The end of a pulse, from which on the acceleration is constant, whatever the sample there says: that one
+/// ends the interval before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Tail {
+    /// Its first interval; [`usize::MAX`] of a signal without one.
+    from: usize,
+    /// The acceleration in it [m/s²].
+    level: f64,
+}
+
+impl Tail {
+    const NONE: Self = Self {
+        from: usize::MAX,
+        level: 0.0,
+    };
 }
 
 impl<'a> From<&'a Signal> for Reading<'a> {
@@ -61,6 +79,7 @@ impl<'a> From<&'a Reading<'_>> for Reading<'a> {
             signal: Cow::Borrowed(&reading.signal),
             slopes: Cow::Borrowed(&reading.slopes),
             bends: Cow::Borrowed(&reading.bends),
+            tail: reading.tail,
         }
     }
 }
@@ -99,7 +118,17 @@ impl<'a> Reading<'a> {
             signal,
             slopes: Cow::Owned(slopes),
             bends: Cow::Owned(bends),
+            tail: Tail::NONE,
         }
+    }
+
+    /// Lets the acceleration be zero from sample `index` on, with a jump from what that sample says.
+    pub fn ending_at(mut self, index: usize) -> Self {
+        self.tail = Tail {
+            from: index,
+            level: 0.0,
+        };
+        self
     }
 
     /// Returns the reading of every sample times `scale` plus `offset_m_s2`.
@@ -110,7 +139,13 @@ impl<'a> Reading<'a> {
             samples: samples.map(|a| scale * a + offset_m_s2).collect(),
             ..*self.signal
         };
-        Reading::of_parts(Cow::Owned(signal), times(&self.slopes), times(&self.bends))
+        Reading {
+            tail: Tail {
+                level: scale * self.tail.level + offset_m_s2,
+                ..self.tail
+            },
+            ..Reading::of_parts(Cow::Owned(signal), times(&self.slopes), times(&self.bends))
+        }
     }
 
     /// Reads the same samples and first derivatives by polynomials of third degree.
@@ -128,7 +163,7 @@ impl<'a> Reading<'a> {
         pairs.map(|(slopes, bends)| (slopes[0] - slopes[1]) / 32.0 + (bends[0] + bends[1]) / 64.0)
     }
 
-    /// Adds so many times another signal of as many samples, read alike.
+    /// Adds so many times another signal of as many samples, read alike; of signals without an end of their own.
     pub fn plus(&self, times: f64, other: &Reading<'_>) -> Reading<'static> {
         let sum = |of: &[f64], other: &[f64]| {
             let pairs = of.iter().zip(other);
@@ -191,12 +226,20 @@ impl<'a> Reading<'a> {
         let places = (0..signal.samples.len() - 1)
             .flat_map(|index| (0..parts).map(move |n| (index, n as f64)));
         let (straight, curved) = (self.pieces::<STRAIGHT>(), self.pieces::<CURVED>());
+        // The sample at which a pulse ends stays what it is: the interval before it ends with it.
+        let is_end = |index: usize, n: f64| index == self.tail.from && n <= 0.0;
         let mut samples: Vec<f64> = if self.is_straight() {
-            let step = |index: usize| straight.terms(index)[1] / parts as f64;
-            let along = |(index, n): (usize, f64)| signal.samples[index] + step(index) * n;
+            let along = |(index, n): (usize, f64)| {
+                let terms = straight.terms(index);
+                let from = if is_end(index, n) { signal.samples[index] } else { terms[0] };
+                from + terms[1] / parts as f64 * n
+            };
             places.clone().map(along).collect()
         } else {
-            let of = |(index, n)| value(&curved.terms(index), part * n);
+            let of = |(index, n)| match is_end(index, n) {
+                true => signal.samples[index],
+                false => value(&curved.terms(index), part * n),
+            };
             places.clone().map(of).collect()
         };
         samples.push(*last);
@@ -205,7 +248,9 @@ impl<'a> Reading<'a> {
             let of = |(index, n)| {
                 let c = curved.terms(index);
                 scale
-                    * if order == 1 {
+                    * if is_end(index, n) {
+                        at_samples[index]
+                    } else if order == 1 {
                         slope(&c, part * n)
                     } else {
                         bend(&c, part * n)
@@ -224,7 +269,13 @@ impl<'a> Reading<'a> {
             ..*signal
         };
         let (slopes, bends) = (derivative(1, &self.slopes), derivative(2, &self.bends));
-        Reading::of_parts(Cow::Owned(signal), slopes, bends)
+        Reading {
+            tail: Tail {
+                from: self.tail.from.saturating_mul(parts),
+                ..self.tail
+            },
+            ..Reading::of_parts(Cow::Owned(signal), slopes, bends)
+        }
     }
 
     /// Returns the polynomials; `K` is [`STRAIGHT`] for straight lines alone.
@@ -233,6 +284,7 @@ impl<'a> Reading<'a> {
             signal: &self.signal,
             slopes: &self.slopes,
             bends: &self.bends,
+            tail: self.tail,
         }
     }
 }
@@ -243,6 +295,7 @@ pub(crate) struct Pieces<'a, const K: usize> {
     pub(crate) signal: &'a Signal,
     slopes: &'a [f64],
     bends: &'a [f64],
+    tail: Tail,
 }
 
 /// The polynomial of one interval, in powers of the part of it.
@@ -270,6 +323,7 @@ impl<'a> Pieces<'a, STRAIGHT> {
             signal,
             slopes: &[],
             bends: &[],
+            tail: Tail::NONE,
         }
     }
 }
@@ -277,6 +331,10 @@ impl<'a> Pieces<'a, STRAIGHT> {
 impl<const K: usize> Pieces<'_, K> {
     #[inline(always)]
     fn ends(&self, index: usize) -> Ends {
+        if index >= self.tail.from {
+            let (a, d) = ([self.tail.level; 2], [0.0; 2]);
+            return Ends { a, d, s: d };
+        }
         let a = [self.signal.samples[index], self.signal.samples[index + 1]];
         let d = [self.slopes[index], self.slopes[index + 1]];
         let s = if self.bends.is_empty() {
@@ -291,12 +349,21 @@ impl<const K: usize> Pieces<'_, K> {
         Ends { a, d, s }
     }
 
+    /// Returns the values at both ends of interval `index`.
+    #[inline(always)]
+    fn line(&self, index: usize) -> [f64; 2] {
+        if index >= self.tail.from {
+            return [self.tail.level; 2];
+        }
+        [self.signal.samples[index], self.signal.samples[index + 1]]
+    }
+
     /// Returns the coefficients of interval `index`.
     #[inline(always)]
     pub(crate) fn terms(&self, index: usize) -> [f64; K] {
         let mut terms = [0.0; K];
         if K == STRAIGHT {
-            let (from, to) = (self.signal.samples[index], self.signal.samples[index + 1]);
+            let [from, to] = self.line(index);
             (terms[0], terms[1]) = (from, to - from);
         } else {
             self.ends(index).terms(&mut terms);
@@ -309,8 +376,7 @@ impl<const K: usize> Pieces<'_, K> {
     pub(crate) fn control(&self, index: usize) -> [f64; K] {
         let mut control = [0.0; K];
         if K == STRAIGHT {
-            control[0] = self.signal.samples[index];
-            control[1] = self.signal.samples[index + 1];
+            [control[0], control[1]] = self.line(index);
         } else {
             self.ends(index).control(&mut control);
         }
@@ -336,7 +402,7 @@ impl<const K: usize> Pieces<'_, K> {
         }
         Piece {
             terms,
-            end: self.signal.samples[index + 1],
+            end: self.line(index)[1],
             range: range(&control),
         }
     }

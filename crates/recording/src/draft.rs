@@ -78,6 +78,7 @@ impl Draft {
             values: self.clock.values,
             stated: self.stated,
             findings,
+            pulse: None,
         })
     }
 }

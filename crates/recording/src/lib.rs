@@ -24,6 +24,7 @@
 //! - `mme`: ISO/TS 13499 (ISO-MME): a test as folder, .zip, .tar.gz or .tar, or one channel of
 //!   it;
 //! - `number`: numbers in cells: decimal point or comma, and the digits they were printed with;
+//! - `pulse`: pulses by formula, where a recording may stand;
 //! - `remarks`: remarks: what laboratories and operators write in free words, for a person to read;
 //! - `setting`: the settings of a question, by the names that every door uses for them;
 //! - `source`: where the bytes come from: a file, standard input or memory, hashed while they are
@@ -53,6 +54,7 @@ pub mod lvm;
 pub mod mcap;
 pub mod mme;
 mod number;
+pub mod pulse;
 mod remarks;
 pub mod setting;
 pub mod source;
@@ -70,7 +72,9 @@ pub use source::{Part, Source, read_within};
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::setting::Setting;
+use card::CardPolarity;
 use latchgate_kernel::parallel::Control;
+use latchgate_kernel::signal::Reading as SignalReading;
 use latchgate_kernel::units::{
     AccelerationUnit, DecimalMark, MessageClock, STANDARD_GRAVITY, SampleRate, SensorSensitivity,
     TimeUnit,
@@ -233,6 +237,17 @@ pub struct Channel {
     pub stated: Stated,
     /// What was found odd while reading.
     pub findings: Vec<Finding>,
+    /// The formula that gave the samples, of a pulse.
+    pub pulse: Option<ExactPulse>,
+}
+
+/// A channel by formula, exact between its samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExactPulse {
+    /// The channel as its formula runs, in the channel's unit.
+    pub reading: SignalReading<'static>,
+    /// Sign of the acceleration that opens, as the pulse declares it.
+    pub opens_when: CardPolarity,
 }
 
 /// What file or card says of the test and of the sensor; `None` where they say nothing.
@@ -532,6 +547,7 @@ impl ReadOutcome {
 
 /// Every format that is read, the most easily recognised first.
 pub const FORMATS: &[Format] = &[
+    Format::new("pulse", pulse::recognises, pulse::read),
     Format::new("mcap", mcap::recognises, mcap::read),
     Format::new("tdms", tdms::recognises, tdms::read),
     Format::new("ev5", ev5::recognises, ev5::read),

@@ -14,6 +14,9 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// What the word of a pulse begins with, which is a recording's name and content as a whole.
+pub const PULSE_PREFIX: &str = "pulse:";
+
 /// Bytes of the head from which a format is recognised.
 const HEAD_BYTES: u64 = 4096;
 
@@ -141,8 +144,8 @@ impl Source {
             ),
             Self::Stdin => "-".into(),
             Self::Memory(memory) => match memory.name.rsplit_once('/') {
-                Some((_, file)) => file.to_string(),
-                None => memory.name.clone(),
+                Some((_, file)) if !memory.name.starts_with(PULSE_PREFIX) => file.to_string(),
+                _ => memory.name.clone(),
             },
         }
     }

@@ -34,6 +34,7 @@ pub use between::Between;
 pub use bias::Noise;
 pub use crash::velocity_change_m_s;
 pub use latchgate_kernel::signal::Signal;
+use latchgate_kernel::signal::Reading;
 use quality::RawQuality;
 pub use quality::SlowClock;
 
@@ -193,6 +194,8 @@ pub struct Conditioned {
     pub raw: Signal,
     /// As fed to the model, before polarity.
     pub used: Signal,
+    /// The raw signal as its formula runs, of a pulse [m/s²].
+    pub formula: Option<Reading<'static>>,
     /// Mean removed [m/s²]; 0 if none was.
     pub bias_m_s2: f64,
     /// Standard error of that mean, correlation of the samples counted [m/s²].
@@ -244,6 +247,9 @@ pub fn condition(channel: &Channel, options: &ConditioningOptions) -> Result<Con
 /// As [`condition`], for samples that cannot be used.
 pub fn inspect(channel: &Channel, options: &ConditioningOptions) -> Result<Vec<Finding>, Error> {
     let raw = in_si(channel)?;
+    if channel.pulse.is_some() {
+        return Ok(Vec::new());
+    }
     let mut findings = quality::findings(
         &raw,
         &ConditioningOptions {
@@ -260,21 +266,29 @@ pub fn inspect(channel: &Channel, options: &ConditioningOptions) -> Result<Vec<F
 }
 
 fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Conditioned, Error> {
+    let options = &ConditioningOptions {
+        synthetic: options.synthetic || channel.pulse.is_some(),
+        ..options.clone()
+    };
     let raw = in_si(channel)?;
+    let formula = formula_in_si(channel);
     // What a card declares comes before what the file states.
-    let quality = quality::examine(
-        &raw,
-        &ConditioningOptions {
-            range_g: options.range_g.or(channel.full_scale_g()),
-            ..*options
-        },
-    );
+    let quality = match formula {
+        Some(_) => RawQuality::default(),
+        None => quality::examine(
+            &raw,
+            &ConditioningOptions {
+                range_g: options.range_g.or(channel.full_scale_g()),
+                ..*options
+            },
+        ),
+    };
     // What a formula gave carries none.
     let noise = match options.synthetic {
         true => Noise::default(),
         false => bias::noise(&raw),
     };
-    let mut conditioned = from_raw(raw, options, quality, noise)?;
+    let mut conditioned = from_raw(raw, formula, options, quality, noise)?;
     let unbiased = without_bias(&conditioned.raw, conditioned.bias_m_s2);
     let unlike = crash::findings(&unbiased, options, &channel.stated);
     conditioned.findings.extend(unlike);
@@ -303,7 +317,8 @@ pub fn reconditioned(
         findings: Vec::new(),
         slow_clock: conditioned.slow_clock,
     };
-    from_raw(conditioned.raw.clone(), options, quality, conditioned.noise)
+    let (raw, formula) = (conditioned.raw.clone(), conditioned.formula.clone());
+    from_raw(raw, formula, options, quality, conditioned.noise)
 }
 
 /// Returns the recording with its bias left in, conditioned alike otherwise, where the bias that was
@@ -329,6 +344,7 @@ pub fn without_doubtful_bias(conditioned: &Conditioned) -> Result<Option<Conditi
 
 fn from_raw(
     raw: Signal,
+    formula: Option<Reading<'static>>,
     options: &ConditioningOptions,
     quality: RawQuality,
     noise: Noise,
@@ -337,7 +353,17 @@ fn from_raw(
         mut findings,
         slow_clock,
     } = quality;
-    let (bias, odd) = bias::bias(&raw, options.bias)?;
+    // Of a formula nothing is removed, and nothing filtered, unless asked for.
+    let (mut bias_window, mut filter_choice) = (options.bias, options.filter);
+    if formula.is_some() {
+        if bias_window == BiasWindow::PreEvent {
+            bias_window = BiasWindow::None;
+        }
+        if filter_choice == FilterChoice::Default {
+            filter_choice = FilterChoice::None;
+        }
+    }
+    let (bias, odd) = bias::bias(&raw, bias_window)?;
     findings.extend(odd);
     let mut used = without_bias(&raw, bias.mean_m_s2);
     let velocity_change_m_s = velocity_change_m_s(&used);
@@ -365,7 +391,7 @@ fn from_raw(
         Some(clock) if clock.rate_hz < used.rate.hertz() => SampleRate::from_hertz(clock.rate_hz)?,
         _ => used.rate,
     };
-    let (filter, odd) = choose_filter(options.filter, own_rate);
+    let (filter, odd) = choose_filter(filter_choice, own_rate);
     findings.extend(odd);
     if let Some(class) = filter {
         let filter = cfc::CfcFilter::new(class, options.filter_standard);
@@ -392,6 +418,7 @@ fn from_raw(
         noise,
         raw,
         used,
+        formula,
         filter,
         filter_standard: options.filter_standard,
         resample_hz,
@@ -490,6 +517,25 @@ pub fn velocity_m_s(signal: &Signal) -> Vec<f64> {
             sum / signal.rate.hertz()
         })
         .collect()
+}
+
+/// Returns a pulse as its formula runs [m/s²].
+fn formula_in_si(channel: &Channel) -> Option<Reading<'static>> {
+    let factor = channel.unit?.metres_per_second_squared();
+    Some(channel.pulse.as_ref()?.reading.scaled(factor, 0.0))
+}
+
+impl Conditioned {
+    /// True of a pulse that was neither filtered nor resampled: it is known between its samples.
+    pub fn is_exact(&self) -> bool {
+        self.formula.is_some() && self.filter.is_none() && self.resample_hz.is_none()
+    }
+
+    /// Returns the used signal as its formula runs, where [`Self::is_exact`].
+    pub fn exact(&self) -> Option<Reading<'static>> {
+        let formula = self.formula.as_ref().filter(|_| self.is_exact())?;
+        Some(formula.scaled(1.0, -self.bias_m_s2))
+    }
 }
 
 fn in_si(channel: &Channel) -> Result<Signal, Error> {

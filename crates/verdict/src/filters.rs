@@ -85,11 +85,10 @@ pub(super) fn table(
         match conditioning::filtered(conditioned, filter) {
             Ok(used) => {
                 let refiltered = Conditioned {
-                    raw: conditioned.raw.clone(),
                     used,
                     filter,
                     findings: Vec::new(),
-                    ..*conditioned
+                    ..conditioned.clone()
                 };
                 after(setup, span, &refiltered, results)
             }

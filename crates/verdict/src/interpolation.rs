@@ -169,6 +169,9 @@ impl RunSetup<'_> {
 
     /// Returns the interpolation error of each run [rad].
     fn interpolation_errors_rad(&self, runs: &[RunOutcome]) -> Result<Vec<f64>, Error> {
+        if self.readings.is_exact() {
+            return Ok(vec![0.0; runs.len()]);
+        }
         let mut readings = vec![SampleReading::Cubic];
         readings.extend(CORNERS.map(SampleReading::Corners));
         if self.readings.between() == Between::Linear {

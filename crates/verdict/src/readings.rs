@@ -82,8 +82,13 @@ impl<'a> Readings<'a> {
     pub(super) fn own(&self) -> Result<Reading<'a>, Error> {
         match self.between {
             Between::Linear => Ok((&self.conditioned.used).into()),
-            Between::BandLimited => Ok(self.quintic()?.into()),
+            Between::BandLimited | Between::Exact => Ok(self.quintic()?.into()),
         }
+    }
+
+    /// True where nothing is left open between the samples: a pulse that is followed as its formula runs.
+    pub(super) fn is_exact(&self) -> bool {
+        self.between != Between::Linear && self.conditioned.is_exact()
     }
 
     /// Returns one of them.
@@ -107,6 +112,9 @@ impl<'a> Readings<'a> {
     ///
     /// As [`between::read`].
     fn left_out_m_s2(&self) -> Result<f64, Error> {
+        if self.is_exact() {
+            return Ok(0.0);
+        }
         let quintic = self.quintic()?;
         Ok(*self.cache.left_out.get_or_init(|| {
             let Conditioned { raw, used, .. } = self.conditioned;
@@ -151,8 +159,13 @@ impl<'a> Readings<'a> {
         if let Some(reading) = cache.quintic.get() {
             return Ok(reading);
         }
-        let samples = Cow::Owned(conditioned.used.clone());
-        let reading = between::read(samples, Between::BandLimited)?;
+        let reading = match conditioned.exact() {
+            Some(exact) => exact,
+            None => {
+                let samples = Cow::Owned(conditioned.used.clone());
+                between::read(samples, Between::BandLimited)?
+            }
+        };
         Ok(cache.quintic.get_or_init(|| reading))
     }
 

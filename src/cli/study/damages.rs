@@ -95,6 +95,7 @@ fn judged(signal: &Signal, design: &Design) -> Result<DamageAnswer, Error> {
         values: signal.samples.clone(),
         stated: Stated::default(),
         findings: Vec::new(),
+        pulse: None,
     };
     let conditioned = condition(&channel, &ConditioningOptions::default())?;
     let codes = |severity: Severity| -> Vec<String> {

@@ -26,6 +26,8 @@ pub enum Between {
     BandLimited,
     /// By straight lines.
     Linear,
+    /// As the formula of a pulse runs; never asked for.
+    Exact,
 }
 
 impl Between {
@@ -34,6 +36,7 @@ impl Between {
         match self {
             Self::BandLimited => "band-limited",
             Self::Linear => "linear",
+            Self::Exact => "exact",
         }
     }
 }

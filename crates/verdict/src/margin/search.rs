@@ -749,6 +749,7 @@ fn scaled<'c>(
     for samples in [&mut scaled.raw.samples, &mut scaled.used.samples] {
         samples.iter_mut().for_each(|a| *a *= scale);
     }
+    scaled.formula = scaled.formula.map(|formula| formula.scaled(scale, 0.0));
     scaled.bias_m_s2 *= scale;
     (Cow::Owned(scaled), fresh)
 }
