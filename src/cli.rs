@@ -20,6 +20,7 @@
 //!   which ends it;
 //! - `replay`: `latchgate replay`: one recording, one design, one verdict;
 //! - `serve`: `latchgate serve`: the service, a program of its own;
+//! - `statics`: `latchgate static`: static thresholds by direction, with the clause that each answers;
 //! - `study`: `latchgate study`: one file per study, one line each in [`Study`] and in its
 //!   `analysis`;
 //! - `values`: values of options that only the command line knows, and how they are read;
@@ -49,6 +50,7 @@ mod pdf;
 mod progress;
 mod replay;
 mod serve;
+pub mod statics;
 pub mod study;
 pub mod values;
 mod verify;
@@ -83,6 +85,7 @@ pub fn main() -> ExitCode {
         Command::Replay(own) => replay::command(own, &arguments.common),
         Command::Inspect(own) => inspect::command(own, &arguments.common),
         Command::Margin(own) => margin::command(own, &arguments.common),
+        Command::Static(own) => statics::command(own, &arguments.common),
         Command::Gate(own) => gate::command(own, &arguments.common),
         Command::Verify(own) => verify::command(own, &arguments.common),
         Command::Compare(own) => compare::command(own, &arguments.common),

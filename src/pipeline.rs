@@ -49,6 +49,7 @@ mod prepared;
 mod row;
 pub mod verify;
 
+pub(crate) use answer::run_block;
 pub use candidates::Offer;
 pub use compare::{Difference, DifferenceKind};
 pub use inspect::{

@@ -5,6 +5,7 @@ use super::init::InitArguments;
 use super::options::{
     Common, CompareArguments, InspectArguments, MarginArguments, ReplayCommand, VerifyArguments,
 };
+use super::statics::StaticArguments;
 use super::study::Study;
 use clap::{Args, Parser, Subcommand};
 use std::ffi::OsString;
@@ -53,6 +54,13 @@ pub enum Command {
     /// else those of the verdict. Exit codes: 0 answered, 2 wrong usage, 4 could not answer, or the
     /// recording has a blocking finding.
     Margin(Box<MarginArguments>),
+    /// Static thresholds by direction, with the clause of the regulations that each answers
+    ///
+    /// The constant acceleration that lifts the lever off, opens it by SAE J839, holds it at the limit
+    /// angle, or opens it as a step; along the vehicle's axes where the design states lever.axis and
+    /// lever.center_of_mass, and in the worst direction. A linkage of several elements is reduced
+    /// first. Exit codes: 0 answered, 2 wrong usage, 4 could not answer.
+    Static(StaticArguments),
     /// Judge many recordings with many designs: one summary, JUnit XML, one exit code
     ///
     /// Writes summary.json, junit.xml, summary.md and index.html. Exit codes, over the pairs that

@@ -13,14 +13,16 @@ use latchgate_kernel::units::short;
 use latchgate_recording::{Finding, Limits};
 use latchgate_report::terminal::{self, Look};
 use latchgate_report::{escape, test_facts};
+use latchgate_verdict::sled::SledCheck;
 use std::fmt::Write as _;
 use std::path::Path;
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Failure> {
-    let request = own.read.request(common).map_err(Failure::Usage)?;
+    let mut request = own.read.request(common).map_err(Failure::Usage)?;
+    request.sled206 = own.sled206;
     request.check().map_err(Failure::Usage)?;
-    let source = own.read.source();
+    let source = own.read.source().map_err(Failure::Data)?;
     let step = format!("inspect {}", source.name());
     let progress = Progress::new(&step);
     let listing = progress.watch(&step, common.thread_count(), |control| {
@@ -50,6 +52,9 @@ fn table(listing: &Listing, asked: &Path, look: Look) -> String {
     channels(&mut text, &listing.channels, look.width);
     choice(&mut text, listing, look.width);
     text += &offers(asked, &listing.replay.offers);
+    for sentence in listing.sled206.iter().flat_map(SledCheck::sentences) {
+        push_wrapped(&mut text, &sentence, look.width);
+    }
     findings(&mut text, listing, look);
     text
 }

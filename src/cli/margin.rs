@@ -21,7 +21,7 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         let inputs = Inputs::of(&own.replay, &[]);
         inputs.lie_outside(out).map_err(Failure::Data)?;
     }
-    let source = own.replay.read.source();
+    let source = own.replay.read.source().map_err(Failure::Data)?;
     let step = format!("margin {}", source.name());
     let progress = Progress::new(&step).that_keeps();
     let outcome = progress.watch(&step, common.thread_count(), |control| {

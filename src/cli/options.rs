@@ -148,11 +148,11 @@ pub struct ReadArguments {
 }
 
 /// Returns the source: `-` is standard input, `pulse:…` a pulse, anything else a path.
-pub(super) fn source_of(recording: &Path) -> Source {
+pub(super) fn source_of(recording: &Path) -> Result<Source, Error> {
     if recording == Path::new("-") {
-        Source::Stdin
+        Ok(Source::Stdin)
     } else {
-        latchgate_recording::pulse::source_at(recording, Path::new(""))
+        latchgate_recording::pulse::source_at(recording)
     }
 }
 
@@ -165,7 +165,11 @@ pub(super) fn is_pulse(recording: &Path) -> bool {
 
 impl ReadArguments {
     /// Returns the source: `-` is standard input, anything else a path.
-    pub fn source(&self) -> Source {
+    ///
+    /// # Errors
+    ///
+    /// As [`latchgate_recording::pulse::source_at`].
+    pub(super) fn source(&self) -> Result<Source, Error> {
         source_of(&self.recording)
     }
 
@@ -214,6 +218,9 @@ pub struct ReplayArguments {
     /// Confirm what is unlike a crash: clock (sample rate and length)
     #[arg(help_heading = "Signal", long, value_name = "WORD", value_delimiter = ',', value_parser = ValueWords::of(Setting::Accept, AcceptedWord::from_word))]
     pub accept: Vec<AcceptedWord>,
+    /// Check the recording as a sled pulse of 49 CFR 571.206 and UN R11
+    #[arg(help_heading = "Signal", long)]
+    pub sled206: bool,
     /// Opening direction; both: the worse counts [default: the card, else both must agree]
     #[arg(help_heading = "Signal", long, value_name = words_shown(Setting::OpensWhen), hide_possible_values = true, value_parser = ValueWords::of(Setting::OpensWhen, CardPolarity::from_word))]
     pub opens_when: Option<CardPolarity>,
@@ -286,6 +293,7 @@ impl ReplayArguments {
                 let words: BTreeSet<AcceptedWord> = self.accept.iter().copied().collect();
                 words.into_iter().collect()
             },
+            sled206: self.sled206,
             opens_when: self.opens_when,
             bias: self.bias.unwrap_or(BiasWindow::PreEvent),
             filter: self.filter.unwrap_or(FilterChoice::Default),
@@ -389,6 +397,9 @@ pub struct InspectArguments {
     /// How the recording is read.
     #[command(flatten)]
     pub read: ReadArguments,
+    /// Check the channel as a sled pulse of 49 CFR 571.206 and UN R11
+    #[arg(long)]
+    pub sled206: bool,
 }
 
 /// The lever of a study, and where its files go.

@@ -58,11 +58,12 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
             preload_answer: false,
             evidence: !own.replay.no_report || own.series.is_some(),
         };
+        let source = source_of(recording).map_err(Failure::Data)?;
         let (prepared, mut outcome) =
             progress.watch(
                 &step,
                 common.thread_count(),
-                |control| match Prepared::open(&source_of(recording), &request, &limits, control) {
+                |control| match Prepared::open(&source, &request, &limits, control) {
                     Ok(prepared) => {
                         let outcome = prepared.judge(&design, extras, control);
                         (Some(prepared), outcome)
@@ -82,10 +83,10 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
         let prepared = prepared.filter(|_| outcome.refusal.is_none());
         if let (Some(prepared), true) = (&prepared, advises || !own.replay.no_report) {
             let step = format!("{step}: preloads that pass");
-            let advice = progress.watch(&step, common.thread_count(), |control| {
-                prepared.preload_advice(&design, &outcome.document, control)
+            let advised = progress.watch(&step, common.thread_count(), |control| {
+                prepared.advise(&design, &mut outcome.document, control)
             });
-            outcome.document.preload_answer = advice.map_err(Failure::of_data)?;
+            advised.map_err(Failure::of_data)?;
         }
         judged.push(kept(own, &inputs, recording, recordings.len() > 1, outcome));
     }

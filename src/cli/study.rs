@@ -7,6 +7,7 @@
 //! - `excitation_map`: `latchgate study excitation-map`;
 //! - `free_vibration`: `latchgate study free-vibration`;
 //! - `histories`: `latchgate study histories`;
+//! - `parameters`: `latchgate study parameters`;
 //! - `restitution`: `latchgate study restitution`;
 //! - `shock`: `latchgate study shock`;
 //! - `spectrogram`: `latchgate study spectrogram`;
@@ -23,6 +24,7 @@ mod damages;
 mod excitation_map;
 mod free_vibration;
 mod histories;
+mod parameters;
 mod restitution;
 mod shock;
 mod spectrogram;
@@ -64,6 +66,8 @@ pub enum Study {
     Histories(histories::Arguments),
     /// Fig. 11: response to the shock of a side impact
     Shock(shock::Arguments),
+    /// Section 5: peak under the shock of Fig. 11 against each number of the lever
+    Parameters(parameters::Arguments),
     /// Error against cost of each method, on a shock, a recording and a sine, on both stops
     WorkPrecision(work_precision::Arguments),
     /// Where each method fails: step against stiffness, grazing, chatter, events inside a sample
@@ -86,6 +90,7 @@ impl Study {
             Self::ExcitationMap(own) => ("excitation-map", &own.study, own),
             Self::Histories(own) => ("histories", &own.study, own),
             Self::Shock(own) => ("shock", &own.study, own),
+            Self::Parameters(own) => ("parameters", &own.study, own),
             Self::WorkPrecision(own) => ("work-precision", &own.study, own),
             Self::Stability(own) => ("stability", &own.study, own),
             Self::Damages(own) => ("damages", &own.study, own),

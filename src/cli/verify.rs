@@ -30,7 +30,7 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
     let changed = limits.changed();
     request.limits.retain(|name, _| !changed.contains_key(name));
     let source = match (&own.recording, Path::new(stored.file())) {
-        (None, word) if is_pulse(word) => source_of(word),
+        (None, word) if is_pulse(word) => source_of(word).map_err(Failure::Data)?,
         _ => Source::File(recording(own, &stored).map_err(Failure::Data)?),
     };
     let progress = Progress::new("verify");

@@ -19,6 +19,8 @@ pub struct GateFile {
     pub require: Vec<Requirement>,
     /// Undecided pairs that are let through for a time.
     pub allow: Vec<Exception>,
+    /// Static load in any direction that every design is to hold [g].
+    pub require_static_g: Option<f64>,
 }
 
 /// Recordings that share their settings.
@@ -75,6 +77,9 @@ pub struct Exception {
 
 /// The tables of a gate file.
 pub(super) const TABLES: [&str; 4] = ["recordings", "designs", "require", "allow"];
+
+/// The key of the static load that every design is to hold.
+pub(super) const REQUIRE_STATIC: &str = "require_static_g";
 
 /// The keys of `[[recordings]]` beside the settings of a replay.
 pub(super) const FILES: &str = "files";
@@ -174,6 +179,21 @@ impl FileReading<'_> {
                         Err(error) => self.errors.push(error.at(place)),
                     }
                 }
+                (REQUIRE_STATIC, value) => {
+                    let level = value
+                        .as_float()
+                        .or(value.as_integer().map(|level| level as f64));
+                    gate.require_static_g = level.filter(|level| level.is_finite() && *level > 0.0);
+                    if gate.require_static_g.is_none() {
+                        let place = self.place_of(REQUIRE_STATIC, None);
+                        let error = Error::malformed(
+                            "a load in g, above 0",
+                            with_article(value.type_str()),
+                            "write require_static_g = 30",
+                        );
+                        self.errors.push(error.at(place));
+                    }
+                }
                 (kind, value) if TABLES.contains(&kind) => {
                     for (number, entry) in self.entries(kind, value) {
                         if self.errors.len() >= ERRORS_TOLD {
@@ -187,7 +207,8 @@ impl FileReading<'_> {
                 }
                 (other, _) => {
                     let place = self.place_of(other, None);
-                    self.errors.push(unknown(other, &TABLES).at(place));
+                    let known = [&TABLES[..], &[REQUIRE_STATIC]].concat();
+                    self.errors.push(unknown(other, &known).at(place));
                 }
             }
         }

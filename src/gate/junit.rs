@@ -69,6 +69,20 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
             time: None,
         });
     }
+    for standing in &summary.statics {
+        let suite = suites.entry((true, &standing.design)).or_default();
+        let outcome = match standing.holds {
+            true => TestOutcome::Passed,
+            false => TestOutcome::Failure,
+        };
+        suite.push(Written {
+            name: "static".into(),
+            outcome,
+            message: standing.text(),
+            text: standing.text(),
+            time: None,
+        });
+    }
     let mut numbers: Vec<usize> = (0..summary.pairs.len()).collect();
     numbers.sort_by_key(|&number| (summary.pairs[number].rank(), number));
     for number in numbers {

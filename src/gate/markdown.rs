@@ -38,6 +38,10 @@ pub fn render(summary: &GateSummary) -> String {
             text::counted(summary.problems.len() - LISTED, "further problem")
         );
     }
+    for standing in &summary.statics {
+        let mark = if standing.holds { "✅" } else { "❌" };
+        let _ = writeln!(out, "- {mark} static: {}", prose(&standing.text()));
+    }
     matrix(&mut out, summary);
     let worst = summary.worst();
     table(

@@ -64,6 +64,9 @@ fn answer(summary: &GateSummary) -> Markup {
     html! {
         section.card.(tone) aria-label="Answer" {
             div.answer { div { strong { (answer) } span { (line(&text::headline(summary))) } } }
+            @if !summary.statics.is_empty() {
+                ul { @for standing in &summary.statics { li { "Static: " (line(&standing.text())) } } }
+            }
             @if !summary.problems.is_empty() {
                 ul.why {
                     @for problem in &summary.problems { li { (line(&problem.text)) " " code { (problem.code) } } }

@@ -27,6 +27,8 @@ pub struct Plan {
     pub exceptions: Vec<PlannedException>,
     /// Only some of its pairs are asked for.
     pub part: bool,
+    /// Static load in any direction that every design is to hold [g].
+    pub require_static_g: Option<f64>,
 }
 
 /// A recording with its settings.
@@ -46,7 +48,13 @@ pub struct PlannedRecording {
 impl PlannedRecording {
     /// Returns what is read: a file or folder, or a pulse by its word.
     pub fn source(&self) -> Source {
-        pulse::source_at(&self.path, Path::new(""))
+        match self.is_pulse() {
+            true => {
+                let word = self.path.to_string_lossy().into_owned();
+                Source::bytes(word.clone(), word.into_bytes())
+            }
+            false => Source::File(self.path.clone()),
+        }
     }
 
     /// True of a pulse, whose `path` is its word.
@@ -205,6 +213,7 @@ impl Plan {
             rules: Vec::new(),
             exceptions: Vec::new(),
             part: false,
+            require_static_g: file.require_static_g,
         };
         for entry in &file.require {
             if errors.len() >= ERRORS_TOLD {

@@ -4,8 +4,11 @@ use super::baseline::{Baseline, BaselineComparison};
 use super::pairs::{COULD_NOT, Pair, PairStanding, severity};
 use super::plan::Plan;
 use super::run::JudgedRecording;
-use super::summary::{Counts, GateProblem, GateSummary, PART_SCHEMA, SCHEMA, SummaryRecording};
-use crate::pipeline::{Answer, NUMBERS_REVISION};
+use super::summary::{
+    Counts, GateProblem, GateSummary, PART_SCHEMA, SCHEMA, StaticStanding, SummaryRecording,
+};
+use crate::pipeline::{Answer, Design, NUMBERS_REVISION};
+use latchgate_verdict::statics::StaticLever;
 
 /// What is asked of a summary beside its gate.
 #[derive(Debug, Clone, Copy, Default)]
@@ -55,6 +58,10 @@ pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> Gate
             times.push(took.next());
         }
     }
+    let statics = statics(plan);
+    if statics.iter().any(|standing| !standing.holds) {
+        worst = worst.max(severity(Answer::Fail.exit_code()));
+    }
     let mut problems = exceptions(plan, &needed, asked.date);
     let comparison = comparison.map(BaselineComparison::changes);
     if let Some(comparison) = comparison.as_ref().filter(|_| !asked.allow_removed) {
@@ -95,11 +102,29 @@ pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> Gate
         designs: plan.designs.clone(),
         recordings,
         pairs,
+        statics,
         baseline: comparison,
         version: env!("CARGO_PKG_VERSION").into(),
         numbers_revision: NUMBERS_REVISION,
         times,
     }
+}
+
+/// Holds every design against the static load that is required.
+fn statics(plan: &Plan) -> Vec<StaticStanding> {
+    let Some(required_g) = plan.require_static_g else {
+        return Vec::new();
+    };
+    let standing = |design: &Design| {
+        let opens_at_g = StaticLever::from(design).worst_g();
+        StaticStanding {
+            design: design.name.clone(),
+            opens_at_g,
+            required_g,
+            holds: opens_at_g >= required_g,
+        }
+    };
+    plan.designs.iter().map(standing).collect()
 }
 
 /// Says where a pair stands; exceptions that some pair needs are marked in `needed`.

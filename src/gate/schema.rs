@@ -1,6 +1,6 @@
 //! The words of a gate file for editors: a JSON Schema, and an example to start from.
 
-use super::file::{FILES, OF_ALLOW, OF_DESIGNS, OF_REQUIRE, TABLES};
+use super::file::{FILES, OF_ALLOW, OF_DESIGNS, OF_REQUIRE, REQUIRE_STATIC, TABLES};
 use crate::pipeline::Request;
 use serde_json::{Map, Value, json};
 
@@ -48,6 +48,10 @@ pub fn schema() -> Value {
                                             lever if left out"),
                 _ => described(&text, "Name; that of the design file if left out"),
             })},
+            REQUIRE_STATIC: {
+                "type": "number", "exclusiveMinimum": 0,
+                "description": "Static load in any direction that every design is to hold [g]",
+            },
             require_key: {"anyOf": [verdict, {"type": "array", "items": require}]},
             allow_key: {"type": "array", "items": array(&OF_ALLOW, &OF_ALLOW, &|key| match key {
                 "until" => described(&day, "Last day on which the exception holds"),

@@ -33,6 +33,9 @@ pub struct GateSummary {
     pub recordings: Vec<SummaryRecording>,
     /// Each recording with each design, in the order of their names.
     pub pairs: Vec<Pair>,
+    /// The static load that each design bears, where the gate requires one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub statics: Vec<StaticStanding>,
     /// What changed since the baseline; `None` without one.
     pub baseline: Option<Changes>,
     /// Version of latchgate.
@@ -65,6 +68,34 @@ pub struct Counts {
     pub undecided: usize,
     /// See `pass`.
     pub unusable: usize,
+}
+
+/// The static load that a design bears, against what is required.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StaticStanding {
+    /// The design.
+    pub design: String,
+    /// Opens at this constant acceleration in its worst direction, by SAE J839 [g].
+    pub opens_at_g: f64,
+    /// What is required [g].
+    pub required_g: f64,
+    /// True if it holds what is required.
+    pub holds: bool,
+}
+
+impl StaticStanding {
+    /// Says so in a sentence.
+    pub fn text(&self) -> String {
+        let Self {
+            design,
+            opens_at_g,
+            required_g,
+            holds,
+        } = self;
+        let holds = if *holds { "holds" } else { "does not hold" };
+        let level = latchgate_document::number::significant(*opens_at_g, 4);
+        format!("{design} {holds} {required_g} g in every direction: opens at {level} g")
+    }
 }
 
 /// Something wrong that is no pair's answer.

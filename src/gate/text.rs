@@ -39,6 +39,14 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
         summary.problems.len().saturating_sub(LISTED),
         "problem",
     );
+    for standing in summary.statics.iter().filter(|standing| !standing.holds) {
+        let _ = writeln!(
+            out,
+            "  {:<10} {}",
+            "static",
+            escape::terminal(&standing.text())
+        );
+    }
     lines(&mut out, summary, &summary.worst(), LISTED);
     // Exceptions are never left out.
     let allowed = summary.standing(PairStanding::Allowed);
@@ -67,6 +75,14 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
         "  {:<10} pass {}, fail {}, undecided {}, unusable {}",
         "answers", counts.pass, counts.fail, counts.undecided, counts.unusable
     );
+    for standing in summary.statics.iter().filter(|standing| standing.holds) {
+        let _ = writeln!(
+            out,
+            "  {:<10} {}",
+            "static",
+            escape::terminal(&standing.text())
+        );
+    }
     for design in repeated_designs(summary) {
         let _ = writeln!(out, "  {:<10} {}", "designs", escape::terminal(&design));
     }

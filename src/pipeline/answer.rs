@@ -130,7 +130,7 @@ impl RecordingFacts {
 }
 
 /// Returns the version of this program, with the time it took left open.
-pub(super) fn run_block() -> RunBlock {
+pub(crate) fn run_block() -> RunBlock {
     RunBlock {
         version: env!("CARGO_PKG_VERSION").into(),
         numbers_revision: Some(identity::NUMBERS_REVISION),
@@ -219,6 +219,8 @@ fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Des
         ensemble: None,
         ensembles: Vec::new(),
         preload_answer: None,
+        restitution_answer: None,
+        sled206: None,
         what_if: Vec::new(),
         error_budget_rad: ErrorBudget::default(),
         screens: Screens::of(design, conditioned.map(|conditioned| &conditioned.used)),

@@ -13,6 +13,7 @@ use latchgate_recording::{
 };
 use latchgate_report::codes;
 use latchgate_verdict::conditioning::{self, ConditioningOptions, neighbours};
+use latchgate_verdict::sled::{self, SledCheck};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -33,6 +34,9 @@ pub struct Listing {
     /// The samples of that channel, as a replay reads them; `None` where it takes none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub series: Option<ListedSeries>,
+    /// What that channel is as a sled pulse, where that was asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sled206: Option<SledCheck>,
     /// What was found odd in the file as a whole.
     pub findings: Vec<Finding>,
 }
@@ -165,9 +169,31 @@ pub fn inspect(
     if every.channels.is_empty() {
         return Err(nothing_read(source, &every, chosen));
     }
-    let choice = choice(request, &options, chosen, &every);
     let conditioning = request.conditioning_options(&card);
-    Ok(listing(every, choice, &conditioning))
+    let sled206 = match (request.sled206, &chosen) {
+        (false, _) => None,
+        (true, Err(error)) => return Err(error.clone()),
+        (true, Ok(recording)) => sled_check(recording, &conditioning)?,
+    };
+    let choice = choice(request, &options, chosen, &every);
+    Ok(Listing {
+        sled206,
+        ..listing(every, choice, &conditioning)
+    })
+}
+
+/// Checks the channel that a replay takes as a sled pulse.
+fn sled_check(
+    recording: &Recording,
+    conditioning: &ConditioningOptions,
+) -> Result<Option<SledCheck>, Error> {
+    let Some(channel) = recording.channels.first() else {
+        return Ok(None);
+    };
+    let checked = conditioning::condition(channel, conditioning)
+        .and_then(|conditioned| sled::check(&conditioned))
+        .map_err(|error| error.at(Place::file(recording.file.clone())))?;
+    Ok(Some(checked.0))
 }
 
 /// Says how a text table is understood with the same settings, or, where a person is asked, how it
@@ -314,6 +340,7 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
     });
     Listing {
         schema: "latchgate.inspect/1".into(),
+        sled206: None,
         recording: ListedFile {
             file: recording.file,
             sha256: recording.sha256,

@@ -13,8 +13,9 @@ use latchgate_recording::error::{Error, ErrorKind, Place};
 use latchgate_recording::{Channel, Finding, Limits, Reading, Source};
 use latchgate_verdict::assess::assess_again;
 use latchgate_verdict::conditioning::{self, Conditioned};
-use latchgate_verdict::margin::{self, Advice};
+use latchgate_verdict::margin::{self, Advice, Quantity};
 use latchgate_verdict::readings::ReadingCache;
+use latchgate_verdict::sled;
 use latchgate_verdict::{Answer, Assessment, Evidence};
 use std::sync::Arc;
 
@@ -206,17 +207,12 @@ impl Prepared {
         let share = if extras.preload_answer { 0.3 } else { 1.0 };
         let assessed = control.during(0.0, share, |control| self.assess(design, extras, control));
         let assessed = assessed.and_then(|(document, evidence)| {
-            let document = control.during(share, 1.0, |control| {
-                let preload_answer = if extras.preload_answer {
-                    self.preload_advice(design, &document, control)?
-                } else {
-                    None
-                };
-                Ok::<_, Error>(Document {
-                    preload_answer,
-                    ..document
-                })
-            })?;
+            let mut document = document;
+            if extras.preload_answer {
+                control.during(share, 1.0, |control| {
+                    self.advise(design, &mut document, control)
+                })?;
+            }
             Ok((document, evidence))
         });
         let (document, evidence, refusal) = match assessed {
@@ -247,20 +243,44 @@ impl Prepared {
             ..latchgate_verdict::AssessExtras::default()
         };
         let mut assessment = self.decide(design, own, control)?;
-        let evidence = assessment.evidence.take();
-        let document = answer::answered(&self.facts, &self.conditioned, design, assessment);
+        let mut evidence = assessment.evidence.take();
+        let mut document = answer::answered(&self.facts, &self.conditioned, design, assessment);
+        if self.facts.request.sled206 {
+            let checked = sled::check(&self.conditioned).map_err(|error| error.at(self.place()));
+            let (check, filtered) = checked?;
+            document.sled206 = Some(check);
+            if let Some(evidence) = &mut evidence {
+                evidence.sled206 = Some(filtered);
+            }
+        }
         Ok((document, evidence))
     }
 
-    /// Returns the preload from which on the recording passes, as [`Self::margin`] advises it, beside the
-    /// `document` of a verdict; none where a fault spoils the samples, or where a search would take more
-    /// work than a verdict may.
+    /// Adds to the `document` of a verdict the preload from which on the recording passes, as
+    /// [`Self::margin`] advises it, and of a pass the restitution up to which it does; nothing where a fault
+    /// spoils the samples, or where a search would take more work than a verdict may.
     ///
     /// # Errors
     ///
-    /// As [`margin::preload_advice`].
-    pub fn preload_advice(
+    /// As [`margin::advice`].
+    pub fn advise(
         &self,
+        design: &Design,
+        document: &mut Document,
+        control: &Control<'_>,
+    ) -> Result<(), Error> {
+        let preload = self.advice(Quantity::Preload, design, document, control)?;
+        if document.verdict == Answer::Pass && preload.is_some() {
+            let restitution = self.advice(Quantity::Restitution, design, document, control)?;
+            document.restitution_answer = restitution;
+        }
+        document.preload_answer = preload;
+        Ok(())
+    }
+
+    fn advice(
+        &self,
+        quantity: Quantity,
         design: &Design,
         document: &Document,
         control: &Control<'_>,
@@ -281,7 +301,8 @@ impl Prepared {
         }
         // A verdict that waits for a person's word is asked anew, as if that had been said.
         let passes = (document.verdict == Answer::Pass).then_some(true);
-        margin::preload_advice(
+        margin::advice(
+            quantity,
             &self.conditioned,
             findings,
             design,

@@ -23,6 +23,7 @@ fn channel(rate_hz: f64, start_s: f64, values: Vec<f64>) -> Channel {
         rate: SampleRate::from_hertz(rate_hz).unwrap(),
         values,
         findings: Vec::new(),
+        pulse: None,
     }
 }
 

@@ -485,6 +485,7 @@ fn channel(name: &str, factor: f64) -> Channel {
             .collect(),
         stated: Stated::default(),
         findings: Vec::new(),
+        pulse: None,
     }
 }
 

@@ -254,6 +254,7 @@ fn judged(signal: &Signal) -> DamageAnswer {
         values: signal.samples.clone(),
         stated: Stated::default(),
         findings: Vec::new(),
+        pulse: None,
     };
     let conditioned = condition(&channel, &ConditioningOptions::default()).unwrap();
     let found = &conditioned.findings;

@@ -260,6 +260,7 @@ fn hash(read: &Read) -> Option<String> {
         values: read.values.clone()?,
         stated: Stated::default(),
         findings: Vec::new(),
+        pulse: None,
     };
     channel.content_sha256()
 }

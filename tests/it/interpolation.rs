@@ -336,6 +336,7 @@ fn prop_the_uncertainty_covers_flat_tops_of_coarse_recorders() {
                 .map(|a| (a / step).round() * step)
                 .collect(),
             findings: Vec::new(),
+            pulse: None,
         };
         let options = ConditioningOptions {
             bias: BiasWindow::None,

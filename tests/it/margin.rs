@@ -749,7 +749,16 @@ fn verif_a_report_and_a_margin_advise_alike() {
         let alone = |threads| {
             let control = Control::unwatched(threads);
             let passes = Some(preload.passes_at_present);
-            margin::preload_advice(&input, &[], &design, &asked.policy, passes, &control).unwrap()
+            margin::advice(
+                Quantity::Preload,
+                &input,
+                &[],
+                &design,
+                &asked.policy,
+                passes,
+                &control,
+            )
+            .unwrap()
         };
         for threads in [1, 3] {
             assert_eq!(alone(threads).as_ref(), Some(&preload.advice));
@@ -773,7 +782,15 @@ fn verif_the_advice_moves_with_no_present_value() {
         let mut design = design.clone();
         design.lever.preload_torque_nm = preload_nm;
         let (policy, control) = (&asked.policy, Control::default());
-        let found = margin::preload_advice(&input, &[], &design, policy, None, &control);
+        let found = margin::advice(
+            Quantity::Preload,
+            &input,
+            &[],
+            &design,
+            policy,
+            None,
+            &control,
+        );
         found.unwrap().expect("not spoiled")
     };
     let grid = grid(Quantity::Preload, &design, &input);

@@ -140,7 +140,7 @@ fn check_channels(cases: &serde_json::Value, between: Between) {
     // On curves a step lets 1e-15 of its motion pass, which the stated error counts.
     let (times, least) = match between {
         Between::Linear => (200.0, 1e-12),
-        Between::BandLimited => (2000.0, 1e-10),
+        _ => (2000.0, 1e-10),
     };
     for (name, case) in cases["cases"].as_object().unwrap() {
         let Some(file) = case["file"].as_str() else {

@@ -375,6 +375,7 @@ fn peaks(samples: &[(f64, f64)], rate_hz: f64) -> (Vec<String>, Vec<(OpensWhen, 
         rate: SampleRate::from_hertz(rate_hz).unwrap(),
         values: samples.iter().map(|(_, value)| *value).collect(),
         findings: Vec::new(),
+        pulse: None,
     };
     let conditioned = condition(&channel, &ConditioningOptions::default()).unwrap();
     let blocking = conditioned

@@ -32,6 +32,7 @@ fn channel(rate_hz: f64, start_s: f64, values: Vec<f64>) -> Channel {
         values,
         stated: Stated::default(),
         findings: Vec::new(),
+        pulse: None,
     }
 }
 

@@ -53,6 +53,7 @@ fn as_recorded(signal: Signal) -> Conditioned {
         rate: signal.rate,
         values: signal.samples.clone(),
         findings: Vec::new(),
+        pulse: None,
     };
     let options = ConditioningOptions {
         bias: BiasWindow::None,
@@ -790,6 +791,7 @@ fn verif_each_part_of_the_budget_is_the_difference_of_two_runs() {
         rate: SampleRate::from_hertz(10_000.0).unwrap(),
         values: samples(|t| weak(t) + 0.05 * (t * 2_345.0).sin() + 0.2).samples,
         findings: Vec::new(),
+        pulse: None,
     };
     let conditioned = conditioning::condition(&channel, &ConditioningOptions::default()).unwrap();
     assert!(conditioned.bias_samples > 100 && conditioned.filter.is_some());

@@ -9,6 +9,7 @@ use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Part, TestFacts};
 use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
 use latchgate_verdict::margin::Advice;
+use latchgate_verdict::sled::SledCheck;
 use latchgate_verdict::{
     Answer, Ensemble, ErrorBudget, FilterRow, Opening, Reason, RunAnswer, Screens, WhatIf,
 };
@@ -155,6 +156,12 @@ pub struct Document {
     /// The preload from which on the recording passes; `None` where it was not asked for, as
     /// without a report.
     pub preload_answer: Option<Advice>,
+    /// Up to which restitution a pass stays one; `None` of any other answer, and where it was not asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution_answer: Option<Advice>,
+    /// What the recording is as a sled pulse, where that was asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sled206: Option<SledCheck>,
     /// What one input moved by one standard deviation does to the nominal run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub what_if: Vec<WhatIf>,

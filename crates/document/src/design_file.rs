@@ -1,8 +1,12 @@
 //! Design files: lever, stop, criterion and tolerances in TOML, and overrides of their numbers.
 
 use latchgate_kernel::model::Design;
+use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
+use latchgate_kernel::model::parameters::{PARAMETERS, Slot};
+use latchgate_kernel::model::vector::Vector;
 use latchgate_recording::Limits;
 use latchgate_recording::error::{Error, Place, with_article};
+use latchgate_verdict::statics::StaticLever;
 use std::path::Path;
 
 /// Tables of a design file.
@@ -52,12 +56,100 @@ pub fn design_from_bytes(file: &str, bytes: &[u8], limits: &Limits) -> Result<De
     })?;
     let mut design = from_toml(text).map_err(|error| error.at(place))?;
     if design.name.is_empty() {
-        design.name = Path::new(file).file_stem().map_or_else(
-            || "design".into(),
-            |stem| stem.to_string_lossy().into_owned(),
-        );
+        design.name = stem(file);
     }
     Ok(design)
+}
+
+/// Reads what a static calculation needs of a design file, with overrides: of a linkage no moment of inertia,
+/// damping or stop.
+///
+/// # Errors
+///
+/// As [`design_from_bytes`]; of a linkage, as [`StaticLever::of_linkage`], and for overrides of what an
+/// incomplete one lacks.
+pub fn static_from_bytes(
+    file: &str,
+    bytes: &[u8],
+    overrides: &[String],
+    limits: &Limits,
+) -> Result<StaticLever, Error> {
+    let place = Place::file(file);
+    if let Some(table) = std::str::from_utf8(bytes)
+        .ok()
+        .and_then(|text| text.parse().ok())
+        && let Some(linkage) = linkage_of(&table).map_err(|error| error.at(place.clone()))?
+        && !lacks(&table, &linkage).is_empty()
+    {
+        // The rest of the file is checked as any other.
+        let mut rest: toml::Table = table.clone();
+        rest.remove("linkage");
+        let text = String::from_utf8_lossy(bytes);
+        let rest = from_table(&rest, &text).map_err(|error| error.at(place.clone()))?;
+        if !overrides.is_empty() {
+            return Err(Error::malformed(
+                "a whole design, for overrides",
+                format!(
+                    "a linkage that lacks {}",
+                    lacks(&table, &linkage).join(", ")
+                ),
+                "change the file",
+            )
+            .at(place));
+        }
+        let name = match table.contains_key("name") {
+            true => rest.name,
+            false => stem(file),
+        };
+        let lever = StaticLever::of_linkage(name, rest.criterion.threshold_rad, linkage);
+        return lever.map_err(|error| Error::from(error).at(place));
+    }
+    let mut design = design_from_bytes(file, bytes, limits)?;
+    for assignment in overrides {
+        apply_override(&mut design, assignment)?;
+    }
+    design.validate()?;
+    Ok(StaticLever::from(&design))
+}
+
+/// Returns the elements of a linkage, if the file holds one.
+fn linkage_of(table: &toml::Table) -> Result<Option<Vec<LinkageElement>>, Error> {
+    let Some(value) = table.get("linkage") else {
+        return Ok(None);
+    };
+    let elements: Vec<LinkageElement> =
+        value.clone().try_into().map_err(|error: toml::de::Error| {
+            let hint = "write [[linkage]] tables with name, mass_kg, arm_m, ratio and spring";
+            Error::malformed("the elements of a linkage", error.message(), hint)
+        })?;
+    Ok(Some(elements))
+}
+
+/// Lists what a replay needs and a design with a linkage does not state: nothing is taken from the paper's lever.
+fn lacks(table: &toml::Table, linkage: &[LinkageElement]) -> Vec<String> {
+    let without = linkage
+        .iter()
+        .filter(|element| element.moment_of_inertia_kg_m2.is_none());
+    let mut lacking: Vec<String> = without
+        .map(|element| format!("moment_of_inertia_kg_m2 of `{}`", element.name))
+        .collect();
+    for parameter in PARAMETERS {
+        let is_needed = matches!(parameter.slot, Slot::Stop(_))
+            || parameter.name == "lever.pivot_damping_nm_s_per_rad";
+        let (section, key) = parameter.name.split_once('.').unwrap_or_default();
+        let stated = table.get(section).and_then(|section| section.get(key));
+        if is_needed && stated.is_none() {
+            lacking.push(parameter.name.into());
+        }
+    }
+    lacking
+}
+
+fn stem(file: &str) -> String {
+    Path::new(file).file_stem().map_or_else(
+        || "design".into(),
+        |stem| stem.to_string_lossy().into_owned(),
+    )
 }
 
 /// Reads the text of a design file; keys that are absent take the reference design's values.
@@ -71,10 +163,18 @@ pub fn from_toml(text: &str) -> Result<Design, Error> {
     let table: toml::Table = text
         .parse()
         .map_err(|error: toml::de::Error| malformed(&error, text))?;
+    from_table(&table, text)
+}
+
+fn from_table(table: &toml::Table, text: &str) -> Result<Design, Error> {
     let mut design = Design::reference();
     design.name = "design".into();
-    for (key, value) in &table {
+    if let Some(linkage) = linkage_of(table)? {
+        put_linkage(&mut design, table, linkage)?;
+    }
+    for (key, value) in table {
         match value {
+            toml::Value::Array(_) if key == "linkage" => {}
             toml::Value::String(name) if key == "name" => design.name.clone_from(name),
             toml::Value::Table(entries) if SECTIONS.contains(&key.as_str()) => {
                 put_section(&mut design, key, entries, text)?;
@@ -82,6 +182,12 @@ pub fn from_toml(text: &str) -> Result<Design, Error> {
             other => {
                 return Err(wrong_entry(key, other).at(Place::of_key(text, None, key)));
             }
+        }
+    }
+    if let Some(directions) = design.lever.directions() {
+        let is_stated = |lever: &toml::Value| lever.get("center_of_mass_m").is_some();
+        if !table.get("lever").is_some_and(is_stated) {
+            design.lever.center_of_mass_m = directions.distance_m;
         }
     }
     design.validate()?;
@@ -116,6 +222,31 @@ pub fn apply_override(design: &mut Design, assignment: &str) -> Result<(), Error
     Ok(design.override_number(key, number)?)
 }
 
+/// Takes in a linkage, of which the whole lever comes.
+fn put_linkage(
+    design: &mut Design,
+    table: &toml::Table,
+    linkage: Vec<LinkageElement>,
+) -> Result<(), Error> {
+    let lacking = lacks(table, &linkage);
+    let damping = table
+        .get("lever")
+        .and_then(|lever| lever.get("pivot_damping_nm_s_per_rad"));
+    let damping = damping.map(|value| number("pivot_damping_nm_s_per_rad", value));
+    let reduced = Reduced::of(&linkage)?;
+    let lever = reduced.lever(damping.transpose()?.unwrap_or_default());
+    let (true, Some(lever)) = (lacking.is_empty(), lever) else {
+        return Err(Error::malformed(
+            "all that a replay needs of a linkage",
+            format!("none of {}", lacking.join(", ")),
+            "state it in the design file; `latchgate static` needs none of it",
+        ));
+    };
+    design.lever = lever;
+    design.linkage = linkage;
+    Ok(())
+}
+
 /// Takes in a table of a design file.
 fn put_section(
     design: &mut Design,
@@ -128,11 +259,32 @@ fn put_section(
         design.tolerance.clear();
     }
     for (key, value) in entries {
+        if section == "lever" && matches!(key.as_str(), "axis" | "center_of_mass") {
+            let vector = vector(key, value)
+                .map_err(|error| error.at(Place::of_key(text, Some(section), key)))?;
+            match key.as_str() {
+                "axis" => design.lever.axis = Some(vector),
+                _ => design.lever.center_of_mass = Some(vector),
+            }
+            continue;
+        }
         number(key, value)
             .and_then(|value| Ok(design.put_number(&format!("{section}.{key}"), value)?))
             .map_err(|error| error.at(Place::of_key(text, Some(section), key)))?;
     }
     Ok(())
+}
+
+fn vector(key: &str, value: &toml::Value) -> Result<Vector, Error> {
+    let parts = value.as_array().map(Vec::as_slice).unwrap_or_default();
+    let [x, y, z] = parts else {
+        return Err(Error::malformed(
+            format!("three numbers for `{key}`, along X, Y and Z"),
+            with_article(value.type_str()),
+            "write [0.0, 0.0, 1.0]",
+        ));
+    };
+    Ok(Vector([number(key, x)?, number(key, y)?, number(key, z)?]))
 }
 
 /// Says what is wrong with an entry of a design file that is neither its name nor a section.

@@ -174,6 +174,12 @@ pub struct Request {
         skip_serializing_if = "Vec::is_empty"
     )]
     pub accepted: Vec<AcceptedWord>,
+    /// Check the recording as a sled pulse.
+    #[serde(
+        deserialize_with = "read::flag",
+        skip_serializing_if = "std::ops::Not::not"
+    )]
+    pub sled206: bool,
     /// Sign of the recorded acceleration that opens the lever.
     #[serde(
         deserialize_with = "read::some_word",
@@ -293,6 +299,7 @@ impl Default for Request {
             accepted_remarks: Vec::new(),
             velocity_change_m_s: None,
             accepted: Vec::new(),
+            sled206: false,
             opens_when: None,
             bias: BiasWindow::PreEvent,
             filter: FilterChoice::Default,

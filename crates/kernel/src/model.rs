@@ -1,13 +1,16 @@
 //! The latch lever, its stop and its excitation.
 //!
 //! `lever` and `stop` hold the numbers of eq. (2.1) and (2.2), `excitation` what moves the base;
+//! `linkage` reduces several elements to one lever, `vector` has the vehicle's axes.
 //! `design` is lever, stop, limit and tolerances as a file states them, and `parameters` the table
 //! of all numbers of a design.
 
 pub mod design;
 pub mod excitation;
 pub mod lever;
+pub mod linkage;
 pub mod parameters;
 pub mod stop;
+pub mod vector;
 
 pub use design::Design;

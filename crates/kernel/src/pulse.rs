@@ -225,7 +225,11 @@ impl Pulse {
                 Self::HalfSine { peak, duration_s } => {
                     let turn = PI / duration_s * interval;
                     let (sine, cosine) = libm::sincos(PI * part);
-                    [peak * sine, peak * turn * cosine, -peak * turn * turn * sine]
+                    [
+                        peak * sine,
+                        peak * turn * cosine,
+                        -peak * turn * turn * sine,
+                    ]
                 }
                 Self::Haversine { peak, duration_s } => {
                     let turn = PI / duration_s * interval;
@@ -274,7 +278,10 @@ impl Pulse {
 /// Returns the value on straight lines between vertices; zero before the first.
 fn on_lines(vertices: &[Vertex], time_s: f64) -> f64 {
     let next = vertices.partition_point(|vertex| vertex.time_s <= time_s);
-    match (next.checked_sub(1).map(|before| vertices[before]), vertices.get(next)) {
+    match (
+        next.checked_sub(1).map(|before| vertices[before]),
+        vertices.get(next),
+    ) {
         (None, _) => 0.0,
         (Some(last), None) => last.value,
         (Some(a), Some(b)) => {

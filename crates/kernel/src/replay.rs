@@ -567,7 +567,8 @@ impl<const K: usize> EventDriven<'_, K> {
         }
         kernel.at_most(within.steps_max);
         let mut looked = 0;
-        let (sign, interval) = (options.opens_when.sign(), signal.rate.interval().seconds());
+        let sign = options.opens_when.sign() * question.design.lever.unbalance_sign();
+        let interval = signal.rate.interval().seconds();
         let lift_off = kernel.lift_off_acceleration();
         let fast_flight = FastFlight::new(&kernel, interval, sign);
         let pressed = FastContact::<K>::new(&kernel, interval, sign, 0.0);
@@ -783,7 +784,7 @@ fn compared<const K: usize>(
     let signal = pieces.signal;
     let excitation = Sampled {
         pieces,
-        sign: options.opens_when.sign(),
+        sign: options.opens_when.sign() * design.lever.unbalance_sign(),
     };
     methods::run(
         &Problem {
@@ -851,7 +852,9 @@ pub fn run_harmonic(
         );
     }
     let excitation = Harmonic {
-        amplitude_m_s2: options.opens_when.sign() * excitation.amplitude_m_s2,
+        amplitude_m_s2: options.opens_when.sign()
+            * design.lever.unbalance_sign()
+            * excitation.amplitude_m_s2,
         ..*excitation
     };
     if options.method == Method::EventDriven {

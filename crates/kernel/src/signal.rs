@@ -231,7 +231,11 @@ impl<'a> Reading<'a> {
         let mut samples: Vec<f64> = if self.is_straight() {
             let along = |(index, n): (usize, f64)| {
                 let terms = straight.terms(index);
-                let from = if is_end(index, n) { signal.samples[index] } else { terms[0] };
+                let from = if is_end(index, n) {
+                    signal.samples[index]
+                } else {
+                    terms[0]
+                };
                 from + terms[1] / parts as f64 * n
             };
             places.clone().map(along).collect()

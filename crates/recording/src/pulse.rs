@@ -74,17 +74,20 @@ pub fn canonical(word: &str, folder: Option<&Path>) -> Result<String, Error> {
     Ok(parsed.text())
 }
 
-/// Returns what a path of the command line or of a gate names: a file or folder, or a pulse by its word, whose
-/// file of points lies below `folder`.
-pub fn source_at(path: &Path, folder: &Path) -> Source {
-    match path.to_str().filter(|word| word.starts_with(PREFIX)) {
-        None => Source::File(path.into()),
-        Some(word) => {
-            // A word that is wrong is refused where it is read.
-            let text = canonical(word, Some(folder)).unwrap_or_else(|_| word.into());
-            Source::bytes(text.clone(), text.into_bytes())
-        }
-    }
+/// Returns what a path names: a file or folder, or a pulse by its word.
+///
+/// # Errors
+///
+/// Those of a file of points that the word names. A word that is wrong is refused where it is read.
+pub fn source_at(path: &Path) -> Result<Source, Error> {
+    let Some(word) = path.to_str().filter(|word| word.starts_with(PREFIX)) else {
+        return Ok(Source::File(path.into()));
+    };
+    let text = match canonical(word, Some(Path::new(""))) {
+        Err(error) if word.contains(",file=") => return Err(error),
+        text => text.unwrap_or_else(|_| word.into()),
+    };
+    Ok(Source::bytes(text.clone(), text.into_bytes()))
 }
 
 /// Reads a pulse.
@@ -275,7 +278,10 @@ const SHAPES: [(&str, &[&str]); 6] = [
 impl PulseWord {
     fn parse(word: &str, folder: Option<&Path>) -> Result<Self, Error> {
         let Some(text) = word.strip_prefix(PREFIX) else {
-            return Err(malformed("the word of a pulse, pulse:SHAPE,KEY=VALUE", word));
+            return Err(malformed(
+                "the word of a pulse, pulse:SHAPE,KEY=VALUE",
+                word,
+            ));
         };
         let (name, rest) = text.split_once(',').unwrap_or((text, ""));
         let mut keys = Keys::of(rest)?;
@@ -287,7 +293,9 @@ impl PulseWord {
                 shape(name, &mut Keys::of(rest)?, None)?
             }
         };
-        let tail_ns = keys.take("tail").map_or(Ok(TAIL_NS), |tail| time_or_none("tail", tail))?;
+        let tail_ns = keys
+            .take("tail")
+            .map_or(Ok(TAIL_NS), |tail| time_or_none("tail", tail))?;
         let opens_when = match keys.take("opens-when") {
             None => CardPolarity::Both,
             Some(name) => CardPolarity::from_name(name)
@@ -320,7 +328,9 @@ impl PulseWord {
 
     /// Returns intervals of the tail.
     fn tail(&self) -> usize {
-        (self.tail_ns as f64 / 1e9 * self.rate.hertz() - 1e-6).ceil().max(0.0) as usize
+        (self.tail_ns as f64 / 1e9 * self.rate.hertz() - 1e-6)
+            .ceil()
+            .max(0.0) as usize
     }
 
     /// Returns the canonical form.
@@ -328,7 +338,14 @@ impl PulseWord {
         let unit = self.unit.name();
         let shape = match (&self.named, &self.shape) {
             (Some(named), _) => named.name.into(),
-            (None, Shape::Plain { shape, peak, duration_ns }) => {
+            (
+                None,
+                Shape::Plain {
+                    shape,
+                    peak,
+                    duration_ns,
+                },
+            ) => {
                 let (name, duration) = (shape.name(), in_ms(*duration_ns));
                 format!("{name},peak={peak}{unit},duration={duration}")
             }
@@ -337,7 +354,8 @@ impl PulseWord {
                 format!("trapezoid,peak={peak}{unit},rise={rise},hold={hold},fall={fall}")
             }
             (None, Shape::Polyline(points)) => {
-                let point = |point: &Point| format!("{}:{}", point.time_ns as f64 / 1e6, point.value);
+                let point =
+                    |point: &Point| format!("{}:{}", point.time_ns as f64 / 1e6, point.value);
                 let points: Vec<String> = points.iter().map(point).collect();
                 format!("polyline,points={},unit={unit}", points.join("/"))
             }
@@ -350,7 +368,11 @@ impl PulseWord {
     /// Returns the pulse, in its own unit.
     fn pulse(&self) -> Pulse {
         match self.shape {
-            Shape::Plain { shape, peak, duration_ns } => {
+            Shape::Plain {
+                shape,
+                peak,
+                duration_ns,
+            } => {
                 let duration_s = seconds(duration_ns);
                 match shape {
                     PlainShape::HalfSine => Pulse::HalfSine { peak, duration_s },
@@ -405,7 +427,9 @@ fn shape(
     keys: &mut Keys<'_>,
     folder: Option<&Path>,
 ) -> Result<(Shape, AccelerationUnit), Error> {
-    let plain = PlainShape::ALL.into_iter().find(|shape| shape.name() == name);
+    let plain = PlainShape::ALL
+        .into_iter()
+        .find(|shape| shape.name() == name);
     if let Some(shape) = plain {
         let (peak, unit) = keys.peak()?;
         let duration_ns = keys.time("duration")?;
@@ -429,7 +453,9 @@ fn shape(
         "polyline" => polyline(keys, folder)?,
         other => {
             let shapes = SHAPES.iter().map(|(name, _)| *name);
-            let known: Vec<&str> = shapes.chain(NamedPulse::all().map(|named| named.name)).collect();
+            let known: Vec<&str> = shapes
+                .chain(NamedPulse::all().map(|named| named.name))
+                .collect();
             return Err(Error::unknown("pulse", other, &known));
         }
     })
@@ -457,7 +483,9 @@ fn polyline(
 fn points_of(text: &str) -> Result<Vec<Point>, Error> {
     let point = |pair: &str| {
         let expected = "points of time [ms] and acceleration, as 0:0/22:33/85:0";
-        let (time, value) = pair.split_once(':').ok_or_else(|| malformed(expected, pair))?;
+        let (time, value) = pair
+            .split_once(':')
+            .ok_or_else(|| malformed(expected, pair))?;
         Ok(Point {
             time_ns: whole_ns("points", time, 6)?,
             value: number("points", value)?,
@@ -468,10 +496,16 @@ fn points_of(text: &str) -> Result<Vec<Point>, Error> {
 
 /// Reads a table of points: a line of units, such as `ms,g`, then a time and an acceleration a line.
 fn points_in_table(text: &str) -> Result<(Vec<Point>, AccelerationUnit), Error> {
-    let mut lines = text.lines().map(str::trim).zip(1..).filter(|(line, _)| !line.is_empty());
+    let mut lines = text
+        .lines()
+        .map(str::trim)
+        .zip(1..)
+        .filter(|(line, _)| !line.is_empty());
     let pair = |line: Option<(&str, u64)>, expected: &str| {
         let (line, number) = line.ok_or_else(|| malformed(expected, "no line"))?;
-        let pair = line.split_once(',').ok_or_else(|| malformed(expected, line));
+        let pair = line
+            .split_once(',')
+            .ok_or_else(|| malformed(expected, line));
         let (a, b) = pair.map_err(|error| error.at(Place::default().line(number)))?;
         Ok::<_, Error>((a.trim().to_string(), b.trim().to_string(), number))
     };
@@ -502,10 +536,13 @@ fn checked(points: Vec<Point>) -> Result<Vec<Point>, Error> {
         return Err(malformed(&format!("2 to {VERTICES_MAX} points"), &found));
     }
     let moves = points.iter().any(|point| point.value.abs() > 0.0);
-    let later = points.windows(2).all(|pair| pair[0].time_ns < pair[1].time_ns);
+    let later = points
+        .windows(2)
+        .all(|pair| pair[0].time_ns < pair[1].time_ns);
     let jumps = points[0].time_ns > 0 && points[0].value.abs() > 0.0;
     if !moves || !later || jumps {
-        let expected = "points in order of time that begin at 0, or at a value of 0, and are not all 0";
+        let expected =
+            "points in order of time that begin at 0, or at a value of 0, and are not all 0";
         return Err(malformed(expected, "others"));
     }
     Ok(points)
@@ -525,10 +562,14 @@ impl Grid {
         let common = |times: &[u64]| times.iter().copied().fold(0, gcd);
         let (common_ns, multiple, is_curved) = match shape {
             // A triangle has a vertex in its middle.
-            Shape::Plain { shape: PlainShape::Triangle, duration_ns, .. } => (*duration_ns, 2, false),
-            Shape::Plain { shape, duration_ns, .. } => {
-                (*duration_ns, 1, *shape != PlainShape::Sawtooth)
-            }
+            Shape::Plain {
+                shape: PlainShape::Triangle,
+                duration_ns,
+                ..
+            } => (*duration_ns, 2, false),
+            Shape::Plain {
+                shape, duration_ns, ..
+            } => (*duration_ns, 1, *shape != PlainShape::Sawtooth),
             Shape::Trapezoid { sides_ns, .. } => (common(sides_ns), 1, false),
             Shape::Polyline(points) => {
                 let times: Vec<u64> = points.iter().map(|point| point.time_ns).collect();
@@ -546,13 +587,18 @@ impl Grid {
 /// Returns the lowest rate of at least 20 kHz at which every vertex falls on a sample.
 fn chosen_rate(shape: &Shape) -> Result<SampleRate, Error> {
     let grid = Grid::of(shape);
-    let fewest = grid.common_ns.div_ceil(INTERVAL_MAX_NS).max(if grid.is_curved {
-        CURVED_INTERVALS.0
-    } else {
-        1
-    });
+    let fewest = grid
+        .common_ns
+        .div_ceil(INTERVAL_MAX_NS)
+        .max(if grid.is_curved {
+            CURVED_INTERVALS.0
+        } else {
+            1
+        });
     let count = fewest.next_multiple_of(grid.multiple);
-    Ok(SampleRate::from_hertz(count as f64 * 1e9 / grid.common_ns as f64)?)
+    Ok(SampleRate::from_hertz(
+        count as f64 * 1e9 / grid.common_ns as f64,
+    )?)
 }
 
 /// Returns a stated rate, at which every vertex is to fall on a sample.
@@ -572,7 +618,10 @@ fn stated_rate(shape: &Shape, text: &str) -> Result<SampleRate, Error> {
         return Err(malformed(&expected, text));
     }
     if grid.is_curved && count < CURVED_INTERVALS.1 as f64 {
-        let expected = format!("a rate of {} samples a duration, or more", CURVED_INTERVALS.1);
+        let expected = format!(
+            "a rate of {} samples a duration, or more",
+            CURVED_INTERVALS.1
+        );
         return Err(malformed(&expected, text));
     }
     Ok(rate)
@@ -602,8 +651,12 @@ fn unit_of(text: &str) -> Result<AccelerationUnit, Error> {
 /// Parts a number from its unit.
 fn quantity(text: &str) -> (&str, &str) {
     // The e of an exponent stands before a digit or sign, a unit begins with another letter.
-    let is_unit = |(_, letter): &(usize, char)| letter.is_alphabetic() && !matches!(letter, 'e' | 'E');
-    let end = text.char_indices().find(is_unit).map_or(text.len(), |(at, _)| at);
+    let is_unit =
+        |(_, letter): &(usize, char)| letter.is_alphabetic() && !matches!(letter, 'e' | 'E');
+    let end = text
+        .char_indices()
+        .find(is_unit)
+        .map_or(text.len(), |(at, _)| at);
     text.split_at(end)
 }
 
@@ -654,7 +707,10 @@ fn shifted(key: &'static str, text: &str, power: i32) -> Result<f64, Error> {
     let exponent: i32 = exponent
         .parse()
         .map_err(|_| malformed(&format!("{key} as a number"), text))?;
-    number(key, &format!("{mantissa}e{}", exponent.saturating_add(power)))
+    number(
+        key,
+        &format!("{mantissa}e{}", exponent.saturating_add(power)),
+    )
 }
 
 fn number(key: &'static str, text: &str) -> Result<f64, Error> {

@@ -64,6 +64,8 @@ settings! {
     VelocityChange = "velocity_change",
     /// What a person accepts of a recording that is unlike a crash.
     Accept = "accept",
+    /// Whether the recording is checked as a sled pulse.
+    Sled206 = "sled206",
     /// Sign of the recorded acceleration that opens the lever.
     OpensWhen = "opens_when",
     /// Window whose mean is removed.

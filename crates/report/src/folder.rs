@@ -13,6 +13,9 @@ pub const VERDICT_FILE: &str = "verdict.json";
 /// File name of the document of a margin.
 pub const MARGIN_FILE: &str = "margin.json";
 
+/// File name of the document of a static calculation.
+pub const STATIC_FILE: &str = "static.json";
+
 /// File name of the page of several verdicts.
 pub const COMPARE_FILE: &str = "compare.html";
 
@@ -191,7 +194,7 @@ impl Unplaced {
 
 /// Tells whether a folder holds files, and no report among them.
 fn is_foreign(dir: &Path) -> bool {
-    const FILES: [&str; 3] = [VERDICT_FILE, MARGIN_FILE, COMPARE_FILE];
+    const FILES: [&str; 4] = [VERDICT_FILE, MARGIN_FILE, STATIC_FILE, COMPARE_FILE];
     let is_one = |name: &&str| {
         let mut head = Vec::new();
         let read =

@@ -5,7 +5,7 @@
 //! sure that is. The rest is folded; in print it stands where it was unfolded.
 //!
 //! `card` is the head of the page, `results` what the runs say, `ensemble` the scattered levers,
-//! `sources` what all rests on; `margin` is the page of margins, `overlay` that of two verdicts.
+//! `sources` what all rests on; `margin` is the page of margins, `statics` that of static thresholds, `overlay` that of two verdicts.
 //! `markup` holds what they share, `sheet` is the style.
 
 mod card;
@@ -15,11 +15,13 @@ mod markup;
 mod overlay;
 mod results;
 mod sources;
+mod statics;
 
 pub(super) use self::margin::page as margin_page;
 use self::markup::{figure, fold};
 pub use self::overlay::compared;
 pub(super) use self::overlay::page as overlay_page;
+pub(super) use self::statics::page as static_page;
 use super::escape::terminal as line;
 use super::page::PageFrame;
 use super::plot::{self, Figure};
@@ -144,6 +146,7 @@ fn second_page(document: &Document) -> Markup {
                 (ensemble::ensemble(document))
                 (ensemble::filters(document))
             }
+            (results::sled(document))
             (sources::limits(document))
         }
     }

@@ -21,6 +21,7 @@
 //! - `series`: signal and trajectories as a table, sample by sample;
 //! - `sheet`: the style of pages: screen in light and dark, paper in light alone;
 //! - `sparkline`: a signal in one line of a terminal;
+//! - `statics`: what `latchgate static` hands over: its text, and a page to file;
 //! - `terminal`: lines of a terminal: wrapped, coloured, in tables;
 //! - `text`: the verdict for a terminal;
 //! - `words`: words that the terminal and the page share.
@@ -41,6 +42,7 @@ pub mod plot;
 pub mod series;
 mod sheet;
 pub mod sparkline;
+pub mod statics;
 pub mod terminal;
 pub mod text;
 mod words;

@@ -4,7 +4,7 @@
 //! dark and print; alone the drawing carries its own colours for light and dark. Paths keep
 //! hundredths of a unit, and long signals keep every extremum (see [`thin`]).
 //!
-//! Of reports: `event`, `acceleration`, `angle`, `spread`, `drivers`, `phase`, `spectrogram` and `spectra`;
+//! Of reports: `event`, `acceleration`, `angle`, `spread`, `drivers`, `phase`, `spectrogram`, `spectra` and `sled`;
 //! of two verdicts: `overlay`; of margins: `margin`. All but `event` are a `chart`, drawn in a `frame`
 //! with its `axis` on a `canvas`; `heat` and `raster` make pictures of cells and points, `thin` shortens curves, `style`
 //! holds colours and rules.
@@ -22,6 +22,7 @@ mod margin;
 pub(super) mod overlay;
 mod phase;
 pub mod raster;
+mod sled;
 mod spectra;
 pub mod spectrogram;
 mod spread;
@@ -48,7 +49,7 @@ pub const EVENT: &str = event::NAME;
 pub const DRIVERS: &str = drivers::NAME;
 
 /// Every plot's name, in the order of the report; its file is the name plus `.svg`.
-pub const NAMES: [&str; 8] = [
+pub const NAMES: [&str; 9] = [
     event::NAME,
     acceleration::NAME,
     angle::NAME,
@@ -57,6 +58,7 @@ pub const NAMES: [&str; 8] = [
     phase::NAME,
     spectrogram::NAME,
     spectra::NAME,
+    sled::NAME,
 ];
 
 /// Width of every drawing [units of its view box].
@@ -139,6 +141,7 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
         phase::chart(&context).map(Chart::draw),
         spectrogram::chart(&context).map(Chart::draw),
         spectra::chart(&context).map(Chart::draw),
+        sled::chart(&context).map(Chart::draw),
     ]
     .into_iter()
     .flatten()

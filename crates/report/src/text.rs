@@ -7,6 +7,7 @@ use latchgate_document::Document;
 use latchgate_document::number::plain;
 use latchgate_recording::{Finding, Severity};
 use latchgate_verdict::Answer;
+use latchgate_verdict::sled::SledCheck;
 use latchgate_verdict::wording::filter_name;
 use std::path::Path;
 
@@ -76,6 +77,12 @@ pub fn afterwards(
             "advice",
             "latchgate margin searches for a preload that passes",
         );
+    }
+    for (index, text) in (document.sled206.iter().flat_map(SledCheck::sentences)).enumerate() {
+        out.line(if index == 0 { "sled pulse" } else { "" }, &text);
+    }
+    if let Some(restitution) = words::restitution(document) {
+        out.line("restitution", &format!("{restitution}."));
     }
     if let Some(report) = report {
         out.raw("report", &look.path(&report.join(REPORT_FILE)));

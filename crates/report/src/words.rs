@@ -87,6 +87,20 @@ pub(super) fn is_isolated_pass(document: &Document) -> bool {
         })
 }
 
+/// Says up to which restitution a pass stays one: a stop's is seldom measured, and never constant.
+pub(super) fn restitution(document: &Document) -> Option<String> {
+    let advice = document.restitution_answer.as_ref()?;
+    let tried = format!("{} values tried", advice.tried);
+    Some(match (advice.safe_from, advice.does_not) {
+        (Some(_), None) => format!("Passes for every restitution from 0 to 1 ({tried})"),
+        (Some(from), _) => format!(
+            "Passes for a restitution of {} or less, not for every one from 0 to 1 ({tried})",
+            latchgate_kernel::units::shortest(from)
+        ),
+        (None, _) => "Does not pass for a restitution of 0: this pass hangs on the stop".into(),
+    })
+}
+
 /// What a pass does not say, since the samples of a recording cannot show it.
 pub const UNSEEN: &str = "no tool can tell a wrong sign, half the scale, half the time, or a wrong axis under a right name";
 

@@ -1,7 +1,7 @@
 //! Charts of the studies, each a file of its own, light or dark as the viewer prefers.
 //!
 //! `attractor`, `basins`, `bifurcation` and `excitation_map` show motion on sines; `stability` and `work_precision` compare methods, which `methods` draws; `damages` is of recordings;
-//! `free_vibration`, `histories`, `restitution`, `shock`, `spectrogram` and `step_size` are the
+//! `free_vibration`, `histories`, `parameters`, `restitution`, `shock`, `spectrogram` and `step_size` are the
 //! paper's other figures.
 
 mod attractor;
@@ -12,6 +12,7 @@ mod excitation_map;
 mod free_vibration;
 mod histories;
 mod methods;
+mod parameters;
 mod restitution;
 mod shock;
 mod spectrogram;
@@ -26,6 +27,7 @@ use crate::damages::Damages;
 use crate::excitation_map::ExcitationMap;
 use crate::free_vibration::FreeVibration;
 use crate::histories::Histories;
+use crate::parameters::Parameters;
 use crate::restitution::Equivalence;
 use crate::shock::Shock;
 use crate::spectrogram::MotionSpectrogram;
@@ -96,6 +98,8 @@ charts! {
     free_vibration(FreeVibration), RULES;
     /// Draws the histories from several starts.
     histories(Histories), RULES;
+    /// Draws the peak under a shock against each number of the lever.
+    parameters(Parameters), RULES;
     /// Draws damping against restitution.
     restitution(Equivalence), RULES;
     /// Draws a shock and the answers to it.

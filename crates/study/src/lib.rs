@@ -7,7 +7,7 @@
 //! Motion on sines: `orbit` finds periodic orbits, `cascade` follows their branches; `bifurcation`,
 //! `attractor`, `basins`, `histories` and `excitation_map` show what they lead to. Without
 //! excitation: `free` is shared by `free_vibration` and `spectrogram`; `restitution` is one contact.
-//! `shock` is a crash; `damages` is what damage to a recording is seen. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
+//! `shock` is a crash, `parameters` what the lever's numbers do in it; `damages` is what damage to a recording is seen. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
 
 pub mod attractor;
 pub mod basins;
@@ -22,6 +22,7 @@ pub mod free;
 pub mod free_vibration;
 pub mod histories;
 pub mod orbit;
+pub mod parameters;
 pub mod restitution;
 pub mod shock;
 pub mod spectrogram;

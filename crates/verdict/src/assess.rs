@@ -402,6 +402,7 @@ impl Assessing<'_> {
             spectrum_raw: spectrum::amplitude_spectrum(raw),
             spectrum_used: spectrum::amplitude_spectrum(used),
             spectrogram: spectrum::spectrogram(used),
+            sled206: None,
         }))
     }
 }

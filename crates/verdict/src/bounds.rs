@@ -8,6 +8,7 @@ use super::decision::Bound;
 use super::ensemble::Scatter;
 use super::policy::Variant;
 use super::runs::RunSetup;
+use super::statics::StaticLever;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::stop::StopModel;
@@ -42,7 +43,7 @@ pub(super) fn bound(
     if setup.policy.method != Method::EventDriven || setup.initial(model).is_some() {
         return Ok(None);
     }
-    let sign = opens_when.sign();
+    let sign = opens_when.sign() * setup.design.lever.unbalance_sign();
     let loosest = scatter.loosest(sign);
     let reading = setup.readings.own()?;
     // What holds the lever is scaled down, what opens it up.
@@ -77,6 +78,12 @@ pub struct Screens {
     pub static_threshold_g: f64,
     /// The same in m/s².
     pub static_threshold_m_s2: f64,
+    /// By SAE J839, the spring's average: (T0 + k0 φ*/2)/(mL) in g.
+    pub j839_threshold_g: f64,
+    /// Holds the lever at the limit angle, its arm turned with it, in g; `None` of a linkage.
+    pub hold_threshold_g: Option<f64>,
+    /// As a step in the worst direction, brings an undamped lever to the limit angle, in g; `None` of a linkage.
+    pub step_threshold_g: Option<f64>,
     /// √(2 I0 (T0 φ* + k0 φ*²/2))/(mL) [m/s]: the least ∫|a| dt that can reach the threshold.
     pub impulse_threshold_m_s: f64,
     /// ∫|a| dt of the signal as used, over the whole record [m/s].
@@ -101,7 +108,11 @@ impl Screens {
             };
             interval * signal.samples.windows(2).map(area).sum::<f64>()
         };
+        let worst = StaticLever::from(design).worst();
         Self {
+            j839_threshold_g: worst.j839_g.unwrap_or(f64::INFINITY),
+            hold_threshold_g: worst.hold_g,
+            step_threshold_g: worst.step_g,
             static_threshold_g: level / STANDARD_GRAVITY,
             static_threshold_m_s2: level,
             impulse_threshold_m_s: impulse_threshold_m_s(lever, design.criterion.threshold_rad),

@@ -33,8 +33,8 @@ use serde::{Deserialize, Serialize};
 pub use between::Between;
 pub use bias::Noise;
 pub use crash::velocity_change_m_s;
-pub use latchgate_kernel::signal::Signal;
 use latchgate_kernel::signal::Reading;
+pub use latchgate_kernel::signal::Signal;
 use quality::RawQuality;
 pub use quality::SlowClock;
 

@@ -354,7 +354,8 @@ impl Scatter {
     /// draws end.
     pub fn loosest(&self, sign: f64) -> Member {
         self.build(|parameter| match parameter.name {
-            "lever.mass_kg" | "lever.center_of_mass_m" | "input.scale" => TRUNCATION,
+            "lever.mass_kg" | "input.scale" => TRUNCATION,
+            "lever.center_of_mass_m" => self.lever.unbalance_sign() * TRUNCATION,
             "input.bias_g" => -sign * TRUNCATION,
             _ => -TRUNCATION,
         })
@@ -414,7 +415,10 @@ pub fn check(design: &Design) -> Result<(), Error> {
         let may_vanish = parameter.condition == Condition::NotNegative;
         let deviation = design.deviation(parameter).unwrap_or(0.0);
         // A third that is written with 16 digits may exceed a third by rounding.
-        let least = nominal - TRUNCATION * deviation;
+        let least = match parameter.condition {
+            Condition::NotZero => nominal.abs(),
+            _ => nominal,
+        } - TRUNCATION * deviation;
         let good = if may_vanish {
             least >= -1e-12 * nominal
         } else {
@@ -425,10 +429,10 @@ pub fn check(design: &Design) -> Result<(), Error> {
                 "{} a third of the value itself, {nominal}: draws reach {TRUNCATION} standard \
                  deviations, and {}",
                 if may_vanish { "at most" } else { "less than" },
-                if may_vanish {
-                    "it cannot be negative"
-                } else {
-                    "it must stay positive"
+                match parameter.condition {
+                    Condition::NotNegative => "it cannot be negative",
+                    Condition::NotZero => "its sign must stay",
+                    _ => "it must stay positive",
                 }
             );
             return Err(refused(

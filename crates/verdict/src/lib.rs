@@ -11,7 +11,7 @@
 //! `noise`; one record of each stop and sign with all that it came to (`variant`); the ensembles
 //! (`looks`), spared where `bounds` show that none of their
 //! levers comes to the limit; when the lever opens (`opening`); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
-//! sentences (`replay_findings`, `reasons`); `word` holds a pass back until a person has spoken;
+//! sentences (`replay_findings`, `reasons`); `statics` has closed forms of a constant acceleration, `sled` checks a platform's pulse; `word` holds a pass back until a person has spoken;
 //! `series` lays signal and trajectories side by side.
 //!
 //! - `assess`: from a conditioned channel to an answer: which runs are made, and what they say
@@ -39,6 +39,8 @@ mod reasons;
 mod replay_findings;
 mod runs;
 mod series;
+pub mod sled;
+pub mod statics;
 pub(crate) mod usable_span;
 mod variant;
 pub mod what_if;
@@ -184,4 +186,6 @@ pub struct Evidence {
     pub spectrum_used: AmplitudeSpectrum,
     /// Spectrogram of the acceleration as used.
     pub spectrogram: Spectrogram,
+    /// The channel after CFC 60, where it was checked as a sled pulse.
+    pub sled206: Option<Signal>,
 }

@@ -269,13 +269,14 @@ pub fn margins(
     Ok(margins)
 }
 
-/// Finds the preload that a recording asks for, as [`margins`] advises it; none where a blocking finding
-/// spoils it.
+/// Finds from which value of a quantity on a recording passes, as [`margins`] advises it; none where a blocking
+/// finding spoils it.
 ///
 /// # Errors
 ///
 /// As [`crate::assess()`].
-pub fn preload_advice(
+pub fn advice(
+    quantity: Quantity,
     conditioned: &Conditioned,
     findings: &[Finding],
     design: &Design,
@@ -294,7 +295,7 @@ pub fn preload_advice(
     if search.spoiled {
         return Ok(None);
     }
-    let advised = control.unmeasured(|control| search.advice(Quantity::Preload, control))?;
+    let advised = control.unmeasured(|control| search.advice(quantity, control))?;
     Ok(Some(advised))
 }
 

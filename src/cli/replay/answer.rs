@@ -20,6 +20,7 @@ use std::path::Path;
 fn printed(judged: &ReplayedFile) -> Document {
     let mut document = judged.outcome.document.clone();
     document.preload_answer = None;
+    document.restitution_answer = None;
     if document.request.members == 0 {
         document.filters.clear();
     }

@@ -413,6 +413,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         ensemble: None,
         ensembles: Vec::new(),
         preload_answer: None,
+        restitution_answer: None,
+        sled206: None,
         what_if: Vec::new(),
         filters: Vec::new(),
         error_budget_rad: ErrorBudget {
@@ -426,6 +428,9 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         },
         nominal: Some(nominal),
         screens: Screens {
+            j839_threshold_g: 1.2604,
+            hold_threshold_g: Some(1.4571),
+            step_threshold_g: Some(1.2609),
             static_threshold_g: 1.063_61,
             static_threshold_m_s2: 10.430_247_718_383_31,
             impulse_threshold_m_s: 0.478_7,
@@ -489,6 +494,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
     let mut traces = vec![trace];
     traces.extend(runs[1..].iter().map(|(_, trace)| trace.clone()));
     let evidence = Evidence {
+        sled206: None,
         spectrum_raw: amplitudes(&raw),
         spectrum_used: amplitudes(&used),
         spectrogram: windows(&used),

@@ -27,6 +27,7 @@ pub(crate) fn unconditioned(signal: &Signal) -> Conditioned {
     Conditioned {
         raw: signal.clone(),
         used: signal.clone(),
+        formula: None,
         bias_m_s2: 0.0,
         bias_standard_error_m_s2: 0.0,
         bias_samples: 0,

@@ -436,6 +436,7 @@ fn verif_the_filter_table_is_what_each_filter_gives() {
         rate: burst.rate,
         values: burst.samples.iter().map(|a| a + 0.7).collect(),
         findings: Vec::new(),
+        pulse: None,
     };
     let with = |filter, threshold| {
         let own = ConditioningOptions {
@@ -549,6 +550,7 @@ fn verif_the_filter_table_changes_no_other_number() {
         rate: SampleRate::from_hertz(10_000.0).unwrap(),
         values: samples(weak).samples,
         findings: Vec::new(),
+        pulse: None,
     };
     for filter in [FilterChoice::None, FilterChoice::Default] {
         let own = ConditioningOptions {

@@ -175,6 +175,7 @@ fn with_offset(offset_g: f64, of: impl Fn(f64) -> f64) -> Conditioned {
         rate: SampleRate::from_hertz(10_000.0).unwrap(),
         values: samples(|t| of(t) + offset_g).samples,
         findings: Vec::new(),
+        pulse: None,
     };
     let options = ConditioningOptions {
         filter: FilterChoice::None,

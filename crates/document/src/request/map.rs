@@ -87,6 +87,7 @@ const OF_REPLAY: &[Setting] = &[
     Setting::AcceptedRemarks,
     Setting::VelocityChange,
     Setting::Accept,
+    Setting::Sled206,
     Setting::OpensWhen,
     Setting::Bias,
     Setting::Filter,

@@ -133,6 +133,18 @@ pub(super) fn write_some_word<T: Word, S: Serializer>(
     to.serialize_str(value.map_or("", Word::word))
 }
 
+/// Reads whether something is asked for: a truth value, or its word as a form has it.
+pub(super) fn flag<'de, D: Deserializer<'de>>(from: D) -> Result<bool, D::Error> {
+    match Value::deserialize(from)? {
+        Value::Bool(flag) => Ok(flag),
+        Value::String(word) if word == "true" => Ok(true),
+        Value::String(word) if word == "false" || word.is_empty() => Ok(false),
+        other => Err(D::Error::custom(format!(
+            "must be true or false, found {other}"
+        ))),
+    }
+}
+
 pub(super) fn write_text<T: ToString, S: Serializer>(
     value: &Option<T>,
     to: S,

@@ -4,6 +4,7 @@
 //! against the table of parameters.
 
 use super::lever::Lever;
+use super::linkage::{LinkageElement, Reduced};
 use super::parameters::{Condition, DesignParameter, PARAMETERS, Slot};
 use super::stop::Stop;
 use crate::error::Error;
@@ -70,6 +71,9 @@ pub struct Design {
     /// The values that the overrides took the place of, where there were any.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub modified_from: BTreeMap<String, f64>,
+    /// The elements that the lever was reduced from, where it was.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub linkage: Vec<LinkageElement>,
 }
 
 /// A design as a document states it, before it is checked.
@@ -84,6 +88,7 @@ struct DesignAsWritten {
     input: InputUncertainty,
     modified: Vec<String>,
     modified_from: BTreeMap<String, f64>,
+    linkage: Vec<LinkageElement>,
 }
 
 impl Default for DesignAsWritten {
@@ -97,6 +102,7 @@ impl Default for DesignAsWritten {
             input,
             modified,
             modified_from,
+            linkage,
         } = Design::reference();
         Self {
             name,
@@ -107,6 +113,7 @@ impl Default for DesignAsWritten {
             input,
             modified,
             modified_from,
+            linkage,
         }
     }
 }
@@ -124,6 +131,7 @@ impl TryFrom<DesignAsWritten> for Design {
             input: written.input,
             modified: written.modified,
             modified_from: written.modified_from,
+            linkage: written.linkage,
         };
         design.validate()?;
         Ok(design)
@@ -148,6 +156,7 @@ impl Design {
             input: InputUncertainty::default(),
             modified: Vec::new(),
             modified_from: BTreeMap::new(),
+            linkage: Vec::new(),
         }
     }
 
@@ -225,7 +234,11 @@ impl Design {
     /// Returns the numbers that no latch of this world has, with their values.
     pub fn implausible(&self) -> impl Iterator<Item = (&'static DesignParameter, f64)> + '_ {
         let of_each = PARAMETERS.iter().map(|known| (known, self.value(known)));
-        of_each.filter(|(known, value)| !known.plausible.contains(*value))
+        let size = |known: &DesignParameter, value: f64| match known.condition {
+            Condition::NotZero => value.abs(),
+            _ => value,
+        };
+        of_each.filter(move |(known, value)| !known.plausible.contains(size(known, *value)))
     }
 
     /// Gives the number of `name` a value, as a design file states it.
@@ -313,6 +326,8 @@ impl Design {
                 "0 and 0",
             ));
         }
+        self.validate_directions()?;
+        self.validate_linkage()?;
         let least = lever.mass_kg * lever.center_of_mass_m * lever.center_of_mass_m;
         if lever.moment_of_inertia_kg_m2 < least {
             return Err(Error::out_of_range(
@@ -331,6 +346,71 @@ impl Design {
         }
         Ok(())
     }
+}
+
+impl Design {
+    /// Checks that axis and centre of mass are both stated, apart, and of the lever's own distance.
+    fn validate_directions(&self) -> Result<(), Error> {
+        let lever = &self.lever;
+        if lever.axis.is_none() && lever.center_of_mass.is_none() {
+            return Ok(());
+        }
+        let Some(directions) = lever.directions() else {
+            return Err(Error::out_of_range(
+                "lever.axis and lever.center_of_mass",
+                "both, neither of length 0, and the centre off the axis",
+                format!("{:?} and {:?}", lever.axis, lever.center_of_mass),
+            ));
+        };
+        let stated = lever.center_of_mass_m;
+        let is_overridden = |key: &String| key == "lever.center_of_mass_m";
+        if !differ(directions.distance_m, stated) || self.modified.iter().any(is_overridden) {
+            return Ok(());
+        }
+        Err(Error::out_of_range(
+            "lever.center_of_mass_m [m]",
+            format!(
+                "{}, the distance of lever.center_of_mass from the axis",
+                directions.distance_m
+            ),
+            stated.to_string(),
+        ))
+    }
+
+    /// Checks that the lever is the one that the linkage comes to, overridden keys aside.
+    fn validate_linkage(&self) -> Result<(), Error> {
+        if self.linkage.is_empty() {
+            return Ok(());
+        }
+        let reduced = Reduced::of(&self.linkage)?;
+        let lever = reduced.lever(self.lever.pivot_damping_nm_s_per_rad);
+        let Some(lever) = lever else {
+            return Err(Error::out_of_range(
+                "linkage",
+                "moment_of_inertia_kg_m2 of every element, which a replay needs",
+                "none of some",
+            ));
+        };
+        let mut reduced = self.clone();
+        reduced.lever = lever;
+        for parameter in PARAMETERS {
+            let (stated, derived) = (self.value(parameter), reduced.value(parameter));
+            let is_overridden = self.modified.iter().any(|key| key == parameter.name);
+            if differ(stated, derived) && !is_overridden {
+                return Err(Error::out_of_range(
+                    parameter.name,
+                    format!("{derived}, what the linkage comes to; leave it out"),
+                    stated.to_string(),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Tells whether two numbers differ beyond rounding.
+fn differ(a: f64, b: f64) -> bool {
+    (a - b).abs() > 1e-9 * a.abs().max(b.abs())
 }
 
 /// Largest damping ratio of a soft stop that is judged [-]. One of 1 returns no lever any more.

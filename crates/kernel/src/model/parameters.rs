@@ -57,6 +57,8 @@ pub enum Condition {
     Positive,
     /// Zero or greater, and finite.
     NotNegative,
+    /// Of either sign, and finite.
+    NotZero,
     /// From 0 to 1.
     Ratio,
 }
@@ -74,6 +76,10 @@ impl Condition {
                 value >= 0.0 && value.is_finite(),
                 "zero or positive, and finite",
             ),
+            Self::NotZero => (
+                value.abs() > 0.0 && value.is_finite(),
+                "finite and not zero",
+            ),
             Self::Ratio => ((0.0..=1.0).contains(&value), "0 to 1"),
         };
         if good {
@@ -84,10 +90,10 @@ impl Condition {
     }
 
     /// Returns the value of this condition that is nearest to `value`; a number that must be
-    /// positive has none and stays.
+    /// positive or not zero has none and stays.
     pub fn hold(self, value: f64) -> f64 {
         match self {
-            Self::Positive => value,
+            Self::Positive | Self::NotZero => value,
             Self::NotNegative => value.max(0.0),
             Self::Ratio => value.clamp(0.0, 1.0),
         }
@@ -146,7 +152,7 @@ parameters! {
     lever.spring_stiffness_nm_per_rad as Lever, NotNegative, 0.0..100.0, Some(4), "k₀", "N m/rad", "Stiffness of the spring", "stiffness of the spring";
     lever.preload_torque_nm as Lever, NotNegative, 0.0..100.0, Some(5), "T₀", "N m", "Preload torque", "preload torque";
     lever.mass_kg as Lever, Positive, 1e-3..5.0, Some(6), "m", "kg", "Mass", "mass of the lever";
-    lever.center_of_mass_m as Lever, Positive, 1e-3..0.5, Some(7), "L", "m", "Distance of the centre of mass", "distance of its centre of mass";
+    lever.center_of_mass_m as Lever, NotZero, 1e-3..0.5, Some(7), "L", "m", "Distance of the centre of mass", "distance of its centre of mass";
     stop.restitution as Stop, Ratio, 0.0..1.0, Some(8), "R", "1", "Restitution of the rigid stop", "restitution of the stop";
     stop.stiffness_n_per_m as Stop, Positive, 1e3..1e10, Some(9), "kₛ", "N/m", "Stiffness of the soft stop", "stiffness of the stop";
     stop.damping_n_s_per_m as Stop, NotNegative, 0.0..1e4, Some(10), "cₛ", "N s/m", "Damping of the soft stop", "damping of the stop";

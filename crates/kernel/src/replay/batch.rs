@@ -340,7 +340,7 @@ impl<const K: usize> Lane<K> {
         .without_error_bound()
         .for_peak();
         kernel.at_most(steps_max);
-        let sign = options.opens_when.sign();
+        let sign = options.opens_when.sign() * member.lever.unbalance_sign();
         let (scale, bias) = (sign * member.scale, sign * member.bias_m_s2);
         Self {
             pressed: FastContact::new(&kernel, interval, scale, bias),

@@ -143,6 +143,7 @@ fn rests_on(document: &Document) -> Markup {
         };
         lines.insert(place, words::sentence(&preload.text));
     }
+    lines.extend(words::restitution(document).map(|text| format!("{text}.")));
     if document.verdict == Answer::Pass {
         lines.push(format!("{}.", words::capital(words::UNSEEN)));
     }

@@ -9,6 +9,7 @@ use latchgate_document::Document;
 use latchgate_document::number::{ABSENT, count, milliseconds, significant};
 use latchgate_kernel::replay::Run;
 use latchgate_recording::{Finding, Severity};
+use latchgate_verdict::statics::REQUIRED_G;
 use maud::{Markup, html};
 use std::f64::consts::FRAC_PI_2;
 
@@ -264,6 +265,18 @@ pub(super) fn budget(document: &Document) -> Markup {
     }
 }
 
+/// Returns what the recording is as a sled pulse, where that was asked.
+pub(super) fn sled(document: &Document) -> Markup {
+    html! {
+        @if let Some(check) = &document.sled206 {
+            section #sled206 {
+                h2 { "As a sled pulse" }
+                ul { @for text in check.sentences() { li { (line(&text)) } } }
+            }
+        }
+    }
+}
+
 /// Returns static and impulse threshold, and which ensembles a bound spares.
 pub(super) fn screens(document: &Document) -> Markup {
     let screens = &document.screens;
@@ -284,6 +297,19 @@ pub(super) fn screens(document: &Document) -> Markup {
                             "largest magnitude as used, either sign: " (significant(peak, DIGITS)) "\u{00A0}g"
                         } @else {
                             "nothing was conditioned to compare with"
+                        }
+                    }
+                }
+                @for (what, level) in [
+                    ("Static by SAE J839: the spring's average over the way to the limit", Some(screens.j839_threshold_g)),
+                    ("Static, held at the limit, the arm turned with the lever", screens.hold_threshold_g),
+                    ("A step for good, undamped, in its worst direction", screens.step_threshold_g),
+                ] {
+                    @if let Some(level) = level {
+                        tr {
+                            th { (what) }
+                            td.number { (significant(level, DIGITS)) "\u{00A0}g" }
+                            td { (significant(level / REQUIRED_G, 3)) " of the 30\u{00A0}g of 49 CFR 571.206 and UN R11" }
                         }
                     }
                 }

@@ -177,7 +177,7 @@ impl Quantity {
             Self::Preload => lever.preload_torque_nm,
             Self::SpringStiffness => lever.spring_stiffness_nm_per_rad,
             Self::Unbalance => lever.unbalance_kg_m(),
-            Self::Arm => lever.center_of_mass_m,
+            Self::Arm => lever.center_of_mass_m.abs(),
             Self::Counterweight => 0.0,
             Self::Restitution => design.stop.restitution,
             Self::LimitAngle => design.criterion.threshold_rad,
@@ -203,7 +203,7 @@ impl Quantity {
                 preferred(1e-2, (4.0 * lift_off_nm / limit).clamp(1e-1, 1e6))
             }
             Self::LimitAngle => preferred(1e-3, 1.5),
-            Self::Unbalance => even(1, inertia / lever.center_of_mass_m),
+            Self::Unbalance => even(1, inertia / lever.center_of_mass_m.abs()),
             Self::Arm => even(1, (inertia / lever.mass_kg).sqrt()),
             Self::Counterweight => even(0, lever.unbalance_kg_m() / bounds.counterweight_radius_m),
             Self::Restitution => even(0, 1.0),
@@ -224,11 +224,11 @@ impl Quantity {
             Self::Scale => scale = value,
             Self::Preload => lever.preload_torque_nm = value,
             Self::SpringStiffness => lever.spring_stiffness_nm_per_rad = value,
-            Self::Unbalance => lever.mass_kg = value / lever.center_of_mass_m,
-            Self::Arm => lever.center_of_mass_m = value,
+            Self::Unbalance => lever.mass_kg = value / lever.center_of_mass_m.abs(),
+            Self::Arm => lever.center_of_mass_m = lever.unbalance_sign() * value,
             Self::Counterweight => {
                 let left = lever.unbalance_kg_m() - value * counterweight_radius_m;
-                lever.mass_kg = left.max(0.0) / lever.center_of_mass_m;
+                lever.mass_kg = left.max(0.0) / lever.center_of_mass_m.abs();
                 lever.moment_of_inertia_kg_m2 +=
                     value * counterweight_radius_m * counterweight_radius_m;
             }

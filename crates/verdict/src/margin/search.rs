@@ -113,8 +113,9 @@ impl<'a> MarginSearch<'a> {
         let policy = &options.policy;
         let signal = &conditioned.used;
         let signs = policy.polarity.signs().iter();
+        let unbalance_sign = design.lever.unbalance_sign();
         let strongest_m_s2 = signs
-            .flat_map(|sign| signal.samples.iter().map(|a| -sign.sign() * a))
+            .flat_map(|sign| (signal.samples.iter()).map(|a| -unbalance_sign * sign.sign() * a))
             .fold(0.0, f64::max);
         let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
         let spoiled = faults.first_bad.is_some();

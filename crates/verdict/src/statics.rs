@@ -1,0 +1,325 @@
+//! Static thresholds: the constant acceleration that lifts, holds or steps a lever open, by direction.
+//!
+//! What is filed for door latches by calculation (SAE J839; UN R11 Annex 4, 2.1): springs as the average of
+//! closed and released position, friction and work left out, gravity left out only where it holds the latch shut.
+//! The hold turns the force's arm with the lever; along a fixed axis it is larger by 1/cos φ*.
+
+use latchgate_kernel::error::Error;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
+use latchgate_kernel::model::vector::Vector;
+use latchgate_kernel::units::STANDARD_GRAVITY;
+use serde::{Deserialize, Serialize};
+
+/// Inertial load of the door-latch regulations [g].
+pub const REQUIRED_G: f64 = 30.0;
+
+/// Transverse and vertical load of interior compartment doors [g].
+pub const REQUIRED_INTERIOR_G: f64 = 10.0;
+
+/// What a static calculation needs of a lever.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StaticLever {
+    /// Name of the design.
+    pub name: String,
+    /// Preload torque T0 [N m].
+    pub preload_torque_nm: f64,
+    /// Stiffness k0 [N m/rad].
+    pub spring_stiffness_nm_per_rad: f64,
+    /// Unbalance m·L [kg m].
+    pub unbalance_kg_m: f64,
+    /// Limit angle φ* [rad].
+    pub threshold_rad: f64,
+    /// In which direction the unbalance moves as it opens, in the vehicle's axes.
+    pub opening: Option<Vector>,
+    /// From the pivot to the centre of mass, of a single lever with an axis.
+    radial: Option<Vector>,
+    /// The elements that it was reduced from.
+    pub linkage: Vec<LinkageElement>,
+}
+
+/// What a row asks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direction {
+    /// Forward.
+    #[serde(rename = "+X")]
+    Forward,
+    /// Rearward.
+    #[serde(rename = "-X")]
+    Rearward,
+    /// To the right.
+    #[serde(rename = "+Y")]
+    Right,
+    /// To the left.
+    #[serde(rename = "-Y")]
+    Left,
+    /// Downward.
+    #[serde(rename = "+Z")]
+    Down,
+    /// Upward.
+    #[serde(rename = "-Z")]
+    Up,
+    /// The worst in the horizontal plane.
+    Plane,
+    /// The worst of all.
+    Space,
+}
+
+impl Direction {
+    /// Every row, in the order of a page.
+    pub const ALL: [Self; 8] = [
+        Self::Forward,
+        Self::Rearward,
+        Self::Right,
+        Self::Left,
+        Self::Down,
+        Self::Up,
+        Self::Plane,
+        Self::Space,
+    ];
+
+    /// Returns how it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Forward => "+X",
+            Self::Rearward => "−X",
+            Self::Right => "+Y",
+            Self::Left => "−Y",
+            Self::Down => "+Z",
+            Self::Up => "−Z",
+            Self::Plane => "worst in the X-Y plane",
+            Self::Space => "worst of all",
+        }
+    }
+
+    /// Returns the clauses that its row answers.
+    pub fn clause(self) -> &'static str {
+        match self {
+            Self::Forward | Self::Rearward | Self::Right | Self::Left => {
+                "49 CFR 571.206 S4.1.1.4(a), S5.1.1.4(a); UN R11 6.1.4.1"
+            }
+            Self::Down | Self::Up => "back doors: 49 CFR 571.206 S4.1.1.4(b)",
+            Self::Plane => "none by itself: an axis at 45° passes both axes and fails here",
+            Self::Space => "\"in any direction\": UN R11 Annex 4, 2.1.2; SAE J839",
+        }
+    }
+
+    /// Returns the load of interior compartment doors in this direction [g].
+    pub fn interior_g(self) -> Option<f64> {
+        match self {
+            Self::Forward | Self::Rearward => Some(REQUIRED_G),
+            Self::Right | Self::Left | Self::Down | Self::Up => Some(REQUIRED_INTERIOR_G),
+            Self::Plane | Self::Space => None,
+        }
+    }
+}
+
+/// The thresholds in one direction of the base's acceleration [g]; `None` where no size of it opens.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StaticRow {
+    /// The direction.
+    pub direction: Direction,
+    /// The part of the acceleration that pushes the lever open [-].
+    pub share: Option<f64>,
+    /// Leaves its stop: T0/(m L).
+    pub lift_off_g: Option<f64>,
+    /// By SAE J839: the spring's average, (T0 + k0 φ*/2)/(m L).
+    pub j839_g: Option<f64>,
+    /// The same with gravity, where that pushes the lever open.
+    pub j839_with_gravity_g: Option<f64>,
+    /// Holds the lever at the limit angle, its arm turned with it.
+    pub hold_g: Option<f64>,
+    /// As a step, brings an undamped lever to the limit angle.
+    pub step_g: Option<f64>,
+    /// What counts: by J839, with gravity where that pushes the lever open.
+    pub counts_g: Option<f64>,
+    /// `counts_g` over 30 g.
+    pub margin: Option<f64>,
+    /// `counts_g` over the load of interior doors in this direction.
+    pub margin_interior: Option<f64>,
+}
+
+impl StaticRow {
+    /// True if the row's load does not open the latch.
+    pub fn holds(&self, required_g: f64) -> bool {
+        self.counts_g.is_none_or(|counts| counts >= required_g)
+    }
+}
+
+impl From<&Design> for StaticLever {
+    fn from(design: &Design) -> Self {
+        let lever = &design.lever;
+        let directions = lever.directions();
+        let reduced = Reduced::of(&design.linkage).ok();
+        let vector = reduced.and_then(|reduced| reduced.unbalance_vector_kg_m);
+        Self {
+            name: design.name.clone(),
+            preload_torque_nm: lever.preload_torque_nm,
+            spring_stiffness_nm_per_rad: lever.spring_stiffness_nm_per_rad,
+            unbalance_kg_m: lever.unbalance_kg_m(),
+            threshold_rad: design.criterion.threshold_rad,
+            opening: vector
+                .and_then(Vector::direction)
+                .or(directions.map(|directions| directions.tangential)),
+            radial: directions.map(|directions| directions.radial),
+            linkage: design.linkage.clone(),
+        }
+    }
+}
+
+impl StaticLever {
+    /// Reduces a linkage, whose elements need no moment of inertia here.
+    ///
+    /// # Errors
+    ///
+    /// As [`Reduced::of`].
+    pub fn of_linkage(
+        name: String,
+        threshold_rad: f64,
+        linkage: Vec<LinkageElement>,
+    ) -> Result<Self, Error> {
+        let reduced = Reduced::of(&linkage)?;
+        Ok(Self {
+            name,
+            preload_torque_nm: reduced.preload_torque_nm,
+            spring_stiffness_nm_per_rad: reduced.spring_stiffness_nm_per_rad,
+            unbalance_kg_m: reduced.unbalance_kg_m.abs(),
+            threshold_rad,
+            opening: reduced.unbalance_vector_kg_m.and_then(Vector::direction),
+            radial: None,
+            linkage,
+        })
+    }
+
+    /// Returns the spring's average torque between closed and released [N m].
+    pub fn averaged_torque_nm(&self) -> f64 {
+        self.preload_torque_nm + 0.5 * self.spring_stiffness_nm_per_rad * self.threshold_rad
+    }
+
+    /// Returns the part of gravity that pushes the lever open [-], negative where it holds it shut.
+    pub fn gravity_share(&self) -> Option<f64> {
+        Some(self.opening?.0[2])
+    }
+
+    /// Returns every row that can be asked: one of a lever whose direction is not stated.
+    pub fn rows(&self) -> Vec<StaticRow> {
+        match self.opening {
+            None => vec![self.row(Direction::Space, None)],
+            Some(opening) => Direction::ALL
+                .into_iter()
+                .map(|direction| self.row(direction, Some(opening)))
+                .collect(),
+        }
+    }
+
+    /// Returns the row of the worst direction.
+    pub fn worst(&self) -> StaticRow {
+        self.row(Direction::Space, self.opening)
+    }
+
+    /// Returns the least of what counts over the rows [g].
+    pub fn worst_g(&self) -> f64 {
+        let counts = self.rows().into_iter().filter_map(|row| row.counts_g);
+        counts.fold(f64::INFINITY, f64::min)
+    }
+
+    fn row(&self, direction: Direction, opening: Option<Vector>) -> StaticRow {
+        let along = |direction: [f64; 3]| opening.map(|_| Vector(direction));
+        // The base's acceleration pushes the lever the other way.
+        let acceleration = match direction {
+            Direction::Forward => along([1.0, 0.0, 0.0]),
+            Direction::Rearward => along([-1.0, 0.0, 0.0]),
+            Direction::Right => along([0.0, 1.0, 0.0]),
+            Direction::Left => along([0.0, -1.0, 0.0]),
+            Direction::Down => along([0.0, 0.0, 1.0]),
+            Direction::Up => along([0.0, 0.0, -1.0]),
+            Direction::Plane => {
+                opening.and_then(|Vector([x, y, _])| Vector([-x, -y, 0.0]).direction())
+            }
+            Direction::Space => opening.map(|opening| opening.times(-1.0)),
+        };
+        let share = match (direction, acceleration, opening) {
+            (Direction::Space, _, _) => Some(1.0),
+            (_, Some(acceleration), Some(opening)) => Some(-acceleration.dot(opening)),
+            _ => None,
+        };
+        // Rounding of a direction across the lever's way pushes nothing.
+        let share = share.filter(|share| *share > 1e-12);
+        let per_g = self.unbalance_kg_m * STANDARD_GRAVITY;
+        let level = |torque: f64| share.map(|share| torque / (per_g * share));
+        let lift_off_g = level(self.preload_torque_nm);
+        let j839_g = level(self.averaged_torque_nm());
+        let opens_by = self.gravity_share().filter(|gravity| *gravity > 1e-12);
+        let j839_with_gravity_g = opens_by.and_then(|gravity| {
+            let torque = self.averaged_torque_nm() - gravity * per_g;
+            Some(level(torque)?.max(0.0))
+        });
+        let counts_g = j839_with_gravity_g.or(j839_g);
+        let across = match (direction, acceleration, self.radial) {
+            // The worst turns along with the lever.
+            (Direction::Space, _, _) => None,
+            (_, Some(acceleration), Some(radial)) => Some(acceleration.dot(radial)),
+            _ => None,
+        };
+        let [hold_g, step_g] = match (direction, share) {
+            (Direction::Space, _) => self.worst_hold_and_step(per_g),
+            (_, Some(share)) => across.map_or([None; 2], |across| {
+                self.hold_and_step(per_g, share, across, lift_off_g)
+            }),
+            _ => [None; 2],
+        };
+        StaticRow {
+            direction,
+            share,
+            lift_off_g,
+            j839_g,
+            j839_with_gravity_g,
+            hold_g,
+            step_g,
+            counts_g,
+            margin: counts_g.map(|counts| counts / REQUIRED_G),
+            margin_interior: counts_g
+                .zip(direction.interior_g())
+                .map(|(counts, required)| counts / required),
+        }
+    }
+
+    /// Returns work up to the limit angle [J], and the torque there [N m].
+    fn work_and_torque(&self) -> (f64, f64) {
+        let (angle, stiffness) = (self.threshold_rad, self.spring_stiffness_nm_per_rad);
+        let work = self.preload_torque_nm * angle + 0.5 * stiffness * angle * angle;
+        (work, self.preload_torque_nm + stiffness * angle)
+    }
+
+    /// Returns hold and step in the direction that is worst for each: along the turned arm, and along the arm
+    /// at half the limit angle. Of a linkage, whose elements turn by different angles, there are none.
+    fn worst_hold_and_step(&self, per_g: f64) -> [Option<f64>; 2] {
+        if !self.linkage.is_empty() {
+            return [None; 2];
+        }
+        let (work, torque) = self.work_and_torque();
+        let arm = 2.0 * libm::sin(0.5 * self.threshold_rad);
+        [Some(torque / per_g), Some(work / (per_g * arm))]
+    }
+
+    /// Returns hold and step along a direction fixed to the vehicle, of which `share` pushes the lever open and
+    /// `across` points from the pivot to the centre of mass; never less than lifts the lever off.
+    fn hold_and_step(
+        &self,
+        per_g: f64,
+        share: f64,
+        across: f64,
+        lift_off_g: Option<f64>,
+    ) -> [Option<f64>; 2] {
+        let (work, torque) = self.work_and_torque();
+        let (sine, cosine) = libm::sincos(self.threshold_rad);
+        let at_limit = share * cosine + across * sine;
+        let over_way = share * sine + across * (1.0 - cosine);
+        let level = |needed: f64, pushed: f64| {
+            let level = (pushed > 1e-12).then(|| needed / (per_g * pushed))?;
+            Some(level.max(lift_off_g?))
+        };
+        [level(torque, at_limit), level(work, over_way)]
+    }
+}

@@ -1,0 +1,400 @@
+//! Static thresholds by direction, linkages, and the check of a sled pulse.
+
+use crate::support::{Folder, latchgate};
+use serde_json::Value;
+
+/// Runs `latchgate static` on a design.
+fn thresholds(folder: &Folder, design: &str) -> Value {
+    let file = folder.write("design.toml", design);
+    let done = latchgate(&["static", &file, "--no-report", "--format", "json"]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    done.document()
+}
+
+#[track_caller]
+fn check(row: &Value, key: &str, wanted: f64) {
+    let got = row[key]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{key} in {row}"));
+    assert!((got / wanted - 1.0).abs() < 1e-13, "{key}: {got}, {wanted}");
+}
+
+fn row<'a>(document: &'a Value, direction: &str) -> &'a Value {
+    let rows = document["rows"].as_array().unwrap();
+    rows.iter()
+        .find(|row| row["direction"] == direction)
+        .unwrap()
+}
+
+/// The paper's lever, values at 200 bits: lift-off, J839, hold with the arm turned, least step.
+#[test]
+fn val_the_reference_levers_thresholds() {
+    let folder = Folder::new("static-paper");
+    let document = thresholds(&folder, "name = \"paper\"\n");
+    let worst = row(&document, "space");
+    for (key, wanted) in [
+        ("lift_off_g", 1.06358927038115),
+        ("j839_g", 1.26035328540166),
+        ("hold_g", 1.4571173004221764718),
+        ("step_g", 1.2608785858122345153),
+    ] {
+        check(worst, key, wanted);
+    }
+    assert_eq!(document["rows"].as_array().unwrap().len(), 1);
+    // A handle hinged in front, its mass behind: it opens to the left, by an acceleration to the right.
+    let axis = "name = \"handle\"\n[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n";
+    let document = thresholds(&folder, axis);
+    let right = row(&document, "+Y");
+    check(right, "step_g", 1.2624563274843171287);
+    // Along an axis fixed to the vehicle the hold needs 1/cos φ* more.
+    check(right, "hold_g", 1.4571173004221764718 / 0.1_f64.cos());
+    check(row(&document, "space"), "step_g", 1.2608785858122345153);
+    assert_eq!(row(&document, "-Y")["counts_g"], Value::Null);
+    assert_eq!(row(&document, "+X")["counts_g"], Value::Null);
+    assert_eq!(document["opening"], serde_json::json!([0.0, -1.0, 0.0]));
+    // Along the direction at π/4 to the way, a mass in front of the pivot.
+    let diagonal = "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.04596194077712559, -0.04596194077712559, 0]\n";
+    check(
+        row(&thresholds(&folder, diagonal), "plane"),
+        "step_g",
+        1.2624563274843171287,
+    );
+    let steps = thresholds(&folder, diagonal);
+    let both = ["+X", "-X", "+Y", "-Y"].map(|axis| row(&steps, axis)["step_g"].as_f64());
+    let across = both
+        .iter()
+        .flatten()
+        .filter(|step| (**step - 1.7002970891452654765).abs() < 1e-12);
+    assert_eq!(across.count(), 1, "{both:?}");
+}
+
+/// The worked example of UN R11, Annex 4: averaged springs as forces, no stiffness.
+const WORKED_EXAMPLE: &str = "name = \"R11\"\n\
+    [[linkage]]\nname = \"knob rod\"\nmass_kg = 0.0163\narm_m = 0.0315\nratio = 1.1933333333333334\n\
+    spring_force_n = 4.50125235\nspring_arm_m = 0.0315\n\
+    [[linkage]]\nname = \"handle\"\nmass_kg = 0.0227\narm_m = 0.01067\nratio = 1.1933333333333334\n\
+    [[linkage]]\nname = \"half of the link\"\nmass_kg = 0.0061\narm_m = -0.00483\nratio = 1.1933333333333334\n\
+    [[linkage]]\nname = \"pawl\"\nmass_kg = 0.0422\narm_m = 0.0019\nspring_torque_nm = 0.450125235\n";
+
+#[test]
+fn val_the_worked_example_of_un_r11() {
+    let folder = Folder::new("static-r11");
+    let document = thresholds(&folder, WORKED_EXAMPLE);
+    check(&document, "preload_torque_nm", 0.6193273108365);
+    let unbalance = document["unbalance_kg_m"].as_f64().unwrap();
+    assert!((unbalance - 9.46773893333e-4).abs() < 5e-16, "{unbalance}");
+    let worst = row(&document, "space");
+    let got = worst["lift_off_g"].as_f64().unwrap();
+    assert!((got - 66.7042156999625).abs() < 1e-9, "{got}");
+    // The margin that the example itself states: of 30 g, in kgf m.
+    let (torque, unbalance) = (
+        0.6193273108365,
+        document["unbalance_kg_m"].as_f64().unwrap(),
+    );
+    let margin = torque / 9.80665 - 30.0 * unbalance;
+    assert!((margin - 0.0347505932).abs() < 1e-10, "{margin}");
+    assert_eq!(document["linkage"].as_array().unwrap().len(), 4);
+    // Nothing is taken from the paper's lever: a replay says what it lacks.
+    let file = folder.write("r11.toml", WORKED_EXAMPLE);
+    let done = latchgate(&[
+        "replay",
+        "pulse:sled206-33g",
+        "--design",
+        &file,
+        "--no-report",
+    ]);
+    assert_eq!(done.code, 4, "{}", done.out);
+    for lacking in [
+        "moment_of_inertia_kg_m2 of `pawl`",
+        "stop.restitution",
+        "pivot_damping",
+    ] {
+        assert!(done.err.contains(lacking), "{}", done.err);
+    }
+}
+
+/// A whole linkage is replayed, and its document is that of the lever that it comes to.
+#[test]
+fn cli_a_whole_linkage_is_replayed() {
+    let folder = Folder::new("static-linkage");
+    let stop = "[lever]\npivot_damping_nm_s_per_rad = 1e-4\n[stop]\nrestitution = 0.7\n\
+                stiffness_n_per_m = 1e7\ndamping_n_s_per_m = 100\nradius_m = 0.05\n";
+    let mut design = WORKED_EXAMPLE.replace("mass_kg", "moment_of_inertia_kg_m2 = 1e-4\nmass_kg");
+    design += stop;
+    let file = folder.write("whole.toml", &design);
+    let replay = |more: &[&str]| {
+        let fixed = [
+            "replay",
+            "pulse:sled206-33g",
+            "--no-report",
+            "--format",
+            "json",
+        ];
+        latchgate(&[&fixed, more].concat())
+    };
+    let whole = replay(&["--design", &file]);
+    let document = whole.document();
+    assert_eq!(whole.code, 0, "{}", whole.err);
+    assert_eq!(document["design"]["linkage"].as_array().unwrap().len(), 4);
+    let lever = &document["design"]["lever"];
+    let numbers = [
+        "moment_of_inertia_kg_m2",
+        "pivot_damping_nm_s_per_rad",
+        "spring_stiffness_nm_per_rad",
+        "preload_torque_nm",
+        "mass_kg",
+        "center_of_mass_m",
+    ];
+    let mut plain = String::from("name = \"plain\"\n[lever]\n");
+    for key in numbers {
+        plain += &format!("{key} = {:?}\n", lever[key].as_f64().unwrap());
+    }
+    plain += stop.split_once('\n').unwrap().1.split_once('\n').unwrap().1;
+    let plain = folder.write("plain.toml", plain);
+    let plain = replay(&["--design", &plain]).document();
+    assert_eq!(plain["nominal"], document["nominal"]);
+    assert_eq!(plain["ensemble"], document["ensemble"]);
+    // What contradicts the elements is refused, in a file and in a document.
+    let wrong = folder.write(
+        "wrong.toml",
+        design.replace("[lever]\n", "[lever]\npreload_torque_nm = 3\n"),
+    );
+    let done = replay(&["--design", &wrong]);
+    assert_eq!(done.code, 4);
+    assert!(done.err.contains("leave it out"), "{}", done.err);
+}
+
+/// A lever at 45° holds 30 g along the axes and not in any direction.
+#[test]
+fn verif_a_slanted_lever_passes_the_axes_and_fails_the_sphere() {
+    let folder = Folder::new("static-slanted");
+    // T0/(m L) = 21.22 g, no spring beyond the preload.
+    let torque = 21.22 * 9.80665 * 0.1475 * 0.065;
+    let design = format!(
+        "[lever]\npreload_torque_nm = {torque:?}\nspring_stiffness_nm_per_rad = 0\n\
+         axis = [0, 0, 1]\ncenter_of_mass = [-0.04596194077712559, 0.04596194077712559, 0]\n"
+    );
+    let document = thresholds(&folder, &design);
+    check(row(&document, "space"), "j839_g", 21.22);
+    check(row(&document, "plane"), "j839_g", 21.22);
+    let axes = ["+X", "-X", "+Y", "-Y"].map(|axis| row(&document, axis)["counts_g"].as_f64());
+    let along: Vec<f64> = axes.into_iter().flatten().collect();
+    assert_eq!(along.len(), 2);
+    assert!(
+        along
+            .iter()
+            .all(|level| (level - 21.22 * 2.0_f64.sqrt()).abs() < 1e-9),
+        "{along:?}"
+    );
+    let file = folder.write("slanted.toml", &design);
+    let done = latchgate(&["static", &file, "--no-report"]);
+    assert!(
+        done.out
+            .replace("\n        ", " ")
+            .contains("holds along the axes, not in any direction"),
+        "{}",
+        done.out
+    );
+}
+
+/// Gravity counts where it opens, and is left out where it holds the latch shut.
+#[test]
+fn verif_gravity_counts_where_it_opens() {
+    let folder = Folder::new("static-gravity");
+    let flap = |center: &str| {
+        let design = format!("[lever]\naxis = [1, 0, 0]\ncenter_of_mass = {center}\n");
+        thresholds(&folder, &design)
+    };
+    // The mass to the right of the axis X moves down as it opens: gravity helps it.
+    let down = flap("[0, 0.065, 0]");
+    assert_eq!(down["gravity_share"], 1.0);
+    let upward = row(&down, "-Z");
+    let both = ["j839_g", "j839_with_gravity_g"].map(|key| upward[key].as_f64().unwrap());
+    assert!((both[0] - both[1] - 1.0).abs() < 1e-12, "{both:?}");
+    assert_eq!(upward["counts_g"], upward["j839_with_gravity_g"]);
+    let up = flap("[0, -0.065, 0]");
+    assert_eq!(up["gravity_share"], -1.0);
+    let downward = row(&up, "+Z");
+    assert_eq!(downward["j839_with_gravity_g"], Value::Null);
+    assert_eq!(downward["counts_g"], downward["j839_g"]);
+    assert_eq!(
+        downward["margin_interior"].as_f64(),
+        downward["counts_g"].as_f64().map(|g| g / 10.0)
+    );
+}
+
+#[test]
+fn cli_wrong_directions_and_elements_are_refused() {
+    let folder = Folder::new("static-wrong");
+    for (design, told) in [
+        ("[lever]\naxis = [0, 0, 1]\n", "both"),
+        (
+            "[lever]\naxis = [0, 0, 0]\ncenter_of_mass = [1, 0, 0]\n",
+            "neither of length 0",
+        ),
+        (
+            "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [0, 0, 1]\n",
+            "off the axis",
+        ),
+        (
+            "[lever]\naxis = [0, 1]\ncenter_of_mass = [0, 0, 1]\n",
+            "three numbers",
+        ),
+        (
+            "[lever]\ncenter_of_mass_m = 0.05\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n",
+            "the distance of lever.center_of_mass",
+        ),
+        ("[[linkage]]\nname = \"a\"\nmass_kg = 1\n", "arm_m, or axis"),
+        (
+            "[[linkage]]\nname = \"a\"\nmass_kg = 1\narm_m = 0.1\nmas = 1\n",
+            "unknown field `mas`",
+        ),
+        (
+            "[[linkage]]\nname = \"a\"\nmass_kg = -1\narm_m = 0.1\n",
+            "zero or positive",
+        ),
+        (
+            "[[linkage]]\nname = \"a\"\nmass_kg = 1\narm_m = 0.1\n",
+            "springs that close it",
+        ),
+    ] {
+        let file = folder.write("wrong.toml", design);
+        let done = latchgate(&["static", &file, "--no-report"]);
+        assert_eq!(
+            (done.code, done.out.as_str()),
+            (4, ""),
+            "{design}: {}",
+            done.err
+        );
+        assert!(done.err.contains(told), "{design}: {}", done.err);
+    }
+}
+
+/// The page is written, names the clauses, and says what is unverified; the gate holds designs against it.
+#[test]
+fn cli_a_page_to_file_and_a_row_of_the_gate() {
+    let folder = Folder::new("static-page");
+    let out = folder.path().join("page");
+    let done = latchgate(&["static", "--out", out.to_str().unwrap()]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let page = std::fs::read_to_string(out.join("static.html")).unwrap();
+    for text in [
+        "UN R11 Annex 4, 2.1.2",
+        "SAE J839 was not",
+        "DOES NOT HOLD 30 g",
+        "Signature",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+    let again = latchgate(&["static", "--out", out.to_str().unwrap()]);
+    assert_eq!(again.code, 0, "{}", again.err);
+    for (preload, code) in [("0.5", 1), ("2.9", 0)] {
+        let gate = folder.write(
+            "gate.toml",
+            format!(
+                "require_static_g = 30\n[[recordings]]\nfiles = [\"pulse:haversine,peak=3g,duration=10ms\"]\n\
+                 [[designs]]\nname = \"lever\"\nset = [\"lever.preload_torque_nm={preload}\"]\n"
+            ),
+        );
+        let summary = folder.path().join(format!("gate-{preload}"));
+        let fixed = ["gate", &gate, "--reports", "none", "--no-store", "--out"];
+        let done = latchgate(&[&fixed[..], &[summary.to_str().unwrap()]].concat());
+        assert_eq!(done.code, code, "{} {}", done.out, done.err);
+        assert!(
+            done.out.contains("hold 30 g") || done.out.contains("holds 30 g"),
+            "{}",
+            done.out
+        );
+        let junit = std::fs::read_to_string(summary.join("junit.xml")).unwrap();
+        assert!(junit.contains("name=\"static\""), "{junit}");
+        assert_eq!(junit.contains("<failure"), code == 1, "{junit}");
+    }
+    let wrong = folder.write(
+        "wrong.toml",
+        "require_static_g = 0\n[[recordings]]\nfiles = [\"x\"]\n[[designs]]\n",
+    );
+    let done = latchgate(&["gate", &wrong, "--reports", "none", "--no-store"]);
+    assert!(done.err.contains("a load in g, above 0"), "{}", done.err);
+}
+
+fn sled(word: &str, more: &[&str]) -> Value {
+    let fixed = ["inspect", word, "--sled206", "--format", "json"];
+    latchgate(&[&fixed, more].concat()).document()["sled206"].clone()
+}
+
+/// The pulse of 33 g holds 30 g for 39.55 ms, and for 39.71 ms after CFC 60: it is valid. A plateau of 29 ms
+/// is not, nor a pulse that comes late.
+#[test]
+fn val_a_sled_pulse_is_checked() {
+    let valid = sled("pulse:sled206-33g,rate=10kHz", &[]);
+    let held = valid["held_s"].as_f64().unwrap();
+    assert!((held - 0.03971).abs() < 1e-5, "{valid}");
+    assert_eq!(valid["valid"], true, "{valid}");
+    assert_eq!(valid["below"], Value::Null);
+    // Its other sign is the same pulse.
+    let mirrored = "pulse:trapezoid,peak=-33g,rise=22ms,hold=35ms,fall=28ms,rate=10kHz";
+    assert_eq!(sled(mirrored, &[])["held_s"].as_f64(), Some(held));
+    let short = sled(
+        "pulse:polyline,points=0:0/20:30.5/49:30.5/69:0,unit=g,rate=10kHz",
+        &[],
+    );
+    assert_eq!(short["valid"], false, "{short}");
+    assert!(short["held_s"].as_f64().unwrap() < 0.030);
+    // It holds its level, but rises too late for the corridor, which is never shifted to fit.
+    let late = sled(
+        "pulse:polyline,points=0:0/20:0/30:33/70:33/80:0,unit=g,rate=10kHz",
+        &[],
+    );
+    assert_eq!(
+        (&late["valid"], late["held_s"].as_f64() > Some(0.030)),
+        (&Value::Bool(false), true)
+    );
+    assert!(late["below"]["by_g"].as_f64().unwrap() > 10.0, "{late}");
+    let high = sled(
+        "pulse:trapezoid,peak=40g,rise=18ms,hold=40ms,fall=25ms,rate=10kHz",
+        &[],
+    );
+    assert_eq!(high["valid"], true, "{high}");
+    assert!(high["above"]["by_g"].as_f64().unwrap() > 3.0, "{high}");
+}
+
+/// A recording's own clock is the corridor's, moved by what a person states and by nothing else.
+#[test]
+fn cli_the_corridor_lies_at_time_zero() {
+    let folder = Folder::new("sled-zero");
+    let table: String = (0..2000)
+        .map(|k| {
+            let t = f64::from(k) * 1e-4;
+            let since = t - 0.1;
+            let level = (since / 0.022).min((0.085 - since) / 0.028).clamp(0.0, 1.0) * 33.0;
+            format!("{t:.4},{level:.6}\n")
+        })
+        .collect();
+    let file = folder.write("platform.csv", format!("t_s,acc_y_g\n{table}"));
+    folder.write("platform.csv.toml", "synthetic = true\n");
+    assert_eq!(sled(&file, &[])["valid"], false);
+    let moved = sled(&file, &["--time-zero", "0.1"]);
+    assert_eq!(moved["valid"], true, "{moved}");
+    let out = folder.path().join("report");
+    let fixed = [
+        "replay",
+        &file,
+        "--time-zero",
+        "0.1",
+        "--sled206",
+        "--opens-when",
+        "negative",
+    ];
+    let done = latchgate(&[&fixed[..], &["--out", out.to_str().unwrap()]].concat());
+    assert!(
+        done.out.contains("A valid sled pulse"),
+        "{} {}",
+        done.out,
+        done.err
+    );
+    assert!(out.join("sled206.svg").is_file());
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("As a sled pulse"));
+    let verified = latchgate(&["verify", out.join("verdict.json").to_str().unwrap()]);
+    assert_eq!(verified.code, 0, "{} {}", verified.out, verified.err);
+}
