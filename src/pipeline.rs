@@ -71,6 +71,7 @@ pub use latchgate_kernel::units;
 pub use latchgate_recording::card::{AcceptedWord, CardPolarity};
 pub use latchgate_recording::csv::TableMapping;
 pub use latchgate_recording::error::{Error, ErrorKind};
+pub use latchgate_recording::pulse;
 pub use latchgate_recording::setting::Setting;
 pub use latchgate_recording::{Card, Finding, Limits, Severity, Source, read_within};
 pub use latchgate_verdict::conditioning::{Between, BiasWindow, Cfc, FilterChoice, FilterStandard};

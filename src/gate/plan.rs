@@ -35,7 +35,7 @@ pub struct Plan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedRecording {
     /// Path relative to the gate file's folder, `/` between folders, and the channel where the
-    /// gate names one; of a pulse its word as the gate writes it.
+    /// gate names one; of a pulse its canonical word.
     pub name: String,
     /// Line of its entry in the gate file.
     pub line: Option<u64>,
@@ -370,7 +370,7 @@ fn recordings(
                     continue;
                 }
                 let name = match is_pulse(files) {
-                    true => files.clone(),
+                    true => path.display().to_string(),
                     false => name_of(&path, folder, entry.request.channel.as_deref()),
                 };
                 let planned = PlannedRecording {

@@ -31,6 +31,8 @@ pub struct StaticDocument {
     pub rows: Vec<StaticRow>,
     /// The least of what counts [g].
     pub worst_g: f64,
+    /// The torque that is left at 30 g in the worst direction, without gravity [N m].
+    pub torque_left_nm: f64,
     /// The elements of a linkage with what each comes to.
     pub linkage: Vec<StaticElement>,
     /// What the numbers cover and leave out.
@@ -67,6 +69,7 @@ impl StaticDocument {
             gravity_share: lever.gravity_share(),
             rows: lever.rows(),
             worst_g: lever.worst_g(),
+            torque_left_nm: lever.torque_left_nm(),
             linkage: elements.collect(),
             notes: notes(lever),
             run,
@@ -81,7 +84,7 @@ fn notes(lever: &StaticLever) -> Vec<String> {
             .to_string(),
     ];
     notes.push(match lever.gravity_share() {
-        None => "No axis is stated: the worst direction answers for every other. Gravity may take up to 1 g of it. \
+        None => "No axis is stated: the worst direction answers for every other, and gravity counts as if it opened. \
                  State lever.axis and lever.center_of_mass for the vehicle's axes."
             .into(),
         Some(share) if share > 1e-12 => {

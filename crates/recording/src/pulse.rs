@@ -635,7 +635,7 @@ fn malformed(expected: &str, found: &str) -> Error {
     Error::from(ErrorKind::Malformed {
         expected: expected.into(),
         found: format!("`{}`", super::text::shown(found)),
-        hint: "see docs/pulses.md".into(),
+        hint: "see docs/standards.md".into(),
     })
 }
 

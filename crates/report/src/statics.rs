@@ -6,6 +6,7 @@ use super::json;
 use super::terminal::{Look, fitted_table, wrapped};
 use latchgate_document::number::significant;
 use latchgate_document::static_document::{StaticDocument, StaticElement};
+use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
 use latchgate_verdict::statics::{Direction, REQUIRED_G, StaticRow};
 use std::fmt::Write as _;
@@ -34,7 +35,7 @@ pub fn write(dir: &Path, document: &StaticDocument) -> Result<Vec<PathBuf>, Erro
 pub(crate) fn headline(document: &StaticDocument) -> String {
     let whole = match document.opening {
         Some(_) => "in the worst direction",
-        None => "along its way, the worst direction",
+        None => "in the worst direction, gravity counted",
     };
     if document.worst_g >= REQUIRED_G {
         return format!(
@@ -146,6 +147,15 @@ pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
             format!("{} kg·m", number(document.unbalance_kg_m)),
         ),
     ];
+    let left = document.torque_left_nm;
+    facts.push((
+        "Left at 30 g",
+        format!(
+            "{} N·m ({} kgf·m), worst direction, without gravity",
+            significant(left, 5),
+            significant(left / STANDARD_GRAVITY, 5)
+        ),
+    ));
     if let Some(opening) = document.opening {
         let [x, y, z] = opening.0.map(|part| significant(part, 4));
         facts.push(("Opens towards", format!("X {x}, Y {y}, Z {z}")));

@@ -15,6 +15,7 @@ use latchgate_kernel::model::parameters::{DesignParameter, PARAMETERS};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Severity, TestFacts};
 use latchgate_verdict::conditioning::Cfc;
 use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
@@ -172,6 +173,10 @@ pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
 /// Returns which sign of the recorded acceleration opens, and who says so.
 pub(super) fn direction(recording: &RecordingBlock) -> String {
     match &recording.opens_when {
+        Some(CardPolarity::Both) => format!(
+            "both signs judged, the worse counts; declared by {}",
+            recording.opens_when_source.name()
+        ),
         Some(declared) => format!(
             "opens on {} acceleration, declared by {}",
             declared.name(),

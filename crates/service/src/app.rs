@@ -8,9 +8,12 @@ use crate::config::Config;
 use crate::engine::Engine;
 use crate::pool::Crew;
 use crate::problem::Problem;
-use crate::store::{self, BlobFolder, Blobs, Ledger, SqliteLedger, StoreError, StoredRecording};
+use crate::store::{
+    self, BlobFolder, Blobs, Ledger, Manifest, SqliteLedger, StoreError, StoredRecording,
+};
 use crate::traffic::Traffic;
 use axum::http::StatusCode;
+use latchgate::pipeline::pulse;
 use std::collections::HashMap;
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -110,6 +113,26 @@ impl Parts {
         }
         self.sweep()?;
         Ok(deleted)
+    }
+
+    /// Keeps a pulse as a recording, its canonical word being name and content; returns its identity.
+    ///
+    /// # Errors
+    ///
+    /// A problem: the word is none, or names a file; the disk refuses.
+    pub fn keep_pulse(&self, word: &str, owner: &str) -> Result<String, Problem> {
+        let word = pulse::canonical(word, None).map_err(|error| Problem::of_recording(&error))?;
+        let placing = self.blobs.placing();
+        let _together = placing.read().unwrap_or_else(PoisonError::into_inner);
+        let mut blob = self.blobs.begin()?;
+        blob.write(word.as_bytes())?;
+        let manifest = Manifest {
+            files: vec![blob.finish(&word)?],
+            name: word,
+            card: None,
+        };
+        self.ledger.put_recording(&manifest, owner, now_ms())?;
+        Ok(manifest.id())
     }
 
     /// Removes the copies of a recording that lie where a cluster reads them.

@@ -17,6 +17,7 @@ use latchgate::gate::{
 };
 use latchgate::pipeline::{
     Answer, DecisionRow, Design, Error, Limits, NUMBERS_REVISION, Reason, Request, apply_override,
+    pulse,
 };
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -61,8 +62,14 @@ pub struct GateAsked {
 /// # Errors
 ///
 /// A problem with everything that is wrong with the file, or that the baseline has no outcome.
-pub fn planned(parts: &Parts, asked: GateAsked) -> Result<(StoredGate, Vec<Question>), Problem> {
-    let file = GateFile::from_toml(&asked.name, &asked.text, &Limits::default()).map_err(told)?;
+pub fn planned(
+    parts: &Parts,
+    asked: GateAsked,
+    owner: &str,
+) -> Result<(StoredGate, Vec<Question>), Problem> {
+    let mut file =
+        GateFile::from_toml(&asked.name, &asked.text, &Limits::default()).map_err(told)?;
+    keep_pulses(parts, &mut file, owner)?;
     // Each pair is held against each of them, here.
     let rules = (file.require.len() + file.allow.len()) as u64;
     within("gate_rules", parts.config.gate_rules, rules, "rules")?;
@@ -119,6 +126,19 @@ pub fn planned(parts: &Parts, asked: GateAsked) -> Result<(StoredGate, Vec<Quest
         .map(|number| question(&stored, number, true))
         .collect();
     Ok((stored, pairs))
+}
+
+/// Keeps the pulses that stand among the files, each of which is named by its canonical word then.
+fn keep_pulses(parts: &Parts, file: &mut GateFile, owner: &str) -> Result<(), Problem> {
+    let files = file
+        .recordings
+        .iter_mut()
+        .flat_map(|entry| &mut entry.files);
+    for word in files.filter(|word| word.starts_with(pulse::PREFIX)) {
+        parts.keep_pulse(word, owner)?;
+        *word = pulse::canonical(word, None).map_err(|error| Problem::of_recording(&error))?;
+    }
+    Ok(())
 }
 
 /// Refuses a gate that is larger than the key of the configuration says.

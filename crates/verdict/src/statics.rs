@@ -126,13 +126,13 @@ pub struct StaticRow {
     pub lift_off_g: Option<f64>,
     /// By SAE J839: the spring's average, (T0 + k0 φ*/2)/(m L).
     pub j839_g: Option<f64>,
-    /// The same with gravity, where that pushes the lever open.
+    /// The same with gravity, where that pushes the lever open or its direction is not stated.
     pub j839_with_gravity_g: Option<f64>,
     /// Holds the lever at the limit angle, its arm turned with it.
     pub hold_g: Option<f64>,
     /// As a step, brings an undamped lever to the limit angle.
     pub step_g: Option<f64>,
-    /// What counts: by J839, with gravity where that pushes the lever open.
+    /// What counts: by J839, with gravity where that is told.
     pub counts_g: Option<f64>,
     /// `counts_g` over 30 g.
     pub margin: Option<f64>,
@@ -197,6 +197,11 @@ impl StaticLever {
         self.preload_torque_nm + 0.5 * self.spring_stiffness_nm_per_rad * self.threshold_rad
     }
 
+    /// Returns the torque that is left under the required load in the worst direction, without gravity [N m].
+    pub fn torque_left_nm(&self) -> f64 {
+        self.averaged_torque_nm() - REQUIRED_G * STANDARD_GRAVITY * self.unbalance_kg_m
+    }
+
     /// Returns the part of gravity that pushes the lever open [-], negative where it holds it shut.
     pub fn gravity_share(&self) -> Option<f64> {
         Some(self.opening?.0[2])
@@ -250,7 +255,9 @@ impl StaticLever {
         let level = |torque: f64| share.map(|share| torque / (per_g * share));
         let lift_off_g = level(self.preload_torque_nm);
         let j839_g = level(self.averaged_torque_nm());
-        let opens_by = self.gravity_share().filter(|gravity| *gravity > 1e-12);
+        // Without a stated direction gravity may push the lever open with all of it.
+        let opens_by = self.gravity_share().or(Some(1.0));
+        let opens_by = opens_by.filter(|gravity| *gravity > 1e-12);
         let j839_with_gravity_g = opens_by.and_then(|gravity| {
             let torque = self.averaged_torque_nm() - gravity * per_g;
             Some(level(torque)?.max(0.0))

@@ -150,7 +150,7 @@ pub(super) async fn submit(
     let submitting = app.clone();
     let id = app
         .apart(move |parts| {
-            let (gate, pairs) = gate::planned(parts, asked)?;
+            let (gate, pairs) = gate::planned(parts, asked, &visitor.name)?;
             if parts.ledger.gate(&gate.id)?.is_none() {
                 submitting.admit_jobs(&visitor, pairs.len() as u64)?;
             }

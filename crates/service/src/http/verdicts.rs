@@ -13,7 +13,7 @@ use axum::Json;
 use axum::extract::{Extension, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use latchgate::pipeline::{Document, NUMBERS_REVISION};
+use latchgate::pipeline::{Document, NUMBERS_REVISION, pulse};
 use latchgate::report::{REPORT_FILE, SERIES_FILE, VERDICT_FILE};
 use maud::{Markup, PreEscaped, html};
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ use utoipa::{IntoParams, ToSchema};
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Asking {
-    /// The recording's identity.
+    /// The recording's identity, or the word of a pulse, `pulse:half-sine,peak=30g,duration=11ms`.
     recording: String,
     /// Settings by the words of the command line, `_` for `-`: how the recording is read,
     /// conditioned and judged.
@@ -65,6 +65,21 @@ async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
     })
 }
 
+/// Keeps the pulse that stands where a recording may.
+async fn with_pulse_kept(
+    app: &App,
+    mut asking: Asking,
+    visitor: &Visitor,
+) -> Result<Asking, Problem> {
+    if asking.recording.starts_with(pulse::PREFIX) {
+        let (word, owner) = (asking.recording, visitor.name.clone());
+        asking.recording = app
+            .apart(move |parts| parts.keep_pulse(&word, &owner))
+            .await?;
+    }
+    Ok(asking)
+}
+
 /// Asks for a verdict.
 #[utoipa::path(
     post, path = "/v1/verdicts", params(Waiting), request_body = Asking,
@@ -85,6 +100,7 @@ pub(super) async fn submit(
     };
     let Json(asking) =
         asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
+    let asking = with_pulse_kept(&app, asking, &visitor).await?;
     let question = question(&app, asking).await?;
     let id = question.id();
     let wanted = id.clone();

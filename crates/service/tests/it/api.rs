@@ -592,3 +592,58 @@ fn tidy_the_unit_for_systemd_is_shut_in() {
         "{said}"
     );
 }
+
+/// A pulse stands where a recording may: the document is that of the command line, and no word reads a file.
+#[test]
+fn cli_a_pulse_is_judged_as_on_the_command_line() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let program =
+        std::path::Path::new(crate::support::PROGRAM).with_file_name("examples/latchgate");
+    for word in [
+        "pulse:sled206-33g,opens-when=positive",
+        "pulse:half-sine,peak=500m/s2,duration=11ms",
+    ] {
+        let asking = json!({"recording": word, "request": {"members": 0}});
+        let served = check_verdict(&client, &asking);
+        let ran = Command::new(&program)
+            .args(["replay", word, "--members", "0", "--out"])
+            .arg(folder.0.join("report"))
+            .output()
+            .unwrap();
+        assert!(matches!(ran.status.code(), Some(0 | 1)), "{ran:?}");
+        let written = std::fs::read(folder.0.join("report/verdict.json")).unwrap();
+        assert_eq!(without_run(&served), without_run(&written), "{word}");
+        // It is a recording from then on.
+        let document: Value = serde_json::from_slice(&served).unwrap();
+        let list = client.get("/v1/recordings?limit=10").expect(200).json();
+        let names = list["recordings"].as_array().unwrap().iter();
+        let known: Vec<&str> = names.map(|entry| entry["name"].as_str().unwrap()).collect();
+        let name = document["recording"]["file"].as_str().unwrap();
+        assert!(known.contains(&name), "{name}: {known:?}");
+    }
+    for word in [
+        "pulse:polyline,file=/etc/hostname",
+        "pulse:half-sine,peak=30g",
+        "pulse:nothing",
+    ] {
+        let refused = client.post("/v1/verdicts?wait=60", &json!({"recording": word}));
+        assert!(
+            (400..500).contains(&refused.status),
+            "{word}: {}",
+            refused.status
+        );
+    }
+    // The content of an upload names no file either.
+    let text = b"pulse:polyline,file=/etc/hostname".as_slice();
+    let known = client
+        .send("POST", "/v1/recordings?name=points", text)
+        .expect(201)
+        .json();
+    assert!(known["problem"].is_object(), "{known}");
+    let gate = "[[recordings]]\nfiles = [\"pulse:doorslam-300-6,tail=0.1s\"]\n[[designs]]\n\
+                set = [\"lever.preload_torque_nm=8\"]\nname = \"stiff\"\n";
+    let entry = crate::gates::decided(&client, "?name=slams", gate);
+    assert_eq!(entry["exit_code"], 0, "{entry}");
+}

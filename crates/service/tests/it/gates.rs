@@ -34,7 +34,7 @@ fn submit(client: &Client, query: &str, text: &str) -> (u16, Value) {
 
 /// Submits a gate and waits for its end by its events; returns its entry.
 #[track_caller]
-fn decided(client: &Client, query: &str, text: &str) -> Value {
+pub(crate) fn decided(client: &Client, query: &str, text: &str) -> Value {
     let (status, entry) = submit(client, query, text);
     assert!(matches!(status, 200 | 202), "{entry}");
     let place = format!("/v1/gates/{}", entry["id"].as_str().unwrap());
