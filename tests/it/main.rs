@@ -78,6 +78,7 @@ mod slow_channels;
 mod statements;
 mod statics;
 mod study;
+mod study_parameters;
 mod study_scenes;
 mod support;
 mod sweep;

@@ -14,7 +14,7 @@ use latchgate_document::design_file::apply_override;
 use latchgate_document::request::PolaritySource;
 use latchgate_document::{MarginDocument, json};
 use latchgate_kernel::error::Error as KernelError;
-use latchgate_kernel::model::parameters::PARAMETERS;
+use latchgate_kernel::model::parameters::{Condition, PARAMETERS};
 use latchgate_kernel::range::Window;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::ErrorKind;
@@ -661,7 +661,12 @@ fn regress_impossible_designs_are_not_judged() {
     let written = serde_json::to_value(Design::reference()).unwrap();
     for parameter in PARAMETERS {
         let (section, key) = parameter.name.split_once('.').unwrap();
-        for bad in [f64::NAN, f64::INFINITY, -1.0] {
+        // A centre of mass may lie on either side of the pivot.
+        let third = match parameter.condition {
+            Condition::NotZero => 0.0,
+            _ => -1.0,
+        };
+        for bad in [f64::NAN, f64::INFINITY, third] {
             let mut design = Design::reference();
             match parameter.name {
                 "lever.moment_of_inertia_kg_m2" => design.lever.moment_of_inertia_kg_m2 = bad,
@@ -694,7 +699,7 @@ fn regress_impossible_designs_are_not_judged() {
             }
         }
         let mut stated = written.clone();
-        stated[section][key] = json!(-1.0);
+        stated[section][key] = json!(third);
         let error = serde_json::from_value::<Design>(stated).unwrap_err();
         assert!(error.to_string().contains(parameter.name), "{error}");
     }
