@@ -115,6 +115,9 @@ pub struct ReadArguments {
     /// Clock of a log's messages [default: header if the messages have stamps, else log]
     #[arg(long, value_name = words_shown(Setting::TimeSource), hide_possible_values = true, value_parser = ValueWords::of(Setting::TimeSource, MessageClock::from_word))]
     pub time_source: Option<MessageClock>,
+    /// Sheet of a workbook [default: the one that holds something]
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
+    pub sheet: Option<String>,
     /// Line of a text table that names its columns [default: found]
     #[arg(long, value_name = "N", value_parser = count(1, u32::MAX), conflicts_with = "skip_lines", allow_hyphen_values = true)]
     pub header_line: Option<u32>,
@@ -185,6 +188,7 @@ impl ReadArguments {
             time_column: self.time_column.clone(),
             time_unit: self.time_unit,
             time_source: self.time_source,
+            sheet: self.sheet.clone(),
             header_line: self.header_line,
             unit_line: self.unit_line,
             last_line: self.last_line,

@@ -94,6 +94,12 @@ pub struct Request {
         skip_serializing_if = "Option::is_none"
     )]
     pub time_source: Option<MessageClock>,
+    /// Name of the sheet of a workbook.
+    #[serde(
+        deserialize_with = "read::some_text",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub sheet: Option<String>,
     /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
     #[serde(
         deserialize_with = "read::line",
@@ -287,6 +293,7 @@ impl Default for Request {
             time_column: None,
             time_unit: None,
             time_source: None,
+            sheet: None,
             header_line: None,
             unit_line: None,
             last_line: None,
@@ -487,6 +494,7 @@ impl Request {
             time_column: self.time_column.clone(),
             time_unit: self.time_unit,
             time_source: self.time_source.or(card.time_source),
+            sheet: self.sheet.clone().or_else(|| card.sheet.clone()),
             // Of the two ways to say where a table begins, that of the request counts alone.
             header_line: self
                 .header_line

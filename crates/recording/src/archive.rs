@@ -1,11 +1,12 @@
 //! Archives: .zip, .tar.gz and .tar, unpacked within limits.
 //!
-//! The files of a test, ISO-MME or NHTSA, are held together, all others are passed over. An archive
+//! The files of a test, ISO-MME or NHTSA, or the parts of a workbook are held together, all others are
+//! passed over. An archive
 //! that unpacks to more than a limit, or to far more than it takes, ends the reading there.
 
 use super::mme::names::{has_suffix, is_channel_file, is_shadow, is_test_file};
 use super::source::Files;
-use super::{Limits, text};
+use super::{Limits, text, workbook};
 use crate::error::{Error, ErrorKind, Place};
 use std::io::{self, Cursor, Read};
 
@@ -36,22 +37,21 @@ fn is_gzip(head: &[u8]) -> bool {
 /// Tells whether a file may be one of a test: header, list, channel or curve.
 fn is_wanted(name: &str) -> bool {
     let of_nhtsa = || has_suffix(name, "ev5") || has_suffix(name, "tsv");
-    (is_test_file(name) || is_channel_file(name) || of_nhtsa()) && !is_shadow(name)
+    let of_test = is_test_file(name) || is_channel_file(name) || of_nhtsa();
+    (of_test || workbook::is_part(name)) && !is_shadow(name)
 }
 
-/// Tells whether a file shows that the archive is one of a test.
-fn shows_test(name: &str) -> bool {
-    is_channel_file(name) || has_suffix(name, "ev5")
+/// Tells whether a file shows that the archive is one of a test, or a workbook.
+fn shows_recording(name: &str) -> bool {
+    is_channel_file(name) || has_suffix(name, "ev5") || workbook::is_main_part(name)
 }
 
-/// Unpacks the files of a test.
+/// Unpacks the files of a test, or of a workbook.
 pub(super) fn unpack(name: &str, bytes: Vec<u8>, limits: &Limits) -> Result<Files, Error> {
     let mut unpacker = Unpacker::new(name, bytes.len() as u64, limits);
     let (format, way_out) = if is_zip(&bytes) {
-        match unpacker.unzip(bytes)? {
-            true => ("Excel (.xlsx)", "save the sheet as CSV"),
-            false => ("a .zip that holds no ISO-MME test and no .EV5", UNPACK),
-        }
+        let of_office = unpacker.unzip(bytes)?;
+        of_office.unwrap_or(("a .zip that holds no ISO-MME test and no .EV5", UNPACK))
     } else if is_gzip(&bytes) {
         match unpacker.untar(&mut flate2::read::MultiGzDecoder::new(Cursor::new(bytes)))? {
             true => ("a .tar.gz that holds no ISO-MME test and no .EV5", UNPACK),
@@ -61,7 +61,7 @@ pub(super) fn unpack(name: &str, bytes: Vec<u8>, limits: &Limits) -> Result<File
         unpacker.untar(&mut Cursor::new(bytes))?;
         ("a .tar that holds no ISO-MME test and no .EV5", UNPACK)
     };
-    if unpacker.files.keys().any(|name| shows_test(name)) {
+    if unpacker.files.keys().any(|name| shows_recording(name)) {
         return Ok(unpacker.files);
     }
     Err(ErrorKind::RefusedFormat { format, way_out }.into())
@@ -154,8 +154,8 @@ impl<'a> Unpacker<'a> {
         Ok(count)
     }
 
-    /// Unpacks a zip; tells whether it is a workbook of Excel.
-    fn unzip(&mut self, bytes: Vec<u8>) -> Result<bool, Error> {
+    /// Unpacks a zip; returns what it is, and the way out, where it is a file of an office program.
+    fn unzip(&mut self, bytes: Vec<u8>) -> Result<Option<(&'static str, &'static str)>, Error> {
         // Each entry costs memory before it can be asked for, so they are counted first.
         for _ in memchr::memmem::find_iter(&bytes, b"PK\x01\x02") {
             self.enter()?;
@@ -169,7 +169,7 @@ impl<'a> Unpacker<'a> {
         if archive.has_duplicate_names() {
             return Err(twice("a file"));
         }
-        let (mut first, mut is_workbook) = (u64::MAX, false);
+        let (mut first, mut of_office) = (u64::MAX, None);
         for index in 0..archive.len() {
             let entry = archive.by_index_raw(index).map_err(not_unzipped)?;
             first = first.min(entry.header_start());
@@ -183,7 +183,7 @@ impl<'a> Unpacker<'a> {
                 continue;
             };
             drop(entry);
-            is_workbook |= name == "[Content_Types].xml" || name.starts_with("xl/");
+            of_office = of_office.max(office_file(&name));
             if !is_wanted(&name) {
                 continue;
             }
@@ -206,7 +206,7 @@ impl<'a> Unpacker<'a> {
                 "pack the test again",
             ));
         }
-        Ok(is_workbook)
+        Ok(of_office.map(|(_, format, way_out)| (format, way_out)))
     }
 
     /// Unpacks a tar stream; tells whether it is one.
@@ -270,6 +270,23 @@ impl<'a> Unpacker<'a> {
             .map_err(|error| damaged(error.to_string()))?;
         self.spend(passed)?;
         if passed < left { Err(cut()) } else { Ok(()) }
+    }
+}
+
+/// Recognises a file of an office program by a file in it: name and way out, the surest with the
+/// highest rank.
+fn office_file(name: &str) -> Option<(u8, &'static str, &'static str)> {
+    match name {
+        "xl/workbook.bin" => Some((3, "Excel, binary (.xlsb)", "save it as .xlsx")),
+        "content.xml" => {
+            let way_out = "save the sheet as .xlsx or CSV";
+            Some((2, "OpenDocument (.ods)", way_out))
+        }
+        "[Content_Types].xml" => {
+            let way_out = "save the table as .xlsx or CSV";
+            Some((1, "a file of Office without a workbook", way_out))
+        }
+        _ => None,
     }
 }
 

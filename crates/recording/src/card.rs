@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
 /// The keys a card may hold beside those of texts, as they are listed.
-const KEYS: [&str; 16] = [
+const KEYS: [&str; 17] = [
     "channel",
     "unit",
     "sensitivity",
@@ -25,6 +25,7 @@ const KEYS: [&str; 16] = [
     "header_line",
     "unit_line",
     "last_line",
+    "sheet",
     "skip_lines",
     "decimal",
     "range_g",
@@ -58,6 +59,8 @@ pub struct Card {
     pub unit_line: Option<u32>,
     /// Last line of a text table; what stands below is no sample.
     pub last_line: Option<u32>,
+    /// Name of the sheet of a workbook.
+    pub sheet: Option<String>,
     /// Lines at the start of a text table that are passed over.
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table.
@@ -193,6 +196,7 @@ impl Card {
                 };
                 *place = Some(line.get());
             }
+            "sheet" => self.sheet = Some(take(key, value, "a name in quotes")?),
             "skip_lines" => self.skip_lines = Some(take(key, value, "a whole number from 0")?),
             "decimal" => {
                 let name: String = take(key, value, "\".\" or \",\"")?;

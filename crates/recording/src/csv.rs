@@ -16,6 +16,8 @@
 //! - `layout`: layouts: which rows are header, which column is time, which one is the lateral
 //!   acceleration;
 //! - `preamble`: preambles: rows above the names that say what the columns are;
+//! - `marks`: what a sheet of a workbook shows beside its cells: columns that are hidden, cells that
+//!   are merged;
 //! - `records`: rows as cells, by the table reader of the `csv` crate;
 //! - `rows`: rows: the stamps and the samples of the wanted columns;
 //! - `stamp`: stamps as words: dates, times of day, lengths of time, numbers with their unit;
@@ -30,6 +32,7 @@ mod counter;
 mod dialect;
 mod ends;
 mod layout;
+mod marks;
 mod preamble;
 mod records;
 mod rows;
@@ -49,6 +52,7 @@ use crate::setting::Setting;
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 pub use layout::TableMapping;
 use layout::{TableLayout, TableStart, TimeSource, UnitOrigin};
+pub(crate) use marks::{Merged, Sheet, SheetMarks, column_letters};
 use preamble::HeldAgainst;
 use rows::{ColumnResult, Rows, WantedColumns};
 use status::AllSaid;
@@ -78,6 +82,26 @@ pub(super) fn looks_like_table(head: &[u8]) -> bool {
 pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     let table = TableText::open(source.read_text(asked.limits)?, asked)?;
     Ok(asked.each(|selection| table.outcome(selection)))
+}
+
+/// Reads the table of a sheet, by the same rules.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(crate) fn read_sheet(sheet: Sheet, asked: ReadTask) -> Result<Outcomes, Error> {
+    let table = TableText::of_sheet(sheet, asked)?;
+    Ok(asked.each(|selection| table.outcome(selection)))
+}
+
+/// Says how the table of a sheet was understood.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(crate) fn mapping_of_sheet(sheet: Sheet, asked: ReadTask) -> Result<TableMapping, Error> {
+    let table = TableText::of_sheet(sheet, asked)?;
+    table.layout.mapping(&table.text, asked)
 }
 
 /// Says how a text table was understood, or, where a person is asked for that, how it seems to be.
@@ -112,13 +136,36 @@ struct TableText<'a> {
     layout: TableLayout,
     /// What was found odd up to here.
     findings: Vec<Finding>,
+    /// What a sheet shows beside its cells; nothing of a text.
+    marks: SheetMarks,
     asked: ReadTask<'a>,
 }
 
 impl<'a> TableText<'a> {
     fn open(bytes: Vec<u8>, asked: ReadTask<'a>) -> Result<Self, Error> {
+        let (text, findings) = super::encoding::decode(bytes, asked.limits)?;
+        Self::of_text(text, findings, None, asked)
+    }
+
+    fn of_sheet(sheet: Sheet, asked: ReadTask<'a>) -> Result<Self, Error> {
+        let separator = match sheet.width > 1 {
+            true => dialect::Separator::Tab,
+            false => dialect::Separator::None,
+        };
+        let mut table = Self::of_text(sheet.text, sheet.findings, Some(separator), asked)?;
+        table.lines.words.extend(sheet.notes);
+        table.marks = sheet.marks;
+        Ok(table)
+    }
+
+    /// Finds the layout of decoded text; `known` is what separates its cells, where that is certain.
+    fn of_text(
+        mut text: Vec<u8>,
+        mut findings: Vec<Finding>,
+        known: Option<dialect::Separator>,
+        asked: ReadTask<'a>,
+    ) -> Result<Self, Error> {
         let options = asked.options;
-        let (mut text, mut findings) = super::encoding::decode(bytes, asked.limits)?;
         let bounds = |header_line: Option<u32>| {
             let above = header_line.map(|line| line.saturating_sub(1));
             dialect::TableBounds {
@@ -129,9 +176,11 @@ impl<'a> TableText<'a> {
         };
         let stated = bounds(options.header_line);
         let mut lines = dialect::scan_lines(&mut text, stated, asked.limits)?;
-        let separator = begin::find_separator(&text, options.decimal);
+        let separator = known.unwrap_or_else(|| begin::find_separator(&text, options.decimal));
         let is_stated = options.header_line.is_some() || options.skip_lines.is_some();
-        let found = (!is_stated).then(|| begin::below_preamble(&text)).flatten();
+        let found = (!is_stated)
+            .then(|| begin::below_preamble(&text, known))
+            .flatten();
         if found.is_some() {
             lines = dialect::scan_lines(&mut text, bounds(found), asked.limits)?;
         }
@@ -179,6 +228,7 @@ impl<'a> TableText<'a> {
             lines,
             layout,
             findings,
+            marks: SheetMarks::default(),
             asked,
         })
     }
@@ -196,6 +246,18 @@ impl<'a> TableText<'a> {
         };
         self.refuse_lost_rows(&time, findings)?;
         let choice = layout.choose(options, selection, &time)?;
+        if selection == Selection::Lateral {
+            let head = self.lines_of_head();
+            let marks = &self.marks;
+            let judged = choice.columns.iter();
+            for (index, is_asked) in judged
+                .map(|index| (*index, options.channel.is_some()))
+                .chain(time.column().map(|index| (index, true)))
+            {
+                let name = &layout.columns[index].name;
+                findings.extend(marks.doubts(index, name, &head, is_asked)?);
+            }
+        }
         let counters = layout.counters(&time, &choice.columns);
         let counting = counters.iter().map(|(column, _)| *column);
         let wanted = WantedColumns {
@@ -284,6 +346,12 @@ impl<'a> TableText<'a> {
                 .map(Some)
                 .map_err(|error| (column.name.clone(), error))
         })
+    }
+
+    /// Returns the lines of names and units.
+    fn lines_of_head(&self) -> std::ops::Range<u64> {
+        let line = |row| line_of_row(&self.text, row).unwrap_or(u64::MAX);
+        line(0)..line(self.layout.header_rows)
     }
 
     /// Returns what comments and columns of words say, and what their flags mean.

@@ -35,7 +35,9 @@
 //! - `time_base`: time bases: from printed stamps to a uniform rate, or to a resampled one with a
 //!   finding;
 //! - `words`: lists of words that readers know, each in a file of its own in `words/`, where
-//!   words are added without a look at the program.
+//!   words are added without a look at the program;
+//! - `workbook`: workbooks of Excel (.xlsx, .xlsm, .xls): a sheet is a table, read by the rules of
+//!   text tables.
 
 mod archive;
 pub mod card;
@@ -62,6 +64,7 @@ pub mod tdms;
 mod text;
 pub mod time_base;
 mod words;
+pub mod workbook;
 
 pub use card::Card;
 pub use finding::{Finding, Severity};
@@ -97,6 +100,8 @@ pub struct ReadOptions {
     pub time_unit: Option<TimeUnit>,
     /// Whose clock tells the time of a log's messages.
     pub time_source: Option<MessageClock>,
+    /// Name of the sheet of a workbook.
+    pub sheet: Option<String>,
     /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
     pub header_line: Option<u32>,
     /// Line of a text table that holds the units of its columns.
@@ -139,6 +144,13 @@ impl ReadOptions {
                 format!("leave out {}", Setting::TimeSource),
             ));
         }
+        if format != "workbook" && self.sheet.is_some() {
+            return Err(Error::malformed(
+                format!("a workbook, as {} needs", Setting::Sheet),
+                format!("the format {format}"),
+                format!("leave out {}", Setting::Sheet),
+            ));
+        }
         let stated = [
             (Setting::HeaderLine, self.header_line.is_some()),
             (Setting::SkipLines, self.skip_lines.is_some()),
@@ -148,7 +160,7 @@ impl ReadOptions {
         ];
         let stated = stated.iter().filter(|(_, is_stated)| *is_stated);
         let stated: Vec<String> = stated.map(|(setting, _)| setting.to_string()).collect();
-        if format == "csv" || stated.is_empty() {
+        if ["csv", "workbook"].contains(&format) || stated.is_empty() {
             return Ok(());
         }
         Err(Error::malformed(
@@ -552,6 +564,7 @@ pub const FORMATS: &[Format] = &[
     Format::new("tdms", tdms::recognises, tdms::read),
     Format::new("ev5", ev5::recognises, ev5::read),
     Format::new("iso-mme", mme::recognises, mme::read),
+    Format::new("workbook", workbook::recognises, workbook::read),
     Format::new("lvm", lvm::recognises, lvm::read),
     Format::new("csv", csv::recognises, csv::read),
 ];
@@ -622,7 +635,7 @@ fn read_each<const N: usize>(
 fn format_of(reader: &mut source::Reader, asked: ReadTask) -> Result<&'static Format, Error> {
     let bytes = reader.head()?;
     let named = asked.options.input_format.as_deref();
-    let may_be_archive = named.is_none_or(|name| ["ev5", "iso-mme"].contains(&name));
+    let may_be_archive = named.is_none_or(|name| ["ev5", "iso-mme", "workbook"].contains(&name));
     if may_be_archive && archive::is_archive(&bytes) {
         let packed = reader.read_all("archive_bytes", asked.limits.archive_bytes)?;
         let files = archive::unpack(reader.name(), packed, asked.limits)?;
@@ -693,7 +706,11 @@ pub fn table_mapping(
         limits,
     };
     let format = format_of(&mut reader, asked).ok()?;
-    (format.name == "csv").then(|| csv::mapping(&mut reader, asked).ok())?
+    match format.name {
+        "csv" => csv::mapping(&mut reader, asked).ok(),
+        "workbook" => workbook::mapping(&mut reader, asked).ok(),
+        _ => None,
+    }
 }
 
 /// Formats that are known but not read: first bytes or suffix, name, way out.

@@ -40,6 +40,8 @@ settings! {
     TimeUnit = "time_unit",
     /// Whose clock tells the time of a log's messages.
     TimeSource = "time_source",
+    /// Sheet of a workbook.
+    Sheet = "sheet",
     /// Line of a text table that names its columns.
     HeaderLine = "header_line",
     /// Line of a text table that holds the units of its columns.

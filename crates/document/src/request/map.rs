@@ -75,6 +75,7 @@ const OF_REPLAY: &[Setting] = &[
     Setting::TimeColumn,
     Setting::TimeUnit,
     Setting::TimeSource,
+    Setting::Sheet,
     Setting::HeaderLine,
     Setting::UnitLine,
     Setting::LastLine,

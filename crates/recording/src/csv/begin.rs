@@ -100,9 +100,12 @@ pub(super) fn has_rows(text: &[u8]) -> bool {
 /// Finds the line that names the columns below a preamble, where nothing else can be meant: right above
 /// the samples or their units, with a name above each cell, a word for time among them, and above it
 /// nothing but rows that begin with a word.
-pub(super) fn below_preamble(text: &[u8]) -> Option<u32> {
+pub(super) fn below_preamble(text: &[u8], known: Option<Separator>) -> Option<u32> {
     let rows = rows(text);
-    let (separator, start) = best_run(&rows, false);
+    let (separator, start) = match known {
+        Some(separator) => (separator, longest_run(&rows, separator).1),
+        None => best_run(&rows, false),
+    };
     let (_, first) = rows.get(start)?;
     let width = cells(first, separator).len();
     let words = |index: usize| cells(rows[index].1, separator);

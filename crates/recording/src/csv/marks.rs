@@ -1,0 +1,93 @@
+//! What a sheet of a workbook shows beside its cells: columns that are hidden, cells that are merged.
+
+use crate::Finding;
+use crate::error::{Error, Place};
+use std::ops::Range;
+
+/// A sheet of a workbook as a table: a line for each row, tabs between its cells.
+#[derive(Debug, Default)]
+pub(crate) struct Sheet {
+    pub(crate) text: Vec<u8>,
+    /// Cells of each row.
+    pub(crate) width: usize,
+    pub(crate) marks: SheetMarks,
+    /// Notes on cells, each with its line.
+    pub(crate) notes: Vec<(u64, String)>,
+    /// What was found odd in it.
+    pub(crate) findings: Vec<Finding>,
+}
+
+/// What a sheet shows beside its cells.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct SheetMarks {
+    /// Columns that are hidden, counted from 0.
+    pub(crate) hidden_columns: Vec<Range<usize>>,
+    pub(crate) merged: Vec<Merged>,
+}
+
+/// Cells that are shown as one: the first alone holds what is shown.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Merged {
+    /// Rows, counted from 1.
+    pub(crate) lines: Range<u64>,
+    /// Columns, counted from 0.
+    pub(crate) columns: Range<usize>,
+}
+
+impl SheetMarks {
+    /// Says what makes a column doubtful that is read by its name: it is hidden, or its name is shown
+    /// above others as well. A column of samples that nobody asked for by name is refused then.
+    pub(super) fn doubts(
+        &self,
+        column: usize,
+        name: &str,
+        head: &Range<u64>,
+        is_asked: bool,
+    ) -> Result<Vec<Finding>, Error> {
+        let letters = column_letters(column);
+        let mut found = Vec::new();
+        if self.hidden_columns.iter().any(|one| one.contains(&column)) {
+            found.push((
+                "hidden-cells",
+                format!("`{name}` in column {letters}, which is hidden"),
+            ));
+        }
+        let above = |one: &&Merged| {
+            one.columns.contains(&column)
+                && one.columns.len() > 1
+                && one.lines.start < head.end
+                && head.start < one.lines.end
+        };
+        if let Some(merged) = self.merged.iter().find(above) {
+            let first = column_letters(merged.columns.start);
+            let last = column_letters(merged.columns.end - 1);
+            found.push((
+                "merged-head",
+                format!(
+                    "`{name}` in column {letters}, whose head is merged over {first} to {last}"
+                ),
+            ));
+        }
+        if let (Some((_, text)), false) = (found.first(), is_asked) {
+            let expected = "a channel that the sheet shows under a name of its own";
+            let hint = format!(
+                "if it is the one, state the setting `channel` = {}; else another",
+                column + 1
+            );
+            let place = Place::default().line(head.start).column(column as u64 + 1);
+            return Err(Error::malformed(expected, text, hint).at(place));
+        }
+        let finding =
+            |(code, text)| Finding::warning(code, format!("{text}, was read. Look at the sheet"));
+        Ok(found.into_iter().map(finding).collect())
+    }
+}
+
+/// Returns the letters of a column, counted from 0.
+pub(crate) fn column_letters(column: usize) -> String {
+    let letter = char::from(b'A' + u8::try_from(column % 26).unwrap_or(0));
+    match column / 26 {
+        0 => letter.to_string(),
+        more => format!("{}{letter}", column_letters(more - 1)),
+    }
+}

@@ -1,0 +1,146 @@
+//! Workbooks of Excel (.xlsx, .xlsm, .xls): a sheet is a table, read by the rules of text tables.
+//!
+//! Cells become the text that they hold, numbers with all their digits, dates and times of day as a
+//! clock shows them; a formula counts by the result that is stored. What is no plain number (a fault, a
+//! formula without a result, a number whose format shows another one) stands there in words, and a
+//! channel with such a cell is refused at its place.
+//!
+//! - `builder`: from cells to a table of text: what a cell holds, as it stands in a text table;
+//! - `number_format`: number formats of cells: which numbers are dates, and which are shown as others
+//!   than they are;
+//! - `strings`: the texts that cells share;
+//! - `xls`: workbooks of Excel 97 to 2003: records in a stream of an OLE2 container;
+//! - `xlsx`: workbooks of Excel since 2007: parts in XML.
+
+mod builder;
+mod number_format;
+mod strings;
+mod xls;
+mod xlsx;
+
+use super::csv::{self, Sheet, TableMapping};
+use super::source::Reader;
+use super::{Finding, Head, Outcomes, ReadTask};
+use crate::error::Error;
+use crate::setting::Setting;
+
+/// A sheet as the workbook lists it.
+struct SheetEntry<P> {
+    name: String,
+    is_hidden: bool,
+    /// Where its cells are.
+    place: P,
+}
+
+/// Tells whether a file in an archive is a part of a workbook that is read.
+pub(super) fn is_part(name: &str) -> bool {
+    let of_kind = name.ends_with(".xml") || name.ends_with(".rels");
+    let is_of_sheets = !name.starts_with("xl/drawings/") && !name.starts_with("xl/charts/");
+    name.starts_with("xl/") && of_kind && is_of_sheets
+}
+
+/// Tells whether a file in an archive makes it a workbook.
+pub(super) fn is_main_part(name: &str) -> bool {
+    name == xlsx::WORKBOOK
+}
+
+/// Tells whether the file is an OLE2 container, or an archive with the parts of a workbook.
+pub fn recognises(head: &Head<'_>) -> bool {
+    let mut entries = head.entries.iter();
+    let is_workbook = head.is_archive && entries.any(|name| is_main_part(name));
+    is_workbook || head.bytes.starts_with(xls::MAGIC)
+}
+
+/// Reads a sheet.
+///
+/// # Errors
+///
+/// As [`csv::read`], and
+///
+/// - [`RefusedFormat`](crate::error::ErrorKind::RefusedFormat) for an OLE2 container without a workbook,
+///   and for a workbook under a password or of an older version,
+/// - [`Malformed`](crate::error::ErrorKind::Malformed) for one that is damaged, and where several sheets
+///   hold something and none is named,
+/// - [`UnknownName`](crate::error::ErrorKind::UnknownName) for a sheet that is not there.
+pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
+    csv::read_sheet(sheet(source, asked)?, asked)
+}
+
+/// Says how the table of a sheet was understood.
+///
+/// # Errors
+///
+/// As [`read`].
+pub(super) fn mapping(source: &mut Reader, asked: ReadTask) -> Result<TableMapping, Error> {
+    csv::mapping_of_sheet(sheet(source, asked)?, asked)
+}
+
+/// Reads the sheet that is meant.
+fn sheet(source: &mut Reader, asked: ReadTask) -> Result<Sheet, Error> {
+    let limits = asked.limits;
+    if source.is_archive() {
+        let workbook = xlsx::Workbook::open(source, limits)?;
+        chosen(&workbook.sheets, asked, |entry, probe| {
+            workbook.read(entry, probe, source, limits)
+        })
+    } else {
+        let bytes = source.read_all("archive_bytes", limits.archive_bytes)?;
+        let workbook = xls::Workbook::open(&bytes)?;
+        chosen(&workbook.sheets, asked, |entry, probe| {
+            workbook.read(entry, probe, limits)
+        })
+    }
+}
+
+/// Reads the sheet of the name that is asked for, else the only one that holds something.
+fn chosen<P>(
+    sheets: &[SheetEntry<P>],
+    asked: ReadTask,
+    mut read: impl FnMut(&SheetEntry<P>, bool) -> Result<Sheet, Error>,
+) -> Result<Sheet, Error> {
+    let entry = match &asked.options.sheet {
+        Some(wanted) => {
+            let small = wanted.trim().to_lowercase();
+            let found = sheets
+                .iter()
+                .find(|one| one.name.trim().to_lowercase() == small);
+            let names: Vec<&str> = sheets.iter().map(|one| one.name.as_str()).collect();
+            found.ok_or_else(|| Error::unknown("sheet", wanted, &names))?
+        }
+        None => {
+            // What cannot be read is not empty.
+            let mut is_filled =
+                |one: &&SheetEntry<P>| read(one, true).map_or(true, |sheet| sheet.width > 0);
+            let filled: Vec<&SheetEntry<P>> = sheets.iter().filter(&mut is_filled).collect();
+            match filled.as_slice() {
+                [only] => *only,
+                [] => return Err(Error::empty("no sheet holds a cell", "a table in a sheet")),
+                several => {
+                    let name = |one: &&SheetEntry<P>| {
+                        let state = if one.is_hidden { " (hidden)" } else { "" };
+                        format!("`{}`{state}", crate::text::shown(&one.name))
+                    };
+                    let names: Vec<String> = several.iter().map(name).collect();
+                    let hint = format!("choose one: state {} = NAME", Setting::Sheet);
+                    let expected = "one sheet that holds something";
+                    return Err(Error::malformed(expected, names.join(", "), hint));
+                }
+            }
+        }
+    };
+    let mut sheet = read(entry, false)?;
+    if entry.is_hidden {
+        let text = format!("the sheet `{}` is hidden. Look at it", entry.name);
+        sheet.findings.push(Finding::warning("hidden-cells", text));
+    }
+    Ok(sheet)
+}
+
+/// Says that a workbook is none that a spreadsheet writes.
+fn damaged(found: impl Into<String>) -> Error {
+    Error::malformed(
+        "a workbook as a spreadsheet writes it",
+        found,
+        "the workbook is damaged; save it again, or save the sheet as CSV",
+    )
+}
