@@ -14,6 +14,9 @@ use latchgate::pipeline::{
 use latchgate_recording::{Selection, read};
 use std::path::Path;
 
+/// Largest values of the columns of a real workbook, as xlrd reads them.
+const LARGEST: [f64; 3] = [48.963, 9.9124, 16.518];
+
 fn source(name: &str) -> Source {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/recordings");
     Source::File(folder.join(name))
@@ -49,8 +52,29 @@ fn check_refused(name: &str, words: &[&str]) {
 
 #[test]
 fn val_files_that_are_no_recordings_are_named() {
-    check_refused("nhtsa_frontal_head_honda_crv.xls", &["legacy Excel", "CSV"]);
     check_refused("cougars_SO_bag_metadata.yaml", &["metadata.yaml"]);
+}
+
+/// A sheet of numbers without names, all of which a person has to state; the largest value of each column
+/// is that of xlrd.
+#[test]
+fn val_a_real_workbook_is_read() {
+    let name = "nhtsa_frontal_head_honda_crv.xls";
+    check_refused(name, &["4 columns of numbers without names"]);
+    for (channel, largest) in [("2", LARGEST[0]), ("3", LARGEST[1]), ("4", LARGEST[2])] {
+        let options = ReadOptions {
+            skip_lines: Some(0),
+            time_column: Some("1".into()),
+            channel: Some(channel.into()),
+            unit: Some(AccelerationUnit::StandardGravity),
+            ..ReadOptions::default()
+        };
+        let limits = Limits::default();
+        let found = read(&source(name), &options, Selection::Lateral, &limits).unwrap();
+        let values = found.channels[0].values.iter();
+        let peak = values.fold(0.0_f64, |peak, value| peak.max(value.abs()));
+        assert_eq!(peak.to_bits(), largest.to_bits(), "{channel}");
+    }
 }
 
 /// A robot's log at 10 Hz is offered, its topics naming a robot; the channel that is asked for is read,

@@ -88,6 +88,36 @@ fn lvm() -> Vec<Vec<u8>> {
     seeds
 }
 
+/// Workbooks: the parts of an .xlsx, with form feeds between them, and an .xls of xlwt.
+fn workbook() -> Vec<Vec<u8>> {
+    let book = "<workbook><workbookPr date1904=\"0\"/><sheets><sheet name=\"Data\" sheetId=\"1\" r:id=\"r1\"/>\
+                </sheets><calcPr fullCalcOnLoad=\"0\"/></workbook>";
+    let relations = "<Relationships><Relationship Id=\"r1\" Type=\"x/worksheet\" Target=\"worksheets/sheet1.xml\"/>\
+                     <Relationship Id=\"r2\" Type=\"x/styles\" Target=\"styles.xml\"/>\
+                     <Relationship Id=\"r3\" Type=\"x/sharedStrings\" Target=\"/xl/sharedStrings.xml\"/></Relationships>";
+    let styles = "<styleSheet><numFmts><numFmt numFmtId=\"164\" formatCode=\"hh:mm:ss.000\"/></numFmts>\
+                  <cellXfs><xf numFmtId=\"0\"/><xf numFmtId=\"164\"/></cellXfs></styleSheet>";
+    let strings =
+        "<sst><si><t>Time</t></si><si><r><t>Acc &amp; Y </t></r><r><t>[g]</t></r></si></sst>";
+    let row = |number: u32| {
+        let days = f64::from(number) * 1e-4 / 86_400.0;
+        let value = f64::from(number % 7) * 1.5;
+        format!(
+            "<row r=\"{number}\"><c r=\"A{number}\" s=\"1\"><v>{days}</v></c>\
+             <c r=\"B{number}\"><f>1+1</f><v>{value}</v></c></row>"
+        )
+    };
+    let rows: String = (2..12).map(row).collect();
+    let sheet = format!(
+        "<worksheet><cols><col min=\"3\" max=\"4\" hidden=\"1\"/></cols><sheetData><row r=\"1\">\
+         <c r=\"A1\" t=\"s\"><v>0</v></c><c r=\"B1\" t=\"s\"><v>1</v></c></row>{rows}</sheetData>\
+         <mergeCells><mergeCell ref=\"A1:A1\"/></mergeCells></worksheet>"
+    );
+    let parts = [book, relations, styles, strings, &sheet].join("\x0C");
+    let old = include_bytes!("../../tests/data/workbook/xlwt.xls");
+    vec![parts.into_bytes(), old.to_vec()]
+}
+
 /// The files that npTDMS reads as we do.
 fn tdms() -> Vec<Vec<u8>> {
     macro_rules! file {
@@ -365,10 +395,11 @@ pub fn of(target: &str) -> Vec<Vec<u8>> {
         "csv" => csv(),
         "lvm" => lvm(),
         "tdms" => tdms(),
+        "workbook" => workbook(),
         "ev5" => ev5(),
         "iso_mme" => iso_mme(),
         "mcap" => mcap(),
         "settings" => settings(),
-        _ => [csv(), lvm(), tdms(), ev5(), iso_mme(), mcap()].concat(),
+        _ => [csv(), lvm(), tdms(), workbook(), ev5(), iso_mme(), mcap()].concat(),
     }
 }

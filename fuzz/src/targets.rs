@@ -15,6 +15,7 @@ pub const ALL: &[Target] = &[
     ("csv", csv),
     ("lvm", lvm),
     ("tdms", tdms),
+    ("workbook", workbook),
     ("ev5", ev5),
     ("iso_mme", iso_mme),
     ("mcap", mcap),
@@ -187,6 +188,30 @@ pub fn tdms(data: &[u8]) {
     both("a.tdms", "tdms", data);
 }
 
+/// Workbooks: an OLE2 container as it is, anything else as the parts of an .xlsx, with form feeds between
+/// them, which are packed here: a checksum would hold every change off from the readers behind it.
+pub fn workbook(data: &[u8]) {
+    if data.starts_with(b"\xD0\xCF") {
+        return both("a.xls", "workbook", data);
+    }
+    const PARTS: [&str; 5] = [
+        "xl/workbook.xml",
+        "xl/_rels/workbook.xml.rels",
+        "xl/styles.xml",
+        "xl/sharedStrings.xml",
+        "xl/worksheets/sheet1.xml",
+    ];
+    let mut writer = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default();
+    let options = options.compression_method(zip::CompressionMethod::Stored);
+    for (name, part) in PARTS.into_iter().zip(data.split(|byte| *byte == b'\x0C')) {
+        writer.start_file(name, options).expect("a new part");
+        std::io::Write::write_all(&mut writer, part).expect("bytes in memory");
+    }
+    let bytes = writer.finish().expect("bytes in memory").into_inner();
+    both("a.xlsx", "workbook", &bytes);
+}
+
 /// NHTSA headers and bare curves.
 pub fn ev5(data: &[u8]) {
     both("v01.EV5", "ev5", data);
@@ -230,7 +255,7 @@ pub fn any(data: &[u8]) {
             .iter()
             .find(|format| (format.recognises)(&head))
             .map(|format| format.name);
-        if let Some(format @ ("csv" | "lvm" | "mcap" | "tdms")) = format {
+        if let Some(format @ ("csv" | "lvm" | "mcap" | "tdms" | "workbook")) = format {
             if seen.contains(&format) {
                 continue;
             }

@@ -6,7 +6,7 @@ use super::options::{Common, InspectArguments};
 use super::output;
 use super::progress::Progress;
 use super::values::OutputFormat;
-use crate::pipeline::{self, ChannelStatus, ListedChannel, Listing};
+use crate::pipeline::{self, ChannelStatus, ListedChannel, Listing, TableMapping};
 use latchgate_document::number;
 use latchgate_kernel::units::AccelerationUnit;
 use latchgate_kernel::units::short;
@@ -48,6 +48,9 @@ fn table(listing: &Listing, asked: &Path, look: Look) -> String {
         source.format,
         source.sha256
     );
+    if let Some(mapping) = &listing.table {
+        head_of_table(&mut text, mapping, look.width);
+    }
     test(&mut text, listing, look);
     channels(&mut text, &listing.channels, look.width);
     choice(&mut text, listing, look.width);
@@ -57,6 +60,65 @@ fn table(listing: &Listing, asked: &Path, look: Look) -> String {
     }
     findings(&mut text, listing, look);
     text
+}
+
+/// Writes where a table has its names, units and samples, and what stands above them.
+fn head_of_table(text: &mut String, mapping: &TableMapping, width: Option<usize>) {
+    let name = |what: &str, name: &str| format!("{what} `{}`", escape::terminal(name));
+    let line = |what: &str, line: Option<u64>| Some(format!("{what} line {}", line?));
+    let time = mapping.time_column.as_ref().map(|column| {
+        let unit = mapping.time_unit.as_ref();
+        let unit = unit.map_or(String::new(), |unit| {
+            format!(" in {}", escape::terminal(unit))
+        });
+        format!("{}{unit}", name("time in", column))
+    });
+    let sheet = mapping.sheet.as_ref().map(|sheet| name("sheet", sheet));
+    let facts = [
+        sheet,
+        line("names on", mapping.header_line),
+        line("units on", mapping.unit_line),
+        line("samples from", mapping.data_line),
+        time,
+    ];
+    let facts: Vec<String> = facts.into_iter().flatten().collect();
+    push_wrapped(text, &format!("table: {}", facts.join(", ")), width);
+    if !mapping.above.is_empty() {
+        let above = escape::terminal(&mapping.above.join("; ")).into_owned();
+        push_wrapped(text, &format!("above it: {above}"), width);
+    }
+}
+
+/// Lists what the head of a file says of a channel beside its place and its sensor.
+fn stated(entry: &ListedChannel) -> Vec<String> {
+    let stated = &entry.stated;
+    let unit = entry.unit.map(AccelerationUnit::name);
+    let by_whom = unit.map(|unit| format!("unit {unit} by {}", entry.unit_source));
+    let full_scale = stated.full_scale.map(|scale| {
+        let scale = number::plain(scale, 5);
+        format!("full scale {scale} {}", unit.unwrap_or_default())
+    });
+    let corner = stated
+        .prefilter_hz
+        .map(|hertz| format!("analogue filter to {} Hz", short(hertz, 6)));
+    let class = stated
+        .filter_class
+        .as_ref()
+        .map(|class| format!("filtered by CFC {class}"));
+    let unfiltered = stated.unfiltered.then(|| "not filtered".to_string());
+    let gravity = stated.gravity.then(|| "with gravity".to_string());
+    let status = stated
+        .status
+        .as_ref()
+        .map(|status| format!("status {status}"));
+    let clock = stated
+        .clock_confirmed_by
+        .as_ref()
+        .map(|by| format!("rate confirmed by {by}"));
+    let all = [
+        by_whom, full_scale, corner, class, unfiltered, gravity, status, clock,
+    ];
+    all.into_iter().flatten().collect()
 }
 
 /// Writes what the file says of the test, then what it says of single channels; unless all are wanted,
@@ -73,7 +135,10 @@ fn test(text: &mut String, listing: &Listing, look: Look) {
     {
         let facts = test_facts(&entry.stated.test.beyond(&listing.test));
         let facts: Vec<String> = facts.into_iter().map(|(_, value)| value).collect();
-        if !facts.is_empty() {
+        for facts in [facts, stated(entry)]
+            .iter()
+            .filter(|facts| !facts.is_empty())
+        {
             let (name, facts) = (&entry.name, facts.join("; "));
             let (name, facts) = (escape::terminal(name), escape::terminal(&facts));
             push_wrapped(text, &format!("{name}: {facts}"), look.width);

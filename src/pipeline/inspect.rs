@@ -24,6 +24,9 @@ pub struct Listing {
     pub schema: Cow<'static, str>,
     /// The file.
     pub recording: ListedFile,
+    /// How a text table or a sheet of a workbook was understood.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<TableMapping>,
     /// What is said of the test, where the file says it of every channel listed.
     #[serde(default)]
     pub test: TestFacts,
@@ -208,7 +211,7 @@ fn sled_check(
 /// let source = Source::bytes("test.csv", text.as_bytes());
 /// let (request, limits) = (Request::default(), Limits::default());
 /// let mapping = table_mapping(&source, &request, &limits, &Control::default())?.unwrap();
-/// assert_eq!((mapping.separator, mapping.decimal), ("semicolon", Some(",")));
+/// assert_eq!((&*mapping.separator, mapping.decimal.as_deref()), ("semicolon", Some(",")));
 /// assert_eq!((mapping.header_line, mapping.data_line), (Some(1), Some(2)));
 /// assert_eq!(mapping.time_unit.as_deref(), Some("ms"));
 /// # Ok::<(), latchgate_recording::error::Error>(())
@@ -347,6 +350,7 @@ fn listing(recording: Recording, choice: Choice, conditioning: &ConditioningOpti
             parts: recording.parts,
             format: recording.format.into(),
         },
+        table: recording.table,
         test: test.unwrap_or_default(),
         channels: recording
             .channels

@@ -18,6 +18,7 @@ mod samples;
 mod tables;
 mod tdms;
 mod topics;
+mod workbook;
 
 use crate::support::{Done, Folder, latchgate};
 use latchgate::pipeline::{Control, Document, Listing};
@@ -534,6 +535,11 @@ fn val_golden_tdms_files() {
 }
 
 #[test]
+fn val_golden_workbooks() {
+    check("workbook", &workbook::cases());
+}
+
+#[test]
 fn val_golden_nhtsa_tests() {
     check("nhtsa", &nhtsa::cases());
 }
@@ -567,6 +573,7 @@ fn tidy_the_golden_set_is_whole() {
         names::cases(),
         labview::cases(),
         tdms::cases(),
+        workbook::cases(),
         nhtsa::cases(),
         mme::cases(),
         logs::cases(),

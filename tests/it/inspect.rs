@@ -186,7 +186,8 @@ fn cli_inspect_tells_the_status_of_each_channel() {
     let statuses: Vec<&str> = done
         .out
         .lines()
-        .skip(2)
+        .skip_while(|line| !line.starts_with("channel "))
+        .skip(1)
         .take(3)
         .map(|line| {
             line.split("  ")
@@ -250,4 +251,67 @@ fn cli_inspect_and_the_series_of_a_report_hold_the_same_numbers() {
         assert_eq!(cells.next(), value.as_f64(), "{line}");
     }
     assert_eq!(listed.next(), None);
+}
+
+/// What was read of a head is shown: of a table its lines, of a sheet its name, of a channel what is said of it.
+#[test]
+fn cli_inspect_shows_what_was_read_of_the_head() {
+    let shown = |path: &str| {
+        let done = latchgate(&["inspect", path]);
+        assert_eq!(done.code, 0, "{}", done.err);
+        // As one line, since lines are wrapped.
+        done.out.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let recordings = crate::support::data("recordings");
+    let tests = crate::support::data("");
+    let folder = Folder::new("inspect-head");
+    let table = "Test no,7292\nSample rate [Hz],10000\nTime,Acc Y\ns,g\n0,1\n0.0001,2\n0.0002,3\n";
+    let table = folder.write("a.csv", table);
+    let of_tests = |path: &str| tests.join(path).to_string_lossy().into_owned();
+    let header = recordings
+        .join("nhtsa_v07292.EV5")
+        .to_string_lossy()
+        .into_owned();
+    for (path, lines) in [
+        (
+            table,
+            &[
+                "table: names on line 3, units on line 4, samples from line 5, time in `Time` in s",
+                "above it: Test no 7292; Sample rate [Hz] 10000",
+                "Acc Y: unit g by units row",
+                "test: 7292",
+            ][..],
+        ),
+        (
+            of_tests("workbook/openpyxl.xlsx"),
+            &[
+                "table: sheet `Data`, names on line 5, units on line 6, samples from line 7, time in `Time` in s",
+                "above it: Test no 7292; Laboratory A laboratory; Test date 2026-01-15",
+                "door y: unit g by units row",
+                "date: 2026-01-15",
+            ],
+        ),
+        (
+            of_tests("tdms/plain.tdms"),
+            &["test: side impact", "door y: unit g by unit_string"],
+        ),
+        (
+            header,
+            &[
+                "vehicle: vehicle 1: 2007",
+                "full scale 2000.0 g",
+                "analogue filter to",
+            ],
+        ),
+    ] {
+        let text = shown(&path);
+        for line in lines {
+            assert!(text.contains(line), "{path}: {line}\n{text}");
+        }
+    }
+    let folder = Folder::new("inspect-head-json");
+    let path = folder.write("a.csv", "t_s,acc_y_g\n0,1\n0.001,2\n0.002,3\n");
+    let document = latchgate(&["inspect", &path, "--format", "json"]).document();
+    assert_eq!(document["table"]["header_line"], 1);
+    assert_eq!(document["table"]["separator"], "comma");
 }

@@ -91,3 +91,4 @@ mod verdict;
 mod verify_cli;
 mod words;
 mod work;
+mod workbook;

@@ -457,7 +457,7 @@ fn val_archives_without_a_test_are_refused_by_name() {
     let refused: fn(&ErrorKind) -> bool = |kind| matches!(kind, ErrorKind::RefusedFormat { .. });
     let files = |name: &str| vec![(name.to_string(), b"content".to_vec())];
     for (bytes, words) in [
-        (zip_of(&files("xl/workbook.xml")), "Excel (.xlsx)"),
+        (zip_of(&files("xl/workbook.bin")), "Excel, binary (.xlsb)"),
         (zip_of(&files("a.txt")), ".zip that holds no ISO-MME"),
         (
             gzip_of(&tar_of(&files("a.txt"))),

@@ -10,6 +10,7 @@ mod random;
 mod reading;
 mod table;
 pub(crate) mod tdms;
+pub(crate) mod workbook;
 
 pub(crate) use archive::{gzip_of, tar_of, zip_of};
 pub(crate) use data::{columns, data, json, number};

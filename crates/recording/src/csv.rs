@@ -100,8 +100,7 @@ pub(crate) fn read_sheet(sheet: Sheet, asked: ReadTask) -> Result<Outcomes, Erro
 ///
 /// As [`read`].
 pub(crate) fn mapping_of_sheet(sheet: Sheet, asked: ReadTask) -> Result<TableMapping, Error> {
-    let table = TableText::of_sheet(sheet, asked)?;
-    table.layout.mapping(&table.text, asked)
+    TableText::of_sheet(sheet, asked)?.mapping()
 }
 
 /// Says how a text table was understood, or, where a person is asked for that, how it seems to be.
@@ -112,16 +111,18 @@ pub(crate) fn mapping_of_sheet(sheet: Sheet, asked: ReadTask) -> Result<TableMap
 pub fn mapping(source: &mut Reader, asked: ReadTask) -> Result<TableMapping, Error> {
     let bytes = source.read_text(asked.limits)?;
     let head = bytes[..bytes.len().min(begin::LOOKED_AT)].to_vec();
-    let found =
-        TableText::open(bytes, asked).and_then(|table| table.layout.mapping(&table.text, asked));
+    let found = TableText::open(bytes, asked).and_then(|table| table.mapping());
     found.or_else(|error| {
         let (text, _) = super::encoding::decode(head, asked.limits)?;
         let begin = begin::find(&text).ok_or(error)?;
         let decimal = asked.options.decimal;
         Ok(TableMapping {
-            separator: begin::find_separator(&text, decimal).name(),
-            decimal: decimal.map(latchgate_kernel::units::DecimalMark::name),
+            sheet: None,
+            separator: begin::find_separator(&text, decimal).name().into(),
+            decimal: decimal.map(|mark| mark.name().into()),
+            above: Vec::new(),
             header_line: begin.header,
+            unit_line: None,
             data_line: Some(begin.data),
             time_column: None,
             time_unit: None,
@@ -136,7 +137,8 @@ struct TableText<'a> {
     layout: TableLayout,
     /// What was found odd up to here.
     findings: Vec<Finding>,
-    /// What a sheet shows beside its cells; nothing of a text.
+    /// The sheet that it is, and what that shows beside its cells; nothing of a text.
+    sheet: Option<String>,
     marks: SheetMarks,
     asked: ReadTask<'a>,
 }
@@ -153,8 +155,10 @@ impl<'a> TableText<'a> {
             false => dialect::Separator::None,
         };
         let mut table = Self::of_text(sheet.text, sheet.findings, Some(separator), asked)?;
-        table.lines.words.extend(sheet.notes);
-        table.marks = sheet.marks;
+        for (line, note) in &sheet.notes {
+            table.lines.keep(*line, note.as_bytes());
+        }
+        (table.sheet, table.marks) = (Some(sheet.name), sheet.marks);
         Ok(table)
     }
 
@@ -228,9 +232,19 @@ impl<'a> TableText<'a> {
             lines,
             layout,
             findings,
+            sheet: None,
             marks: SheetMarks::default(),
             asked,
         })
+    }
+
+    /// Says how the table was understood.
+    fn mapping(&self) -> Result<TableMapping, Error> {
+        let mut mapping = self.layout.mapping(&self.text, self.asked)?;
+        if let Some(sheet) = &self.sheet {
+            (mapping.sheet, mapping.separator) = (Some(sheet.clone()), "the sheet".into());
+        }
+        Ok(mapping)
     }
 
     /// Reads what a selection asks for; nothing where nothing tells the time.
@@ -240,6 +254,9 @@ impl<'a> TableText<'a> {
             findings: self.findings.clone(),
             ..ReadOutcome::default()
         };
+        if selection == Selection::Every {
+            outcome.table = self.mapping().ok();
+        }
         let findings = &mut outcome.findings;
         let Some(time) = layout.time_or_left_out(options, selection, findings)? else {
             return Ok(outcome);

@@ -478,6 +478,8 @@ pub struct Recording {
     pub channels: Vec<Channel>,
     /// What was found odd in the file as a whole.
     pub findings: Vec<Finding>,
+    /// How a text table or a sheet was understood, under [`Selection::Every`].
+    pub table: Option<csv::TableMapping>,
 }
 
 /// What a format is recognised from.
@@ -532,6 +534,8 @@ pub struct ReadOutcome {
     pub findings: Vec<Finding>,
     /// Names of the further files that were read for them.
     pub parts: BTreeSet<String>,
+    /// How a text table or a sheet was understood, under [`Selection::Every`].
+    pub table: Option<csv::TableMapping>,
     /// What was written of the file as a whole in free words.
     remarks: Vec<Remark>,
 }
@@ -685,6 +689,7 @@ fn outcomes(
             format: format.name,
             channels: outcome.channels,
             findings: outcome.findings,
+            table: outcome.table,
         }
     };
     let read = outcomes.into_iter().map(|outcome| outcome.map(recording));

@@ -82,16 +82,16 @@ macro_rules! limits {
 
 limits! {
     text_bytes = 192 << 20, "bytes", "Bytes of a text recording in memory, plus its decoded text \
-                                      unless UTF-8; of standard input that is read twice.";
+                                      unless UTF-8; of a sheet as text and of a part of a workbook; of standard input that is read twice.";
     line_bytes = 1 << 20, "bytes", "Bytes of one line of text.";
-    lines = 8_200_000, "lines", "Lines of a text recording, headers and comments included.";
+    lines = 8_200_000, "lines", "Lines of a text recording, headers and comments included; rows of a sheet.";
     samples = 8_000_000, "samples", "Samples kept per channel.";
     columns = 4096, "columns", "Columns of a table: channels of a text file; channels and groups of a TDMS file.";
     table_cells = 48_000_000, "cells", "Cells of a table kept as numbers when every channel is read.";
     settings_bytes = 1 << 20, "bytes", "Bytes of a card, design or gate file.";
-    archive_bytes = 64 << 20, "bytes", "Bytes of an archive (.zip, .tar.gz, .tar) in memory.";
+    archive_bytes = 64 << 20, "bytes", "Bytes of an archive (.zip, .tar.gz, .tar) or a workbook in memory.";
     archive_entries = 20_000, "entries", "Entries of an archive, files of a folder, or channels of a test header.";
-    unpacked_bytes = 192 << 20, "bytes", "Bytes of all files of a test in an archive, after \
+    unpacked_bytes = 192 << 20, "bytes", "Bytes of all files of a test in an archive, or of the parts of a workbook, after \
                                           decompression.";
     unpacked_stream_bytes = 1 << 30, "bytes", "Bytes of an archive's stream after decompression, \
                                                skipped ones included.";

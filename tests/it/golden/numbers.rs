@@ -8,7 +8,7 @@
 
 use super::{
     Case, Folder, clocks, labview, latchgate, logs, mme, names, nhtsa, samples, tables, tdms,
-    topics,
+    topics, workbook,
 };
 use crate::support::signal_file;
 use crate::tidy::{files_below, text_of};
@@ -127,6 +127,7 @@ fn regress_numbers_move_with_their_revision_alone() {
             ("names", names::cases()),
             ("labview", labview::cases()),
             ("tdms", tdms::cases()),
+            ("workbook", workbook::cases()),
             ("nhtsa", nhtsa::cases()),
             ("mme", mme::cases()),
             ("logs", logs::cases()),

@@ -135,7 +135,7 @@ impl LineScan {
     }
 
     /// Keeps what a comment says.
-    fn keep(&mut self, line: u64, comment: &[u8]) {
+    pub(super) fn keep(&mut self, line: u64, comment: &[u8]) {
         let comment = uncommented(comment);
         if !comment
             .iter()

@@ -17,7 +17,8 @@ use crate::text::{ONE_CELL, shown};
 use crate::{Finding, Limits, ReadOptions, ReadTask, Selection};
 use ::csv::ByteRecord;
 use latchgate_kernel::units::{DecimalMark, SampleRate, TimeUnit};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// Rows and bytes from which on fewer rows do: rows may be long.
 const FEW_ROWS: usize = 8;
@@ -73,15 +74,24 @@ pub(super) struct ColumnChoice {
     pub(super) findings: Vec<Finding>,
 }
 
-/// How a text table was understood: what a person can see and correct.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+/// How a text table or a sheet was understood: what a person can see and correct.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TableMapping {
-    /// What separates the cells of a row: `tab`, `semicolon`, `comma`, `blanks` or `nothing`.
-    pub separator: &'static str,
+    /// The sheet of a workbook.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheet: Option<String>,
+    /// What separates the cells of a row: `tab`, `semicolon`, `comma`, `blanks`, `nothing` or `the sheet`.
+    pub separator: Cow<'static, str>,
     /// The decimal mark, `.` or `,`; `None` where no number of the first rows has one.
-    pub decimal: Option<&'static str>,
+    pub decimal: Option<Cow<'static, str>>,
+    /// What the first rows above the names say, each as key and values.
+    #[serde(default)]
+    pub above: Vec<String>,
     /// The line that names the columns, counted from 1.
     pub header_line: Option<u64>,
+    /// The line of their units, where it is one of its own.
+    #[serde(default)]
+    pub unit_line: Option<u64>,
     /// The line of the first sample.
     pub data_line: Option<u64>,
     /// The column of time.
@@ -216,10 +226,14 @@ impl TableLayout {
         };
         let marks = [DecimalMark::Comma, DecimalMark::Point];
         let seen = || marks.into_iter().find(has);
+        let units = header.iter().skip(1).find(|row| has_unit(row));
         Ok(TableMapping {
-            separator: self.separator.name(),
-            decimal: options.decimal.or_else(seen).map(DecimalMark::name),
+            sheet: None,
+            separator: self.separator.name().into(),
+            decimal: options.decimal.or_else(seen).map(|mark| mark.name().into()),
+            above: self.preamble.listed(),
             header_line: header.first().filter(|_| self.named).map(line),
+            unit_line: options.unit_line.map(u64::from).or(units.map(line)),
             data_line: data.first().map(line),
             time_column,
             time_unit,

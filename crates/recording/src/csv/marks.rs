@@ -7,6 +7,7 @@ use std::ops::Range;
 /// A sheet of a workbook as a table: a line for each row, tabs between its cells.
 #[derive(Debug, Default)]
 pub(crate) struct Sheet {
+    pub(crate) name: String,
     pub(crate) text: Vec<u8>,
     /// Cells of each row.
     pub(crate) width: usize,

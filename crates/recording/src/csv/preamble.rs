@@ -18,6 +18,7 @@ use crate::channel_name::filtered::{Filtered, filter_in};
 use crate::channel_name::{self, ChannelName};
 use crate::code::Code;
 use crate::remarks::{self, Remark, RemarkPlace};
+use crate::text::shown;
 pub(super) use findings::HeldAgainst;
 use latchgate_kernel::units::{AccelerationUnit, SampleRate, TimeUnit};
 use row::{PreambleRow, PreambleTopic, measure, says_none};
@@ -57,6 +58,17 @@ impl Preamble {
                 .collect(),
             found,
         }
+    }
+
+    /// Returns what the first rows say, each as key and values.
+    pub(super) fn listed(&self) -> Vec<String> {
+        const SHOWN: usize = 40;
+        let shown = |row: &PreambleRow| {
+            let values = row.values.iter().filter(|value| !value.is_empty());
+            let values: Vec<&str> = values.map(String::as_str).collect();
+            shown(format!("{} {}", row.key, values.join(", ")))
+        };
+        self.rows.iter().take(SHOWN).map(shown).collect()
     }
 
     /// Returns the rows of a topic.

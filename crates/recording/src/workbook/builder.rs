@@ -35,10 +35,21 @@ pub(super) struct SheetBuilder<'a> {
     text: String,
     /// Cells of each row.
     cells: Vec<u32>,
+    /// What is known of each column.
+    columns: Vec<ColumnCells>,
     pub(super) marks: SheetMarks,
     pub(super) notes: Vec<(u64, String)>,
     /// Rows that are hidden, counted from 1.
     pub(super) hidden_rows: Vec<Range<u64>>,
+}
+
+/// The cells of a column.
+#[derive(Debug, Clone, Default)]
+struct ColumnCells {
+    count: u32,
+    /// The line of the first, and what it says if that is words.
+    line: u64,
+    words: String,
 }
 
 impl<'a> SheetBuilder<'a> {
@@ -48,6 +59,7 @@ impl<'a> SheetBuilder<'a> {
             epoch,
             text: String::new(),
             cells: vec![0],
+            columns: Vec::new(),
             marks: SheetMarks::default(),
             notes: Vec::new(),
             hidden_rows: Vec::new(),
@@ -93,6 +105,7 @@ impl<'a> SheetBuilder<'a> {
             self.text.push('\t');
         }
         *cells = column + 1;
+        self.count(row, column as usize, value);
         self.write(value, format);
         if self.text.len() as u64 > self.limits.text_bytes {
             return Err(self
@@ -103,13 +116,24 @@ impl<'a> SheetBuilder<'a> {
         Ok(())
     }
 
+    fn count(&mut self, row: u32, column: usize, value: Value<'_>) {
+        if self.columns.len() <= column {
+            self.columns.resize(column + 1, ColumnCells::default());
+        }
+        let cells = &mut self.columns[column];
+        cells.count += 1;
+        if let (1, Value::Text(words)) = (cells.count, value) {
+            (cells.line, cells.words) = (u64::from(row) + 1, words.to_string());
+        }
+    }
+
     fn write(&mut self, value: Value<'_>, format: NumberFormat) {
         let text = &mut self.text;
         match (value, format) {
             (Value::Number(number), NumberFormat::Plain) => text.push_str(&digits(number)),
             // What a person sees in such a cell is another number than the one that is stored.
             (Value::Number(number), NumberFormat::Scaled) => {
-                text.push_str(&format!("{number}, which is not what its format shows"));
+                text.push_str(&format!("{number} (its format shows another number)"));
             }
             (
                 Value::Number(days),
@@ -119,7 +143,7 @@ impl<'a> SheetBuilder<'a> {
                 },
             ) => {
                 let stamp = stamp(days, self.epoch, has_time, is_elapsed);
-                let stamp = stamp.unwrap_or_else(|| format!("{days}, which is no date"));
+                let stamp = stamp.unwrap_or_else(|| format!("{days} (its format shows no date)"));
                 text.push_str(&stamp);
             }
             (Value::Text(cell), _) => {
@@ -190,11 +214,20 @@ impl<'a> SheetBuilder<'a> {
             );
             Finding::warning("hidden-cells", text)
         });
+        // Words that stand alone in a column beside others are written to a person.
+        let alone = self
+            .columns
+            .into_iter()
+            .filter(|one| one.count == 1 && width > 1);
+        let words = alone.map(|one| (one.line, one.words));
+        let mut notes = self.notes;
+        notes.extend(words.filter(|(_, words)| !words.is_empty()));
         Ok(Sheet {
+            name: name.to_string(),
             text,
             width,
             marks: self.marks,
-            notes: self.notes,
+            notes,
             findings: finding.into_iter().collect(),
         })
     }

@@ -255,7 +255,13 @@ fn refused(format: &'static str, way_out: &'static str) -> Error {
 /// Returns the stream of the workbook in a container.
 fn stream_of(bytes: &[u8]) -> Result<Vec<u8>, Error> {
     let container = cfb::CompoundFile::open(Cursor::new(bytes));
-    let mut container = container.map_err(|error| damaged(error.to_string()))?;
+    let mut container = container.map_err(|_| {
+        let format = "legacy Excel (.xls) in a container that does not open";
+        refused(
+            format,
+            "save the sheet as .xlsx or CSV, or fetch the file again",
+        )
+    })?;
     if !container.is_stream("/Workbook") {
         let has = |name: &str| container.is_stream(name);
         return Err(if has("/EncryptedPackage") {

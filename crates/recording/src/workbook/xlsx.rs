@@ -380,6 +380,8 @@ struct Xml<'a> {
     name: &'a str,
     reader: Reader<&'a [u8]>,
     depth: usize,
+    /// Whether a tag came.
+    has_tags: bool,
 }
 
 impl<'a> Xml<'a> {
@@ -391,6 +393,7 @@ impl<'a> Xml<'a> {
             name,
             reader: Reader::from_str(text),
             depth: 0,
+            has_tags: false,
         })
     }
 
@@ -406,9 +409,11 @@ impl<'a> Xml<'a> {
         let event = self.reader.read_event();
         let event = event.map_err(|error| self.damaged(error.to_string()))?;
         match event {
-            Event::Start(_) => self.depth += 1,
+            Event::Start(_) => (self.depth, self.has_tags) = (self.depth + 1, true),
+            Event::Empty(_) => self.has_tags = true,
             Event::End(_) => self.depth = self.depth.saturating_sub(1),
             Event::Eof if self.depth > 0 => return Err(self.damaged("the end within a tag")),
+            Event::Eof if !self.has_tags => return Err(self.damaged("no XML")),
             Event::Eof => return Ok(None),
             _ => {}
         }

@@ -23,12 +23,18 @@ use std::collections::BTreeMap;
 enum AskedOf {
     Every,
     Table,
+    Workbook,
     Log,
 }
 
 /// Settings of reading that the form offers, of which files, and what each is left at unless that was found.
 const READING: &[(Setting, AskedOf, &str)] = &[
     (Setting::InputFormat, AskedOf::Every, "found"),
+    (
+        Setting::Sheet,
+        AskedOf::Workbook,
+        "the one that holds something",
+    ),
     (Setting::TimeColumn, AskedOf::Table, "found"),
     (Setting::TimeUnit, AskedOf::Table, "seconds"),
     (Setting::TimeSource, AskedOf::Log, "header"),
@@ -198,21 +204,22 @@ fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool
     let reason = reason(listing).unwrap_or("");
     let is_text = listing["preview"][0].is_string();
     let format = listing["format"].as_str();
+    let is_wrong = READING
+        .iter()
+        .any(|(setting, ..)| is_about(reason, *setting));
     // What is neither text nor of a known format is not read, whatever is stated of it.
-    if !is_text && format.is_none() && !is_stated {
+    if !is_text && format.is_none() && !is_stated && !is_wrong {
         return html! {};
     }
     let is_asked = |setting: Setting, asked_of: AskedOf| match asked_of {
         AskedOf::Every => true,
         AskedOf::Table => !mapping.is_null() || (format.is_none() && is_text),
+        AskedOf::Workbook => format == Some("workbook"),
         AskedOf::Log => format == Some("mcap"),
     } || is_about(reason, setting);
     let offered = READING
         .iter()
         .filter(|(setting, asked_of, _)| is_asked(*setting, *asked_of));
-    let is_wrong = READING
-        .iter()
-        .any(|(setting, ..)| is_about(reason, *setting));
     html! {
         details open[is_open || is_stated || is_wrong] {
             summary { "How the file is read" }

@@ -8,6 +8,7 @@ use latchgate::report::escape::terminal as line;
 pub(super) const LABELS: &[(Setting, &str)] = &[
     (Setting::Channel, "Channel"),
     (Setting::InputFormat, "Format"),
+    (Setting::Sheet, "Sheet"),
     (Setting::TimeColumn, "Time column"),
     (Setting::TimeUnit, "Unit of time"),
     (Setting::TimeSource, "Clock of a log"),

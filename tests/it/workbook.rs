@@ -1,0 +1,282 @@
+//! Workbooks: read to the last bit as openpyxl and xlrd read them, judged as the same samples in another
+//! format, and never better when they are damaged.
+
+use crate::support::workbook::{Cell, Records, Sheet, Workbook, of_rows, text, xls};
+use crate::support::{Folder, Random, data, json, latchgate, read_path, with_channel, zip_of};
+use latchgate::pipeline::{
+    CardPolarity, Control, Design, Document, Extras, Limits, Request, Source, judge,
+};
+use latchgate_recording::{ReadOptions, Selection};
+use std::collections::BTreeMap;
+
+/// Files of `tests/data/workbook/`, with what openpyxl and xlrd find in them.
+#[test]
+fn val_every_sample_is_that_of_openpyxl_and_xlrd() {
+    let truth = json("workbook/truth.json");
+    let mut files: BTreeMap<&str, Vec<(String, Vec<u64>)>> = BTreeMap::new();
+    for channel in truth.as_array().unwrap() {
+        let word = |key: &str| channel[key].as_str().unwrap();
+        let bits = channel["bits"].as_array().unwrap().iter();
+        let bits = bits.map(|one| u64::from_str_radix(one.as_str().unwrap(), 16).unwrap());
+        let entry = files.entry(word("file")).or_default();
+        entry.push((word("channel").into(), bits.collect()));
+    }
+    assert_eq!(files.len(), 4);
+    for (file, channels) in files {
+        let path = data(&format!("workbook/{file}"));
+        let recording = read_path(&path, &ReadOptions::default(), Selection::Every).unwrap();
+        assert_eq!(recording.format, "workbook");
+        assert_eq!(recording.channels.len(), channels.len(), "{file}");
+        for (name, bits) in channels {
+            let mut found = recording.channels.iter();
+            let found = found.find(|one| one.name.starts_with(&name)).unwrap();
+            let own: Vec<u64> = found.values.iter().map(|value| value.to_bits()).collect();
+            assert_eq!(own, bits, "{file} {name}");
+            assert_eq!(found.values.len(), 120, "{file} {name}");
+            assert_eq!(found.rate.hertz(), 10_000.0, "{file} {name}");
+            // What counts from a date or a time of day counts from its first stamp.
+            let is_stamped = ["xlsxwriter.xlsx", "xlwt-dates.xls"].contains(&file);
+            let start_s = if is_stamped { 0.0 } else { -1e-3 };
+            assert_eq!(found.start_s, start_s, "{file} {name}");
+        }
+    }
+    let path = data("workbook/openpyxl.xlsx");
+    let recording = read_path(&path, &with_channel("door y"), Selection::Lateral).unwrap();
+    let facts = &recording.channels[0].stated.test;
+    assert_eq!(facts.test.as_deref(), Some("7292"));
+    assert_eq!(facts.laboratory.as_deref(), Some("A laboratory"));
+    assert_eq!(facts.date.as_deref(), Some("2026-01-15"));
+}
+
+fn judged(source: &Source, request: &Request) -> Document {
+    let design = Design::reference();
+    let (limits, control) = (Limits::default(), Control::default());
+    judge(
+        source,
+        request,
+        &design,
+        Extras::default(),
+        &limits,
+        &control,
+    )
+    .document
+}
+
+/// The lateral curves of a crash test, each as a sheet with the rows above its names that say what the
+/// header of the test does, as .xlsx and as .xls.
+#[test]
+fn val_nhtsa_curves_as_workbooks_give_the_verdicts_of_their_own_format() {
+    let header = data("recordings/nhtsa_v07292.EV5");
+    let lines = std::fs::read_to_string(&header).unwrap();
+    for number in ["38", "56", "146", "148", "150"] {
+        let recording = read_path(&header, &with_channel(number), Selection::Lateral).unwrap();
+        let channel = &recording.channels[0];
+        let line = lines
+            .lines()
+            .find(|line| line.split('|').nth(1) == Some(number));
+        let fields: Vec<&str> = line.unwrap().split('|').collect();
+        // What the laboratory says of the curve, and whether it is as measured.
+        let mut rows = vec![
+            vec![text("Comment"), text(fields[19])],
+            vec![text("Status"), text(fields[17])],
+            vec![text("Time [s]"), text("Acc Y [g]")],
+        ];
+        let samples = channel.values.iter().enumerate();
+        rows.extend(
+            samples.map(|(index, value)| {
+                vec![Cell::Number(channel.time_s(index)), Cell::Number(*value)]
+            }),
+        );
+        let mut sheet = Records::default();
+        sheet.rows(&rows);
+        let old = xls(&Records::default(), &sheet);
+        for (name, bytes) in [("a.xlsx", of_rows(rows).bytes()), ("a.xls", old)] {
+            for opens_when in [CardPolarity::Negative, CardPolarity::Positive] {
+                let request = Request {
+                    members: 128,
+                    channel: Some(number.into()),
+                    opens_when: Some(opens_when),
+                    ..Request::default()
+                };
+                let own = judged(&Source::File(header.clone()), &request);
+                let other = judged(
+                    &Source::bytes(name, bytes.clone()),
+                    &Request {
+                        channel: None,
+                        ..request
+                    },
+                );
+                let signal = |document: &Document| {
+                    let recording = &document.recording;
+                    (recording.content_sha256.clone(), recording.samples)
+                };
+                assert_eq!(signal(&own), signal(&other), "{name} {number}");
+                assert_eq!(own.nominal, other.nominal, "{name} {number}");
+                assert_eq!(own.ensemble, other.ensemble, "{name} {number}");
+                // Only what a laboratory says of a curve, and no sheet repeats, may part them.
+                let is_said = own.findings.iter().any(|one| {
+                    one.code.starts_with("laboratory-") || one.code == "invalid-by-laboratory"
+                });
+                assert!(
+                    is_said || own.verdict == other.verdict,
+                    "{name} {number}: {:?} {:?}",
+                    own.why,
+                    other.why
+                );
+            }
+        }
+    }
+}
+
+/// A push of 30 g for 20 ms, which opens the lever by far; the record goes on for 80 ms.
+fn failing() -> Vec<Vec<Cell>> {
+    let value = |k: i32| match (0..200).contains(&k) {
+        true => -30.0 * (std::f64::consts::PI * f64::from(k) / 200.0).sin(),
+        false => 0.05 * (0.91 * f64::from(k)).sin(),
+    };
+    let mut rows = vec![vec![text("Time [s]"), text("Acc Y [g]")]];
+    rows.extend(
+        (-200..800).map(|k| vec![Cell::Number(f64::from(k) / 1e4), Cell::Number(value(k))]),
+    );
+    rows
+}
+
+/// Judges a damaged file, which may be refused, unusable, undecided or fail.
+#[track_caller]
+fn check_no_pass(what: &str, bytes: Vec<u8>) -> String {
+    let request = Request {
+        members: 0,
+        opens_when: Some(CardPolarity::Negative),
+        ..Request::default()
+    };
+    let document = judged(&Source::bytes("a.bin", bytes), &request);
+    let verdict = document.verdict.name();
+    assert_ne!(verdict, "pass", "{what}");
+    verdict.to_string()
+}
+
+#[test]
+fn verif_a_damaged_workbook_never_passes_where_the_sound_one_fails() {
+    let mut sheet = Records::default();
+    sheet.rows(&failing());
+    let formats = Workbook {
+        formats: vec!["0.000"],
+        ..of_rows(failing())
+    };
+    // What is packed is held by checksums, so that one that is not is looked at as well.
+    let files = [
+        ("xlsx", formats.bytes()),
+        ("xls", xls(&Records::default(), &sheet)),
+    ];
+    for (kind, sound) in files {
+        assert_eq!(check_no_pass("sound", sound.clone()), "fail", "{kind}");
+        for length in (0..sound.len()).step_by(64) {
+            let cut = sound[..length].to_vec();
+            check_no_pass(&format!("{kind} cut after {length} bytes"), cut);
+        }
+        let mut random = Random::new(7);
+        // Each bit of the container's first sector, and 2000 anywhere.
+        let first = if kind == "xls" { 0..8 * 512 } else { 0..0 };
+        let anywhere: Vec<usize> = (0..2000).map(|_| random.below(8 * sound.len())).collect();
+        for bit in first.chain(anywhere) {
+            let mut bytes = sound.clone();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            check_no_pass(&format!("{kind}, bit {bit} flipped"), bytes);
+        }
+    }
+}
+
+/// Each bit of the parts of a workbook that say what its cells are, packed anew.
+#[test]
+fn verif_a_workbook_whose_parts_are_damaged_never_passes() {
+    let sound = Workbook {
+        formats: vec!["0.000"],
+        ..of_rows(failing())
+    };
+    let parts = sound.parts();
+    for (place, (name, content)) in parts.iter().enumerate() {
+        // Of the sheet what stands before its samples; the other parts whole.
+        let end = match name.ends_with("sheet1.xml") {
+            true => memchr::memmem::find(content, b"r=\"2\"").unwrap(),
+            false => content.len(),
+        };
+        for bit in 0..8 * end {
+            let mut damaged = parts.clone();
+            damaged[place].1[bit / 8] ^= 1 << (bit % 8);
+            check_no_pass(&format!("{name}, bit {bit} flipped"), zip_of(&damaged));
+        }
+    }
+}
+
+/// What unpacks to far more than it takes, and what spreads over a whole sheet, is refused within bounds.
+#[test]
+fn verif_workbooks_that_would_fill_memory_are_refused() {
+    let sheet = |before: &str, inner: String, after: &str| {
+        let text = format!("<worksheet>{before}<sheetData>{inner}</sheetData>{after}</worksheet>");
+        let mut parts = of_rows(failing()).parts();
+        parts.retain(|(name, _)| !name.ends_with("sheet1.xml"));
+        parts.push(("xl/worksheets/sheet1.xml".into(), text.into_bytes()));
+        Source::bytes("a.xlsx", zip_of(&parts))
+    };
+    let far = "<row r=\"1\"><c r=\"A1\"><v>1</v></c></row><row r=\"1048576\"><c r=\"FZ1048576\"><v>1</v></c></row>";
+    let wide = |row: u32| format!("<row r=\"{row}\"><c r=\"EZZ{row}\"><v>1</v></c></row>");
+    let cases = [
+        (
+            "packed",
+            sheet("", " ".repeat(64 << 20), ""),
+            "unpacked_ratio",
+        ),
+        ("far", sheet("", far.into(), ""), "expected"),
+        (
+            "wide",
+            sheet("", (1..60_000).map(wide).collect(), ""),
+            "limit text_bytes",
+        ),
+    ];
+    for (name, source, says) in cases {
+        let limits = Limits::default();
+        let options = ReadOptions::default();
+        let read = latchgate_recording::read(&source, &options, Selection::Lateral, &limits);
+        let error = read.unwrap_err().to_string();
+        assert!(error.contains(says), "{name}: {error}");
+    }
+}
+
+/// The sheet is asked for by option, card and request alike, and stands in the document's question.
+#[test]
+fn cli_the_sheet_is_asked_for_and_kept() {
+    let sheets = ["One", "Two"].map(|name| Sheet {
+        name,
+        rows: failing(),
+        ..Sheet::default()
+    });
+    let book = Workbook {
+        sheets: sheets.into(),
+        ..Workbook::default()
+    };
+    let folder = Folder::new("workbook-sheet");
+    let path = folder.file("a.xlsx", book.bytes());
+    let path = path.to_str().unwrap();
+    let asked = latchgate(&["replay", path, "--no-report"]);
+    assert_eq!(asked.code, 4);
+    assert!(
+        asked
+            .err
+            .contains("`One`, `Two`; choose one: state --sheet NAME"),
+        "{}",
+        asked.err
+    );
+    let options = [
+        "--no-report",
+        "--members",
+        "0",
+        "--format",
+        "json",
+        "--sheet",
+        "two",
+    ];
+    let sign = ["--opens-when", "negative"];
+    let document = latchgate(&[&["replay", path][..], &options, &sign].concat()).document();
+    assert_eq!(document["verdict"], "fail");
+    assert_eq!(document["request"]["sheet"], "two");
+}
