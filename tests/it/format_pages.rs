@@ -70,7 +70,7 @@ fn cli_messages_on_the_page_of_troubles_come_and_go() {
 #[test]
 fn cli_examples_on_the_pages_of_formats_are_read() {
     let pages = files_below("docs/formats");
-    assert_eq!(pages.len(), 6, "{pages:?}");
+    assert_eq!(pages.len(), 7, "{pages:?}");
     let mut commands = 0;
     for page in pages {
         let folder = Folder::new(&format!("page-{}", page.replace('/', "-")));

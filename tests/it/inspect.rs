@@ -293,7 +293,7 @@ fn cli_inspect_shows_what_was_read_of_the_head() {
         ),
         (
             of_tests("tdms/plain.tdms"),
-            &["test: side impact", "door y: unit g by unit_string"],
+            &["test: side impact", "door y: unit g by header"],
         ),
         (
             header,

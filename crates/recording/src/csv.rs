@@ -40,7 +40,7 @@ pub mod stamp;
 mod status;
 mod unnamed;
 
-use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
+use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held;
 use super::source::Reader;
 use super::time_base::{self, MEND, TimeBase};
@@ -603,15 +603,8 @@ fn unit_of(
         Some(_) => column.unit_source,
         None => "header",
     };
-    let (text, unread) = (column.stated_unit(), column.unread_unit());
-    let statement = UnitStatement {
-        unit: column.unit,
-        source,
-        text: text.as_deref(),
-        unread: unread.as_deref(),
-        place: &format!("the {source} of `{}`", column.name),
-    };
-    Unit::find(statement, options, selection, findings)
+    let place = format!("the {source} of `{}`", column.name);
+    Unit::of_words(column, (source, &place), options, selection, findings)
 }
 
 /// Returns the instant of a row on the file's clock [s]; of rows that repeat others none later

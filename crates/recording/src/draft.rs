@@ -163,6 +163,25 @@ fn says_nothing(text: &str) -> bool {
 }
 
 impl Unit {
+    /// Finds the unit of a channel of words; `source` states it, and it stands in `place`.
+    pub(super) fn of_words(
+        column: &ChannelName,
+        (source, place): (&'static str, &str),
+        options: &ReadOptions,
+        selection: Selection,
+        findings: &mut Vec<Finding>,
+    ) -> Result<Self, Error> {
+        let (text, unread) = (column.stated_unit(), column.unread_unit());
+        let statement = UnitStatement {
+            unit: column.unit,
+            source,
+            text: text.as_deref(),
+            unread: unread.as_deref(),
+            place,
+        };
+        Self::find(statement, options, selection, findings)
+    }
+
     /// Takes the unit that option or card state, else that of the file, which `statement` tells. The
     /// one channel that is meant needs a unit.
     pub(super) fn find(

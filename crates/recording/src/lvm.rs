@@ -14,7 +14,7 @@
 mod header;
 
 use super::channel_name::{ChannelName, mark_columns};
-use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
+use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held::Statement;
 use super::lateral::ChannelOffer;
 use super::number::{Decimal, Marks, PrintedDigits};
@@ -350,15 +350,8 @@ impl LabviewFile<'_> {
             stamps.map_or(Ok(()), |stamps| stamps.check_marks(header.decimal))?;
             numbers.check_marks(header.decimal)?;
         }
-        let (text, unread) = (column.stated_unit(), column.unread_unit());
-        let statement = UnitStatement {
-            unit: column.unit,
-            source: "header",
-            text: text.as_deref(),
-            unread: unread.as_deref(),
-            place: "the header",
-        };
-        let unit = Unit::find(statement, options, selection, &mut findings)?;
+        let place = ("header", "the header");
+        let unit = Unit::of_words(column, place, options, selection, &mut findings)?;
         let count = numbers.values.len();
         let clock = self.on_clock(table, index, numbers.values, &mut findings)?;
         let end_s = clock.span().end_s;

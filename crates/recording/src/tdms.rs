@@ -33,7 +33,7 @@ mod stream;
 mod value;
 
 use super::channel_name::ChannelName;
-use super::draft::{self, Draft, Unit, UnitStatement};
+use super::draft::{self, Draft, Unit};
 use super::held::{self, Statement};
 use super::lateral::{self, ChannelOffer};
 use super::remarks::Span;
@@ -241,7 +241,8 @@ impl<'a> TdmsFile<'a> {
         }
         let values = self.scaled(entry, selection)?;
         let mut findings = Vec::new();
-        let unit = unit_of(&entry.column, options, selection, &mut findings)?;
+        let stated_in = ("header", "the property `unit_string`");
+        let unit = Unit::of_words(&entry.column, stated_in, options, selection, &mut findings)?;
         let extremes = self.extremes(object, &values);
         let clock = ChannelClock::find(
             &self.entries,
@@ -450,21 +451,3 @@ fn bad_flags(entries: &[Entry<'_>]) -> Vec<BadFlag> {
 
 /// Part of the largest magnitude by which a stated extreme may be off [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;
-
-/// Finds the unit of a channel.
-fn unit_of(
-    column: &ChannelName,
-    options: &ReadOptions,
-    selection: Selection,
-    findings: &mut Vec<Finding>,
-) -> Result<Unit, Error> {
-    let (text, unread) = (column.stated_unit(), column.unread_unit());
-    let statement = UnitStatement {
-        unit: column.unit,
-        source: "header",
-        text: text.as_deref(),
-        unread: unread.as_deref(),
-        place: "the property `unit_string`",
-    };
-    Unit::find(statement, options, selection, findings)
-}

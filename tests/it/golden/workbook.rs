@@ -209,6 +209,10 @@ fn cells() -> Vec<Case> {
         calculation: "<calcPr fullCalcOnLoad=\"1\"/>",
         ..of_rows(table(&[&NAMES], time, |_| of("", "<f>C1</f><v>0</v>")))
     };
+    let cut = Workbook {
+        calculation: "<calcPr calcCompleted=\"0\"/>",
+        ..wanting.clone()
+    };
     let scaled = Workbook {
         formats: vec!["0.0,"],
         ..of_rows(table(&[&NAMES], time, |k| {
@@ -240,6 +244,11 @@ fn cells() -> Vec<Case> {
         refused(
             "formulas-to-compute.xlsx",
             wanting.bytes(),
+            &["formula without a stored value"],
+        ),
+        refused(
+            "formulas-cut-short.xlsx",
+            cut.bytes(),
             &["formula without a stored value"],
         ),
         in_sample(

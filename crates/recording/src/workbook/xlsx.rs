@@ -49,7 +49,11 @@ impl Workbook {
             };
             match tag.local_name().as_ref() {
                 "workbookPr" if xml.flag(&tag, "date1904")? => workbook.epoch = Epoch::Of1904,
-                "calcPr" => workbook.is_not_computed = xml.flag(&tag, "fullCalcOnLoad")?,
+                "calcPr" => {
+                    let is_complete = xml.attribute(&tag, "calcCompleted")?;
+                    let is_cut = is_complete.is_some_and(|word| word == "0" || word == "false");
+                    workbook.is_not_computed = is_cut || xml.flag(&tag, "fullCalcOnLoad")?;
+                }
                 "sheet" => {
                     let name = xml.attribute(&tag, "name")?.unwrap_or_default();
                     let state = xml.attribute(&tag, "state")?;
@@ -104,7 +108,7 @@ impl Workbook {
                     "sheetData" => in_rows = is_open,
                     "row" if in_rows => {
                         row = match xml.number(&tag, "r")? {
-                            Some(number) => xml.from_one(number)?,
+                            Some(number) => xml.counted_from_zero(number)?,
                             None => next_row,
                         };
                         (next_row, next_column) = (row + 1, 0);
@@ -142,7 +146,7 @@ impl Workbook {
                         let is_flat = width.is_some_and(|width| width.parse() == Ok(0.0));
                         if is_flat || xml.flag(&tag, "hidden")? {
                             let [first, last] = ["min", "max"].map(|name| xml.number(&tag, name));
-                            let first = xml.from_one(first?.unwrap_or(0))? as usize;
+                            let first = xml.counted_from_zero(first?.unwrap_or(0))? as usize;
                             let end = last?.unwrap_or(0) as usize;
                             builder.marks.hidden_columns.push(first..end);
                         }
@@ -450,7 +454,7 @@ impl<'a> Xml<'a> {
     }
 
     /// Returns what is counted from 1 as counted from 0, where a sheet has it.
-    fn from_one(&self, number: u32) -> Result<u32, Error> {
+    fn counted_from_zero(&self, number: u32) -> Result<u32, Error> {
         let found = number.checked_sub(1).filter(|number| *number < 1 << 20);
         found.ok_or_else(|| self.damaged(format!("row or column {number}")))
     }
