@@ -38,9 +38,7 @@ use super::held::{self, Statement};
 use super::lateral::{self, ChannelOffer};
 use super::remarks::Span;
 use super::source::Reader;
-use super::{
-    Channel, Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection, text,
-};
+use super::{Channel, Finding, Head, Outcomes, ReadOutcome, ReadTask, Selection, text};
 use crate::error::{Error, ErrorKind};
 use crate::setting::Setting;
 use clock::ChannelClock;

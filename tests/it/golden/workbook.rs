@@ -71,7 +71,9 @@ fn tables() -> Vec<Case> {
     let shared = Workbook {
         parts: vec![(
             "xl/sharedStrings.xml",
-            "<sst><si><t>Time [s]</t></si><si><r><t>Acc </t></r><r><t>Y</t></r><r><t> [g]</t></r><rPh><t>X</t></rPh></si></sst>",
+            "<sst><si><t>Time [s]</t></si><si><r><t>Acc </t></r><r><t>Y</t></r>\
+             <r><t> [g]</t></r><rPh><t>X</t></rPh></si></sst>"
+                .into(),
         )],
         ..of_rows(plain()).change(|sheet| {
             let of = |number: u8| Cell::Xml("t=\"s\"", format!("<v>{number}</v>"));
@@ -359,7 +361,11 @@ fn sheets() -> Vec<Case> {
             book(&[sheet("A", vec![])]).bytes(),
             &["no sheet holds a cell"],
         ),
-        read("hidden-sheet.xlsx", book(&[hidden.clone()]).bytes()).finds(&["warning hidden-cells"]),
+        read(
+            "hidden-sheet.xlsx",
+            book(std::slice::from_ref(&hidden)).bytes(),
+        )
+        .finds(&["warning hidden-cells"]),
         refused(
             "hidden-beside.xlsx",
             book(&[info(), hidden]).bytes(),
@@ -419,32 +425,59 @@ fn sheets() -> Vec<Case> {
 
 fn files() -> Vec<Case> {
     let file = |name: &str| zip_of(&[(name.to_string(), b"content".to_vec())]);
-    let spoilt = |part: &'static str, content: &'static str| Workbook {
-        parts: vec![(part, content)],
-        ..of_rows(plain())
-    };
     const SHEET: &str = "xl/worksheets/sheet1.xml";
+    let of_sheet = |name: &str, rows: &str, says: &str| {
+        let book = Workbook {
+            parts: vec![(SHEET, format!("<worksheet><sheetData>{rows}"))],
+            ..of_rows(plain())
+        };
+        refused(name, book.bytes(), &[says])
+    };
+    let closed = |name: &str, rows: &str, says: &str| {
+        of_sheet(name, &format!("{rows}</sheetData></worksheet>"), says)
+    };
+    let cell =
+        |row: u32, name: &str| format!("<row r=\"{row}\"><c r=\"{name}\"><v>1</v></c></row>");
+    let turned = cell(2, "A2") + &cell(1, "A1");
+    let entity = "<row r=\"1\"><c r=\"A1\" t=\"str\"><v>&own;</v></c></row>";
+    let spoilt = {
+        let mut parts = of_rows(plain()).parts();
+        let sheet = parts.iter_mut().find(|(name, _)| name == SHEET);
+        sheet.unwrap().1.push(0xFF);
+        zip_of(&parts)
+    };
+    let without = {
+        let mut parts = of_rows(plain()).parts();
+        parts.retain(|(name, _)| name != SHEET);
+        zip_of(&parts)
+    };
+    let written = "a workbook as a spreadsheet writes it";
+    let office = "a file of Office without a workbook";
     vec![
-        refused("binary.xlsb", file("xl/workbook.bin"), &["Excel, binary (.xlsb)"]),
+        refused(
+            "binary.xlsb",
+            file("xl/workbook.bin"),
+            &["Excel, binary (.xlsb)"],
+        ),
         refused("open.ods", file("content.xml"), &["OpenDocument (.ods)"]),
-        refused("words.docx", file("[Content_Types].xml"), &["a file of Office without a workbook"]),
-        refused("no-xml.xlsx", file("xl/workbook.xml"), &["a workbook as a spreadsheet writes it"]),
-        refused("far-column.xlsx", spoilt(SHEET, "<worksheet><sheetData><row r=\"1\"><c r=\"XFD1\"><v>1</v></c></row></sheetData></worksheet>").bytes(), &["limit columns"]),
-        refused("far-row.xlsx", spoilt(SHEET, "<worksheet><sheetData><row r=\"9999999\"/></sheetData></worksheet>").bytes(), &["row or column 9999999"]),
-        refused("rows-upside-down.xlsx", spoilt(SHEET, "<worksheet><sheetData><row r=\"2\"><c r=\"A2\"><v>1</v></c></row><row r=\"1\"><c r=\"A1\"><v>1</v></c></row></sheetData></worksheet>").bytes(), &["A1 after a later cell"]),
-        refused("wrong-row.xlsx", spoilt(SHEET, "<worksheet><sheetData><row r=\"2\"><c r=\"A3\"><v>1</v></c></row></sheetData></worksheet>").bytes(), &["`A3` in row 2"]),
-        refused("open-tag.xlsx", spoilt(SHEET, "<worksheet><sheetData><row r=\"1\">").bytes(), &["within a tag"]),
-        refused("entity.xlsx", spoilt(SHEET, "<worksheet><sheetData><row r=\"1\"><c r=\"A1\" t=\"str\"><v>&own;</v></c></row></sheetData></worksheet>").bytes(), &["an entity of its own"]),
-        refused("no-utf-8.xlsx", {
-            let mut parts = of_rows(plain()).parts();
-            parts.iter_mut().for_each(|(name, bytes)| if name == SHEET { bytes.push(0xFF) });
-            zip_of(&parts)
-        }, &["no UTF-8"]),
-        refused("no-sheet.xlsx", {
-            let mut parts = of_rows(plain()).parts();
-            parts.retain(|(name, _)| name != SHEET);
-            zip_of(&parts)
-        }, &["no part `xl/worksheets/sheet1.xml`"]),
+        refused("words.docx", file("[Content_Types].xml"), &[office]),
+        refused("no-xml.xlsx", file("xl/workbook.xml"), &[written]),
+        closed("far-column.xlsx", &cell(1, "XFD1"), "limit columns"),
+        closed(
+            "far-row.xlsx",
+            "<row r=\"9999999\"/>",
+            "row or column 9999999",
+        ),
+        closed("rows-upside-down.xlsx", &turned, "A1 after a later cell"),
+        closed("wrong-row.xlsx", &cell(2, "A3"), "`A3` in row 2"),
+        of_sheet("open-tag.xlsx", "<row r=\"1\">", "within a tag"),
+        closed("entity.xlsx", entity, "an entity of its own"),
+        refused("no-utf-8.xlsx", spoilt, &["no UTF-8"]),
+        refused(
+            "no-sheet.xlsx",
+            without,
+            &["no part `xl/worksheets/sheet1.xml`"],
+        ),
     ]
 }
 

@@ -44,7 +44,7 @@ pub(crate) struct Workbook {
     pub(crate) formats: Vec<&'static str>,
     pub(crate) sheets: Vec<Sheet>,
     /// Further parts.
-    pub(crate) parts: Vec<(&'static str, &'static str)>,
+    pub(crate) parts: Vec<(&'static str, String)>,
 }
 
 /// A workbook of one sheet of these rows.
