@@ -46,7 +46,7 @@ mod margin;
 mod offers;
 pub mod options;
 mod output;
-mod pdf;
+pub mod pdf;
 mod progress;
 mod replay;
 mod serve;

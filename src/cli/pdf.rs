@@ -40,7 +40,7 @@ const PAUSES: u32 = 1200;
 /// # Errors
 ///
 /// [`ErrorKind::Malformed`] where no browser is found, or where it prints nothing.
-pub(super) fn print(folder: &Path) -> Result<PathBuf, Error> {
+pub fn print(folder: &Path) -> Result<PathBuf, Error> {
     let target = folder.join(PDF_FILE);
     let Some(browser) = browser() else {
         return Err(refused(

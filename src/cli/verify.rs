@@ -40,7 +40,7 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
             &source,
             &request,
             own.recording.is_some(),
-            own.verdict.parent().unwrap_or(Path::new("")),
+            Some(own.verdict.parent().unwrap_or(Path::new(""))),
             &limits,
             control,
         )

@@ -260,7 +260,7 @@ fn design(document: &Value) -> Result<Design, Error> {
 
 /// Makes the run of a stored verdict again, as `request` asks, and compares every key but `run`
 /// and every number to its last digit. `renamed` says that the recording goes by another name
-/// now. The files of a report in `folder` are compared with those that belong to the run.
+/// now. The files of a report in `folder`, where there is one, are compared with those that belong to the run.
 ///
 /// # Errors
 ///
@@ -271,7 +271,7 @@ pub fn verify(
     source: &Source,
     request: &Request,
     renamed: bool,
-    folder: &Path,
+    folder: Option<&Path>,
     limits: &Limits,
     control: &Control<'_>,
 ) -> Result<Verification, Error> {
@@ -317,7 +317,8 @@ pub fn verify(
         && version.stored == version.now;
     let made =
         is_same_page.then(|| latchgate_report::files(&outcome.document, outcome.evidence.as_ref()));
-    let report = VerifiedReport::of(folder, made.as_deref());
+    let report = folder.map(|folder| VerifiedReport::of(folder, made.as_deref()));
+    let report = report.unwrap_or_default();
     Ok(Verification {
         schema: "latchgate.verify/1".into(),
         same: comparison.first.is_none() && report.different.is_empty(),

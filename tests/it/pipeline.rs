@@ -559,15 +559,7 @@ fn verif_a_stored_verdict_is_made_again() {
         let stored = Stored::from_json(text.as_bytes())?;
         let request = stored.request().clone();
         let (limits, control) = (Limits::default(), Control::default());
-        pipeline::verify(
-            &stored,
-            &source,
-            &request,
-            false,
-            std::path::Path::new("target/nowhere"),
-            &limits,
-            &control,
-        )
+        pipeline::verify(&stored, &source, &request, false, None, &limits, &control)
     };
     let same = verified(&text).unwrap();
     assert!(same.same, "{same:?}");

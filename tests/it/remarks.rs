@@ -275,7 +275,7 @@ fn verif_acceptance_is_part_of_the_question() {
         &source,
         stored.request(),
         false,
-        std::path::Path::new("target/nowhere"),
+        None,
         &Limits::default(),
         &Control::default(),
     );

@@ -39,7 +39,8 @@ use crate::words;
 use latchgate_document::Document;
 use latchgate_document::number::exact;
 use latchgate_kernel::range::{Range, Window};
-use latchgate_verdict::{Evidence, Trace};
+use latchgate_verdict::{Evidence, SampledSeries, Trace};
+use serde_json::Value;
 use std::fmt::Write as _;
 
 /// Name of the plot that stands on the first page.
@@ -124,6 +125,12 @@ impl Figure {
         out.push_str("</svg>\n");
         out
     }
+}
+
+/// Returns view, panels, curves and marks of the plot on the first page, for whoever draws it anew from the
+/// columns of [`crate::series::csv`].
+pub fn event_data(document: &Document, series: &SampledSeries) -> Option<Value> {
+    event::draw(document, series).map(|(_, data)| data)
 }
 
 /// Draws every plot that the evidence has data for, in the order of [`NAMES`].

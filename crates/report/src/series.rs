@@ -10,32 +10,42 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Returns the series as CSV: time, acceleration as recorded and as used, its integral, and angle
-/// and angular velocity of each run.
-pub fn csv(series: &SampledSeries) -> String {
-    let mut out = String::with_capacity(series.time_s.len() * (4 + 2 * series.runs.len()) * 20);
-    out.push_str(HEAD);
-    for run in &series.runs {
+/// Returns the columns of a series, each with its name: time, acceleration as recorded and as used, its
+/// integral, and angle and angular velocity of each run.
+pub fn columns(series: &SampledSeries) -> Vec<(String, &[f64])> {
+    let signal: [&[f64]; 4] = [
+        &series.time_s,
+        &series.recorded_m_s2,
+        &series.used_m_s2,
+        &series.velocity_m_s,
+    ];
+    let signal = HEAD.split(',').map(String::from).zip(signal);
+    let runs = series.runs.iter().flat_map(|run| {
         let name = format!("{}_{}", run.model.name(), run.opens_when.name());
-        // Writing into a String cannot fail.
-        let _ = write!(out, ",angle_{name}_rad,angular_velocity_{name}_rad_s");
-    }
+        [
+            (format!("angle_{name}_rad"), &*run.angle_rad),
+            (
+                format!("angular_velocity_{name}_rad_s"),
+                &*run.velocity_rad_s,
+            ),
+        ]
+    });
+    signal.chain(runs).collect()
+}
+
+/// Returns the [`columns`] of a series as CSV.
+pub fn csv(series: &SampledSeries) -> String {
+    let columns = columns(series);
+    let mut out = String::with_capacity(series.time_s.len() * columns.len() * 20);
+    let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
+    out.push_str(&names.join(","));
     out.push('\n');
-    for (index, time) in series.time_s.iter().enumerate() {
-        cell(&mut out, *time);
-        for values in [
-            &series.recorded_m_s2,
-            &series.used_m_s2,
-            &series.velocity_m_s,
-        ] {
-            out.push(',');
-            cell(&mut out, values[index]);
-        }
-        for run in &series.runs {
-            for values in [&run.angle_rad, &run.velocity_rad_s] {
+    for index in 0..series.time_s.len() {
+        for (number, (_, values)) in columns.iter().enumerate() {
+            if number > 0 {
                 out.push(',');
-                cell(&mut out, values[index]);
             }
+            cell(&mut out, values[index]);
         }
         out.push('\n');
     }
