@@ -1,7 +1,7 @@
 //! latchgate replays a measured lateral crash acceleration through a model of a
 //! vehicle's door-latch lever and says, with evidence, whether the door stays shut.
 //!
-//! [`pipeline`] is the face of the library: a [`Request`](pipeline::Request) is the question, a
+//! [`replay`] asks in one breath. [`pipeline`] is the face of the library: a [`Request`](pipeline::Request) is the question, a
 //! [`Prepared`](pipeline::Prepared) recording is read and conditioned once and judged with as many
 //! designs as one likes, and every answer is a [`Document`](pipeline::Document) that can be
 //! written, read back and verified. Names there keep their meaning from version to version; the
@@ -17,20 +17,19 @@
 //! A recording on disk, judged with the paper's lever:
 //!
 //! ```
-//! use latchgate::pipeline::{Control, Design, Extras, Limits, Request, Source, judge};
-//!
-//! let source = Source::File("signals/surviving.csv".into());
-//! let (request, design) = (Request::default(), Design::reference());
-//! let (limits, control) = (Limits::default(), Control::unwatched(2));
-//! let outcome = judge(&source, &request, &design, Extras::default(), &limits, &control);
-//! let document = outcome.document;
+//! let outcome = latchgate::replay("signals/surviving.csv").judge()?;
+//! let document = &outcome.document;
 //! assert_eq!(document.verdict.name(), "pass");
 //! assert_eq!(document.verdict.exit_code(), 0);
 //! assert_eq!(document.report_id.len(), 64);
+//! # Ok::<(), latchgate::pipeline::Error>(())
 //! ```
 
 pub mod gate;
 pub mod pipeline;
+mod replay;
+
+pub use replay::{Replay, replay};
 
 #[doc(hidden)]
 pub use latchgate_document as document;

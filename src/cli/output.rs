@@ -5,14 +5,11 @@ use super::values::ColorArgument;
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::setting::Setting;
 use latchgate_report::escape;
-use latchgate_report::terminal::Look;
+use latchgate_report::terminal::{Look, PIPED};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Columns of what is written to a file or another program.
-const PIPED: usize = 100;
 
 /// Columns beyond which no text is read well.
 const WIDEST: usize = 120;

@@ -11,12 +11,15 @@ use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::card::CardFile;
 use latchgate_recording::error::{Error, ErrorKind, Place};
 use latchgate_recording::{Channel, Finding, Limits, Reading, Source};
+use latchgate_report::terminal::{Look, PIPED};
+use latchgate_report::text;
 use latchgate_verdict::assess::assess_again;
 use latchgate_verdict::conditioning::{self, Conditioned};
 use latchgate_verdict::margin::{self, Advice, Quantity};
 use latchgate_verdict::readings::ReadingCache;
 use latchgate_verdict::sled;
 use latchgate_verdict::{Answer, Assessment, Evidence};
+use std::fmt;
 use std::sync::Arc;
 
 /// What is worked out beside the verdict and costs more than it; none of it changes the verdict.
@@ -78,6 +81,17 @@ impl Outcome {
     pub fn was_stopped(&self) -> bool {
         let stopped = |error: &Error| error.is_stopped();
         self.refusal.as_ref().is_some_and(stopped)
+    }
+}
+
+/// The terminal's text, without colours.
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let look = Look {
+            width: Some(PIPED),
+            ..Look::default()
+        };
+        f.write_str(&text::render(&self.document, None, look))
     }
 }
 

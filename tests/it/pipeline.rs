@@ -6,8 +6,8 @@ use latchgate::cli::compare::VerdictComparison;
 use latchgate::cli::limits::LimitList;
 use latchgate::gate::GateSummary;
 use latchgate::pipeline::{
-    self, Control, Design, Document, Extras, Limits, Listing, MarginRequest, NUMBERS_REVISION,
-    Outcome, Prepared, Request, Source, Stored, Verification,
+    self, CardPolarity, Cfc, Control, Design, Document, Extras, FilterChoice, Limits, Listing,
+    MarginRequest, NUMBERS_REVISION, Outcome, Prepared, Request, Source, Stored, Verification,
 };
 use latchgate_document::blocks::Verdicts;
 use latchgate_document::design_file::apply_override;
@@ -16,7 +16,7 @@ use latchgate_document::{MarginDocument, json};
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::model::parameters::{Condition, PARAMETERS};
 use latchgate_kernel::range::Window;
-use latchgate_kernel::units::OpensWhen;
+use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
 use latchgate_recording::error::ErrorKind;
 use latchgate_recording::setting::Setting;
 use latchgate_study::files::Summary;
@@ -70,6 +70,55 @@ fn every_setting() -> Value {
         "omega0": -1.5, "accepted_remarks": ["DROP OUT"], "velocity_change": 4.5,
         "accept": ["clock"], "limit": {"text_bytes": 1_000_000}
     })
+}
+
+#[test]
+fn verif_a_replay_in_one_breath_fills_a_request_and_shows_the_terminals_text() {
+    let Source::File(path) = signals("burst.csv") else {
+        unreachable!("a signal is a file");
+    };
+    let mut heavier = Design::reference();
+    apply_override(&mut heavier, "lever.mass_kg=0.16").unwrap();
+    let replay = latchgate::replay(&path)
+        .channel("2")
+        .unit(AccelerationUnit::StandardGravity)
+        .opens_when(CardPolarity::Negative)
+        .filter(FilterChoice::Class(Cfc::Cfc180))
+        .members(200)
+        .design(heavier)
+        .threads(1);
+    let outcome = replay.judge().unwrap();
+    let asked = json!({"channel": "2", "unit": "g", "opens_when": "negative", "filter": "cfc180", "members": 200});
+    assert_eq!(outcome.document.request, request(asked));
+    let path = path.to_str().unwrap();
+    let printed = finish(program().args([
+        "replay",
+        path,
+        "--channel",
+        "2",
+        "--unit",
+        "g",
+        "--opens-when",
+        "negative",
+        "--filter",
+        "cfc180",
+        "--members",
+        "200",
+        "--set",
+        "lever.mass_kg=0.16",
+        "--no-report",
+    ]));
+    assert_eq!(outcome.to_string(), printed.out);
+    assert!(outcome.evidence.is_some());
+
+    let error = latchgate::replay("signals/absent.csv").judge().unwrap_err();
+    assert!(matches!(error.kind(), ErrorKind::Io { .. }), "{error}");
+    let error = replay
+        .request(nominal())
+        .channel("acc_z")
+        .judge()
+        .unwrap_err();
+    assert!(error.to_string().contains("acc_z"), "{error}");
 }
 
 #[test]

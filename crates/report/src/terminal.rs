@@ -40,6 +40,9 @@ impl Default for Look {
     }
 }
 
+/// Columns of what is written to a file or another program.
+pub const PIPED: usize = 100;
+
 impl Look {
     /// Returns `text` in a colour by its number.
     fn paint(&self, colour: &str, text: &str) -> String {
