@@ -47,7 +47,7 @@ pub(crate) fn files_below(folder: &str) -> Vec<String> {
 }
 
 /// Sources of each crate.
-pub(crate) const CRATES: [&str; 8] = [
+pub(crate) const CRATES: [&str; 9] = [
     "src",
     "crates/kernel/src",
     "crates/recording/src",
@@ -56,6 +56,7 @@ pub(crate) const CRATES: [&str; 8] = [
     "crates/report/src",
     "crates/study/src",
     "crates/service/src",
+    "crates/python/src",
 ];
 
 /// Returns the sources of the library, without those of command line and service, each with its text.

@@ -1,0 +1,179 @@
+"""latchgate replays a measured crash acceleration through a model of a door-latch lever and says, with
+evidence, whether the door stays shut.
+
+    >>> import latchgate as lg
+    >>> result = lg.replay("burst.csv", opens_when="negative")
+    >>> result.verdict
+    'fail'
+
+Angles are in rad, times in s, accelerations in m/s² unless a unit is stated. Keywords are those of the
+command line with ``_`` for ``-``: see :class:`Settings`. What cannot be judged raises :class:`NotJudged`.
+Any number of threads may ask at once; Ctrl-C ends a question.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from . import _native
+from ._errors import NotJudged
+from ._native import __version__
+from ._question import Design, MarginSettings, Path, Settings, columns, lever, settings_json
+from ._result import GateResult, Result, Sweep
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+__all__ = [
+    "Gate",
+    "GateResult",
+    "MarginSettings",
+    "NotJudged",
+    "Result",
+    "Settings",
+    "Sweep",
+    "__version__",
+    "inspect",
+    "judge",
+    "margin",
+    "replay",
+    "sweep",
+]
+
+
+def replay(
+    path: Path,
+    *,
+    design: Design | None = None,
+    set: Mapping[str, float] | None = None,
+    threads: int | None = None,
+    **settings: Unpack[Settings],
+) -> Result:
+    """Judges a recording, with the card beside it.
+
+    :param path: CSV, LVM, TDMS, EV5, ISO-MME or MCAP, or a pulse by its word: ``"pulse:half-sine,peak=30g,duration=11ms"``.
+    :param design: a design file, or its tables as a dict; the paper's lever if left out.
+    :param set: keys of the design that are changed: ``{"lever.preload_torque_nm": 2.82}``.
+    :param threads: all cores if left out; the numbers do not depend on it.
+    :param settings: see :class:`Settings`.
+    """
+    return _judge(path, None, design, set, threads, settings)
+
+
+def judge(
+    t: Any,
+    a: Any = None,
+    *,
+    design: Design | None = None,
+    set: Mapping[str, float] | None = None,
+    threads: int | None = None,
+    name: str = "arrays.csv",
+    **settings: Unpack[Settings],
+) -> Result:
+    """Judges arrays, as the table of two columns that :meth:`Result.save_csv` writes: ``judge(t, a, unit="g")``.
+
+    :param t: time [s] from first contact; or a pandas.Series whose index is that time.
+    :param a: acceleration in the unit that is stated; doubles are read where they lie.
+    :param name: the file name that the document bears.
+    :param settings: see :class:`Settings`. ``unit`` is never guessed: state it, or for volts and counts
+        ``sensitivity``. The other parameters are as for :func:`replay`.
+    """
+    time, values = columns(t, a)
+    # The table's head states it, as that of a file would.
+    unit = settings.pop("unit", None)
+    if unit is None and "sensitivity" not in settings:
+        raise TypeError('judge takes the unit of a: unit="g", or sensitivity="20 g/V"')
+    table = _native.table(time, values, unit)
+    return _judge(name, table, design, set, threads, settings)
+
+
+def _judge(
+    path: Path,
+    table: bytes | None,
+    design: Design | None,
+    changes: Mapping[str, float] | None,
+    threads: int | None,
+    settings: Mapping[str, Any],
+) -> Result:
+    asked, judged_lever = settings_json(settings), lever(design, changes)
+    native = _native.Judged(path, table, asked, judged_lever, threads)
+    files: list[Path] = [] if table is not None else [path, f"{path}.toml"]
+    if design is not None and not isinstance(design, Mapping):
+        files.append(design)
+    return Result(native, (path, table, asked, judged_lever), files)
+
+
+def inspect(path: Path, *, threads: int | None = None, **settings: Unpack[Settings]) -> dict[str, Any]:
+    """Returns what a recording holds, channel by channel, and which channel :func:`replay` takes. Judges nothing."""
+    listing: dict[str, Any] = json.loads(_native.inspect(path, settings_json(settings), threads))
+    return listing
+
+
+def margin(
+    path: Path,
+    *,
+    design: Design | None = None,
+    set: Mapping[str, float] | None = None,
+    threads: int | None = None,
+    **settings: Unpack[MarginSettings],
+) -> dict[str, Any]:
+    """Returns how far the verdict is from changing, and what design would pass, as ``latchgate margin`` does.
+
+    The parameters are those of :func:`replay`. It takes seconds to minutes.
+    """
+    text = _native.margin(path, None, settings_json(settings), lever(design, set), threads)
+    document: dict[str, Any] = json.loads(text)
+    return document
+
+
+def sweep(
+    recordings: Iterable[Path],
+    designs: Iterable[Design | None] = (None,),
+    *,
+    threads: int | None = None,
+    **settings: Unpack[Settings],
+) -> Sweep:
+    """Judges every recording with every design; each recording is read once, recordings side by side.
+
+    The order of the rows is that of recordings and designs, whatever the threads.
+    """
+    if isinstance(recordings, str) or isinstance(designs, (str, Mapping)):
+        raise TypeError("sweep takes a list of recordings and a list of designs")
+    paths, levers = list(recordings), [lever(design, None) for design in designs]
+    decisions = json.loads(_native.rows(paths, settings_json(settings), levers, threads))
+    return Sweep(
+        [
+            {"recording": str(path), "design": design.name, **row}
+            for path, rows in zip(paths, decisions)
+            for design, row in zip(levers, rows)
+        ]
+    )
+
+
+class Gate:
+    """A gate file: recordings, designs, and what is required of each pair."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def run(
+        self,
+        *,
+        threads: int | None = None,
+        store: Path | None = None,
+        out: Path | None = None,
+        date: str | None = None,
+    ) -> GateResult:
+        """Judges every pair.
+
+        :param store: folder of decisions for the next run; without it nothing is kept.
+        :param out: folder of summary and reports, which is replaced; without it none is written.
+        :param date: day for exceptions that expire, "YYYY-MM-DD"; today (UTC) if left out.
+        """
+        summary = _native.run_gate(self.path, store, out, date, threads)
+        return GateResult(summary.encode())
+
+    def __repr__(self) -> str:
+        return f"latchgate.Gate({str(self.path)!r})"

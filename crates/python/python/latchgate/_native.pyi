@@ -1,0 +1,56 @@
+import os
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["SETTINGS", "Judged", "Lever", "__version__", "inspect", "margin", "rows", "run_gate", "table"]
+
+__version__: str
+SETTINGS: list[str]
+
+@final
+class Lever:
+    name: str
+    def __new__(cls, file: str | os.PathLike[str] | None, text: str | None, changes: list[str]) -> Lever: ...
+
+@final
+class Judged:
+    def __new__(
+        cls,
+        path: str | os.PathLike[str],
+        bytes: bytes | None,
+        settings: str,
+        lever: Lever,
+        threads: int | None,
+    ) -> Judged: ...
+    def document(self) -> bytes: ...
+    def text(self) -> str: ...
+    def headline(self) -> str: ...
+    def series(self) -> dict[str, npt.NDArray[np.float64]]: ...
+    def event(self) -> str | None: ...
+    def page(self) -> str: ...
+    def report(self, folder: str | os.PathLike[str], with_pdf: bool) -> None: ...
+    def verify(self, folder: str | os.PathLike[str] | None, threads: int | None) -> str: ...
+
+def inspect(path: str | os.PathLike[str], settings: str, threads: int | None) -> str: ...
+def margin(
+    path: str | os.PathLike[str],
+    bytes: bytes | None,
+    settings: str,
+    lever: Lever,
+    threads: int | None,
+) -> str: ...
+def rows(
+    recordings: list[str | os.PathLike[str]], settings: str, levers: list[Lever], threads: int | None
+) -> str: ...
+def run_gate(
+    path: str | os.PathLike[str],
+    store: str | os.PathLike[str] | None,
+    out: str | os.PathLike[str] | None,
+    date: str | None,
+    threads: int | None,
+) -> str: ...
+def table(
+    time_s: npt.NDArray[np.float64], values: npt.NDArray[np.float64], unit: str | None
+) -> bytes: ...

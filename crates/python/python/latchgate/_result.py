@@ -1,0 +1,259 @@
+"""What is answered."""
+
+from __future__ import annotations
+
+import functools
+import html
+import json
+import os
+import pathlib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from . import _native
+from ._errors import NotJudged
+from ._question import MarginSettings, Path, settings_json
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
+    import pandas as pd
+
+#: How the curves and marks of the event's plot look, by their class in the report.
+_CURVES: dict[str, dict[str, Any]] = {
+    "raw": {"color": "0.6", "linewidth": 0.8},
+    "used": {"color": "black"},
+    "velocity": {"color": "#23856d"},
+    "run-soft": {"color": "#b45309"},
+    "run-rigid": {"color": "#1f5fa8", "linestyle": "--"},
+}
+_MARKS = {"crossing": "#b3261e", "bad": "#b3261e", "peak": "#b45309", "contact": "0.5"}
+
+
+class Result:
+    """The answer for one recording and one lever.
+
+    ``print(result)`` shows what the terminal shows. A result is never true or false: there are four
+    answers, so compare ``result.verdict``.
+    """
+
+    def __init__(
+        self,
+        native: _native.Judged,
+        question: tuple[Path, bytes | None, str, _native.Lever],
+        files: list[Path],
+    ) -> None:
+        self._native = native
+        self._question = question
+        self._files = files
+        self._folder: pathlib.Path | None = None
+        #: The command line's JSON document, byte for byte but for its block ``run``.
+        self.document: bytes = native.document()
+
+    @functools.cached_property
+    def data(self) -> dict[str, Any]:
+        """The document as a dict: every number with all its digits, in SI units."""
+        data: dict[str, Any] = json.loads(self.document)
+        return data
+
+    @property
+    def verdict(self) -> str:
+        """``"pass"``, ``"fail"``, ``"undecided"`` or ``"unusable"``."""
+        verdict: str = self.data["verdict"]
+        return verdict
+
+    @property
+    def why(self) -> list[dict[str, Any]]:
+        """The reasons, the weightiest first: ``code`` and ``text``."""
+        why: list[dict[str, Any]] = self.data["why"]
+        return why
+
+    @property
+    def findings(self) -> list[dict[str, Any]]:
+        """What is odd in the data, the gravest first: ``code``, ``severity``, ``text``, ``at_s`` [s]."""
+        findings: list[dict[str, Any]] = self.data["findings"]
+        return findings
+
+    @property
+    def opens(self) -> dict[str, Any] | None:
+        """When the lever opens [s]: ``first_s`` of the nominal lever, ``p05_s``, ``p50_s`` and ``p95_s`` of the
+        varied ones, with ``model`` and ``opens_when``; None where none opens."""
+        opens: dict[str, Any] | None = self.data["opens"]
+        return opens
+
+    @property
+    def peak(self) -> float | None:
+        """Largest angle of the nominal lever [rad]; None where nothing can be said of it."""
+        nominal = self.data["nominal"]
+        if self.verdict == "unusable" or nominal is None:
+            return None
+        return float(nominal["peak_angle_rad"])
+
+    @functools.cached_property
+    def series(self) -> dict[str, npt.NDArray[np.float64]]:
+        """Arrays by column, sample by sample: ``time_s`` [s], ``acceleration_recorded_m_s2`` and
+        ``acceleration_used_m_s2`` [m/s²], ``velocity_m_s`` [m/s], and of each run
+        ``angle_MODEL_SIGN_rad`` [rad] and ``angular_velocity_MODEL_SIGN_rad_s`` [rad/s]."""
+        return self._native.series()
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Returns :attr:`series` as a table over the time [s]; needs pandas."""
+        import pandas as pd
+
+        return pd.DataFrame(self.series).set_index("time_s")
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draws acceleration, velocity and angle over the event, with the limit angle and the marks of the
+        report, and returns the three axes; on ``ax`` the angle alone. Needs matplotlib."""
+        event_json = self._native.event()
+        if event_json is None:
+            raise NotJudged("the recording holds nothing that could be drawn")
+        import matplotlib.pyplot as plt
+
+        event = json.loads(event_json)
+        columns = list(self.series.values())
+        scale = event["scale"]
+        panels = event["panels"]
+        if ax is None:
+            heights = {"height_ratios": [panel["bottom"] - panel["top"] for panel in panels]}
+            figure, drawn = plt.subplots(
+                len(panels), sharex=True, figsize=(9, 7), gridspec_kw=heights, layout="constrained"
+            )
+            axes = list(drawn)
+            figure.suptitle(f"{self.verdict.upper()}: {self._native.headline()}", wrap=True, fontsize="medium")
+        else:
+            drawn, axes, panels = ax, [ax], panels[-1:]
+        for axis, panel in zip(axes, panels):
+            for curve in panel["curves"]:
+                values = columns[curve["column"]] * panel["factor"]
+                look = _CURVES.get(curve["class"], {})
+                axis.plot(columns[0] * scale, values, label=curve["name"], **look)
+            for mark in event["marks"]:
+                start, end, color = mark["start"] * scale, mark["end"] * scale, _MARKS.get(mark["class"], "0.5")
+                label = mark["text"] if axis is axes[-1] else None
+                if end > start:
+                    axis.axvspan(start, end, color=color, alpha=0.25, label=label)
+                else:
+                    axis.axvline(start, color=color, linewidth=1, label=label)
+            axis.set_ylim(*panel["range"])
+            axis.set_ylabel(panel["title"])
+        last = axes[-1]
+        last.axhline(event["limit"], color="black", linestyle=":", label=f"limit angle {event['limit']:g} rad")
+        last.set_xlim(*(edge * scale for edge in event["view"]))
+        last.set_xlabel(f"time [{event['unit']}]")
+        for axis in axes:
+            axis.legend(fontsize="small", loc="best")
+        return drawn
+
+    def report(self, folder: Path, *, pdf: bool = False) -> pathlib.Path:
+        """Writes the report into a folder and returns its page. With ``pdf`` a Chromium or Chrome that is
+        installed prints it, too."""
+        inside = pathlib.Path(folder)
+        for file in self._files:
+            beside = inside / pathlib.Path(file).name
+            if beside.exists() and os.path.exists(file) and os.path.samefile(beside, file):
+                raise ValueError(f"{beside}: the folder holds a file that was read; name another place")
+        self._native.report(inside, pdf)
+        self._folder = inside
+        return inside / "report.html"
+
+    def verify(self, *, threads: int | None = None) -> dict[str, Any]:
+        """Makes the run again and compares every number, with the files of the report if one was written.
+        ``["same"]`` of what is returned tells."""
+        verification: dict[str, Any] = json.loads(self._native.verify(self._folder, threads))
+        return verification
+
+    def margin(self, *, counterweight_radius: float | None = None, threads: int | None = None) -> dict[str, Any]:
+        """Returns how far the verdict is from changing, as :func:`latchgate.margin` does.
+        ``counterweight_radius`` is its distance from the pivot [m]."""
+        path, table, settings, lever = self._question
+        asked: MarginSettings = json.loads(settings)
+        if counterweight_radius is not None:
+            asked["counterweight_radius"] = counterweight_radius
+        text = _native.margin(path, table, settings_json(asked), lever, threads)
+        margin: dict[str, Any] = json.loads(text)
+        return margin
+
+    def save_csv(self, folder: Path = ".") -> pathlib.Path:
+        """Writes the arrays that were judged into a folder, as the table of two columns of which
+        :attr:`document` speaks, and returns its path."""
+        name, table, _, _ = self._question
+        if table is None:
+            raise ValueError("the result is that of a file, not of arrays: the file is there")
+        path = pathlib.Path(folder) / name
+        path.write_bytes(table)
+        return path
+
+    def __bool__(self) -> bool:
+        raise TypeError("a result is not true or false: there are four answers, compare .verdict")
+
+    def __str__(self) -> str:
+        return self._native.text()
+
+    def __repr__(self) -> str:
+        return f"<latchgate.Result {self.verdict}: {self._native.headline()}>"
+
+    def _repr_html_(self) -> str:
+        page = html.escape(self._native.page())
+        # As high as its page where a notebook lets it ask, else with a bar to scroll.
+        fit = "this.style.height=this.contentDocument.documentElement.scrollHeight+'px'"
+        return f'<iframe srcdoc="{page}" onload="{fit}" style="width:100%;height:900px;border:0"></iframe>'
+
+
+class _Table:
+    """Rows as dicts."""
+
+    def __init__(self, rows: list[dict[str, Any]]) -> None:
+        #: One dict a pair of recording and design, recordings first.
+        self.rows = rows
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Returns the rows as a table; needs pandas."""
+        import pandas as pd
+
+        return pd.json_normalize(self.rows)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __bool__(self) -> bool:
+        raise TypeError("a table of verdicts is not true or false: compare each row's verdict")
+
+
+class Sweep(_Table):
+    """The decisions of recordings × designs.
+
+    A row has ``recording``, ``design``, ``verdict``, ``reason`` (``code``, ``text``), ``report_id``, and in
+    radians ``threshold_rad``, ``peak_angle_rad``, ``uncertainty_rad``, ``coast_peak_angle_rad``; ``share``
+    bounds the part of the varied levers that open. A recording that cannot be read has rows that say
+    ``unusable`` with the code ``input-refused``.
+    """
+
+
+class GateResult(_Table):
+    """What became of a gate; its rows are the pairs of the summary."""
+
+    def __init__(self, document: bytes) -> None:
+        #: The gate's summary.json.
+        self.document = document
+        #: The same as a dict.
+        self.data: dict[str, Any] = json.loads(document)
+        super().__init__(self.data["pairs"])
+
+    @property
+    def exit_code(self) -> int:
+        """0: every pair is as required; else the worst of 4 (not judged), 1 and 3, as on the command line."""
+        code: int = self.data["exit_code"]
+        return code
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many pairs there are, by what became of them."""
+        counts: dict[str, int] = self.data["counts"]
+        return counts
+
+    def __repr__(self) -> str:
+        return f"<latchgate.GateResult exit_code={self.exit_code} {self.counts}>"

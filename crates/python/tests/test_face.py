@@ -1,0 +1,274 @@
+"""What a result offers, what is refused and how, and that a question can be left."""
+
+import pickle
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import latchgate as lg
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import SIGNALS, but_run
+
+BURST = SIGNALS / "burst.csv"
+
+
+def run(code, **options):
+    """Runs a program of its own."""
+    words = [sys.executable, "-c", textwrap.dedent(code)]
+    return subprocess.run(words, capture_output=True, text=True, check=True, **options).stdout
+
+
+@pytest.fixture(scope="module")
+def fail():
+    return lg.replay(BURST, opens_when="negative", members=200)
+
+
+def test_a_result_says_what_its_document_says(fail):
+    assert fail.verdict == "fail"
+    assert fail.opens["first_s"] == pytest.approx(0.0144, abs=5e-5)
+    assert fail.peak == fail.data["nominal"]["peak_angle_rad"]
+    assert fail.why[0]["code"] and fail.findings[0]["severity"]
+    assert str(fail).startswith("✗ FAIL  The lever opens at 14.4 ms")
+    assert repr(fail) == "<latchgate.Result fail: The lever opens at 14.4 ms (soft stop, negative acceleration).>"
+    assert lg.replay(SIGNALS / "surviving.csv", members=0).opens is None
+
+
+def test_nothing_is_true_or_false(fail):
+    with pytest.raises(TypeError, match="four answers"):
+        bool(fail)
+    with pytest.raises(TypeError):
+        bool(lg.sweep([BURST], members=0))
+
+
+def test_an_unusable_recording_is_an_answer_without_a_peak():
+    t = np.arange(-0.02, 0.2, 1e-4)
+    result = lg.judge(t, np.where(t < 0, 0.0, -50.0), unit="g", members=0)
+    assert (result.verdict, result.peak) == ("unusable", None)
+    assert any(finding["severity"] == "blocking" for finding in result.findings)
+
+
+def test_series_are_the_files_columns(fail, latchgate, tmp_path):
+    file = tmp_path / "series.csv"
+    words = ["--opens-when", "negative", "--members", "200", "--no-report", "--series", file]
+    latchgate("replay", BURST, *words)
+    table = np.genfromtxt(file, delimiter=",", names=True)
+    assert list(fail.series) == list(table.dtype.names)
+    for name, values in fail.series.items():
+        assert np.array_equal(values, table[name]), name
+    frame = fail.to_pandas()
+    assert frame.index.name == "time_s" and len(frame) == len(table)
+
+
+def test_the_plot_has_the_marks_of_the_report(fail):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    axes = fail.plot()
+    assert [axis.get_ylabel() for axis in axes] == ["a [g], − opens", "velocity [m/s]", "angle φ [rad]"]
+    labels = axes[-1].get_legend_handles_labels()[1]
+    assert {"soft stop", "rigid stop", "t = 0", "limit angle 0.1 rad"} <= set(labels)
+    assert any(label.startswith("opens 14.4") for label in labels)
+    _, single = plt.subplots()
+    assert fail.plot(single) is single
+    limit = [line for line in single.get_lines() if line.get_label().startswith("limit")]
+    assert limit[0].get_ydata()[0] == 0.1
+    plt.close("all")
+
+
+def test_a_notebook_shows_card_and_plot(fail):
+    shown = fail._repr_html_().replace("\xa0", " ")
+    for part in ("iframe", "FAIL", "The lever opens at 14.4 ms", "&lt;svg"):
+        assert part in shown
+    assert "&lt;script src" not in shown
+
+
+def test_a_report_is_that_of_the_command_line_and_verified(fail, latchgate, tmp_path):
+    words = ["--opens-when", "negative", "--members", "200", "--out", tmp_path / "theirs"]
+    latchgate("replay", BURST, *words)
+    page = fail.report(tmp_path / "ours", pdf=True)
+    ours = {file.name: file.read_bytes() for file in page.parent.iterdir()}
+    assert ours.pop("report.pdf").startswith(b"%PDF")
+    theirs = {file.name: file.read_bytes() for file in (tmp_path / "theirs").iterdir()}
+    assert but_run(ours.pop("verdict.json")) == but_run(theirs.pop("verdict.json"))
+    assert ours == theirs
+    verification = fail.verify()
+    assert verification["same"] and "report.html" in verification["report"]["same"]
+    page.write_text("changed")
+    assert not fail.verify()["same"]
+
+
+def test_a_report_never_replaces_what_was_read(tmp_path):
+    file = tmp_path / "series.csv"
+    file.write_bytes(BURST.read_bytes())
+    result = lg.replay(file, members=0)
+    with pytest.raises(ValueError, match="name another place"):
+        result.report(tmp_path)
+    assert file.read_bytes() == BURST.read_bytes()
+
+
+def test_a_recording_that_changed_is_not_drawn(tmp_path):
+    file = tmp_path / "burst.csv"
+    file.write_bytes(BURST.read_bytes())
+    result = lg.replay(file, members=0)
+    file.write_bytes(BURST.read_bytes() + b"0.25005,0\n")
+    with pytest.raises(lg.NotJudged, match="changed after it was judged"):
+        result.series
+
+
+WRONG = [
+    (TypeError, {"chanel": "y"}, "unknown setting `chanel`; did you mean `channel`?"),
+    (ValueError, {"filter": "cfc100"}, "did you mean cfc180?"),
+    (ValueError, {"opens_when": "down"}, "negative, positive or both"),
+    (ValueError, {"members": -1}, "members"),
+    (ValueError, {"rate_hz": float("nan")}, ""),
+    (ValueError, {"window": (0.1, 0.05)}, "START must lie before END"),
+    (ValueError, {"set": {"lever.mas_kg": 1}}, "did you mean `lever.mass_kg`?"),
+    (ValueError, {"set": {"lever.mass_kg": -1}}, "mass"),
+    (ValueError, {"design": {"levers": {}}}, "did you mean `lever`?"),
+    (lg.NotJudged, {"design": "absent.toml"}, "absent.toml: cannot read the design file"),
+    (lg.NotJudged, {"channel": "nine"}, "no channel `nine`; the recording holds"),
+]
+
+
+@pytest.mark.parametrize("kind, question, text", WRONG)
+def test_what_is_wrong_is_named(kind, question, text):
+    with pytest.raises(kind) as raised:
+        lg.replay(BURST, **question)
+    assert raised.type is kind and text in str(raised.value)
+
+
+def test_several_channels_are_offered(tmp_path):
+    t = np.arange(-0.02, 0.2, 1e-4)
+    table = np.column_stack([t, np.sin(300 * t), np.cos(300 * t)])
+    file = tmp_path / "two.csv"
+    np.savetxt(file, table, delimiter=",", header="time [s],sill acc y [g],b-pillar acc y [g]", comments="")
+    with pytest.raises(lg.NotJudged) as raised:
+        lg.replay(file)
+    error = raised.value
+    assert error.candidates == ["sill acc y [g]", "b-pillar acc y [g]"]
+    assert "several channels" in error.message == str(error)
+    again = pickle.loads(pickle.dumps(error))
+    assert (again.message, again.candidates) == (error.message, error.candidates)
+    assert lg.replay(file, channel=error.candidates[1], members=0).data["recording"]["channel"].startswith("b-pillar")
+    assert isinstance(error, ValueError)
+
+
+T = np.arange(-0.02, 0.1, 1e-4)
+REFUSED = [
+    (T, np.where(T > 0.05, np.nan, T), "a[701] is nan"),
+    (T, np.where(T > 0.05, np.inf, T), "is inf"),
+    (T, T[1:], "expected one length, found 1200 and 1199"),
+    (T, np.column_stack([T, T]), "one dimension, found 2"),
+    (T, T > 0, "found bool"),
+    (T, T + 0j, "found complex128"),
+    (T, T.astype(np.longdouble), "real numbers"),
+    (T, [str(value) for value in T], "real numbers"),
+    (T, pd.array([1, None] * 600, dtype="Int64"), "masked"),
+    (pd.date_range("2026-01-01", periods=1200, freq="100us"), T, "a time to seconds"),
+    (T, np.ma.masked_greater(T, 0.05), "masked"),
+    (np.zeros(1200), T, "time must increase"),
+    ([], [], ""),
+]
+
+
+@pytest.mark.parametrize("t, a, text", REFUSED)
+def test_arrays_that_are_no_recording_are_not_judged(t, a, text):
+    with pytest.raises(lg.NotJudged) as raised:
+        lg.judge(t, a, unit="g", members=0)
+    assert text in str(raised.value)
+
+
+def test_no_unit_is_guessed():
+    with pytest.raises(TypeError, match="unit="):
+        lg.judge(T, T)
+    with pytest.raises(ValueError, match="known: g, mg"):
+        lg.judge(T, T, unit="furlong")
+
+
+def test_import_takes_neither_pandas_nor_matplotlib():
+    code = "import sys, latchgate; print({'pandas', 'matplotlib'} & set(sys.modules))"
+    assert run(code).strip() == "set()"
+
+
+def test_settings_are_those_of_the_engine():
+    from latchgate import _native
+
+    assert sorted(lg.Settings.__annotations__) == sorted(_native.SETTINGS)
+    assert set(lg.MarginSettings.__annotations__) - set(lg.Settings.__annotations__) == {"counterweight_radius"}
+
+
+def test_types_hold():
+    for words in (["mypy", "--strict", "-p", "latchgate"], ["mypy.stubtest", "latchgate._native"]):
+        done = subprocess.run([sys.executable, "-m", *words], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout
+
+
+def test_threads_ask_at_once_and_get_the_same():
+    expected = but_run(lg.replay(BURST, members=200).document)
+    with ThreadPoolExecutor(8) as pool:
+        results = [pool.submit(lg.replay, BURST, members=200, threads=1) for _ in range(24)]
+        assert {but_run(result.result().document) for result in results} == {expected}
+    shared = lg.replay(BURST, members=0)
+    with ThreadPoolExecutor(8) as pool:
+        pages = [pool.submit(shared._repr_html_) for _ in range(8)]
+        assert len({page.result() for page in pages}) == 1
+
+
+def test_other_threads_run_while_one_is_judged():
+    ticks, done = [], threading.Event()
+
+    def tick():
+        while not done.wait(0.001):
+            ticks.append(time.perf_counter())
+
+    other = threading.Thread(target=tick)
+    other.start()
+    began = time.perf_counter()
+    lg.margin(SIGNALS / "surviving.csv", members=0)
+    ended = time.perf_counter()
+    done.set()
+    other.join()
+    # A thread that never got the interpreter would not have counted at all.
+    during = [at for at in ticks if began < at < ended]
+    assert len(during) > 20
+
+
+@pytest.mark.parametrize("question", ["lg.margin(path)", "lg.sweep([path] * 10_000)"])
+def test_ctrl_c_ends_a_question(question):
+    code = f"import latchgate as lg\npath = {str(SIGNALS / 'surviving.csv')!r}\nprint('begun', flush=True)\n{question}"
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "begun\n"
+    time.sleep(0.3)
+    assert child.poll() is None, "the question ended before it could be left"
+    child.send_signal(signal.SIGINT)
+    _, said = child.communicate(timeout=20)
+    assert child.returncode in (130, -signal.SIGINT) and "KeyboardInterrupt" in said
+
+
+def test_memory_stays_flat_over_ten_thousand_judgements():
+    code = """
+        import latchgate as lg, numpy as np
+        t = np.arange(-0.01, 0.07, 5e-4)
+        a = np.where((t > 0) & (t < 0.01), -20 * np.sin(np.pi * t / 0.01), 0.0)
+
+        def resident_kib():
+            return int(next(line for line in open("/proc/self/status") if line.startswith("VmRSS")).split()[1])
+
+        def judge(count):
+            for _ in range(count):
+                lg.judge(t, a, unit="g", members=0, threads=1, opens_when="negative").verdict
+
+        judge(1000)
+        before = resident_kib()
+        judge(10_000)
+        print(resident_kib() - before)
+    """
+    assert int(run(code)) < 4096
