@@ -5,6 +5,7 @@
 //! many of them here, `cluster_gates` on a cluster (`engine` is what was last seen there), `pool` has children
 //! read and judge in a `jail`, `problem` words what went wrong, `run` are the commands.
 
+#![cfg(target_os = "linux")]
 #![allow(
     clippy::disallowed_methods,
     clippy::disallowed_types,

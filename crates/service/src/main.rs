@@ -2,6 +2,19 @@
 
 use std::process::ExitCode;
 
+#[cfg(target_os = "linux")]
 fn main() -> ExitCode {
     latchgate_service::run::main()
+}
+
+/// What keeps a hostile recording from reaching more (Landlock, seccomp) is Linux's.
+#[cfg(not(target_os = "linux"))]
+#[expect(clippy::print_stderr, reason = "all that the program says here")]
+fn main() -> ExitCode {
+    eprintln!(
+        "latchgate-serve: the service runs on Linux alone, found {}; \
+         `latchgate` itself works here, and a browser here reaches a service on Linux",
+        std::env::consts::OS
+    );
+    ExitCode::from(4)
 }

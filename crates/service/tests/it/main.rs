@@ -2,6 +2,7 @@
 //!
 //! Tests that take long are marked `ignored`; `docs/service.md` says what they found.
 
+#![cfg(target_os = "linux")]
 #![allow(clippy::disallowed_methods, reason = "tests may")]
 #![allow(
     clippy::unwrap_used,
