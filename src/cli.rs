@@ -81,6 +81,8 @@ pub fn main() -> ExitCode {
         return refuse_usage(&error);
     }
     progress::listen();
+    // A console of Windows must be told once that colours come; elsewhere this does nothing.
+    anstyle_query::windows::enable_ansi_colors();
     let code = match &arguments.command {
         Command::Replay(own) => replay::command(own, &arguments.common),
         Command::Inspect(own) => inspect::command(own, &arguments.common),

@@ -600,10 +600,14 @@ pub fn share_bytes(folder: &Path, share: Share) -> Result<u64, Error> {
 /// Writes a file beside its place and moves it there whole.
 pub(super) fn put_in_place(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let beside = path.with_extension(format!("{}.part", std::process::id()));
-    fs::write(&beside, bytes)
-        .and_then(|()| File::open(&beside)?.sync_all())
-        .and_then(|()| fs::rename(&beside, path))
-        .inspect_err(|_| drop(fs::remove_file(&beside)))
+    let write = || {
+        let mut file = File::create(&beside)?;
+        file.write_all(bytes)?;
+        // By the handle that wrote: Windows refuses it to one that only reads.
+        file.sync_all()?;
+        fs::rename(&beside, path)
+    };
+    write().inspect_err(|_| drop(fs::remove_file(&beside)))
 }
 
 pub(super) fn name_of(path: &Path) -> String {

@@ -3,7 +3,9 @@
 
 mod collected;
 mod ends;
+#[cfg(unix)]
 mod engines;
+#[cfg(unix)]
 mod slurm;
 
 use crate::support::{Done, Folder, finish, half_sine, program, table};

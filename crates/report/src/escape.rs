@@ -41,14 +41,38 @@ pub fn terminal(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(shown).collect())
 }
 
-/// Returns a word of a shell's command line, quoted for a POSIX shell where it needs it.
+/// Returns a word of a shell's command line, quoted for this system's shells where it needs it.
 pub fn shell(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
+    if cfg!(windows) {
+        quoted_for_windows(word)
+    } else {
+        quoted_for_posix(word)
+    }
+}
+
+fn quoted_for_posix(word: &str) -> String {
+    if is_plain(word, "-_./=:,+") {
         word.to_string()
     } else {
         format!("'{}'", word.replace('\'', "'\\''"))
     }
+}
+
+/// The command prompt knows double quotes alone. PowerShell expands within them, and so takes words with what it would
+/// expand in single ones.
+fn quoted_for_windows(word: &str) -> String {
+    if is_plain(word, "-_./=:+\\") {
+        word.to_string()
+    } else if word.contains(['"', '$', '`']) {
+        format!("'{}'", word.replace('\'', "''"))
+    } else {
+        format!("\"{word}\"")
+    }
+}
+
+fn is_plain(word: &str, marks: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || marks.contains(c);
+    !word.is_empty() && word.chars().all(plain)
 }
 
 fn is_markup(c: char) -> bool {
@@ -61,5 +85,25 @@ fn shown(c: char) -> char {
         '\u{FFFE}' | '\u{FFFF}' => REPLACEMENT,
         other if steers(other) => REPLACEMENT,
         other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{quoted_for_posix, quoted_for_windows};
+
+    #[test]
+    fn verif_words_reach_the_shell_of_each_system_whole() {
+        for (word, posix, windows) in [
+            ("a/b.csv", "a/b.csv", "a/b.csv"),
+            (r"C:\a\b.csv", r"'C:\a\b.csv'", r"C:\a\b.csv"),
+            ("a b", "'a b'", "\"a b\""),
+            ("a&b", "'a&b'", "\"a&b\""),
+            ("it's $1", r"'it'\''s $1'", "'it''s $1'"),
+            ("", "''", "\"\""),
+        ] {
+            assert_eq!(quoted_for_posix(word), posix);
+            assert_eq!(quoted_for_windows(word), windows);
+        }
     }
 }

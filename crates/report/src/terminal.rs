@@ -74,19 +74,29 @@ impl Look {
         let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         match (self.links, whole.to_str()) {
             (true, Some(whole)) => {
-                let mut address = String::new();
-                for byte in whole.bytes() {
-                    if byte.is_ascii_alphanumeric() || b"/-_.~".contains(&byte) {
-                        address.push(char::from(byte));
-                    } else {
-                        let _ = write!(address, "%{byte:02X}");
-                    }
-                }
-                format!("\x1b]8;;file://{address}\x1b\\{shown}\x1b]8;;\x1b\\")
+                let address = file_address(whole, std::path::MAIN_SEPARATOR);
+                format!("\x1b]8;;{address}\x1b\\{shown}\x1b]8;;\x1b\\")
             }
             _ => shown,
         }
     }
+}
+
+/// Returns the address of a whole path: `file:///tmp/a`, and of `C:\a` `file:///C:/a`.
+fn file_address(path: &str, separator: char) -> String {
+    let mut address = String::from("file://");
+    // A path of Windows begins with its drive.
+    if !path.starts_with(separator) {
+        address.push('/');
+    }
+    for byte in path.replace(separator, "/").bytes() {
+        if byte.is_ascii_alphanumeric() || b"/-_.~:".contains(&byte) {
+            address.push(char::from(byte));
+        } else {
+            let _ = write!(address, "%{byte:02X}");
+        }
+    }
+    address
 }
 
 fn sign(answer: Answer) -> (char, &'static str) {
@@ -295,4 +305,29 @@ fn letters(text: &str) -> usize {
         }
     }
     count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::file_address;
+
+    #[test]
+    fn verif_paths_of_each_system_are_addresses() {
+        for (path, separator, address) in [
+            ("/tmp/a b.html", '/', "file:///tmp/a%20b.html"),
+            (r"/tmp/a\b", '/', "file:///tmp/a%5Cb"),
+            (
+                r"C:\my reports\a.html",
+                '\\',
+                "file:///C:/my%20reports/a.html",
+            ),
+            (
+                r"\\server\share\a.html",
+                '\\',
+                "file:////server/share/a.html",
+            ),
+        ] {
+            assert_eq!(file_address(path, separator), address);
+        }
+    }
 }

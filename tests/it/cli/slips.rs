@@ -80,6 +80,7 @@ fn cli_a_window_in_milliseconds_is_told() {
 
 /// What is measured stays: neither a report nor a series takes the place of a file that is read, by whatever name, or
 /// of one that latchgate did not write.
+#[cfg(unix)]
 #[test]
 fn cli_no_file_of_others_is_overwritten() {
     let folder = Folder::new("slips-overwritten");

@@ -179,6 +179,7 @@ fn cli_two_meanings_are_errors() {
     check(&yard, &same, &[], 0, "all 2 pairs are as required");
 }
 
+#[cfg(unix)]
 #[test]
 fn cli_what_cannot_be_judged_is_no_pass() {
     let yard = Yard::new("unjudged");

@@ -206,6 +206,7 @@ fn cli_a_file_that_never_comes_is_named() {
 }
 
 /// Of what is no line of the store nothing is taken, and nothing of it is in the way.
+#[cfg(unix)]
 #[test]
 fn cli_foreign_files_in_a_store_change_nothing() {
     let yard = SweepYard::new("foreign", 4, 3, 0);
