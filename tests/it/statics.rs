@@ -1,5 +1,7 @@
 //! Static thresholds by direction, linkages, and the check of a sled pulse.
 
+#![allow(clippy::excessive_precision, reason = "values at 200 bits")]
+
 use crate::support::{Folder, latchgate};
 use serde_json::Value;
 

@@ -518,7 +518,7 @@ fn points_in_table(text: &str) -> Result<(Vec<Point>, AccelerationUnit), Error> 
     };
     let unit = unit_of(&unit)?;
     let mut points = Vec::new();
-    while let Some(line) = lines.next() {
+    for line in lines {
         let (time, value, line) = pair(Some(line), "a time and an acceleration")?;
         let place = |error: Error| error.at(Place::default().line(line));
         points.push(Point {
