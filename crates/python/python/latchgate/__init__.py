@@ -53,7 +53,8 @@ def replay(
 ) -> Result:
     """Judges a recording, with the card beside it.
 
-    :param path: CSV, LVM, TDMS, EV5, ISO-MME or MCAP, or a pulse by its word: ``"pulse:half-sine,peak=30g,duration=11ms"``.
+    :param path: CSV, a workbook, LVM, TDMS, EV5, ISO-MME or MCAP, or a pulse by its word:
+        ``"pulse:half-sine,peak=30g,duration=11ms"``.
     :param design: a design file, or its tables as a dict; the paper's lever if left out.
     :param set: keys of the design that are changed: ``{"lever.preload_torque_nm": 2.82}``.
     :param threads: all cores if left out; the numbers do not depend on it.

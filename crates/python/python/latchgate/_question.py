@@ -36,6 +36,8 @@ class Settings(TypedDict, total=False):
     """Unit of that column: "s", "ms", "us", "ns", "min", "h", "day", or "10us"."""
     time_source: str
     """Clock of a log's messages: "header", "log" or "publish"."""
+    sheet: str
+    """Name of the sheet of a workbook."""
     header_line: int
     """Line of a text table that names its columns, from 1."""
     unit_line: int
