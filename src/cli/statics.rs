@@ -10,6 +10,7 @@ use latchgate_document::design_file::{apply_override, static_from_bytes};
 use latchgate_document::static_document::StaticDocument;
 use latchgate_kernel::model::Design;
 use latchgate_recording::error::{Error, Place};
+use latchgate_recording::source::sha256;
 use latchgate_verdict::statics::StaticLever;
 use std::path::{Path, PathBuf};
 
@@ -32,8 +33,8 @@ pub struct StaticArguments {
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(own: &StaticArguments, common: &Common) -> Result<u8, Failure> {
-    let lever = lever(own, common)?;
-    let document = StaticDocument::of(&lever, crate::pipeline::run_block());
+    let (lever, sha256) = lever(own, common)?;
+    let document = StaticDocument::of(&lever, sha256, crate::pipeline::run_block());
     let folder = (!own.no_report).then(|| {
         let name = latchgate_report::folder_name("static", &document.design, "");
         let default = || Path::new("reports/out").join(name);
@@ -54,7 +55,8 @@ pub(super) fn command(own: &StaticArguments, common: &Common) -> Result<u8, Fail
     Ok(0)
 }
 
-fn lever(own: &StaticArguments, common: &Common) -> Result<StaticLever, Failure> {
+/// Returns the lever, and the SHA-256 of its file.
+fn lever(own: &StaticArguments, common: &Common) -> Result<(StaticLever, Option<String>), Failure> {
     let in_option = |error: Error| Failure::Usage(error.at(Place::file("--set")));
     let Some(path) = &own.design else {
         let mut design = Design::reference();
@@ -64,7 +66,7 @@ fn lever(own: &StaticArguments, common: &Common) -> Result<StaticLever, Failure>
         design
             .validate()
             .map_err(|error| Failure::Usage(error.into()))?;
-        return Ok(StaticLever::from(&design));
+        return Ok((StaticLever::from(&design), None));
     };
     let limits = common.limits().map_err(Failure::Usage)?;
     let file = path
@@ -72,5 +74,6 @@ fn lever(own: &StaticArguments, common: &Common) -> Result<StaticLever, Failure>
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let most = ("settings_bytes", limits.settings_bytes);
     let bytes = read_within(path, &file, "read the design file", most).map_err(Failure::Data)?;
-    static_from_bytes(&file, &bytes, &own.set, &limits).map_err(Failure::Data)
+    let lever = static_from_bytes(&file, &bytes, &own.set, &limits).map_err(Failure::Data)?;
+    Ok((lever, Some(sha256(&bytes))))
 }

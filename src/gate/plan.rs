@@ -122,6 +122,10 @@ impl PairPattern {
 /// Tells whether a pattern names a recording: by its whole name, or by that of its file, which ends
 /// before the `#` of its channel.
 fn names_recording(pattern: &Pattern, name: &str) -> bool {
+    if is_pulse(name) {
+        // Its word is one, whatever stands in it.
+        return pattern.matches_with(name, DESIGNS);
+    }
     let mut files = name.match_indices('#').map(|(at, _)| &name[..at]);
     pattern.matches_with(name, NAMES) || files.any(|file| pattern.matches_with(file, NAMES))
 }

@@ -228,6 +228,19 @@ pub(super) fn headline(summary: &GateSummary) -> String {
             format!("{some} of {pairs} {are} not as required: {told}")
         }
     };
+    let open = summary
+        .statics
+        .iter()
+        .filter(|standing| !standing.holds)
+        .count();
+    if open > 0 {
+        let verb = if open == 1 { "opens" } else { "open" };
+        let _ = write!(
+            text,
+            "; {} {verb} under the static load",
+            counted(open, "design")
+        );
+    }
     if counts.allowed > 0 {
         let _ = write!(text, ", {} by an exception", counts.allowed);
     }

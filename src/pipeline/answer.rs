@@ -5,7 +5,9 @@ use latchgate_document::identity;
 use latchgate_document::request::{PolaritySource, Request};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::units::STANDARD_GRAVITY;
+use latchgate_recording::card::CardPolarity;
 use latchgate_recording::error::Error;
+use latchgate_recording::setting::Setting;
 use latchgate_recording::{Card, Channel, Finding, Severity, Source, TestFacts};
 use latchgate_verdict::conditioning::{self, Between, Conditioned, cfc};
 use latchgate_verdict::{
@@ -52,8 +54,20 @@ impl RecordingFacts {
         self.card = card;
     }
 
-    pub(super) fn describe(&mut self, channel: &Channel) {
+    pub(super) fn describe(&mut self, channel: &Channel) -> Result<(), Error> {
         if let Some(pulse) = &channel.pulse {
+            let stated = self.request.opens_when.unwrap_or(pulse.opens_when);
+            if pulse.opens_when != CardPolarity::Both && stated != pulse.opens_when {
+                let found = format!("{} = {}", Setting::OpensWhen, stated.name());
+                return Err(Error::malformed(
+                    format!(
+                        "the direction of the pulse's word, {}",
+                        pulse.opens_when.name()
+                    ),
+                    found,
+                    "change the word, or leave the setting out",
+                ));
+            }
             self.declare(Card {
                 opens_when: Some(pulse.opens_when),
                 synthetic: true,
@@ -73,6 +87,7 @@ impl RecordingFacts {
         block.sample_rate_hz = Some(channel.rate.hertz());
         block.start_s = Some(channel.start_s);
         block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
+        Ok(())
     }
 
     pub(super) fn report_id(&self, design: &Design) -> String {

@@ -194,7 +194,12 @@ fn sled_check(
         return Ok(None);
     };
     let checked = conditioning::condition(channel, conditioning)
-        .and_then(|conditioned| sled::check(&conditioned))
+        .and_then(|conditioned| {
+            let mut findings = recording.findings.clone();
+            findings.extend(channel.findings.iter().cloned());
+            findings.extend(conditioned.findings.iter().cloned());
+            sled::check(&conditioned, &findings)
+        })
         .map_err(|error| error.at(Place::file(recording.file.clone())))?;
     Ok(Some(checked.0))
 }

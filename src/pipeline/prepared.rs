@@ -260,7 +260,8 @@ impl Prepared {
         let mut evidence = assessment.evidence.take();
         let mut document = answer::answered(&self.facts, &self.conditioned, design, assessment);
         if self.facts.request.sled206 {
-            let checked = sled::check(&self.conditioned).map_err(|error| error.at(self.place()));
+            let checked = sled::check(&self.conditioned, &document.findings)
+                .map_err(|error| error.at(self.place()));
             let (check, filtered) = checked?;
             document.sled206 = Some(check);
             if let Some(evidence) = &mut evidence {
@@ -401,7 +402,9 @@ fn read(
         })
         .at(Place::file(source.name())));
     };
-    facts.describe(&channel);
+    facts
+        .describe(&channel)
+        .map_err(|error| error.at(Place::file(source.name())))?;
     facts.findings.extend(channel.findings.iter().cloned());
     let every = every.as_ref().map(|every| every.channels.as_slice());
     facts.findings.extend(neighbours(&channel, every, several));

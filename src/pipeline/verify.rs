@@ -235,6 +235,15 @@ fn design(document: &Value) -> Result<Design, Error> {
             .as_object()
             .ok_or_else(|| absent(section, &whole[section]))?;
         for (key, value) in keys {
+            if value.is_array() {
+                let vector = serde_json::from_value(value.clone())
+                    .map_err(|error| absent(key, &error.to_string().into()))?;
+                match key.as_str() {
+                    "axis" => design.lever.axis = Some(vector),
+                    _ => design.lever.center_of_mass = Some(vector),
+                }
+                continue;
+            }
             let number = value.as_f64().ok_or_else(|| absent(key, value))?;
             if key == "raised_from_rad" {
                 raised_from_rad = Some(number);
@@ -242,6 +251,10 @@ fn design(document: &Value) -> Result<Design, Error> {
             }
             apply_override(&mut design, &format!("{section}.{key}={number}"))?;
         }
+    }
+    if !whole["linkage"].is_null() {
+        design.linkage = serde_json::from_value(whole["linkage"].clone())
+            .map_err(|error| absent("the linkage", &error.to_string().into()))?;
     }
     design.criterion.raised_from_rad = raised_from_rad;
     design.modified.clear();

@@ -67,7 +67,7 @@ fn every_setting() -> Value {
         "bias": "-0.02..-0.005", "filter": "cfc180", "filter_standard": "saej211",
         "between": "linear", "resample": 20_000.0, "window": "-0.01..0.2", "model": "rigid", "method": "moreau-jean",
         "steps_per_period": 2500, "tolerance": 1e-9, "members": 128, "seed": 7, "phi0": 0.01,
-        "omega0": -1.5, "accepted_remarks": ["DROP OUT"], "velocity_change": 4.5,
+        "omega0": -1.5, "sled206": true, "accepted_remarks": ["DROP OUT"], "velocity_change": 4.5,
         "accept": ["clock"], "limit": {"text_bytes": 1_000_000}
     })
 }

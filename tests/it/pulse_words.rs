@@ -347,3 +347,30 @@ fn cli_every_command_takes_a_pulse() {
         assert_eq!(done.code, 0, "{cached}: {} {}", done.out, done.err);
     }
 }
+
+/// A direction that contradicts the word is refused; a pulse that only presses the lever shut says so.
+#[test]
+fn cli_the_direction_of_a_pulse_is_its_words() {
+    let word = "pulse:half-sine,peak=30g,duration=11ms,opens-when=positive";
+    let done = latchgate(&["replay", word, "--opens-when", "negative", "--no-report"]);
+    assert_eq!(done.code, 4, "{}", done.out);
+    assert!(
+        done.err.contains("the direction of the pulse's word"),
+        "{}",
+        done.err
+    );
+    let shut = "pulse:trapezoid,peak=33g,rise=22ms,hold=35ms,fall=28ms,opens-when=negative";
+    let codes = |document: &Value| {
+        let findings = document["findings"].as_array().unwrap().iter();
+        findings
+            .map(|one| one["code"].as_str().unwrap().to_string())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(codes(&judged(shut, &[])), ["pulse-presses-shut"]);
+    let arm = format!("lever.center_of_mass_m={:?}", -ARM_M / 10.0);
+    assert!(codes(&judged(shut, &["--set", &arm])).is_empty());
+    assert_eq!(
+        canonical("pulse:polyline,points=0:-0/22:33,unit=g", None).unwrap(),
+        canonical("pulse:polyline,points=0:0/22:33,unit=g", None).unwrap()
+    );
+}

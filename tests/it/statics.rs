@@ -396,3 +396,152 @@ fn cli_the_corridor_lies_at_time_zero() {
     let verified = latchgate(&["verify", out.join("verdict.json").to_str().unwrap()]);
     assert_eq!(verified.code, 0, "{} {}", verified.out, verified.err);
 }
+
+/// What is no number, too large for one, or beyond what a latch can bear makes no latch of one that opens.
+#[test]
+fn verif_no_odd_number_holds_30_g() {
+    let folder = Folder::new("static-odd");
+    let element = |rest: &str| {
+        format!(
+            "[[linkage]]\nname = \"a\"\nmass_kg = 0.1\nspring_torque_nm = 1\n{rest}\n\
+             [[linkage]]\nname = \"b\"\nmass_kg = 0.001\naxis = [0, 0, 1]\ncenter_of_mass = [0.1, 0, 0]\n"
+        )
+    };
+    for refused in [
+        element("axis = [0, 0, 1]\ncenter_of_mass = [nan, 0, 0]"),
+        element("axis = [0, 0, 1e200]\ncenter_of_mass = [0.1, 0, 0]"),
+        element("axis = [0, 0, 1]\ncenter_of_mass = [0.1, 0, 0]\nratio = 0"),
+        element("axis = [0, 0, 1]\ncenter_of_mass = [0.1, 0, 0]\nspring_force_n = 3"),
+        element(
+            "axis = [0, 0, 1]\ncenter_of_mass = [0.1, 0, 0]\nratio = 10\nspring_stiffness_nm_per_rad = 1e308",
+        ),
+        element("axis = [0, 0, 1]\ncenter_of_mass = [0.1, 0, 0]\nspring_stiffness_nm_per_rad = 1"),
+        element("axis = [0, 0, 1]\ncenter_of_mass = [0.1, 0, 0]")
+            + "[lever]\npreload_torque_nm = 100\n",
+        "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [inf, 0, 0]\n".into(),
+    ] {
+        let file = folder.write("odd.toml", &refused);
+        let done = latchgate(&["static", &file, "--no-report"]);
+        assert_eq!(
+            (done.code, done.out.as_str()),
+            (4, ""),
+            "{refused}: {}",
+            done.err
+        );
+    }
+    // A raised limit, or one beyond 90°, is not averaged over.
+    let soft = "[lever]\npreload_torque_nm = 0.1\nspring_stiffness_nm_per_rad = 20\n";
+    let file = folder.write("soft.toml", soft);
+    let raised = [
+        "static",
+        &file,
+        "--no-report",
+        "--format",
+        "json",
+        "--set",
+        "criterion.threshold_rad=3",
+    ];
+    let document = latchgate(&raised).document();
+    let plain = thresholds(&folder, soft);
+    assert_eq!(document["rows"], plain["rows"]);
+    assert_eq!(
+        document["modified"],
+        serde_json::json!(["criterion.threshold_rad 3 (0.1)"])
+    );
+    let far = thresholds(
+        &folder,
+        &format!("{soft}[criterion]\nthreshold_rad = 100\n"),
+    );
+    assert_eq!(
+        far["threshold_rad"].as_f64(),
+        Some(std::f64::consts::FRAC_PI_2)
+    );
+    // Beside an axis the sign is the vector's.
+    let file = folder.write(
+        "axis.toml",
+        "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n",
+    );
+    let turned = latchgate(&[
+        "static",
+        &file,
+        "--no-report",
+        "--set",
+        "lever.center_of_mass_m=-0.065",
+    ]);
+    assert_eq!(turned.code, 4, "{}", turned.out);
+}
+
+/// Where the arm turns towards a fixed direction, the step counts that opens the lever before SAE J839.
+#[test]
+fn verif_the_step_counts_where_it_opens_sooner() {
+    let folder = Folder::new("static-step");
+    let document = thresholds(
+        &folder,
+        "[lever]\npreload_torque_nm = 1\nspring_stiffness_nm_per_rad = 7.7\naxis = [0, 0, 1]\n\
+         center_of_mass = [-0.045961940777125, 0.045961940777125, 0]\n[criterion]\nthreshold_rad = 0.5\n",
+    );
+    let mut sooner = 0;
+    for row in document["rows"].as_array().unwrap() {
+        let [step, level, counts] =
+            ["step_g", "j839_g", "counts_g"].map(|key| row[key].as_f64().unwrap_or(f64::INFINITY));
+        assert_eq!(counts, step.min(level), "{row}");
+        sooner += usize::from(step < level);
+    }
+    assert!(sooner > 0);
+}
+
+/// A verdict of a design with an axis, and of one with a linkage, is verified.
+#[test]
+fn cli_designs_with_directions_are_verified() {
+    let folder = Folder::new("static-verify");
+    let axis = "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n".to_string();
+    let linkage = WORKED_EXAMPLE.replace("mass_kg", "moment_of_inertia_kg_m2 = 1e-4\nmass_kg")
+        + "[lever]\npivot_damping_nm_s_per_rad = 1e-4\n[stop]\nrestitution = 0.7\n\
+           stiffness_n_per_m = 1e7\ndamping_n_s_per_m = 100\nradius_m = 0.05\n";
+    for (name, design) in [("axis", axis), ("linkage", linkage)] {
+        let file = folder.write(&format!("{name}.toml"), design);
+        let out = folder.path().join(name);
+        let word = "pulse:haversine,peak=30g,duration=10ms";
+        let fixed = ["replay", word, "--design", &file, "--members", "0", "--out"];
+        let done = latchgate(&[&fixed[..], &[out.to_str().unwrap()]].concat());
+        assert!(done.code < 4, "{}", done.err);
+        let verified = latchgate(&["verify", out.join("verdict.json").to_str().unwrap()]);
+        assert_eq!(
+            verified.code, 0,
+            "{name}: {} {}",
+            verified.out, verified.err
+        );
+        assert_eq!(
+            done.out.contains("radial-left-out"),
+            name == "axis",
+            "{}",
+            done.out
+        );
+    }
+}
+
+/// A record that lacks part of the corridor, or has a blocking finding, is no valid sled pulse.
+#[test]
+fn verif_a_sled_pulse_is_valid_only_as_a_whole() {
+    let folder = Folder::new("sled-whole");
+    let table = |from: u32, to: u32, top: f64| {
+        let rows = (from..to).map(|k| {
+            let t = f64::from(k) * 1e-4;
+            let level = (t / 0.022).min((0.085 - t) / 0.028).clamp(0.0, 1.0) * 33.0;
+            format!("{t:.4},{:.6}\n", level.min(top))
+        });
+        format!("t_s,acc_y_g\n{}", rows.collect::<String>())
+    };
+    for (name, from, to, top, range) in [
+        ("whole", 0, 1000, 99.0, 2000),
+        ("late", 248, 1000, 99.0, 2000),
+        ("cut", 0, 555, 99.0, 2000),
+        ("clipped", 0, 1000, 31.0, 31),
+    ] {
+        let file = folder.write(&format!("{name}.csv"), table(from, to, top));
+        folder.write(&format!("{name}.csv.toml"), format!("range_g = {range}\n"));
+        let check = sled(&file, &[]);
+        let valid = check["valid"].as_bool().unwrap();
+        assert_eq!(valid, name == "whole", "{name}: {check}");
+    }
+}

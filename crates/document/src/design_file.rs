@@ -97,6 +97,14 @@ pub fn static_from_bytes(
             )
             .at(place));
         }
+        let lever = table.get("lever").and_then(toml::Value::as_table);
+        let own = |key: &&String| key.as_str() != "pivot_damping_nm_s_per_rad";
+        if let Some(key) = lever.and_then(|lever| lever.keys().find(own)) {
+            let found = format!("lever.{key} beside a linkage");
+            let hint = "leave it out: the elements say all of the lever";
+            return Err(Error::malformed("a linkage alone", found, hint).at(place));
+        }
+        limit_stated(&table, &linkage).map_err(|error| error.at(place.clone()))?;
         let name = match table.contains_key("name") {
             true => rest.name,
             false => stem(file),
@@ -105,6 +113,13 @@ pub fn static_from_bytes(
         return lever.map_err(|error| Error::from(error).at(place));
     }
     let mut design = design_from_bytes(file, bytes, limits)?;
+    let text = String::from_utf8_lossy(bytes);
+    if text
+        .parse()
+        .is_ok_and(|table: toml::Table| !table.contains_key("name"))
+    {
+        design.name = stem(file);
+    }
     for assignment in overrides {
         apply_override(&mut design, assignment)?;
     }
@@ -222,12 +237,31 @@ pub fn apply_override(design: &mut Design, assignment: &str) -> Result<(), Error
     Ok(design.override_number(key, number)?)
 }
 
+/// Sees to it that a linkage with springs that grow states how far they go: the paper's limit is not its own.
+fn limit_stated(table: &toml::Table, linkage: &[LinkageElement]) -> Result<(), Error> {
+    let grows = linkage
+        .iter()
+        .any(|element| element.spring_stiffness_nm_per_rad > 0.0);
+    let stated = table
+        .get("criterion")
+        .and_then(|criterion| criterion.get("threshold_rad"));
+    if !grows || stated.is_some() {
+        return Ok(());
+    }
+    Err(Error::malformed(
+        "criterion.threshold_rad of a linkage with a spring stiffness",
+        "none",
+        "state the angle of the pawl up to which the springs are averaged",
+    ))
+}
+
 /// Takes in a linkage, of which the whole lever comes.
 fn put_linkage(
     design: &mut Design,
     table: &toml::Table,
     linkage: Vec<LinkageElement>,
 ) -> Result<(), Error> {
+    limit_stated(table, &linkage)?;
     let lacking = lacks(table, &linkage);
     let damping = table
         .get("lever")

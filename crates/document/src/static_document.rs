@@ -3,6 +3,7 @@
 use crate::blocks::RunBlock;
 use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
 use latchgate_kernel::model::vector::Vector;
+use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_verdict::statics::{StaticLever, StaticRow};
 use serde::Serialize;
 
@@ -13,6 +14,10 @@ pub struct StaticDocument {
     pub schema: &'static str,
     /// Name of the design.
     pub design: String,
+    /// Keys that overrides gave another value, each with that and the one before.
+    pub modified: Vec<String>,
+    /// SHA-256 of the design file, where there is one.
+    pub design_sha256: Option<String>,
     /// Preload torque T0 [N m].
     pub preload_torque_nm: f64,
     /// Stiffness k0 [N m/rad].
@@ -52,7 +57,7 @@ pub struct StaticElement {
 
 impl StaticDocument {
     /// Puts the thresholds of a lever together.
-    pub fn of(lever: &StaticLever, run: RunBlock) -> Self {
+    pub fn of(lever: &StaticLever, design_sha256: Option<String>, run: RunBlock) -> Self {
         let elements = lever.linkage.iter().map(|element| StaticElement {
             reduced: element.reduced(),
             element: element.clone(),
@@ -60,6 +65,8 @@ impl StaticDocument {
         Self {
             schema: "latchgate.static/1",
             design: lever.name.clone(),
+            modified: lever.modified.clone(),
+            design_sha256,
             preload_torque_nm: lever.preload_torque_nm,
             spring_stiffness_nm_per_rad: lever.spring_stiffness_nm_per_rad,
             averaged_torque_nm: lever.averaged_torque_nm(),
@@ -103,6 +110,13 @@ fn notes(lever: &StaticLever) -> Vec<String> {
             "Held and step are not told of a linkage, whose elements turn by different angles."
                 .into(),
         );
+    }
+    if let Some(alone) = Reduced::unbalanced_kg_m(&lever.linkage) {
+        let level = lever.averaged_torque_nm() / (alone * STANDARD_GRAVITY);
+        notes.push(format!(
+            "Elements balance one another, taken as rigidly joined. One that can leave its neighbour does not: \
+             without those that hold the latch shut it opens at {level:.2} g."
+        ));
     }
     notes.push(
         "49 CFR 571.206, 571.201 and UN R11 were read in copies, SAE J839 was not: compare before filing."

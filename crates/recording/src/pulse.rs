@@ -715,7 +715,10 @@ fn shifted(key: &'static str, text: &str, power: i32) -> Result<f64, Error> {
 
 fn number(key: &'static str, text: &str) -> Result<f64, Error> {
     let value = text.parse().ok().filter(|value: &f64| value.is_finite());
-    value.ok_or_else(|| malformed(&format!("{key} as a number"), text))
+    // A negative zero says nothing else than a plain one.
+    value
+        .map(|value| value + 0.0)
+        .ok_or_else(|| malformed(&format!("{key} as a number"), text))
 }
 
 fn seconds(ns: u64) -> f64 {

@@ -64,8 +64,33 @@ fn is_axis(direction: Direction) -> bool {
     !matches!(direction, Direction::Plane | Direction::Space)
 }
 
+/// Writes a level cut, not rounded: none is shown above what it is.
 pub(crate) fn g(value: f64) -> String {
-    format!("{}\u{00A0}g", significant(value, 4))
+    format!("{}\u{00A0}g", significant(cut(value, 4), 4))
+}
+
+/// Writes the part of a load that a level is, cut as well.
+pub(crate) fn part(value: f64) -> String {
+    significant(cut(value, 3), 3)
+}
+
+/// Cuts a positive number to so many digits.
+fn cut(value: f64, digits: i32) -> f64 {
+    if !(value.is_finite() && value > 0.0) {
+        return value;
+    }
+    let unit = libm::pow(
+        10.0,
+        libm::floor(libm::log10(value)) - f64::from(digits - 1),
+    );
+    // A number that has no more digits stays.
+    let steps = value / unit;
+    let whole = if (steps - steps.round()).abs() < 1e-9 {
+        steps.round()
+    } else {
+        steps.floor()
+    };
+    whole * unit
 }
 
 /// Heads of the columns of thresholds.
@@ -87,7 +112,7 @@ pub(crate) fn cells(row: &StaticRow) -> [String; 8] {
         (None, None) => "never".into(),
         (None, Some(_)) => "–".into(),
     };
-    let part = |value: Option<f64>| value.map_or_else(|| "–".into(), |part| significant(part, 3));
+    let part = |value: Option<f64>| value.map_or_else(|| "–".into(), part);
     [
         row.direction.name().into(),
         level(row.lift_off_g),
@@ -132,13 +157,22 @@ pub(crate) fn element_cells(element: &StaticElement) -> [String; 6] {
 pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
     let number = |value: f64| significant(value, 7);
     let limit = super::words::limit_angle(document.threshold_rad);
+    let design = match document.modified.is_empty() {
+        true => document.design.clone(),
+        false => format!(
+            "{}, modified: {}",
+            document.design,
+            document.modified.join(", ")
+        ),
+    };
     let mut facts = vec![
-        ("Design", document.design.clone()),
+        ("Design", design),
         (
             "Spring",
             format!(
-                "{} N·m closed, {} N·m on average up to the limit angle, {limit}",
+                "{} N·m closed, {} N·m/rad, {} N·m on average up to the limit angle, {limit}",
                 number(document.preload_torque_nm),
+                number(document.spring_stiffness_nm_per_rad),
                 number(document.averaged_torque_nm)
             ),
         ),

@@ -266,6 +266,7 @@ impl Assessing<'_> {
             &runs[..]
         };
         let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), telling);
+        findings.extend(self.pressed_shut());
         findings.extend(filters::filter_decides(&filters, setup.threshold_rad()));
         let outside = setup.crossing_outside(telling)?;
         findings.extend(outside.map(crossing_outside_window));
@@ -355,6 +356,24 @@ impl Assessing<'_> {
             .filter_map(|result| result.before_fault.as_ref());
         let of_good = self.setup.joined(&before.collect::<Vec<_>>());
         self.span.answer(self.setup.joined(&runs), of_good)
+    }
+
+    /// Returns the finding of a pulse of one sign that only presses the lever shut, in the one direction judged.
+    fn pressed_shut(&self) -> Option<Finding> {
+        let setup = &self.setup;
+        let &[opens_when] = setup.policy.polarity.signs() else {
+            return None;
+        };
+        let sign = opens_when.sign() * setup.design.lever.unbalance_sign();
+        let presses = |a: &f64| sign * a >= 0.0;
+        let pressed =
+            self.conditioned.formula.is_some() && setup.signal.samples.iter().all(presses);
+        pressed.then(|| {
+            Finding::warning(
+                "pulse-presses-shut",
+                "The pulse only presses the lever shut: it never opens in the direction that was judged. Judge the other one, or both.",
+            )
+        })
     }
 
     /// Reruns with one input moved; none where a fault ends what can be judged.

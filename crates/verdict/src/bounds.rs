@@ -80,6 +80,8 @@ pub struct Screens {
     pub static_threshold_m_s2: f64,
     /// By SAE J839, the spring's average: (T0 + k0 φ*/2)/(mL) in g.
     pub j839_threshold_g: f64,
+    /// What counts of it in the worst direction, with gravity where that opens or its direction is not stated.
+    pub static_counts_g: f64,
     /// Holds the lever at the limit angle, its arm turned with it, in g; `None` of a linkage.
     pub hold_threshold_g: Option<f64>,
     /// As a step in the worst direction, brings an undamped lever to the limit angle, in g; `None` of a linkage.
@@ -111,6 +113,7 @@ impl Screens {
         let worst = StaticLever::from(design).worst();
         Self {
             j839_threshold_g: worst.j839_g.unwrap_or(f64::INFINITY),
+            static_counts_g: worst.counts_g.unwrap_or(f64::NAN),
             hold_threshold_g: worst.hold_g,
             step_threshold_g: worst.step_g,
             static_threshold_g: level / STANDARD_GRAVITY,

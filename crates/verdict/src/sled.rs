@@ -11,6 +11,7 @@ use crate::conditioning::{self, Cfc, Conditioned, Signal};
 use latchgate_kernel::range::Window;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
+use latchgate_recording::{Finding, Severity};
 use serde::{Deserialize, Serialize};
 
 /// Acceleration that is to be held [g].
@@ -37,8 +38,13 @@ pub struct Beyond {
 /// What was found of a sled pulse.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SledCheck {
-    /// True if it is valid: the level is held, and the pulse is nowhere below the corridor.
+    /// True if it is valid: the level is held, the pulse is nowhere below the corridor, and all of it was
+    /// recorded without a fault.
     pub valid: bool,
+    /// True if the record covers the corridor's lower bound.
+    pub covered: bool,
+    /// True if a finding blocks the recording.
+    pub faulty: bool,
     /// Sign of the acceleration that was taken for the pulse, by its largest magnitude.
     pub sign: f64,
     /// Longest time at or above 30 g [s].
@@ -55,14 +61,22 @@ pub struct SledCheck {
     pub peak_time_s: f64,
 }
 
-/// Checks a channel as a sled pulse; returns it after CFC 60, by which it is checked, too.
+/// Checks a channel as a sled pulse, with what was found of it; returns it after CFC 60, by which it is checked, too.
 ///
 /// # Errors
 ///
 /// As [`conditioning::condition`] for the filter.
-pub fn check(conditioned: &Conditioned) -> Result<(SledCheck, Signal), Error> {
+pub fn check(
+    conditioned: &Conditioned,
+    findings: &[Finding],
+) -> Result<(SledCheck, Signal), Error> {
     let filtered = conditioning::filtered(conditioned, Some(Cfc::Cfc60))?;
-    Ok((checked(&filtered), filtered))
+    let mut check = checked(&filtered);
+    check.faulty = findings
+        .iter()
+        .any(|finding| finding.severity == Severity::Blocking);
+    check.valid &= !check.faulty;
+    Ok((check, filtered))
 }
 
 /// Checks a signal that is filtered, by straight lines between its samples.
@@ -79,8 +93,11 @@ pub fn checked(signal: &Signal) -> SledCheck {
     let held_s = held.map_or(0.0, |window| window.until_s - window.from_s);
     let below = farthest(&points, &LOWER, |pulse, bound| bound - pulse);
     let above = farthest(&points, &UPPER, |pulse, bound| pulse - bound);
+    let covered = signal.start_s <= LOWER[0].0 && signal.end_s() >= LOWER[3].0;
     SledCheck {
-        valid: held_s >= HELD_S && below.is_none(),
+        valid: held_s >= HELD_S && below.is_none() && covered,
+        covered,
+        faulty: false,
         sign,
         held_s,
         held_window_s: held.map(|window| (window.from_s, window.until_s)),
@@ -196,6 +213,12 @@ impl SledCheck {
             ),
             None => "Nowhere above the corridor.".into(),
         });
+        if !self.covered {
+            told.push("The record does not cover the corridor from 5 to 70 ms.".into());
+        }
+        if self.faulty {
+            told.push("A finding blocks the recording: see there.".into());
+        }
         told.push(
             "The corridor's points are unverified, its t = 0 is the file's, or as stated.".into(),
         );

@@ -30,6 +30,8 @@ pub struct StaticLever {
     pub unbalance_kg_m: f64,
     /// Limit angle φ* [rad].
     pub threshold_rad: f64,
+    /// Keys that overrides gave another value, each with that and the one before.
+    pub modified: Vec<String>,
     /// In which direction the unbalance moves as it opens, in the vehicle's axes.
     pub opening: Option<Vector>,
     /// From the pivot to the centre of mass, of a single lever with an axis.
@@ -132,7 +134,7 @@ pub struct StaticRow {
     pub hold_g: Option<f64>,
     /// As a step, brings an undamped lever to the limit angle.
     pub step_g: Option<f64>,
-    /// What counts: by J839, with gravity where that is told.
+    /// What counts: by J839, with gravity where that is told, or the step if that is less.
     pub counts_g: Option<f64>,
     /// `counts_g` over 30 g.
     pub margin: Option<f64>,
@@ -143,7 +145,9 @@ pub struct StaticRow {
 impl StaticRow {
     /// True if the row's load does not open the latch.
     pub fn holds(&self, required_g: f64) -> bool {
-        self.counts_g.is_none_or(|counts| counts >= required_g)
+        // A number that is none holds nothing.
+        self.counts_g
+            .is_none_or(|counts| counts.is_finite() && counts >= required_g)
     }
 }
 
@@ -158,7 +162,9 @@ impl From<&Design> for StaticLever {
             preload_torque_nm: lever.preload_torque_nm,
             spring_stiffness_nm_per_rad: lever.spring_stiffness_nm_per_rad,
             unbalance_kg_m: lever.unbalance_kg_m(),
-            threshold_rad: design.criterion.threshold_rad,
+            // A limit that was raised, or that no latch can bear, makes no latch of one that opens.
+            threshold_rad: design.default_threshold_rad(),
+            modified: modified(design),
             opening: vector
                 .and_then(Vector::direction)
                 .or(directions.map(|directions| directions.tangential)),
@@ -166,6 +172,15 @@ impl From<&Design> for StaticLever {
             linkage: design.linkage.clone(),
         }
     }
+}
+
+/// Lists what overrides changed of a design.
+fn modified(design: &Design) -> Vec<String> {
+    let of_each = design.modified_from.iter().map(|(key, before)| {
+        let now = design.number(key).unwrap_or(f64::NAN);
+        format!("{key} {now} ({before})")
+    });
+    of_each.collect()
 }
 
 impl StaticLever {
@@ -185,7 +200,8 @@ impl StaticLever {
             preload_torque_nm: reduced.preload_torque_nm,
             spring_stiffness_nm_per_rad: reduced.spring_stiffness_nm_per_rad,
             unbalance_kg_m: reduced.unbalance_kg_m.abs(),
-            threshold_rad,
+            threshold_rad: threshold_rad.min(std::f64::consts::FRAC_PI_2),
+            modified: Vec::new(),
             opening: reduced.unbalance_vector_kg_m.and_then(Vector::direction),
             radial: None,
             linkage,
@@ -223,10 +239,11 @@ impl StaticLever {
         self.row(Direction::Space, self.opening)
     }
 
-    /// Returns the least of what counts over the rows [g].
+    /// Returns the least of what counts over the rows [g]; none that is a number holds anything.
     pub fn worst_g(&self) -> f64 {
         let counts = self.rows().into_iter().filter_map(|row| row.counts_g);
-        counts.fold(f64::INFINITY, f64::min)
+        let least = counts.reduce(|a, b| if a.is_nan() || a < b { a } else { b });
+        least.filter(|least| least.is_finite()).unwrap_or(f64::NAN)
     }
 
     fn row(&self, direction: Direction, opening: Option<Vector>) -> StaticRow {
@@ -262,7 +279,6 @@ impl StaticLever {
             let torque = self.averaged_torque_nm() - gravity * per_g;
             Some(level(torque)?.max(0.0))
         });
-        let counts_g = j839_with_gravity_g.or(j839_g);
         let across = match (direction, acceleration, self.radial) {
             // The worst turns along with the lever.
             (Direction::Space, _, _) => None,
@@ -275,6 +291,12 @@ impl StaticLever {
                 self.hold_and_step(per_g, share, across, lift_off_g)
             }),
             _ => [None; 2],
+        };
+        // Along a direction fixed to the vehicle the arm may turn towards it, and a step opens sooner.
+        let by_j839 = j839_with_gravity_g.or(j839_g);
+        let counts_g = match (by_j839, step_g) {
+            (Some(level), Some(step)) if step < level => Some(step),
+            (level, _) => level,
         };
         StaticRow {
             direction,

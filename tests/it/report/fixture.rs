@@ -429,6 +429,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         nominal: Some(nominal),
         screens: Screens {
             j839_threshold_g: 1.2604,
+            static_counts_g: 0.2604,
             hold_threshold_g: Some(1.4571),
             step_threshold_g: Some(1.2609),
             static_threshold_g: 1.063_61,

@@ -359,10 +359,17 @@ impl Design {
             return Err(Error::out_of_range(
                 "lever.axis and lever.center_of_mass",
                 "both, neither of length 0, and the centre off the axis",
-                format!("{:?} and {:?}", lever.axis, lever.center_of_mass),
+                "others",
             ));
         };
         let stated = lever.center_of_mass_m;
+        if stated < 0.0 {
+            return Err(Error::out_of_range(
+                "lever.center_of_mass_m [m]",
+                "positive beside an axis: turn lever.center_of_mass",
+                stated.to_string(),
+            ));
+        }
         let is_overridden = |key: &String| key == "lever.center_of_mass_m";
         if !differ(directions.distance_m, stated) || self.modified.iter().any(is_overridden) {
             return Ok(());
@@ -391,6 +398,13 @@ impl Design {
                 "none of some",
             ));
         };
+        if self.lever.center_of_mass_m.signum() * lever.center_of_mass_m.signum() < 0.0 {
+            return Err(Error::out_of_range(
+                "lever.center_of_mass_m [m]",
+                "of the sign that the linkage comes to",
+                self.lever.center_of_mass_m.to_string(),
+            ));
+        }
         let mut reduced = self.clone();
         reduced.lever = lever;
         for parameter in PARAMETERS {

@@ -57,7 +57,7 @@ impl Lever {
     /// Returns where its centre of mass lies and moves; `None` unless axis and centre are stated and apart.
     pub fn directions(&self) -> Option<Directions> {
         let axis = self.axis?.direction()?;
-        let center = self.center_of_mass?;
+        let center = self.center_of_mass.filter(|center| center.is_finite())?;
         let across = center.plus(axis.times(-axis.dot(center)));
         let radial = across.direction()?;
         Some(Directions {

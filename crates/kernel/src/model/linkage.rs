@@ -103,9 +103,28 @@ impl LinkageElement {
                 return refuse(key, "finite", value);
             }
         }
+        if self.ratio.abs() <= 0.0 {
+            return refuse(
+                "ratio",
+                "not 0: an element that does not turn is none",
+                self.ratio,
+            );
+        }
+        if (self.spring_force_n.abs() > 0.0) != (self.spring_arm_m.abs() > 0.0) {
+            let found = self.spring_force_n;
+            return refuse(
+                "spring_force_n",
+                "with spring_arm_m, neither of them 0",
+                found,
+            );
+        }
         match (self.arm_m, self.axis, self.center_of_mass) {
             (Some(_), None, None) => Ok(()),
-            (None, Some(axis), Some(_)) if axis.length() > 0.0 => Ok(()),
+            (None, Some(axis), Some(center))
+                if axis.direction().is_some() && center.is_finite() =>
+            {
+                Ok(())
+            }
             _ => refuse(
                 "arm_m, or axis and center_of_mass",
                 "one or the other",
@@ -119,8 +138,9 @@ impl LinkageElement {
         let ratio = self.ratio;
         let torque = self.spring_torque_nm + self.spring_force_n * self.spring_arm_m;
         let vector = self.axis.zip(self.center_of_mass).map(|(axis, center)| {
-            let way = axis.times(1.0 / axis.length()).cross(center);
-            way.times(ratio * self.mass_kg)
+            // Of an axis without a direction nothing is told, and the sum is refused.
+            let axis = axis.direction().unwrap_or(Vector([f64::NAN; 3]));
+            axis.cross(center).times(ratio * self.mass_kg)
         });
         Reduced {
             mass_kg: self.mass_kg,
@@ -171,6 +191,20 @@ impl Reduced {
         if let Some(vector) = sum.unbalance_vector_kg_m {
             sum.unbalance_kg_m = vector.length();
         }
+        let numbers = [
+            sum.mass_kg,
+            sum.preload_torque_nm,
+            sum.spring_stiffness_nm_per_rad,
+            sum.unbalance_kg_m,
+            sum.moment_of_inertia_kg_m2.unwrap_or(0.0),
+        ];
+        if numbers.iter().any(|number| !number.is_finite()) {
+            return Err(Error::out_of_range(
+                "linkage",
+                "elements whose sums are finite",
+                "a number that is none, or too large",
+            ));
+        }
         let closes = sum.preload_torque_nm + sum.spring_stiffness_nm_per_rad > 0.0
             && sum.preload_torque_nm >= 0.0;
         if !closes || sum.unbalance_kg_m.abs() <= 0.0 {
@@ -184,6 +218,24 @@ impl Reduced {
             ));
         }
         Ok(sum)
+    }
+
+    /// Returns the unbalance of the elements that the acceleration opens alone, without those that balance
+    /// them [kg m]; `None` where none does.
+    pub fn unbalanced_kg_m(elements: &[LinkageElement]) -> Option<f64> {
+        let whole = Self::of(elements).ok()?;
+        let opening = whole.unbalance_vector_kg_m.and_then(Vector::direction);
+        let sign = whole.unbalance_kg_m.signum();
+        let along = elements.iter().map(|element| {
+            let reduced = element.reduced();
+            match opening.zip(reduced.unbalance_vector_kg_m) {
+                Some((opening, own)) => opening.dot(own),
+                None => sign * reduced.unbalance_kg_m,
+            }
+        });
+        let parts: Vec<f64> = along.collect();
+        let balances = parts.iter().any(|part| *part < 0.0);
+        balances.then(|| parts.iter().filter(|part| **part > 0.0).sum())
     }
 
     /// Returns the lever that a replay takes; `None` where an element states no moment of inertia.

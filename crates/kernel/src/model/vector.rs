@@ -12,6 +12,11 @@ impl Vector {
         self.dot(self).sqrt()
     }
 
+    /// True if every component is a number and not too large for one.
+    pub fn is_finite(self) -> bool {
+        self.0.iter().all(|component| component.is_finite())
+    }
+
     /// Returns the scalar product.
     pub fn dot(self, other: Self) -> f64 {
         let ([a, b, c], [x, y, z]) = (self.0, other.0);

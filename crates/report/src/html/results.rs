@@ -4,6 +4,7 @@
 
 use super::markup::{heads, stop_and_sign};
 use crate::escape::terminal as line;
+use crate::statics::{g, part};
 use crate::words::{self, DIGITS, instant, margin};
 use latchgate_document::Document;
 use latchgate_document::number::{ABSENT, count, milliseconds, significant};
@@ -306,12 +307,13 @@ pub(super) fn screens(document: &Document) -> Markup {
                     ("A step for good, undamped, in its worst direction", screens.step_threshold_g),
                 ] {
                     @if let Some(level) = level {
-                        tr {
-                            th { (what) }
-                            td.number { (significant(level, DIGITS)) "\u{00A0}g" }
-                            td { (significant(level / REQUIRED_G, 3)) " of the 30\u{00A0}g of 49 CFR 571.206 and UN R11" }
-                        }
+                        tr { th { (what) } td.number { (significant(level, DIGITS)) "\u{00A0}g" } td {} }
                     }
+                }
+                tr {
+                    th { "What counts of it in any direction, with gravity where that opens or is not known (UN R11 Annex 4, 2.1; SAE J839)" }
+                    td.number { (g(screens.static_counts_g)) }
+                    td { (part(screens.static_counts_g / REQUIRED_G)) " of the 30\u{00A0}g required" }
                 }
                 tr {
                     th { "Impulse: the least ∫|a| dt that can bring the lever to the limit" }

@@ -65,6 +65,9 @@ pub(crate) fn page(document: &StaticDocument) -> String {
             section #notes {
                 h2 { "What the numbers cover" }
                 ul { @for note in &document.notes { li { (line(note)) } } }
+                @if let Some(sha256) = &document.design_sha256 {
+                    p.note { "Design file, SHA-256 " code { (sha256) } }
+                }
                 div.sign { span { "Checked by" } span { "Date" } span { "Signature" } }
             }
         }
