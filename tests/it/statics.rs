@@ -524,19 +524,20 @@ fn cli_designs_with_directions_are_verified() {
 #[test]
 fn verif_a_sled_pulse_is_valid_only_as_a_whole() {
     let folder = Folder::new("sled-whole");
-    let table = |from: u32, to: u32, top: f64| {
+    let table = |from: i32, to: i32, top: f64| {
         let rows = (from..to).map(|k| {
             let t = f64::from(k) * 1e-4;
             let level = (t / 0.022).min((0.085 - t) / 0.028).clamp(0.0, 1.0) * 33.0;
-            format!("{t:.4},{:.6}\n", level.min(top))
+            let ripple = 0.02 * f64::from((k * 7).rem_euclid(11));
+            format!("{t:.4},{:.6}\n", (level + ripple).min(top))
         });
         format!("t_s,acc_y_g\n{}", rows.collect::<String>())
     };
     for (name, from, to, top, range) in [
-        ("whole", 0, 1000, 99.0, 2000),
+        ("whole", -200, 1000, 99.0, 2000),
         ("late", 248, 1000, 99.0, 2000),
-        ("cut", 0, 555, 99.0, 2000),
-        ("clipped", 0, 1000, 31.0, 31),
+        ("cut", -200, 555, 99.0, 2000),
+        ("clipped", -200, 1000, 31.0, 31),
     ] {
         let file = folder.write(&format!("{name}.csv"), table(from, to, top));
         folder.write(&format!("{name}.csv.toml"), format!("range_g = {range}\n"));
