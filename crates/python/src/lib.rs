@@ -310,7 +310,8 @@ fn margin(
     Ok(json::render(&document))
 }
 
-/// Judges recordings with designs, each recording read once; one list of rows a recording, as JSON.
+/// Judges recordings with designs, each recording read once; one list of rows a recording, as JSON, behind
+/// the largest number of varied levers.
 #[pyfunction]
 fn rows(
     py: Python<'_>,
@@ -318,7 +319,7 @@ fn rows(
     settings: &str,
     levers: Vec<Py<Lever>>,
     threads: Option<usize>,
-) -> PyResult<String> {
+) -> PyResult<(u32, String)> {
     let request = request(settings)?;
     let designs: Vec<Design> = levers
         .iter()
@@ -343,7 +344,8 @@ fn rows(
             })
         })
     })?;
-    serde_json::to_string(&rows).map_err(wrong)
+    let text = serde_json::to_string(&rows).map_err(wrong)?;
+    Ok((request.members, text))
 }
 
 /// Runs a gate; returns its summary as JSON. With a store what was judged before is not judged again, with
@@ -367,6 +369,11 @@ fn run_gate(
         let since = SystemTime::now().duration_since(UNIX_EPOCH);
         gate::file::day(since.map_or(0, |since| since.as_secs() / 86_400) as i64)
     });
+    if !gate::file::is_day(&date) {
+        return Err(wrong(format!(
+            "date: expected a day as YYYY-MM-DD, found {date:?}"
+        )));
+    }
     let began = Instant::now();
     let summary = watched(py, threads, |control| {
         let run = gate::run(&plan, &limits, &store, &|| began.elapsed(), control)?;

@@ -78,6 +78,8 @@ def test_arrays_are_judged_as_the_table_that_is_saved(latchgate, tmp_path):
     words = ["--opens-when", "negative", "--members", "200", "--no-report", "--format", "json"]
     assert but_run(result.document) == but_run(latchgate("replay", path, *words))
     assert but_run(result.document) == but_run(lg.replay(path, opens_when="negative", members=200).document)
+    with pytest.raises(FileExistsError):
+        lg.judge(t, 0.5 * a, unit="g", members=0).save_csv(tmp_path)
     saved = np.loadtxt(path, delimiter=",", skiprows=1)
     assert np.array_equal(saved, np.column_stack([t, a]))
     assert result.verify()["same"]
@@ -141,6 +143,7 @@ def test_a_sweep_has_the_answers_of_its_pairs_in_order():
             continue
         result = lg.replay(path, design=design, members=200)
         keys = ["verdict", "report_id", "threshold_rad"]
+        assert row["members"] == result.data["request"]["members"]
         assert [row[key] for key in keys] == [result.data[key] for key in keys]
         assert row["peak_angle_rad"] == result.peak
     assert list(sweep.to_pandas()["verdict"]) == [row["verdict"] for row in sweep]

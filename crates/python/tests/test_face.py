@@ -1,5 +1,6 @@
 """What a result offers, what is refused and how, and that a question can be left."""
 
+import datetime
 import pickle
 import signal
 import subprocess
@@ -39,17 +40,34 @@ def test_a_result_says_what_its_document_says(fail):
     assert lg.replay(SIGNALS / "surviving.csv", members=0).opens is None
 
 
-def test_nothing_is_true_or_false(fail):
-    with pytest.raises(TypeError, match="four answers"):
-        bool(fail)
-    with pytest.raises(TypeError):
-        bool(lg.sweep([BURST], members=0))
+def test_nothing_is_true_or_false(fail, tmp_path):
+    gate = lg.Gate(SIGNALS.parent / "docs/gate/gate.toml")
+    sweep, run = lg.sweep([BURST], members=0), gate.run()
+    for answer in (fail, fail.verify(), sweep, sweep.rows[0], gate, run, run.rows[0]):
+        with pytest.raises(TypeError, match="compare"):
+            bool(answer)
+
+
+def test_a_result_is_compared_by_its_verdict(fail):
+    for compare in (lambda: fail == "fail", lambda: fail != "fail", lambda: "pass" == fail, lambda: fail in ["pass"]):
+        with pytest.raises(TypeError, match="compare .verdict"):
+            compare()
+    assert fail == fail and fail != lg.replay(BURST, members=0) and fail in {fail}
+
+
+def test_where_a_setting_decides_the_first_line_says_so():
+    question = {"set": {"criterion.threshold_rad": 0.02}, "window": (0.1, 0.2), "members": 0}
+    result = lg.replay(SIGNALS / "surviving.csv", **question)
+    assert result.why[0]["code"] == "setting-decides"
+    assert repr(result).startswith("<latchgate.Result pass: By the setting `window` the answer is pass, by the defaults it is fail.")
 
 
 def test_an_unusable_recording_is_an_answer_without_a_peak():
     t = np.arange(-0.02, 0.2, 1e-4)
     result = lg.judge(t, np.where(t < 0, 0.0, -50.0), unit="g", members=0)
     assert (result.verdict, result.peak) == ("unusable", None)
+    with pytest.raises(lg.NotJudged, match="unusable"):
+        result.opens
     assert any(finding["severity"] == "blocking" for finding in result.findings)
 
 
@@ -128,6 +146,9 @@ WRONG = [
     (ValueError, {"filter": "cfc100"}, "did you mean cfc180?"),
     (ValueError, {"opens_when": "down"}, "negative, positive or both"),
     (ValueError, {"members": -1}, "members"),
+    (ValueError, {"window": (0.1,)}, "window: expected (start, end)"),
+    (ValueError, {"bias": {0.05, 0.1}}, "bias: expected (start, end)"),
+    (ValueError, {"opens_when": (0, 1)}, "opens_when"),
     (ValueError, {"rate_hz": float("nan")}, ""),
     (ValueError, {"window": (0.1, 0.05)}, "START must lie before END"),
     (ValueError, {"set": {"lever.mas_kg": 1}}, "did you mean `lever.mass_kg`?"),
@@ -171,6 +192,9 @@ REFUSED = [
     (T, T + 0j, "found complex128"),
     (T, T.astype(np.longdouble), "real numbers"),
     (T, [str(value) for value in T], "real numbers"),
+    (pd.Series(T, index=T), pd.Series(T, index=T + 1), "their indexes differ"),
+    (pd.Series(T), None, "a row number, not a time"),
+    (pd.Series(T)[T > 0], None, "a row number, not a time"),
     (T, pd.array([1, None] * 600, dtype="Int64"), "masked"),
     (pd.date_range("2026-01-01", periods=1200, freq="100us"), T, "a time to seconds"),
     (T, np.ma.masked_greater(T, 0.05), "masked"),
@@ -191,6 +215,57 @@ def test_no_unit_is_guessed():
         lg.judge(T, T)
     with pytest.raises(ValueError, match="known: g, mg"):
         lg.judge(T, T, unit="furlong")
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "../a.csv", "/a.csv", "folder/a.csv", "..\\a.csv", "C:a.csv"])
+def test_arrays_have_the_name_of_a_file_alone(name):
+    with pytest.raises(ValueError, match="without a folder"):
+        lg.judge(T, T, unit="g", name=name)
+
+
+def test_a_pair_of_any_kind_is_a_window():
+    pairs = [(-0.01, 0.06), [-0.01, 0.06], np.array([-0.01, 0.06]), "-0.01..0.06"]
+    documents = {but_run(lg.replay(BURST, window=pair, members=0).document) for pair in pairs}
+    assert len(documents) == 1
+
+
+def test_a_sweep_of_nothing_or_of_one_name_twice_is_refused():
+    for recordings, designs in (([], [None]), (iter(()), [None]), ([BURST], [])):
+        with pytest.raises(ValueError, match="empty"):
+            lg.sweep(recordings, designs, members=0)
+    with pytest.raises(ValueError, match="the name paper"):
+        lg.sweep([BURST], [None, {"name": "stiff"}, None], members=0)
+
+
+GATE = """
+require = "pass"
+require_static_g = 30
+[[recordings]]
+files = "cut.csv"
+members = 0
+[[designs]]
+name = "paper"
+[[allow]]
+recordings = "cut.csv"
+designs = "paper"
+reason = "repeat test ordered"
+until = 2026-03-31
+"""
+
+
+def test_an_exception_of_a_gate_is_held_to_a_day(tmp_path):
+    (tmp_path / "cut.csv").write_bytes((SIGNALS / "surviving.csv").read_bytes())
+    gate = lg.Gate(tmp_path / "gate.toml")
+    gate.path.write_text(GATE)
+    for wrong in ("", "0", "2026-3-1", "2026-02-30", "2026-03-01T00:00:00", datetime.datetime(2026, 3, 1)):
+        with pytest.raises(ValueError, match="date"):
+            gate.run(date=wrong)
+    early, late = gate.run(date=datetime.date(2026, 3, 31)), gate.run(date="2026-04-01")
+    assert gate.run(date="2026-03-31").problems == early.problems
+    codes = [[problem["code"] for problem in run.problems] for run in (early, late)]
+    assert codes[0] != codes[1] and any("expired" in code for code in codes[1])
+    assert late.statics == late.data["statics"] and "statics=[" in repr(late) and codes[1][0] in repr(late)
+    assert late.statics[0]["design"] == "paper"
 
 
 def test_import_takes_neither_pandas_nor_matplotlib():

@@ -13,6 +13,7 @@ Any number of threads may ask at once; Ctrl-C ends a question.
 
 from __future__ import annotations
 
+import datetime
 import json
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from . import _native
 from ._errors import NotJudged
 from ._native import __version__
-from ._question import Design, MarginSettings, Path, Settings, columns, lever, settings_json
+from ._question import Design, MarginSettings, Path, Settings, columns, file_name, lever, settings_json
 from ._result import GateResult, Result, Sweep
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def judge(
 
     :param t: time [s] from first contact; or a pandas.Series whose index is that time.
     :param a: acceleration in the unit that is stated; doubles are read where they lie.
-    :param name: the file name that the document bears.
+    :param name: the file name that the document bears, without a folder.
     :param settings: see :class:`Settings`. ``unit`` is never guessed: state it, or for volts and counts
         ``sensitivity``. The other parameters are as for :func:`replay`.
     """
@@ -87,7 +88,7 @@ def judge(
     if unit is None and "sensitivity" not in settings:
         raise TypeError('judge takes the unit of a: unit="g", or sensitivity="20 g/V"')
     table = _native.table(time, values, unit)
-    return _judge(name, table, design, set, threads, settings)
+    return _judge(file_name(name), table, design, set, threads, settings)
 
 
 def _judge(
@@ -138,15 +139,22 @@ def sweep(
 ) -> Sweep:
     """Judges every recording with every design; each recording is read once, recordings side by side.
 
-    The order of the rows is that of recordings and designs, whatever the threads.
+    The order of the rows is that of recordings and designs, whatever the threads. Each design has a name of its own.
     """
     if isinstance(recordings, str) or isinstance(designs, (str, Mapping)):
         raise TypeError("sweep takes a list of recordings and a list of designs")
     paths, levers = list(recordings), [lever(design, None) for design in designs]
-    decisions = json.loads(_native.rows(paths, settings_json(settings), levers, threads))
+    if not paths or not levers:
+        raise ValueError("sweep judges nothing: the list of recordings or of designs is empty")
+    names = [design.name for design in levers]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"several designs have the name {', '.join(twice)}; give each its own, so that rows can be told apart")
+    members, text = _native.rows(paths, settings_json(settings), levers, threads)
+    decisions = json.loads(text)
     return Sweep(
         [
-            {"recording": str(path), "design": design.name, **row}
+            {"recording": str(path), "design": design.name, "members": members, **row}
             for path, rows in zip(paths, decisions)
             for design, row in zip(levers, rows)
         ]
@@ -165,16 +173,21 @@ class Gate:
         threads: int | None = None,
         store: Path | None = None,
         out: Path | None = None,
-        date: str | None = None,
+        date: str | datetime.date | None = None,
     ) -> GateResult:
         """Judges every pair.
 
         :param store: folder of decisions for the next run; without it nothing is kept.
         :param out: folder of summary and reports, which is replaced; without it none is written.
-        :param date: day for exceptions that expire, "YYYY-MM-DD"; today (UTC) if left out.
+        :param date: day for exceptions that expire, a date or "YYYY-MM-DD"; today (UTC) if left out.
         """
+        if isinstance(date, datetime.date):
+            date = date.isoformat()
         summary = _native.run_gate(self.path, store, out, date, threads)
         return GateResult(summary.encode())
+
+    def __bool__(self) -> bool:
+        raise TypeError("a gate is not true or false: compare .run().exit_code")
 
     def __repr__(self) -> str:
         return f"latchgate.Gate({str(self.path)!r})"

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+import pathlib
+from collections.abc import Mapping, Sequence
+from numbers import Real
 from typing import TYPE_CHECKING, Any, TypedDict, Union
 
 import numpy as np
@@ -66,7 +68,7 @@ class Settings(TypedDict, total=False):
     """Check the recording as a sled pulse of 49 CFR 571.206 and UN R11."""
     opens_when: str
     """Sign of the recorded acceleration that opens: "negative", "positive" or "both"."""
-    bias: str | tuple[float, float]
+    bias: str | Sequence[float]
     """Window whose mean is removed, (start, end) [s], or "none"."""
     filter: str
     """Channel frequency class: "none", "cfc60", "cfc180", "cfc600" or "cfc1000"."""
@@ -76,7 +78,7 @@ class Settings(TypedDict, total=False):
     """How the acceleration runs between samples: "band-limited" or "linear"."""
     resample: float | str
     """Rate fed to the model [Hz], or "native"."""
-    window: str | tuple[float, float]
+    window: str | Sequence[float]
     """Judged window, (start, end) [s]; the whole record if left out."""
     model: str
     """Stop model: "auto", "rigid" or "soft"."""
@@ -106,13 +108,20 @@ class MarginSettings(Settings, total=False):
 
 
 def settings_json(settings: Mapping[str, Any]) -> str:
-    """Returns settings as JSON; a pair of numbers is a window."""
+    """Returns settings as JSON; of ``window`` and ``bias`` a pair of numbers is a window."""
     stated = {key: value for key, value in settings.items() if value is not None}
-    for key, value in stated.items():
-        if isinstance(value, tuple) and len(value) == 2:
-            start, end = (float(edge) for edge in value)
-            stated[key] = f"{start!r}..{end!r}"
+    for key in ("window", "bias"):
+        if key in stated and not isinstance(stated[key], str):
+            stated[key] = _window(key, stated[key])
     return json.dumps(stated, default=_plain, allow_nan=False)
+
+
+def _window(name: str, pair: Any) -> str:
+    if isinstance(pair, (Sequence, np.ndarray)) and len(pair) == 2:
+        start, end = pair
+        if isinstance(start, (Real, np.number)) and isinstance(end, (Real, np.number)):
+            return f"{float(start)!r}..{float(end)!r}"
+    raise ValueError(f"{name}: expected (start, end) in seconds or a text, found {pair!r}")
 
 
 def lever(design: Design | None, changes: Mapping[str, float] | None) -> _native.Lever:
@@ -146,12 +155,25 @@ def _plain(value: Any) -> Any:
     return os.fspath(value)
 
 
+def file_name(name: str) -> str:
+    """Returns a name if it is that of a file alone, on any system."""
+    if not name or name == ".." or pathlib.PureWindowsPath(name).name != name:
+        raise ValueError(f"name: expected a file name without a folder, found {name!r}")
+    return name
+
+
 def columns(t: Any, a: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Returns time and acceleration as columns of one length; of a pandas.Series alone its index is the time."""
     if a is None:
         if not hasattr(t, "to_numpy"):
             raise TypeError("judge takes t [s] and a, or a pandas.Series whose index is the time [s]")
         t, a = t.index, t
+    elif hasattr(t, "to_numpy") and hasattr(a, "to_numpy") and hasattr(t, "index") and hasattr(a, "index"):
+        if not t.index.equals(a.index):
+            raise NotJudged("t and a: their indexes differ, so their rows do not belong together; align them")
+    # Of pandas an index alone has this; what numbers rows is no time.
+    if hasattr(t, "get_indexer") and t.dtype.kind in "iu":
+        raise NotJudged("t: expected a time [s], found whole numbers in an index: a row number, not a time; state t")
     time, values = _column("t", t), _column("a", a)
     if len(time) != len(values):
         raise NotJudged(f"t and a: expected one length, found {len(time)} and {len(values)}; cut the longer one")

@@ -8,7 +8,7 @@ import json
 import os
 import pathlib
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from . import _native
 from ._errors import NotJudged
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
     import pandas as pd
+
+Verdict = Literal["pass", "fail", "undecided", "unusable"]
 
 #: How the curves and marks of the event's plot look, by their class in the report.
 _CURVES: dict[str, dict[str, Any]] = {
@@ -57,10 +59,9 @@ class Result:
         return data
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> Verdict:
         """``"pass"``, ``"fail"``, ``"undecided"`` or ``"unusable"``."""
-        verdict: str = self.data["verdict"]
-        return verdict
+        return cast(Verdict, self.data["verdict"])
 
     @property
     def why(self) -> list[dict[str, Any]]:
@@ -77,7 +78,10 @@ class Result:
     @property
     def opens(self) -> dict[str, Any] | None:
         """When the lever opens [s]: ``first_s`` of the nominal lever, ``p05_s``, ``p50_s`` and ``p95_s`` of the
-        varied ones, with ``model`` and ``opens_when``; None where none opens."""
+        varied ones, with ``model`` and ``opens_when``; None where none opens. Of an unusable recording nobody
+        knows: that raises :class:`NotJudged`."""
+        if self.verdict == "unusable":
+            raise NotJudged(f"whether the lever opens is not known, the recording is unusable: {self._headline()}")
         opens: dict[str, Any] | None = self.data["opens"]
         return opens
 
@@ -120,7 +124,7 @@ class Result:
                 len(panels), sharex=True, figsize=(9, 7), gridspec_kw=heights, layout="constrained"
             )
             axes = list(drawn)
-            figure.suptitle(f"{self.verdict.upper()}: {self._native.headline()}", wrap=True, fontsize="medium")
+            figure.suptitle(f"{self.verdict.upper()}: {self._headline()}", wrap=True, fontsize="medium")
         else:
             drawn, axes, panels = ax, [ax], panels[-1:]
         for axis, panel in zip(axes, panels):
@@ -160,8 +164,7 @@ class Result:
     def verify(self, *, threads: int | None = None) -> dict[str, Any]:
         """Makes the run again and compares every number, with the files of the report if one was written.
         ``["same"]`` of what is returned tells."""
-        verification: dict[str, Any] = json.loads(self._native.verify(self._folder, threads))
-        return verification
+        return Record(json.loads(self._native.verify(self._folder, threads)))
 
     def margin(self, *, counterweight_radius: float | None = None, threads: int | None = None) -> dict[str, Any]:
         """Returns how far the verdict is from changing, as :func:`latchgate.margin` does.
@@ -176,13 +179,27 @@ class Result:
 
     def save_csv(self, folder: Path = ".") -> pathlib.Path:
         """Writes the arrays that were judged into a folder, as the table of two columns of which
-        :attr:`document` speaks, and returns its path."""
+        :attr:`document` speaks, and returns its path. A file that is there is not replaced: FileExistsError."""
         name, table, _, _ = self._question
         if table is None:
             raise ValueError("the result is that of a file, not of arrays: the file is there")
         path = pathlib.Path(folder) / name
-        path.write_bytes(table)
+        with path.open("xb") as file:
+            file.write(table)
         return path
+
+    def _headline(self) -> str:
+        """The sentence that says what the verdict means; where a setting decides, that comes first."""
+        first = self.why[0] if self.why else {}
+        by_setting = f"{first['text']} " if first.get("code") == "setting-decides" else ""
+        return by_setting + self._native.headline()
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, str):
+            raise TypeError("a result is not a word: compare .verdict")
+        return self is other
+
+    __hash__ = object.__hash__
 
     def __bool__(self) -> bool:
         raise TypeError("a result is not true or false: there are four answers, compare .verdict")
@@ -191,7 +208,7 @@ class Result:
         return self._native.text()
 
     def __repr__(self) -> str:
-        return f"<latchgate.Result {self.verdict}: {self._native.headline()}>"
+        return f"<latchgate.Result {self.verdict}: {self._headline()}>"
 
     def _repr_html_(self) -> str:
         page = html.escape(self._native.page())
@@ -200,12 +217,20 @@ class Result:
         return f'<iframe srcdoc="{page}" onload="{fit}" style="width:100%;height:900px;border:0"></iframe>'
 
 
+class Record(dict[str, Any]):
+    """A dict that is neither true nor false, so that nobody takes one for a pass."""
+
+    def __bool__(self) -> bool:
+        key = next(key for key in ("same", "standing", "verdict") if key in self)
+        raise TypeError(f'what holds an answer is not true or false: compare its ["{key}"]')
+
+
 class _Table:
     """Rows as dicts."""
 
     def __init__(self, rows: list[dict[str, Any]]) -> None:
         #: One dict a pair of recording and design, recordings first.
-        self.rows = rows
+        self.rows = [Record(row) for row in rows]
 
     def to_pandas(self) -> pd.DataFrame:
         """Returns the rows as a table; needs pandas."""
@@ -227,8 +252,8 @@ class Sweep(_Table):
     """The decisions of recordings × designs.
 
     A row has ``recording``, ``design``, ``verdict``, ``reason`` (``code``, ``text``), ``report_id``, and in
-    radians ``threshold_rad``, ``peak_angle_rad``, ``uncertainty_rad``, ``coast_peak_angle_rad``; ``share``
-    bounds the part of the varied levers that open. A recording that cannot be read has rows that say
+    radians ``threshold_rad``, ``peak_angle_rad``, ``uncertainty_rad``, ``coast_peak_angle_rad``; ``members``
+    is the largest number of varied levers, 0 where the nominal lever alone was judged, and ``share`` bounds the part of them that open. A recording that cannot be read has rows that say
     ``unusable`` with the code ``input-refused``.
     """
 
@@ -255,5 +280,22 @@ class GateResult(_Table):
         counts: dict[str, int] = self.data["counts"]
         return counts
 
+    @property
+    def problems(self) -> list[dict[str, str]]:
+        """What is wrong beside the pairs: ``code`` and ``text``."""
+        problems: list[dict[str, str]] = self.data["problems"]
+        return problems
+
+    @property
+    def statics(self) -> list[dict[str, Any]]:
+        """The static load that each design bears, where the gate requires one: ``design``, ``opens_at_g``,
+        ``required_g``, ``holds``."""
+        statics: list[dict[str, Any]] = self.data.get("statics", [])
+        return statics
+
     def __repr__(self) -> str:
-        return f"<latchgate.GateResult exit_code={self.exit_code} {self.counts}>"
+        shown = f"exit_code={self.exit_code} {self.counts}"
+        for name, more in (("problems", self.problems), ("statics", self.statics)):
+            if more:
+                shown += f" {name}={more}"
+        return f"<latchgate.GateResult {shown}>"
