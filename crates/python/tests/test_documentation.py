@@ -43,7 +43,7 @@ def recordings(folder):
     np.savetxt(folder / "two_channels.csv", table, delimiter=",", header=head, comments="")
 
 
-def test_the_pages_examples_run(tmp_path, monkeypatch):
+def test_the_pages_examples_run(tmp_path, monkeypatch, capsys):
     text = (ROOT / "docs/python.md").read_text()
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     assert len(blocks) == text.count("```python") >= 7
@@ -55,7 +55,8 @@ def test_the_pages_examples_run(tmp_path, monkeypatch):
         exec(compile(block, "docs/python.md", "exec"), names)
         results[block] = names["result"]
     assert {result.verdict for result in results.values()} == {"fail"}
-    assert names["worst"] == ["signals/burst.csv"] * 3
+    assert names["not_passed"] == ["signals/burst.csv"] * 3
+    assert "'sill acc y [g]', 'b-pillar acc y [g]'" in capsys.readouterr().out
     # Of one signal there is one answer, whoever reads the file.
     read_here = lg.replay("crash.tdms", opens_when="negative").peak
     for reader in ("TdmsFile", "MDF"):
