@@ -117,8 +117,9 @@ def third_party(packages):
         parts.append("The following bring no text; that of their licence is LICENSE-MIT or LICENSE-APACHE beside this file, "
                      "or among those below:\n\n" + "\n".join(bare))
     parts += ["\n".join(titles) + "\n\n" + text for text, titles in of_text.values()]
-    # Debian's own account of the C library, with its whole text.
+    # Debian's own account of the C library, and the licence that it points to.
     parts.append("GNU C Library\n\n" + pathlib.Path("/usr/share/doc/libc6/copyright").read_text().strip())
+    parts.append(pathlib.Path("/usr/share/common-licenses/LGPL-2.1").read_text().strip())
     return ("\n\n" + "=" * 100 + "\n\n").join(parts) + "\n"
 
 

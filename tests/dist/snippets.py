@@ -89,6 +89,9 @@ def github(workflow, place, **others):
                 continue
             if "uses" in part:
                 expected = KNOWN[part["uses"]]
+                # Two gates of one workflow do not write over each other's.
+                kept = part["with"].get("key") or part["with"]["name"]
+                assert "${{ inputs.name }}" in kept, f"{part['name']}: {kept} does not bear the input `name`"
                 there = expected is None or pathlib.Path(place, value(part["with"][expected])).exists()
                 assert there, f"{part['name']}: {part['with']} is not there"
                 continue
