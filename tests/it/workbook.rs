@@ -280,3 +280,71 @@ fn cli_the_sheet_is_asked_for_and_kept() {
     assert_eq!(document["verdict"], "fail");
     assert_eq!(document["request"]["sheet"], "two");
 }
+
+/// Reads a workbook for the judged channel; what went wrong, or what was found.
+fn read_words(bytes: Vec<u8>, options: &ReadOptions) -> Result<Vec<String>, String> {
+    let source = Source::bytes("a.bin", bytes);
+    let read =
+        latchgate_recording::read(&source, options, Selection::Lateral, &Limits::default());
+    let recording = read.map_err(|error| error.to_string())?;
+    let channels = recording.channels.iter();
+    let findings = channels.flat_map(|channel| &channel.findings);
+    let findings = recording.findings.iter().chain(findings);
+    Ok(findings
+        .map(|one| format!("{} {}", one.code, one.text))
+        .collect())
+}
+
+/// The workbook is refused with a message that holds `says`.
+#[track_caller]
+fn check_refused(name: &str, bytes: Vec<u8>, says: &str) {
+    let error = read_words(bytes, &ReadOptions::default()).expect_err(name);
+    assert!(error.contains(says), "{name}: {error}");
+}
+
+/// The workbook is read, with a finding that begins so and holds `says`.
+#[track_caller]
+fn check_found(name: &str, bytes: Vec<u8>, code: &str, says: &str) {
+    let findings = read_words(bytes, &ReadOptions::default()).expect(name);
+    let mut found = findings.iter();
+    assert!(
+        found.any(|one| one.starts_with(code) && one.contains(says)),
+        "{name}: {findings:?}"
+    );
+}
+
+#[track_caller]
+fn check_sound(name: &str, bytes: Vec<u8>) {
+    if let Err(error) = read_words(bytes, &ReadOptions::default()) {
+        panic!("{name}: {error}");
+    }
+}
+
+/// Of two sheets whose names differ in a blank, the one that is named is read.
+#[test]
+fn verif_a_sheet_is_named_letter_by_letter_where_others_are_alike() {
+    let sheets = ["Data", "Data ", "Other"].map(|name| Sheet {
+        name,
+        rows: match name {
+            "Data " => failing(),
+            _ => vec![vec![text("nothing")]],
+        },
+        ..Sheet::default()
+    });
+    let book = Workbook {
+        sheets: sheets.into(),
+        ..Workbook::default()
+    };
+    let read = |name: &str| {
+        let options = ReadOptions {
+            sheet: Some(name.into()),
+            ..ReadOptions::default()
+        };
+        read_words(book.bytes(), &options)
+    };
+    read("Data ").unwrap();
+    assert!(read("Data").is_err());
+    assert!(!read("other").unwrap_err().contains("letter by letter"));
+    let error = read("data").unwrap_err();
+    assert!(error.contains("`Data`, `Data `; state its name letter by letter"), "{error}");
+}

@@ -99,14 +99,7 @@ fn chosen<P>(
     mut read: impl FnMut(&SheetEntry<P>, bool) -> Result<Sheet, Error>,
 ) -> Result<Sheet, Error> {
     let entry = match &asked.options.sheet {
-        Some(wanted) => {
-            let small = wanted.trim().to_lowercase();
-            let found = sheets
-                .iter()
-                .find(|one| one.name.trim().to_lowercase() == small);
-            let names: Vec<&str> = sheets.iter().map(|one| one.name.as_str()).collect();
-            found.ok_or_else(|| Error::unknown("sheet", wanted, &names))?
-        }
+        Some(wanted) => named(sheets, wanted)?,
         None => {
             // What cannot be read is not empty.
             let mut is_filled =
@@ -136,6 +129,35 @@ fn chosen<P>(
     Ok(sheet)
 }
 
+/// Returns the sheet of a name, letter by letter, else the only one whose name differs in case and blanks
+/// at the ends alone.
+fn named<'a, P>(sheets: &'a [SheetEntry<P>], name: &str) -> Result<&'a SheetEntry<P>, Error> {
+    if let Some(exact) = sheets.iter().find(|one| one.name == name) {
+        return Ok(exact);
+    }
+    let small = |name: &str| name.trim().to_lowercase();
+    let alike = sheets.iter().filter(|one| small(&one.name) == small(name));
+    let alike: Vec<&SheetEntry<P>> = alike.collect();
+    match alike.as_slice() {
+        [only] => Ok(*only),
+        [] => {
+            let names: Vec<&str> = sheets.iter().map(|one| one.name.as_str()).collect();
+            Err(Error::unknown("sheet", name, &names))
+        }
+        several => {
+            // With the blanks at its ends, in which it differs.
+            let shown = |one: &&SheetEntry<P>| {
+                let start: String = one.name.chars().take(60).collect();
+                format!("`{}`", start.escape_debug())
+            };
+            let names: Vec<String> = several.iter().map(shown).collect();
+            let found = format!("`{}` for {}", crate::text::shown(name), names.join(", "));
+            let hint = "state its name letter by letter, with its blanks";
+            Err(Error::malformed("the name of one sheet", found, hint))
+        }
+    }
+}
+
 /// Says that a workbook is none that a spreadsheet writes.
 fn damaged(found: impl Into<String>) -> Error {
     Error::malformed(
@@ -143,4 +165,26 @@ fn damaged(found: impl Into<String>) -> Error {
         found,
         "the workbook is damaged; save it again, or save the sheet as CSV",
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn verif_sheets_that_are_alike_are_listed_with_their_blanks() {
+        let sheets = ["Data", "Data "].map(|name| SheetEntry {
+            name: name.into(),
+            is_hidden: false,
+            place: 0,
+        });
+        assert_eq!(
+            named(&sheets, "Data ").map(|one| one.name.as_str()).ok(),
+            Some("Data ")
+        );
+        let error = named(&sheets, "data").map(|one| &one.name);
+        let error = error.expect_err("two sheets");
+        let says = "`Data`, `Data `; state its name letter by letter, with its blanks";
+        assert!(error.to_string().contains(says), "{error}");
+    }
 }
