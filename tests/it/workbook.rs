@@ -284,8 +284,7 @@ fn cli_the_sheet_is_asked_for_and_kept() {
 /// Reads a workbook for the judged channel; what went wrong, or what was found.
 fn read_words(bytes: Vec<u8>, options: &ReadOptions) -> Result<Vec<String>, String> {
     let source = Source::bytes("a.bin", bytes);
-    let read =
-        latchgate_recording::read(&source, options, Selection::Lateral, &Limits::default());
+    let read = latchgate_recording::read(&source, options, Selection::Lateral, &Limits::default());
     let recording = read.map_err(|error| error.to_string())?;
     let channels = recording.channels.iter();
     let findings = channels.flat_map(|channel| &channel.findings);
@@ -346,5 +345,43 @@ fn verif_a_sheet_is_named_letter_by_letter_where_others_are_alike() {
     assert!(read("Data").is_err());
     assert!(!read("other").unwrap_err().contains("letter by letter"));
     let error = read("data").unwrap_err();
-    assert!(error.contains("`Data`, `Data `; state its name letter by letter"), "{error}");
+    assert!(
+        error.contains("`Data`, `Data `; state its name letter by letter"),
+        "{error}"
+    );
+}
+
+/// Ranges without an end, or from the last to the first, are damage.
+#[test]
+fn verif_ranges_without_an_end_are_refused() {
+    let with = |change: fn(&mut Sheet)| of_rows(failing()).change(change).bytes();
+    let says = "a workbook as a spreadsheet writes it";
+    check_refused(
+        "no last column",
+        with(|sheet| sheet.before_rows = "<cols><col min=\"1\" hidden=\"1\"/></cols>"),
+        says,
+    );
+    check_refused(
+        "columns turned",
+        with(|sheet| sheet.before_rows = "<cols><col min=\"2\" max=\"1\" hidden=\"1\"/></cols>"),
+        "columns 2 to 1",
+    );
+    check_refused(
+        "cells turned",
+        with(|sheet| sheet.after_rows = "<mergeCells><mergeCell ref=\"B1:A1\"/></mergeCells>"),
+        "cells `B1:A1`",
+    );
+    for (kind, range) in [
+        (0x007D, &[1, 0, 0, 0, 0, 9, 0, 0, 1, 0, 0, 0][..]),
+        (0x00E5, &[1, 0, 1, 0, 0, 0, 0, 0, 0, 0]),
+    ] {
+        let mut sheet = Records::default();
+        sheet.rows(&failing());
+        sheet.put(kind, range);
+        check_refused(
+            "turned",
+            xls(&Records::default(), &sheet),
+            "from the last to the first",
+        );
+    }
 }

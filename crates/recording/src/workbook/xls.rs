@@ -215,16 +215,23 @@ impl Workbook {
                 // COLINFO
                 0x007D if record.u16(8)? & 1 != 0 || record.u16(4)? == 0 => {
                     let columns = usize::from(record.u16(0)?)..usize::from(record.u16(2)?) + 1;
+                    if columns.is_empty() {
+                        return Err(record.damaged("columns from the last to the first"));
+                    }
                     builder.marks.hidden_columns.push(columns);
                 }
                 // MERGEDCELLS
                 0x00E5 => {
                     for index in 0..usize::from(record.u16(0)?) {
                         let bound = |place: usize| record.u16(2 + 8 * index + 2 * place);
-                        builder.marks.merged.push(Merged {
+                        let merged = Merged {
                             lines: u64::from(bound(0)?) + 1..u64::from(bound(1)?) + 2,
                             columns: usize::from(bound(2)?)..usize::from(bound(3)?) + 1,
-                        });
+                        };
+                        if merged.lines.is_empty() || merged.columns.is_empty() {
+                            return Err(record.damaged("cells from the last to the first"));
+                        }
+                        builder.marks.merged.push(merged);
                     }
                 }
                 // NOTE

@@ -142,12 +142,16 @@ impl Workbook {
                         }
                     }
                     "col" if !in_rows => {
+                        let [first, last] = ["min", "max"].map(|name| xml.number(&tag, name));
+                        let first = xml.counted_from_zero(first?.unwrap_or(0))? as usize;
+                        let end = xml.counted_from_zero(last?.unwrap_or(0))? as usize + 1;
+                        if first >= end {
+                            let found = format!("columns {} to {end}", first + 1);
+                            return Err(xml.damaged(found));
+                        }
                         let width = xml.attribute(&tag, "width")?;
                         let is_flat = width.is_some_and(|width| width.parse() == Ok(0.0));
                         if is_flat || xml.flag(&tag, "hidden")? {
-                            let [first, last] = ["min", "max"].map(|name| xml.number(&tag, name));
-                            let first = xml.counted_from_zero(first?.unwrap_or(0))? as usize;
-                            let end = last?.unwrap_or(0) as usize;
                             builder.marks.hidden_columns.push(first..end);
                         }
                     }
@@ -373,7 +377,8 @@ fn cell_of(name: &str) -> Option<(u32, u32)> {
 fn merged(range: &str) -> Option<Merged> {
     let (first, last) = range.split_once(':').unwrap_or((range, range));
     let (first, last) = (cell_of(first)?, cell_of(last)?);
-    Some(Merged {
+    let is_ordered = first.0 <= last.0 && first.1 <= last.1;
+    is_ordered.then(|| Merged {
         lines: u64::from(first.0) + 1..u64::from(last.0) + 2,
         columns: first.1 as usize..last.1 as usize + 1,
     })
