@@ -385,3 +385,50 @@ fn verif_ranges_without_an_end_are_refused() {
         );
     }
 }
+
+/// What a person sees in a cell is the number that is judged, in the unit of its column.
+#[test]
+fn verif_formats_that_show_another_number_or_unit_are_refused() {
+    let shown = |column: usize, code: &'static str| {
+        let mut rows = failing();
+        for row in &mut rows[1..] {
+            if let Cell::Number(value) = row[column] {
+                row[column] = Cell::Formatted(value, 1);
+            }
+        }
+        Workbook {
+            formats: vec![code],
+            ..of_rows(rows)
+        }
+        .bytes()
+    };
+    for code in [
+        "0.00%",
+        "0.00;0.00",
+        "-0.00;0.00",
+        ";;;",
+        "\"dropout\"",
+        "0\\.0",
+    ] {
+        for column in [0, 1] {
+            check_refused(code, shown(column, code), "its format shows another number");
+        }
+    }
+    for (column, code, words) in [
+        (1, "0.00\" mm/s2\"", "mm/s2"),
+        (1, "0.00\\ \"m/s2\"", "m/s2"),
+        (1, "0.0\"k\"", "k"),
+        (1, "0\" invalid\"", "invalid"),
+        (0, "0.0000\" ms\"", "ms"),
+    ] {
+        let says = format!("the number format shows `{words}`");
+        check_refused(code, shown(column, code), &says);
+    }
+    for (column, code) in [
+        (1, "0.00\" g\""),
+        (1, "0.00;[Red]-0.00"),
+        (0, "0.0000\" s\""),
+    ] {
+        check_sound(code, shown(column, code));
+    }
+}

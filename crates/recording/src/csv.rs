@@ -49,7 +49,7 @@ use crate::channel_name::ChannelName;
 use crate::channel_name::gravity::says_gravity;
 use crate::error::{Error, Place};
 use crate::setting::Setting;
-use latchgate_kernel::units::{SampleRate, TimeUnit};
+use latchgate_kernel::units::{AccelerationUnit, SampleRate, TimeUnit};
 pub use layout::TableMapping;
 use layout::{TableLayout, TableStart, TimeSource, UnitOrigin};
 pub(crate) use marks::{Merged, Sheet, SheetMarks, column_letters};
@@ -273,6 +273,19 @@ impl<'a> TableText<'a> {
             {
                 let name = &layout.columns[index].name;
                 findings.extend(marks.doubts(index, name, &head, is_asked)?);
+            }
+            for index in &choice.columns {
+                let column = &layout.columns[*index];
+                marks.refuse_other_words(*index, &head, |words| {
+                    match AccelerationUnit::from_spelling(words) {
+                        Some(unit) => options.unit.or(column.unit) == Some(unit),
+                        None => column.unit_text.as_deref().map(str::trim) == Some(words),
+                    }
+                })?;
+            }
+            if let TimeSource::Column { index, unit, .. } = &time {
+                let is_unit = |words: &str| TimeUnit::from_spelling(words) == Some(*unit);
+                marks.refuse_other_words(*index, &head, is_unit)?;
             }
         }
         let counters = layout.counters(&time, &choice.columns);

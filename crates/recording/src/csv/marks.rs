@@ -1,8 +1,10 @@
 //! What a sheet of a workbook shows beside its cells: columns that are hidden, cells that are merged.
 
-use crate::Finding;
 use crate::error::{Error, Place};
+use crate::{Finding, text};
+use std::collections::BTreeMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// A sheet of a workbook as a table: a line for each row, tabs between its cells.
 #[derive(Debug, Default)]
@@ -24,6 +26,8 @@ pub(crate) struct SheetMarks {
     /// Columns that are hidden, counted from 0.
     pub(crate) hidden_columns: Vec<Range<usize>>,
     pub(crate) merged: Vec<Merged>,
+    /// Words that formats show behind the numbers of a column, each with the last line of them.
+    pub(crate) words_of_formats: BTreeMap<(usize, Arc<str>), u64>,
 }
 
 /// Cells that are shown as one: the first alone holds what is shown.
@@ -36,6 +40,25 @@ pub(crate) struct Merged {
 }
 
 impl SheetMarks {
+    /// Refuses a column whose cells show other words behind their numbers than its unit.
+    pub(super) fn refuse_other_words(
+        &self,
+        column: usize,
+        head: &Range<u64>,
+        is_unit: impl Fn(&str) -> bool,
+    ) -> Result<(), Error> {
+        let of_column = (column, Arc::from(""))..(column + 1, Arc::from(""));
+        let mut words = self.words_of_formats.range(of_column);
+        let other = words.find(|((_, words), line)| **line >= head.end && !is_unit(words));
+        let Some(((_, words), line)) = other else {
+            return Ok(());
+        };
+        let found = format!("the number format shows `{}`", text::shown(&**words));
+        let hint = "state the unit that the cells show, or take the words off their format";
+        let error = Error::malformed("numbers that show the unit of their column", found, hint);
+        Err(error.at(Place::default().line(*line).column(column as u64 + 1)))
+    }
+
     /// Says what makes a column doubtful that is read by its name: it is hidden, or its name is shown
     /// above others as well. A column of samples that nobody asked for by name is refused then.
     pub(super) fn doubts(

@@ -5,6 +5,7 @@ use crate::csv::{Sheet, SheetMarks, column_letters};
 use crate::error::{Error, Place};
 use crate::{Finding, Limits};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What a cell holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,6 +107,10 @@ impl<'a> SheetBuilder<'a> {
         }
         *cells = column + 1;
         self.count(row, column as usize, value);
+        if let (Value::Number(_), NumberFormat::Worded(words)) = (value, &format) {
+            let cell = (column as usize, Arc::clone(words));
+            self.marks.words_of_formats.insert(cell, u64::from(row) + 1);
+        }
         self.write(value, format);
         if self.text.len() as u64 > self.limits.text_bytes {
             return Err(self
@@ -130,9 +135,11 @@ impl<'a> SheetBuilder<'a> {
     fn write(&mut self, value: Value<'_>, format: NumberFormat) {
         let text = &mut self.text;
         match (value, format) {
-            (Value::Number(number), NumberFormat::Plain) => text.push_str(&digits(number)),
+            (Value::Number(number), NumberFormat::Plain | NumberFormat::Worded(_)) => {
+                text.push_str(&digits(number))
+            }
             // What a person sees in such a cell is another number than the one that is stored.
-            (Value::Number(number), NumberFormat::Scaled) => {
+            (Value::Number(number), NumberFormat::Other) => {
                 text.push_str(&format!("{number} (its format shows another number)"));
             }
             (

@@ -89,7 +89,7 @@ impl Workbook {
         }
         let format = |number: &u16| {
             let built_in = || NumberFormat::built_in(u32::from(*number));
-            codes.get(number).copied().unwrap_or_else(built_in)
+            codes.get(number).cloned().unwrap_or_else(built_in)
         };
         workbook.formats = formats.iter().map(format).collect();
         workbook.strings = strings(&shared)?;
@@ -120,7 +120,7 @@ impl Workbook {
             }
             let format = |at: usize| -> Result<NumberFormat, Error> {
                 let format = self.formats.get(usize::from(record.u16(at)?));
-                Ok(format.copied().unwrap_or_default())
+                Ok(format.cloned().unwrap_or_default())
             };
             let cell = || -> Result<(u32, u32), Error> {
                 Ok((u32::from(record.u16(0)?), u32::from(record.u16(2)?)))

@@ -188,7 +188,7 @@ impl Workbook {
     ) -> Result<(), Error> {
         let kind = xml.attribute(tag, "t")?;
         let format = xml.number(tag, "s")?.unwrap_or(0) as usize;
-        let format = self.formats.get(format).copied().unwrap_or_default();
+        let format = self.formats.get(format).cloned().unwrap_or_default();
         let (mut stored, mut inline, mut is_formula) = (None, None, false);
         while let Some(event) = xml.next()? {
             match event {
@@ -314,7 +314,7 @@ fn formats(name: &str, source: &mut Source, limits: &Limits) -> Result<Vec<Numbe
             _ => {}
         }
     }
-    let format = |number| codes.get(&number).copied();
+    let format = |number| codes.get(&number).cloned();
     let format = |number| format(number).unwrap_or_else(|| NumberFormat::built_in(number));
     Ok(formats.into_iter().map(format).collect())
 }
