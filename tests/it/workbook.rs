@@ -432,3 +432,33 @@ fn verif_formats_that_show_another_number_or_unit_are_refused() {
         check_sound(code, shown(column, code));
     }
 }
+
+/// Formulas of an .xls sheet that was not computed before it was saved.
+#[test]
+fn verif_formulas_of_a_sheet_that_was_not_computed_are_refused() {
+    let with = |marks: &[(bool, u16)]| {
+        let mut sheet = Records::default();
+        let put = |sheet: &mut Records, before: bool| {
+            for (_, kind) in marks.iter().filter(|(at, _)| *at == before) {
+                sheet.put(*kind, &[0, 0]);
+            }
+        };
+        put(&mut sheet, true);
+        let rows = failing();
+        sheet.rows(&rows);
+        let row = u16::try_from(rows.len()).unwrap();
+        sheet.rows_from(rows.len(), &[vec![Cell::Number(0.08)]]);
+        let result = 0.5_f64.to_le_bytes();
+        let cell = [&row.to_le_bytes()[..], &[1, 0, 0, 0], &result, &[0; 8]].concat();
+        sheet.put(0x0006, &cell);
+        put(&mut sheet, false);
+        xls(&Records::default(), &sheet)
+    };
+    check_sound("computed", with(&[]));
+    check_refused(
+        "not computed",
+        with(&[(true, 0x005E)]),
+        "formula without a stored value",
+    );
+    check_refused("said late", with(&[(false, 0x005E)]), "none is computed");
+}

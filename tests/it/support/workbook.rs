@@ -203,7 +203,12 @@ impl Records {
 
     /// Puts the cells of a sheet, its texts beside them.
     pub(crate) fn rows(&mut self, rows: &[Vec<Cell>]) {
-        for (row, cells) in rows.iter().enumerate() {
+        self.rows_from(0, rows);
+    }
+
+    /// Puts the cells of rows from one on, counted from 0.
+    pub(crate) fn rows_from(&mut self, first: usize, rows: &[Vec<Cell>]) {
+        for (row, cells) in (first..).zip(rows) {
             for (column, cell) in cells.iter().enumerate() {
                 let place = (row, column);
                 match cell {

@@ -108,6 +108,7 @@ impl Workbook {
         records.begin()?;
         // Charts within a sheet have records of their own.
         let (mut depth, mut has_notes) = (0_usize, false);
+        let (mut is_computed, mut has_formulas) = (true, false);
         let mut awaited: Option<(u32, u32, NumberFormat)> = None;
         loop {
             let record = records.next()?;
@@ -182,7 +183,8 @@ impl Workbook {
                     let (row, column) = cell()?;
                     let result = record.bytes(6, 8)?;
                     // The second bit asks for a result when the workbook is opened.
-                    let is_stored = record.u16(14)? & 2 == 0;
+                    let is_stored = is_computed && record.u16(14)? & 2 == 0;
+                    has_formulas = true;
                     let value = match result {
                         _ if !is_stored => Value::NotComputed,
                         [0, .., 0xFF, 0xFF] => {
@@ -197,6 +199,11 @@ impl Workbook {
                     };
                     builder.put(row, column, value, format(4)?)?;
                 }
+                // UNCALCED: the sheet was not computed before it was saved.
+                0x005E if has_formulas => {
+                    return Err(record.damaged("formulas before what says that none is computed"));
+                }
+                0x005E => is_computed = false,
                 // STRING, the result of the formula before
                 0x0207 => {
                     if let Some((row, column, format)) = awaited.take() {
