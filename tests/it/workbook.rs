@@ -462,3 +462,32 @@ fn verif_formulas_of_a_sheet_that_was_not_computed_are_refused() {
     );
     check_refused("said late", with(&[(false, 0x005E)]), "none is computed");
 }
+
+/// Of cells that are merged only the first is shown.
+#[test]
+fn verif_merged_rows_of_samples_or_times_are_refused() {
+    let with = |after: &'static str| {
+        of_rows(failing())
+            .change(|sheet| sheet.after_rows = after)
+            .bytes()
+    };
+    for (range, says) in [
+        (
+            "<mergeCells><mergeCell ref=\"B300:B900\"/></mergeCells>",
+            ":300, column 2",
+        ),
+        (
+            "<mergeCells><mergeCell ref=\"A300:A301\"/></mergeCells>",
+            ":300, column 1",
+        ),
+        (
+            "<mergeCells><mergeCell ref=\"B1:B2\"/></mergeCells>",
+            ":2, column 2",
+        ),
+    ] {
+        check_refused(range, with(range), says);
+        check_refused(range, with(range), "shown as one cell");
+    }
+    let beside = "<mergeCells><mergeCell ref=\"D2:D9\"/></mergeCells>";
+    check_sound(beside, with(beside));
+}

@@ -273,6 +273,7 @@ impl<'a> TableText<'a> {
             {
                 let name = &layout.columns[index].name;
                 findings.extend(marks.doubts(index, name, &head, is_asked)?);
+                marks.refuse_merged_rows(index, &head)?;
             }
             for index in &choice.columns {
                 let column = &layout.columns[*index];

@@ -40,6 +40,31 @@ pub(crate) struct Merged {
 }
 
 impl SheetMarks {
+    /// Refuses a column of which several rows of samples are shown as one cell, which hides all but one.
+    pub(super) fn refuse_merged_rows(&self, column: usize, head: &Range<u64>) -> Result<(), Error> {
+        let hides = |one: &&Merged| {
+            let lines = one.lines.end - one.lines.start;
+            one.columns.contains(&column) && lines > 1 && one.lines.end > head.end
+        };
+        let Some(merged) = self.merged.iter().find(hides) else {
+            return Ok(());
+        };
+        let last = merged.lines.end - 1;
+        let found = format!(
+            "rows {} to {last} of column {} shown as one cell",
+            merged.lines.start,
+            column_letters(column)
+        );
+        let hint = "take the cells apart in the spreadsheet, and look at what they hold";
+        let error = Error::malformed(
+            "a cell of its own for each sample and each time",
+            found,
+            hint,
+        );
+        let line = merged.lines.start.max(head.end);
+        Err(error.at(Place::default().line(line).column(column as u64 + 1)))
+    }
+
     /// Refuses a column whose cells show other words behind their numbers than its unit.
     pub(super) fn refuse_other_words(
         &self,
