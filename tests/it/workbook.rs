@@ -1,7 +1,7 @@
 //! Workbooks: read to the last bit as openpyxl and xlrd read them, judged as the same samples in another
 //! format, and never better when they are damaged.
 
-use crate::support::workbook::{Cell, Records, Sheet, Workbook, of_rows, text, xls};
+use crate::support::workbook::{Cell, Records, Sheet, Workbook, container, of_rows, text, xls};
 use crate::support::{Folder, Random, data, json, latchgate, read_path, with_channel, zip_of};
 use latchgate::pipeline::{
     CardPolarity, Control, Design, Document, Extras, Limits, Request, Source, judge,
@@ -490,4 +490,49 @@ fn verif_merged_rows_of_samples_or_times_are_refused() {
     }
     let beside = "<mergeCells><mergeCell ref=\"D2:D9\"/></mergeCells>";
     check_sound(beside, with(beside));
+}
+
+/// A workbook in XML with a further relation of a part, `xl/workbook.xml` or a sheet.
+fn with_relation(part: &str, relation: &str) -> Vec<u8> {
+    let mut parts = of_rows(failing())
+        .change(|sheet| sheet.notes = vec![("B1", "fine")])
+        .parts();
+    let name = |name: &str| name.ends_with(&format!("{part}.rels"));
+    let found = parts.iter_mut().find(|(other, _)| name(other));
+    let content = &mut found.unwrap().1;
+    let end = content.len() - "</Relationships>".len();
+    content.splice(end..end, relation.bytes());
+    zip_of(&parts)
+}
+
+/// What would be read over and over, for each sheet or each relation.
+#[test]
+fn verif_parts_that_stand_for_several_are_refused() {
+    let relation =
+        |kind: &str| format!("<Relationship Id=\"z\" Type=\"x/{kind}\" Target=\"other.xml\"/>");
+    check_sound("drawing", with_relation("workbook.xml", &relation("theme")));
+    let styles = with_relation("workbook.xml", &relation("styles"));
+    check_refused("styles", styles, "several parts of the kind `styles`");
+    let notes = with_relation("sheet1.xml", &relation("comments"));
+    check_refused("notes", notes, "several parts of the kind `comments`");
+    let two = Workbook {
+        parts: vec![(
+            "xl/workbook.xml",
+            "<workbook><sheets><sheet name=\"A\" id=\"r1\"/><sheet name=\"B\" id=\"r1\"/></sheets></workbook>".into(),
+        )],
+        ..of_rows(failing())
+    };
+    check_refused("two names", two.bytes(), "the sheet `B` where another is");
+    // A second entry in the list of an .xls file, of the same sheet.
+    let mut stream = Records::default();
+    stream.put(0x0809, &[0, 6, 5, 0]);
+    let place = u32::try_from(8 + 2 * 13 + 4).unwrap().to_le_bytes();
+    for name in [b'A', b'B'] {
+        stream.put(0x0085, &[&place[..], &[0, 0, 1, 0, name]].concat());
+    }
+    stream.put(0x000A, &[]);
+    stream.put(0x0809, &[0, 6, 16, 0]);
+    stream.put(0x000A, &[]);
+    let two = container("Workbook", &stream.0);
+    check_refused("two places", two, "the sheet `B` where another is");
 }

@@ -23,6 +23,7 @@ use super::source::Reader;
 use super::{Finding, Head, Outcomes, ReadTask};
 use crate::error::Error;
 use crate::setting::Setting;
+use std::collections::BTreeSet;
 
 /// A sheet as the workbook lists it.
 struct SheetEntry<P> {
@@ -156,6 +157,19 @@ fn named<'a, P>(sheets: &'a [SheetEntry<P>], name: &str) -> Result<&'a SheetEntr
             Err(Error::malformed("the name of one sheet", found, hint))
         }
     }
+}
+
+/// Refuses sheets of which two are the same part or place: no spreadsheet writes them, and to look into
+/// each costs their length over and over.
+fn check_places<P: Ord>(sheets: &[SheetEntry<P>]) -> Result<(), Error> {
+    let mut places = BTreeSet::new();
+    for sheet in sheets {
+        if !places.insert(&sheet.place) {
+            let name = crate::text::shown(&sheet.name);
+            return Err(damaged(format!("the sheet `{name}` where another is")));
+        }
+    }
+    Ok(())
 }
 
 /// Says that a workbook is none that a spreadsheet writes.

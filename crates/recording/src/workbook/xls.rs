@@ -7,10 +7,11 @@
 use super::builder::{Epoch, SheetBuilder, Value};
 use super::number_format::NumberFormat;
 use super::strings::Strings;
-use super::{SheetEntry, damaged};
+use super::{SheetEntry, check_places, damaged};
 use crate::csv::{Merged, Sheet};
 use crate::error::{Error, ErrorKind, Place};
 use crate::{Finding, Limits};
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 
@@ -33,6 +34,8 @@ pub(super) struct Workbook {
     epoch: Epoch,
     formats: Vec<NumberFormat>,
     strings: Strings,
+    /// Bytes of sheets that were looked into.
+    probed: Cell<usize>,
 }
 
 impl Workbook {
@@ -44,6 +47,7 @@ impl Workbook {
             epoch: Epoch::Of1900,
             formats: Vec::new(),
             strings: Strings::default(),
+            probed: Cell::new(0),
         };
         let (mut codes, mut formats) = (BTreeMap::new(), Vec::new());
         let mut shared: Vec<&[u8]> = Vec::new();
@@ -93,6 +97,7 @@ impl Workbook {
         };
         workbook.formats = formats.iter().map(format).collect();
         workbook.strings = strings(&shared)?;
+        check_places(&workbook.sheets)?;
         Ok(workbook)
     }
 
@@ -112,6 +117,14 @@ impl Workbook {
         let mut awaited: Option<(u32, u32, NumberFormat)> = None;
         loop {
             let record = records.next()?;
+            if probe {
+                // Sheets lie one behind the other, so that all of them are no longer than the file.
+                let probed = self.probed.get() + records.at - record.start;
+                self.probed.set(probed);
+                if probed > self.stream.len() {
+                    return Err(record.damaged("a sheet within another"));
+                }
+            }
             match record.kind {
                 BOF => depth += 1,
                 EOF if depth == 0 => break,

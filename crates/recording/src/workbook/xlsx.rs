@@ -7,7 +7,7 @@
 use super::builder::{Epoch, SheetBuilder, Value, place};
 use super::number_format::NumberFormat;
 use super::strings::Strings;
-use super::{SheetEntry, damaged};
+use super::{SheetEntry, check_places, damaged};
 use crate::csv::{Merged, Sheet};
 use crate::error::{Error, Place};
 use crate::source::Reader as Source;
@@ -76,12 +76,12 @@ impl Workbook {
                 _ => {}
             }
         }
-        for (kind, target) in relations.0.values() {
-            match kind.as_str() {
-                "styles" => workbook.formats = formats(target, source, limits)?,
-                "sharedStrings" => workbook.strings = strings(target, source, limits)?,
-                _ => {}
-            }
+        check_places(&workbook.sheets)?;
+        if let Some(target) = relations.only("styles")? {
+            workbook.formats = formats(target, source, limits)?;
+        }
+        if let Some(target) = relations.only("sharedStrings")? {
+            workbook.strings = strings(target, source, limits)?;
         }
         Ok(workbook)
     }
@@ -169,10 +169,9 @@ impl Workbook {
             }
         }
         if !probe {
-            for (kind, target) in Relations::of(&sheet.place, source, limits)?.0.values() {
-                if kind == "comments" {
-                    take_notes(target, source, limits, &mut builder)?;
-                }
+            let relations = Relations::of(&sheet.place, source, limits)?;
+            if let Some(target) = relations.only("comments")? {
+                take_notes(target, source, limits, &mut builder)?;
             }
         }
         builder.finish(&sheet.name)
@@ -273,6 +272,16 @@ impl Relations {
             found.insert(id, (kind, resolved(folder, &target)));
         }
         Ok(Self(found))
+    }
+
+    /// Returns the part of a kind, of which there is one at most.
+    fn only(&self, kind: &str) -> Result<Option<&str>, Error> {
+        let mut targets = self.0.values().filter(|(other, _)| other == kind);
+        let first = targets.next();
+        match targets.next() {
+            None => Ok(first.map(|(_, target)| target.as_str())),
+            Some(_) => Err(damaged(format!("several parts of the kind `{kind}`"))),
+        }
     }
 }
 
