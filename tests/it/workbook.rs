@@ -536,3 +536,66 @@ fn verif_parts_that_stand_for_several_are_refused() {
     let two = container("Workbook", &stream.0);
     check_refused("two places", two, "the sheet `B` where another is");
 }
+
+/// Fault words of a workbook beside the sheet that is read: in other sheets, in its name, on its pages.
+#[test]
+fn verif_fault_words_beside_the_sheet_block_the_verdict() {
+    let sheet = |name: &'static str, rows: Vec<Vec<Cell>>| Sheet {
+        name,
+        rows,
+        ..Sheet::default()
+    };
+    let with = |name: &'static str, beside: &'static str, page: &'static str| {
+        let info = sheet("Info", vec![vec![], vec![Cell::Number(3.0), text(beside)]]);
+        let data = Sheet {
+            after_rows: page,
+            ..sheet(name, failing())
+        };
+        Workbook {
+            sheets: vec![info, data],
+            ..Workbook::default()
+        }
+        .bytes()
+    };
+    let check = |name: &'static str, bytes: Vec<u8>, says: Option<&str>| {
+        let options = ReadOptions {
+            sheet: Some(name.into()),
+            ..ReadOptions::default()
+        };
+        let findings = read_words(bytes, &options).unwrap();
+        let found = findings
+            .iter()
+            .find(|one| one.starts_with("laboratory-remark"));
+        match says {
+            Some(says) => assert!(found.unwrap().contains(says), "{found:?}"),
+            None => assert_eq!(found, None),
+        }
+    };
+    const PAGE: &str = "<headerFooter><oddHeader>&amp;C&amp;\"Arial\"&amp;12sensor failed</oddHeader></headerFooter>";
+    check("Data", with("Data", "A door", ""), None);
+    let info = with("Data", "Acc Y: sensor failed", "");
+    check(
+        "Data",
+        info,
+        Some("row 2 of the sheet `Info` says: \"Acc Y: sensor failed\""),
+    );
+    let named = with("sensor failed", "A door", "");
+    check("sensor failed", named, Some("the name of the sheet says"));
+    let page = with("Data", "A door", PAGE);
+    check(
+        "Data",
+        page,
+        Some("a page header or footer of the sheet `Data` says"),
+    );
+    // The same page header of an .xls file.
+    let mut old = Records::default();
+    old.rows(&failing());
+    let words = b"&Csensor failed";
+    let length = u8::try_from(words.len()).unwrap();
+    old.put(0x0014, &[&[length, 0, 0], &words[..]].concat());
+    check(
+        "Data",
+        xls(&Records::default(), &old),
+        Some("a page header or footer"),
+    );
+}

@@ -48,6 +48,7 @@ use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selecti
 use crate::channel_name::ChannelName;
 use crate::channel_name::gravity::says_gravity;
 use crate::error::{Error, Place};
+use crate::remarks::{self, Remark, RemarkPlace};
 use crate::setting::Setting;
 use latchgate_kernel::units::{AccelerationUnit, SampleRate, TimeUnit};
 pub use layout::TableMapping;
@@ -140,6 +141,8 @@ struct TableText<'a> {
     /// The sheet that it is, and what that shows beside its cells; nothing of a text.
     sheet: Option<String>,
     marks: SheetMarks,
+    /// What the workbook says beside the sheet.
+    beside: Vec<Remark>,
     asked: ReadTask<'a>,
 }
 
@@ -157,6 +160,20 @@ impl<'a> TableText<'a> {
         let mut table = Self::of_text(sheet.text, sheet.findings, Some(separator), asked)?;
         for (line, note) in &sheet.notes {
             table.lines.keep(*line, note.as_bytes());
+        }
+        // Of what is not about this sheet alone, only fault words count.
+        let faults = sheet.beside.into_iter();
+        let mut left = dialect::COMMENT_BYTES;
+        for (teller, text) in faults.filter(|(_, text)| remarks::has_fault(text)) {
+            match left.checked_sub(text.len() + 64) {
+                Some(rest) => left = rest,
+                None => {
+                    table.lines.more_words = true;
+                    break;
+                }
+            }
+            let remark = Remark::new(&text, RemarkPlace::Apart, teller);
+            table.beside.push(remark);
         }
         (table.sheet, table.marks) = (Some(sheet.name), sheet.marks);
         Ok(table)
@@ -234,6 +251,7 @@ impl<'a> TableText<'a> {
             findings,
             sheet: None,
             marks: SheetMarks::default(),
+            beside: Vec::new(),
             asked,
         })
     }
@@ -401,6 +419,8 @@ impl<'a> TableText<'a> {
         remarks.extend(layout.preamble.remarks(layout.columns.len()));
         let lines = self.lines.words.iter();
         remarks.extend(lines.map(|(line, text)| status::of_comment(*line, text, &layout.columns)));
+        let beside = self.beside.iter().cloned();
+        remarks.extend(beside.map(|remark| (None, remark)));
         Ok((remarks, flags))
     }
 

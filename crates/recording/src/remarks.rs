@@ -339,6 +339,11 @@ pub(super) fn not_found(accepted: &[AcceptedRemark], remarks: &[String]) -> Vec<
         .collect()
 }
 
+/// Tells whether a fault word stands in a text.
+pub(super) fn has_fault(text: &str) -> bool {
+    reading::read(text).fault.is_some()
+}
+
 /// Names of what holds a person's words: keys of a header, columns of a table.
 static KEYS: Words = word_list!("remark-keys");
 

@@ -33,6 +33,16 @@ struct SheetEntry<P> {
     place: P,
 }
 
+/// What is read of a sheet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum SheetPass {
+    /// Its first cell, to see whether it holds something.
+    Probe,
+    /// Its texts with fault words, since it may say what is wrong with another one.
+    Words,
+    Whole,
+}
+
 /// Tells whether a file in an archive is a part of a workbook that is read.
 pub(super) fn is_part(name: &str) -> bool {
     let of_kind = name.ends_with(".xml") || name.ends_with(".rels");
@@ -81,14 +91,14 @@ fn sheet(source: &mut Reader, asked: ReadTask) -> Result<Sheet, Error> {
     let limits = asked.limits;
     if source.is_archive() {
         let workbook = xlsx::Workbook::open(source, limits)?;
-        chosen(&workbook.sheets, asked, |entry, probe| {
-            workbook.read(entry, probe, source, limits)
+        chosen(&workbook.sheets, asked, |entry, pass| {
+            workbook.read(entry, pass, source, limits)
         })
     } else {
         let bytes = source.read_all("archive_bytes", limits.archive_bytes)?;
         let workbook = xls::Workbook::open(&bytes)?;
-        chosen(&workbook.sheets, asked, |entry, probe| {
-            workbook.read(entry, probe, limits)
+        chosen(&workbook.sheets, asked, |entry, pass| {
+            workbook.read(entry, pass, limits)
         })
     }
 }
@@ -97,14 +107,15 @@ fn sheet(source: &mut Reader, asked: ReadTask) -> Result<Sheet, Error> {
 fn chosen<P>(
     sheets: &[SheetEntry<P>],
     asked: ReadTask,
-    mut read: impl FnMut(&SheetEntry<P>, bool) -> Result<Sheet, Error>,
+    mut read: impl FnMut(&SheetEntry<P>, SheetPass) -> Result<Sheet, Error>,
 ) -> Result<Sheet, Error> {
     let entry = match &asked.options.sheet {
         Some(wanted) => named(sheets, wanted)?,
         None => {
             // What cannot be read is not empty.
-            let mut is_filled =
-                |one: &&SheetEntry<P>| read(one, true).map_or(true, |sheet| sheet.width > 0);
+            let mut is_filled = |one: &&SheetEntry<P>| {
+                read(one, SheetPass::Probe).map_or(true, |sheet| sheet.width > 0)
+            };
             let filled: Vec<&SheetEntry<P>> = sheets.iter().filter(&mut is_filled).collect();
             match filled.as_slice() {
                 [only] => *only,
@@ -122,7 +133,21 @@ fn chosen<P>(
             }
         }
     };
-    let mut sheet = read(entry, false)?;
+    let mut sheet = read(entry, SheetPass::Whole)?;
+    let name = entry.name.clone();
+    sheet
+        .beside
+        .push(("the name of the sheet says".into(), name));
+    for other in sheets.iter().filter(|other| !std::ptr::eq(*other, entry)) {
+        let words = read(other, SheetPass::Words)?;
+        let name = crate::text::shown(&other.name);
+        let teller = |line: u64| format!("row {line} of the sheet `{name}` says");
+        let notes = words.notes.into_iter();
+        sheet
+            .beside
+            .extend(notes.map(|(line, text)| (teller(line), text)));
+        sheet.beside.extend(words.beside);
+    }
     if entry.is_hidden {
         let text = format!("the sheet `{}` is hidden. Look at it", entry.name);
         sheet.findings.push(Finding::warning("hidden-cells", text));

@@ -51,7 +51,7 @@ impl Separator {
 }
 
 /// Bytes of comments that are read.
-const COMMENT_BYTES: usize = 1 << 20;
+pub(super) const COMMENT_BYTES: usize = 1 << 20;
 
 /// Tells whether a line that begins with `byte` is a row without a further look.
 pub(super) fn begins_row(byte: u8) -> bool {

@@ -16,6 +16,8 @@ pub(crate) struct Sheet {
     pub(crate) marks: SheetMarks,
     /// Notes on cells, each with its line.
     pub(crate) notes: Vec<(u64, String)>,
+    /// Words of the workbook beside it, each with what says them: "the page header says".
+    pub(crate) beside: Vec<(String, String)>,
     /// What was found odd in it.
     pub(crate) findings: Vec<Finding>,
 }

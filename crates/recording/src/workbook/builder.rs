@@ -1,9 +1,10 @@
 //! From cells to a table of text: what a cell holds, as it stands in a text table.
 
+use super::SheetPass;
 use super::number_format::NumberFormat;
 use crate::csv::{Sheet, SheetMarks, column_letters};
 use crate::error::{Error, Place};
-use crate::{Finding, Limits};
+use crate::{Finding, Limits, remarks};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -31,6 +32,9 @@ pub(super) enum Epoch {
 /// A sheet while its cells come, row by row.
 pub(super) struct SheetBuilder<'a> {
     limits: &'a Limits,
+    pass: SheetPass,
+    /// Bytes of texts in which fault words were looked for.
+    heard: u64,
     epoch: Epoch,
     /// The rows so far, each without the empty cells at its end.
     text: String,
@@ -40,6 +44,8 @@ pub(super) struct SheetBuilder<'a> {
     columns: Vec<ColumnCells>,
     pub(super) marks: SheetMarks,
     pub(super) notes: Vec<(u64, String)>,
+    /// Headers and footers of its pages.
+    page_words: Vec<String>,
     /// Rows that are hidden, counted from 1.
     pub(super) hidden_rows: Vec<Range<u64>>,
 }
@@ -54,22 +60,62 @@ struct ColumnCells {
 }
 
 impl<'a> SheetBuilder<'a> {
-    pub(super) fn new(epoch: Epoch, limits: &'a Limits) -> Self {
+    pub(super) fn new(epoch: Epoch, pass: SheetPass, limits: &'a Limits) -> Self {
         Self {
             limits,
+            pass,
+            heard: 0,
             epoch,
             text: String::new(),
             cells: vec![0],
             columns: Vec::new(),
             marks: SheetMarks::default(),
             notes: Vec::new(),
+            page_words: Vec::new(),
             hidden_rows: Vec::new(),
         }
     }
 
-    /// Tells whether no cell came yet.
-    pub(super) fn is_empty(&self) -> bool {
-        self.text.is_empty()
+    /// Tells whether what a probe looks for is found.
+    pub(super) fn is_probed(&self) -> bool {
+        self.pass == SheetPass::Probe && !self.text.is_empty()
+    }
+
+    /// Takes in a header or footer of its pages, `&C&"Arial"&12words`.
+    pub(super) fn put_page_words(&mut self, code: &str) {
+        let mut words = String::new();
+        let mut letters = code.chars().peekable();
+        while let Some(letter) = letters.next() {
+            if letter != '&' {
+                words.push(letter);
+                continue;
+            }
+            match letters.next() {
+                Some('&') => words.push('&'),
+                Some('"') => letters.by_ref().take_while(|c| *c != '"').for_each(drop),
+                // A colour.
+                Some('K') => letters.by_ref().take(6).for_each(drop),
+                Some('0'..='9') => while letters.next_if(char::is_ascii_digit).is_some() {},
+                _ => words.push(' '),
+            }
+        }
+        self.page_words.push(words);
+    }
+
+    /// Keeps a text that holds a fault word.
+    fn hear(&mut self, row: u32, value: Value<'_>) -> Result<(), Error> {
+        let Value::Text(text) = value else {
+            return Ok(());
+        };
+        self.heard += text.len() as u64;
+        if self.heard > self.limits.text_bytes {
+            let found = "more bytes of text in a sheet that is not judged";
+            return Err(self.limits.over("text_bytes", found));
+        }
+        if remarks::has_fault(text) {
+            self.notes.push((u64::from(row) + 1, text.to_string()));
+        }
+        Ok(())
     }
 
     /// Takes in a cell; row and column are counted from 0.
@@ -82,6 +128,9 @@ impl<'a> SheetBuilder<'a> {
     ) -> Result<(), Error> {
         if matches!(value, Value::Text(text) if text.trim().is_empty()) {
             return Ok(());
+        }
+        if self.pass == SheetPass::Words {
+            return self.hear(row, value);
         }
         let place = || place(row, column);
         if u64::from(column) >= self.limits.columns {
@@ -229,12 +278,18 @@ impl<'a> SheetBuilder<'a> {
         let words = alone.map(|one| (one.line, one.words));
         let mut notes = self.notes;
         notes.extend(words.filter(|(_, words)| !words.is_empty()));
+        let teller = || {
+            let name = crate::text::shown(name);
+            format!("a page header or footer of the sheet `{name}` says")
+        };
+        let page_words = self.page_words.into_iter().map(|words| (teller(), words));
         Ok(Sheet {
             name: name.to_string(),
             text,
             width,
             marks: self.marks,
             notes,
+            beside: page_words.collect(),
             findings: finding.into_iter().collect(),
         })
     }

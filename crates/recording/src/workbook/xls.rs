@@ -7,7 +7,7 @@
 use super::builder::{Epoch, SheetBuilder, Value};
 use super::number_format::NumberFormat;
 use super::strings::Strings;
-use super::{SheetEntry, check_places, damaged};
+use super::{SheetEntry, SheetPass, check_places, damaged};
 use crate::csv::{Merged, Sheet};
 use crate::error::{Error, ErrorKind, Place};
 use crate::{Finding, Limits};
@@ -101,14 +101,14 @@ impl Workbook {
         Ok(workbook)
     }
 
-    /// Reads a sheet, or, to `probe` it, its first cell.
+    /// Reads a sheet as far as the pass needs it.
     pub(super) fn read(
         &self,
         sheet: &SheetEntry<usize>,
-        probe: bool,
+        pass: SheetPass,
         limits: &Limits,
     ) -> Result<Sheet, Error> {
-        let mut builder = SheetBuilder::new(self.epoch, limits);
+        let mut builder = SheetBuilder::new(self.epoch, pass, limits);
         let mut records = Records::new(&self.stream, sheet.place);
         records.begin()?;
         // Charts within a sheet have records of their own.
@@ -117,7 +117,7 @@ impl Workbook {
         let mut awaited: Option<(u32, u32, NumberFormat)> = None;
         loop {
             let record = records.next()?;
-            if probe {
+            if pass == SheetPass::Probe {
                 // Sheets lie one behind the other, so that all of them are no longer than the file.
                 let probed = self.probed.get() + records.at - record.start;
                 self.probed.set(probed);
@@ -254,11 +254,16 @@ impl Workbook {
                         builder.marks.merged.push(merged);
                     }
                 }
+                // HEADER and FOOTER
+                0x0014 | 0x0015 if !record.data.is_empty() => {
+                    let words = record.text(2, usize::from(record.u16(0)?))?;
+                    builder.put_page_words(&words);
+                }
                 // NOTE
                 0x001C => has_notes = true,
                 _ => {}
             }
-            if probe && !builder.is_empty() {
+            if builder.is_probed() {
                 break;
             }
         }

@@ -7,7 +7,7 @@
 use super::builder::{Epoch, SheetBuilder, Value, place};
 use super::number_format::NumberFormat;
 use super::strings::Strings;
-use super::{SheetEntry, check_places, damaged};
+use super::{SheetEntry, SheetPass, check_places, damaged};
 use crate::csv::{Merged, Sheet};
 use crate::error::{Error, Place};
 use crate::source::Reader as Source;
@@ -86,17 +86,17 @@ impl Workbook {
         Ok(workbook)
     }
 
-    /// Reads a sheet, or, to `probe` it, its first cell.
+    /// Reads a sheet as far as the pass needs it.
     pub(super) fn read(
         &self,
         sheet: &SheetEntry<String>,
-        probe: bool,
+        pass: SheetPass,
         source: &mut Source,
         limits: &Limits,
     ) -> Result<Sheet, Error> {
         let bytes = part(&sheet.place, source, limits)?;
         let mut xml = Xml::new(&sheet.place, &bytes)?;
-        let mut builder = SheetBuilder::new(self.epoch, limits);
+        let mut builder = SheetBuilder::new(self.epoch, pass, limits);
         let mut row = 0;
         let mut next_row = 0;
         let mut next_column = 0;
@@ -104,6 +104,19 @@ impl Workbook {
         while let Some(event) = xml.next()? {
             let is_open = matches!(event, Event::Start(_));
             match event {
+                Event::Start(tag)
+                    if matches!(
+                        tag.local_name().as_ref(),
+                        "oddHeader"
+                            | "oddFooter"
+                            | "evenHeader"
+                            | "evenFooter"
+                            | "firstHeader"
+                            | "firstFooter"
+                    ) =>
+                {
+                    builder.put_page_words(&xml.text_of(&tag)?);
+                }
                 Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
                     "sheetData" => in_rows = is_open,
                     "row" if in_rows => {
@@ -137,7 +150,7 @@ impl Workbook {
                         if is_open {
                             self.take_cell(&mut xml, &tag, (row, column), &mut builder)?;
                         }
-                        if probe && !builder.is_empty() {
+                        if builder.is_probed() {
                             return builder.finish(&sheet.name);
                         }
                     }
@@ -168,7 +181,7 @@ impl Workbook {
                 _ => {}
             }
         }
-        if !probe {
+        if pass != SheetPass::Probe {
             let relations = Relations::of(&sheet.place, source, limits)?;
             if let Some(target) = relations.only("comments")? {
                 take_notes(target, source, limits, &mut builder)?;
