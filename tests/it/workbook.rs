@@ -599,3 +599,20 @@ fn verif_fault_words_beside_the_sheet_block_the_verdict() {
         Some("a page header or footer"),
     );
 }
+
+/// What XML cannot hold is written as `_x000A_`, which is no part of a name or a unit.
+#[test]
+fn verif_escaped_characters_are_decoded_once() {
+    for (head, name) in [
+        ("Acc Y_x0020__x005B_g]", "Acc Y [g]"),
+        ("Acc Y_x005F_x0041_ [g]", "Acc Y_x0041_ [g]"),
+        ("Acc_x20_ Y_xD800_ [g]", "Acc_x20_ Y_xD800_ [g]"),
+    ] {
+        let mut rows = failing();
+        rows[0][1] = text(head);
+        let source = Source::bytes("a.xlsx", of_rows(rows).bytes());
+        let (options, limits) = (ReadOptions::default(), Limits::default());
+        let read = latchgate_recording::read(&source, &options, Selection::Every, &limits);
+        assert_eq!(read.unwrap().channels[0].name, name);
+    }
+}

@@ -233,10 +233,17 @@ impl Workbook {
                 .at(place(row, column))
         };
         let stored = stored.as_deref();
+        let decoded;
         let value = match (kind, stored) {
             // A formula may have an empty text as its result.
-            ("str", Some(text)) => Value::Text(text),
-            ("inlineStr", _) => Value::Text(inline.as_deref().unwrap_or_default()),
+            ("str", Some(text)) => {
+                decoded = unescaped(text);
+                Value::Text(&decoded)
+            }
+            ("inlineStr", _) => {
+                decoded = unescaped(inline.as_deref().unwrap_or_default());
+                Value::Text(&decoded)
+            }
             (_, None | Some("")) if is_formula => Value::NotComputed,
             (_, None | Some("")) => return Ok(()),
             ("n", Some(text)) => Value::Number(text.trim().parse().map_err(|_| no_value())?),
@@ -253,6 +260,33 @@ impl Workbook {
         };
         builder.put(row, column, value, format)
     }
+}
+
+/// Decodes the characters of a text that XML cannot hold, `_x000A_`; a line that looks so has its first
+/// stroke as `_x005F_`.
+///
+/// # Source
+///
+/// ECMA-376, part 1, 22.9.2.19 (`ST_Xstring`).
+fn unescaped(text: &str) -> String {
+    let mut decoded = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(start) = rest.find("_x") {
+        decoded.push_str(&rest[..start]);
+        rest = &rest[start..];
+        let digits = rest
+            .get(2..6)
+            .filter(|_| rest.as_bytes().get(6) == Some(&b'_'));
+        let digits = digits.filter(|digits| digits.bytes().all(|c| c.is_ascii_hexdigit()));
+        let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
+        let (letter, length) = match number.and_then(char::from_u32) {
+            Some(letter) => (letter, "_x0000_".len()),
+            None => ('_', 1),
+        };
+        decoded.push(letter);
+        rest = &rest[length..];
+    }
+    decoded + rest
 }
 
 /// Reads a part that must be there.
@@ -349,7 +383,7 @@ fn strings(name: &str, source: &mut Source, limits: &Limits) -> Result<Strings, 
     while let Some(event) = xml.next()? {
         match event {
             Event::Start(tag) if tag.local_name().as_ref() == "si" => {
-                strings.push_str(&xml.text_of(&tag)?);
+                strings.push_str(&unescaped(&xml.text_of(&tag)?));
                 strings.end();
             }
             Event::Empty(tag) if tag.local_name().as_ref() == "si" => strings.end(),
@@ -374,7 +408,7 @@ fn take_notes(
         {
             let cell = xml.attribute(&tag, "ref")?.unwrap_or_default();
             let line = cell_of(&cell).map_or(0, |(row, _)| u64::from(row) + 1);
-            builder.notes.push((line, xml.text_of(&tag)?));
+            builder.notes.push((line, unescaped(&xml.text_of(&tag)?)));
         }
     }
     Ok(())
