@@ -616,3 +616,30 @@ fn verif_escaped_characters_are_decoded_once() {
         assert_eq!(read.unwrap().channels[0].name, name);
     }
 }
+
+/// Rows and columns without height or width are hidden ones.
+#[test]
+fn verif_rows_and_columns_without_size_are_hidden() {
+    let with = |change: fn(&mut Sheet)| of_rows(failing()).change(change).bytes();
+    let flat = with(|sheet| sheet.row_attributes = vec![(9, "ht=\"0\"")]);
+    check_found("row", flat, "hidden-cells", "hides rows 10.");
+    let flat = with(|sheet| sheet.before_rows = "<sheetFormatPr zeroHeight=\"1\"/>");
+    check_found("rows", flat, "hidden-cells", "hides rows 1 to 1001.");
+    let flat = with(|sheet| sheet.before_rows = "<sheetFormatPr defaultColWidth=\"0\"/>");
+    check_refused("columns", flat, "which is hidden");
+    let old = |kind: u16, data: &[u8]| {
+        let mut sheet = Records::default();
+        sheet.put(kind, data);
+        sheet.rows(&failing());
+        xls(&Records::default(), &sheet)
+    };
+    let row = [9, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 1, 15, 0];
+    check_found("row", old(0x0208, &row), "hidden-cells", "hides rows 10.");
+    check_found(
+        "rows",
+        old(0x0225, &[2, 0, 0, 0]),
+        "hidden-cells",
+        "hides rows 1 to 1001.",
+    );
+    check_refused("columns", old(0x0055, &[0, 0]), "which is hidden");
+}

@@ -81,6 +81,16 @@ impl<'a> SheetBuilder<'a> {
         self.pass == SheetPass::Probe && !self.text.is_empty()
     }
 
+    /// Takes all columns for hidden, since those of which the sheet says nothing are.
+    pub(super) fn hide_all_columns(&mut self) {
+        self.marks.hidden_columns.push(0..usize::MAX);
+    }
+
+    /// Takes all rows for hidden, since those of which the sheet says nothing are.
+    pub(super) fn hide_all_rows(&mut self) {
+        self.hidden_rows.push(1..u64::MAX);
+    }
+
     /// Takes in a header or footer of its pages, `&C&"Arial"&12words`.
     pub(super) fn put_page_words(&mut self, code: &str) {
         let mut words = String::new();
@@ -255,9 +265,10 @@ impl<'a> SheetBuilder<'a> {
             .hidden_rows
             .iter()
             .filter(|one| one.start <= self.cells.len() as u64);
-        let row = |one: &Range<u64>| match one.end - one.start {
-            1 => one.start.to_string(),
-            _ => format!("{} to {}", one.start, one.end - 1),
+        let last = |one: &Range<u64>| (one.end - 1).min(self.cells.len() as u64);
+        let row = |one: &Range<u64>| match last(one) == one.start {
+            true => one.start.to_string(),
+            false => format!("{} to {}", one.start, last(one)),
         };
         let rows: Vec<String> = rows.map(row).collect();
         if !rows.is_empty() {

@@ -225,13 +225,16 @@ impl Workbook {
                     }
                 }
                 // ROW
-                0x0208 if record.u16(12)? & 0x20 != 0 => {
+                0x0208 if record.u16(12)? & 0x20 != 0 || record.u16(6)? & 0x7FFF == 0 => {
                     let line = u64::from(record.u16(0)?) + 1;
                     match builder.hidden_rows.last_mut().filter(|one| one.end == line) {
                         Some(before) => before.end += 1,
                         None => builder.hidden_rows.push(line..line + 1),
                     }
                 }
+                // DEFAULTROWHEIGHT and DEFCOLWIDTH
+                0x0225 if record.u16(0)? & 2 != 0 => builder.hide_all_rows(),
+                0x0055 if record.u16(0)? == 0 => builder.hide_all_columns(),
                 // COLINFO
                 0x007D if record.u16(8)? & 1 != 0 || record.u16(4)? == 0 => {
                     let columns = usize::from(record.u16(0)?)..usize::from(record.u16(2)?) + 1;

@@ -125,7 +125,9 @@ impl Workbook {
                             None => next_row,
                         };
                         (next_row, next_column) = (row + 1, 0);
-                        if xml.flag(&tag, "hidden")? {
+                        let height = xml.attribute(&tag, "ht")?;
+                        let is_flat = height.is_some_and(|height| height.trim().parse() == Ok(0.0));
+                        if is_flat || xml.flag(&tag, "hidden")? {
                             let line = u64::from(row) + 1;
                             match builder.hidden_rows.last_mut().filter(|one| one.end == line) {
                                 Some(before) => before.end += 1,
@@ -154,6 +156,15 @@ impl Workbook {
                             return builder.finish(&sheet.name);
                         }
                     }
+                    "sheetFormatPr" => {
+                        let width = xml.attribute(&tag, "defaultColWidth")?;
+                        if width.is_some_and(|width| width.trim().parse() == Ok(0.0)) {
+                            builder.hide_all_columns();
+                        }
+                        if xml.flag(&tag, "zeroHeight")? {
+                            builder.hide_all_rows();
+                        }
+                    }
                     "col" if !in_rows => {
                         let [first, last] = ["min", "max"].map(|name| xml.number(&tag, name));
                         let first = xml.counted_from_zero(first?.unwrap_or(0))? as usize;
@@ -163,7 +174,7 @@ impl Workbook {
                             return Err(xml.damaged(found));
                         }
                         let width = xml.attribute(&tag, "width")?;
-                        let is_flat = width.is_some_and(|width| width.parse() == Ok(0.0));
+                        let is_flat = width.is_some_and(|width| width.trim().parse() == Ok(0.0));
                         if is_flat || xml.flag(&tag, "hidden")? {
                             builder.marks.hidden_columns.push(first..end);
                         }
