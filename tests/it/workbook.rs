@@ -643,3 +643,18 @@ fn verif_rows_and_columns_without_size_are_hidden() {
     );
     check_refused("columns", old(0x0055, &[0, 0]), "which is hidden");
 }
+
+/// Rows that each program takes otherwise, and notes that are not read.
+#[test]
+fn verif_alternate_rows_are_refused_and_threads_are_told() {
+    let sheet = "<worksheet><sheetData><mc:AlternateContent><mc:Choice><row r=\"1\"><c r=\"A1\"><v>1</v></c></row>\
+                 </mc:Choice></mc:AlternateContent></sheetData></worksheet>";
+    let alternate = Workbook {
+        parts: vec![("xl/worksheets/sheet1.xml", sheet.into())],
+        ..of_rows(failing())
+    };
+    check_refused("alternate", alternate.bytes(), "`AlternateContent`");
+    let thread = "<Relationship Id=\"t\" Type=\"x/threadedComment\" Target=\"../threads.xml\"/>";
+    let threads = with_relation("sheet1.xml", thread);
+    check_found("threads", threads, "notes-not-read", "threads of notes");
+}

@@ -11,7 +11,7 @@ use super::{SheetEntry, SheetPass, check_places, damaged};
 use crate::csv::{Merged, Sheet};
 use crate::error::{Error, Place};
 use crate::source::Reader as Source;
-use crate::{Limits, text};
+use crate::{Finding, Limits, text};
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
@@ -119,6 +119,10 @@ impl Workbook {
                 }
                 Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
                     "sheetData" => in_rows = is_open,
+                    // Rows of which each program takes others.
+                    "AlternateContent" if in_rows => {
+                        return Err(xml.damaged("rows that stand there twice (`AlternateContent`)"));
+                    }
                     "row" if in_rows => {
                         row = match xml.number(&tag, "r")? {
                             Some(number) => xml.counted_from_zero(number)?,
@@ -192,13 +196,21 @@ impl Workbook {
                 _ => {}
             }
         }
+        let mut has_threads = false;
         if pass != SheetPass::Probe {
             let relations = Relations::of(&sheet.place, source, limits)?;
+            let mut kinds = relations.0.values().map(|(kind, _)| kind);
+            has_threads = kinds.any(|kind| kind == "threadedComment");
             if let Some(target) = relations.only("comments")? {
                 take_notes(target, source, limits, &mut builder)?;
             }
         }
-        builder.finish(&sheet.name)
+        let mut read = builder.finish(&sheet.name)?;
+        if has_threads {
+            let text = "the sheet has threads of notes on cells, which are not read. Read them";
+            read.findings.push(Finding::warning("notes-not-read", text));
+        }
+        Ok(read)
     }
 
     /// Takes in a cell whose tag was opened, up to its end.
