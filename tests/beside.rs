@@ -11,7 +11,8 @@
 use latchgate::pipeline::{
     self, Answer, Control, Design, Extras, Limits, Outcome, Request, Source,
 };
-use latchgate_recording::{Selection, read};
+use latchgate_kernel::units::AccelerationUnit;
+use latchgate_recording::{ReadOptions, Selection, read};
 use std::path::Path;
 
 /// Largest values of the columns of a real workbook, as xlrd reads them.
