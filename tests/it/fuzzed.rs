@@ -1,5 +1,5 @@
 //! Replays what fuzzing once found, and the seeds it starts from, through the functions that
-//! fuzzing calls: each panics where a reader breaks its word (`docs/fuzzing.md`).
+//! fuzzing calls: each panics where a reader breaks its word (`docs/testing.md`).
 
 #[allow(dead_code, unreachable_pub, reason = "shared with the fuzzer")]
 #[path = "../../fuzz/src/seeds.rs"]

@@ -451,6 +451,67 @@ fn commands_in(text: &str) -> Vec<String> {
         .collect()
 }
 
+/// Options and arguments of help texts that a document has shown already.
+#[derive(Default)]
+struct ShownOptions {
+    global: BTreeSet<String>,
+    others: BTreeSet<String>,
+}
+
+impl ShownOptions {
+    /// Returns a help text without what was shown before: options of the program itself are left
+    /// out, those of another command are named.
+    fn shorten(&mut self, text: &str, is_main: bool) -> String {
+        let mut blocks: Vec<String> = Vec::new();
+        for line in text.lines() {
+            let indent = line.len() - line.trim_start().len();
+            let starts =
+                indent == 0 || indent < 10 && line.trim_start().starts_with(['-', '<', '[']);
+            if starts && !line.is_empty() || blocks.is_empty() {
+                blocks.push(String::new());
+            }
+            let block = blocks.last_mut().unwrap();
+            block.push_str(line);
+            block.push('\n');
+        }
+        let mut short = String::new();
+        let mut heading = "";
+        let mut known: Vec<&str> = Vec::new();
+        for block in &blocks {
+            if !block.starts_with(' ') {
+                short.push_str(&as_above(heading, &known));
+                known.clear();
+                let is_heading = block.trim_end().ends_with(':') && !block.trim().contains('\n');
+                heading = if is_heading { block } else { "" };
+                if !is_heading {
+                    short.push_str(block);
+                }
+            } else if self.others.contains(block.trim()) {
+                known.extend(block.split_whitespace().find(|word| word.starts_with("--")));
+            } else if !self.global.contains(block.trim()) {
+                self.others.insert(block.trim().to_string());
+                short.push_str(heading);
+                short.push_str(block);
+                heading = "";
+            }
+        }
+        short.push_str(&as_above(heading, &known));
+        if is_main {
+            self.global = std::mem::take(&mut self.others);
+        }
+        short.trim_end().to_string()
+    }
+}
+
+/// Returns the line that names options which another command explains.
+fn as_above(heading: &str, known: &[&str]) -> String {
+    if known.is_empty() {
+        return String::new();
+    }
+    let lines: Vec<String> = known.chunks(7).map(|names| names.join(" ")).collect();
+    format!("{heading}  As above: {}\n\n", lines.join("\n            "))
+}
+
 /// Returns docs/cli.md as the binary's own help texts make it.
 fn cli_document() -> String {
     let main = help(&[]);
@@ -459,18 +520,24 @@ fn cli_document() -> String {
         commands.iter().any(|name| name == "replay"),
         "commands found: {commands:?}"
     );
+    let mut shown = ShownOptions::default();
     let mut document = format!(
-        "# Command line\n\nThe help texts of the program, one after the other. This file is written by\n\
+        "# Command line\n\nThe help texts of the program. Options of `latchgate` itself hold for every command; an option that\n\
+         several commands share is explained once. This file is written by\n\
          `LATCHGATE_RENEW=1 cargo test --test it tidy_docs_cli` and compared with `--help` by every test run.\n\n\
-         ## latchgate\n\n```text\n{main}\n```\n"
+         ## latchgate\n\n```text\n{}\n```\n",
+        shown.shorten(&main, true)
     );
     for name in &commands {
         let text = help(&[name]);
-        document.push_str(&format!("\n## latchgate {name}\n\n```text\n{text}\n```\n"));
+        document.push_str(&format!(
+            "\n## latchgate {name}\n\n```text\n{}\n```\n",
+            shown.shorten(&text, false)
+        ));
         for inner in commands_in(&text) {
             document.push_str(&format!(
                 "\n## latchgate {name} {inner}\n\n```text\n{}\n```\n",
-                help(&[name, &inner])
+                shown.shorten(&help(&[name, &inner]), false)
             ));
         }
     }
@@ -523,18 +590,16 @@ fn tidy_every_command_of_a_figure_is_in_the_renewal() {
         .map(|(_, command)| command)
         .collect();
     let mut found = 0;
-    for document in ["docs/reproduction.md", "docs/paper-corrections.md"] {
-        for line in text_of(document).lines() {
-            let Some(command) = line.strip_prefix("latchgate study ") else {
-                continue;
-            };
-            let command = command.split(" --out ").next().unwrap_or(command);
-            assert!(
-                renewed.contains(&command),
-                "{document}: `{command}` is not in reports/renew"
-            );
-            found += 1;
-        }
+    for line in text_of("docs/reproduction.md").lines() {
+        let Some(command) = line.strip_prefix("latchgate study ") else {
+            continue;
+        };
+        let command = command.split(" --out ").next().unwrap_or(command);
+        assert!(
+            renewed.contains(&command),
+            "docs/reproduction.md: `{command}` is not in reports/renew"
+        );
+        found += 1;
     }
     assert!(found >= 15, "{found} commands found");
 }

@@ -334,6 +334,9 @@ fn tidy_every_reason_is_documented_and_a_test_names_it() {
         tests.push_str(text.split("// ---- the table").next().unwrap());
     }
     for code in &codes {
-        assert!(tests.contains(&format!("\"{code}\"")), "no test names {code}");
+        assert!(
+            tests.contains(&format!("\"{code}\"")),
+            "no test names {code}"
+        );
     }
 }
