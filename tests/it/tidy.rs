@@ -523,23 +523,16 @@ fn cli_document() -> String {
     let mut shown = ShownOptions::default();
     let mut document = format!(
         "# Command line\n\nThe help texts of the program. Options of `latchgate` itself hold for every command; an option that\n\
-         several commands share is explained once. This file is written by\n\
+         several commands share is explained once; `latchgate study NAME --help` explains those of a study. This file is written by\n\
          `LATCHGATE_RENEW=1 cargo test --test it tidy_docs_cli` and compared with `--help` by every test run.\n\n\
          ## latchgate\n\n```text\n{}\n```\n",
         shown.shorten(&main, true)
     );
     for name in &commands {
-        let text = help(&[name]);
         document.push_str(&format!(
             "\n## latchgate {name}\n\n```text\n{}\n```\n",
-            shown.shorten(&text, false)
+            shown.shorten(&help(&[name]), false)
         ));
-        for inner in commands_in(&text) {
-            document.push_str(&format!(
-                "\n## latchgate {name} {inner}\n\n```text\n{}\n```\n",
-                shown.shorten(&help(&[name, &inner]), false)
-            ));
-        }
     }
     document
 }
