@@ -21,7 +21,7 @@ const DESCRIPTION: u64 = 16 << 10;
 
 const UNPACK: &str = "unpack it and name the recording, or export the channel as CSV";
 
-/// Tells whether the head is that of a .zip, a gzip file or a .tar.
+/// True if the head is that of a .zip, a gzip file or a .tar.
 pub(super) fn is_archive(head: &[u8]) -> bool {
     is_zip(head) || is_gzip(head) || head.get(257..262) == Some(b"ustar")
 }
@@ -34,14 +34,14 @@ fn is_gzip(head: &[u8]) -> bool {
     head.starts_with(b"\x1F\x8B")
 }
 
-/// Tells whether a file may be one of a test: header, list, channel or curve.
+/// True if a file may be one of a test: header, list, channel or curve.
 fn is_wanted(name: &str) -> bool {
     let of_nhtsa = || has_suffix(name, "ev5") || has_suffix(name, "tsv");
     let of_test = is_test_file(name) || is_channel_file(name) || of_nhtsa();
     (of_test || workbook::is_part(name)) && !is_shadow(name)
 }
 
-/// Tells whether a file shows that the archive is one of a test, or a workbook.
+/// True if a file shows that the archive is one of a test, or a workbook.
 fn shows_recording(name: &str) -> bool {
     is_channel_file(name) || has_suffix(name, "ev5") || workbook::is_main_part(name)
 }

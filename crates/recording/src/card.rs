@@ -116,7 +116,7 @@ impl Card {
         Ok(card)
     }
 
-    /// Tells whether its words say that the channel holds what CFC 1000 lets pass, or was not
+    /// True if its words say that the channel holds what CFC 1000 lets pass, or was not
     /// filtered.
     pub fn says_wide_band(&self) -> bool {
         let texts = [&self.test.sensor, &self.source, &self.notes];

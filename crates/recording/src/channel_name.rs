@@ -30,12 +30,12 @@ pub(crate) struct ChannelName {
     pub(crate) unit_source: &'static str,
     /// The unit of time.
     pub(crate) time_unit: Option<TimeUnit>,
-    /// Whether the header holds what looks like a unit and does not say for sure what one of the
+    /// True if the header holds what looks like a unit and does not say for sure what one of the
     /// column's numbers is, such as `100 us`, `mV / g` or `_min`.
     pub(crate) doubtful: bool,
     /// The unit beside which something may make another one of it.
     doubted_unit: Option<String>,
-    /// Whether a stated sensitivity makes accelerations of the unit.
+    /// True if a stated sensitivity makes accelerations of the unit.
     converted: bool,
     /// What the rows above the table call it, in place of the words of its header.
     described: Option<String>,
@@ -147,7 +147,7 @@ impl ChannelName {
         self.above = stated;
     }
 
-    /// Tells whether a person's word means the column by what the rows above the table call it.
+    /// True if a person's word means the column by what the rows above the table call it.
     pub(crate) fn is_described_as(&self, wanted: &str) -> bool {
         let described = self.described.as_deref().unwrap_or_default().to_lowercase();
         let mut words = described.split_whitespace();
@@ -167,7 +167,7 @@ impl ChannelName {
         self.unit_source = source;
     }
 
-    /// Tells whether the header states a unit that is not one of acceleration.
+    /// True if the header states a unit that is not one of acceleration.
     pub(crate) fn has_foreign_unit(&self) -> bool {
         self.unit_text.is_some() && self.unit.is_none() && !self.converted
     }
@@ -219,29 +219,29 @@ impl ChannelName {
         is_open.then_some(text)
     }
 
-    /// Tells whether the name is one for time.
+    /// True if the name is one for time.
     pub(crate) fn says_time(&self) -> bool {
         says_time(&self.label)
     }
 
-    /// Tells whether the header names a unit that is not read: beside the name, or as a word such as
+    /// True if the header names a unit that is not read: beside the name, or as a word such as
     /// `ticks`.
     pub(crate) fn names_unread_unit(&self) -> bool {
         let scale = |word: &String| SCALES.contains(&word.as_str());
         self.unit_text.is_some() || self.has_brackets() || words(&self.label).iter().any(scale)
     }
 
-    /// Tells whether the name holds something in brackets; in `(index)` they hold the name.
+    /// True if the name holds something in brackets; in `(index)` they hold the name.
     pub(crate) fn has_brackets(&self) -> bool {
         self.name.contains(['(', '[']) && !self.says_index()
     }
 
-    /// Tells whether the name is one for a running number.
+    /// True if the name is one for a running number.
     pub(crate) fn says_index(&self) -> bool {
         INDEX.contains(&words(&self.label).join(" ").as_str()) || self.label == "#"
     }
 
-    /// Tells whether the name is one for a clock that stands beside the column of times.
+    /// True if the name is one for a clock that stands beside the column of times.
     pub(crate) fn says_other_clock(&self) -> bool {
         let words = words(&self.label);
         let other = |word: &String| OTHER_CLOCKS.contains(&word.as_str());
@@ -272,7 +272,7 @@ impl ChannelName {
         (is_index && hertz > 0.0).then_some(factor * hertz)
     }
 
-    /// Tells whether some words of the name say lateral acceleration, whatever the others say.
+    /// True if some words of the name say lateral acceleration, whatever the others say.
     pub(crate) fn says_lateral_acceleration(&self) -> bool {
         let words = words(self.words());
         let code = code_in(self.words()).is_some_and(|code| code.is_lateral());
@@ -280,20 +280,20 @@ impl ChannelName {
             && (code || (words.iter().any(|word| is_lateral(word)) && self.accelerates(&words)))
     }
 
-    /// Tells whether the unit is one of acceleration, or a word says so or names the axis.
+    /// True if the unit is one of acceleration, or a word says so or names the axis.
     pub(crate) fn hints_at_acceleration(&self) -> bool {
         let words = words(self.words());
         self.accelerates(&words) || words.iter().any(|word| is_lateral(word))
     }
 
-    /// Tells whether unit or words say acceleration.
+    /// True if unit or words say acceleration.
     fn accelerates(&self, words: &[String]) -> bool {
         // `g lat`, as loggers of cars write it.
         let force = self.rival.is_none() && words.first().is_some_and(|word| word == "g");
         self.unit.is_some() || self.converted || force || words.iter().any(|w| accelerates(w))
     }
 
-    /// Tells whether the name is a `g` and an axis, which may be a turning rate as well as an
+    /// True if the name is a `g` and an axis, which may be a turning rate as well as an
     /// acceleration.
     fn is_g_of_an_axis(&self) -> bool {
         let words = words(&self.label);
@@ -364,7 +364,7 @@ impl ChannelName {
         })
     }
 
-    /// Tells whether the name says that the samples were filtered.
+    /// True if the name says that the samples were filtered.
     pub(crate) fn says_filtered(&self) -> bool {
         self.filter().is_some() || self.above.filter_class.is_some()
     }
@@ -440,12 +440,12 @@ static PLAIN_TIMES: Words = word_list!("name-time-plain");
 /// Attachments of a sensor close to a latch, as NHTSA codes them: doors, pillars, sills.
 const ATTACHMENTS: [&str; 9] = ["ap", "bp", "cp", "do", "dr", "ds", "pi", "pl", "si"];
 
-/// Tells whether a word, or one with a number behind it (`acc_y2`), is on a list.
+/// True if a word, or one with a number behind it (`acc_y2`), is on a list.
 fn listed(list: &[&str], word: &str) -> bool {
     list.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit()))
 }
 
-/// Tells whether a word says acceleration.
+/// True if a word says acceleration.
 fn accelerates(word: &str) -> bool {
     listed(&ACCELERATION, word) || listed(&LATERAL_ACCELERATION, word)
 }
@@ -454,7 +454,7 @@ fn is_lateral(word: &str) -> bool {
     listed(&LATERAL, word) || listed(&LATERAL_ACCELERATION, word)
 }
 
-/// Tells whether a word is NHTSA's code of an attachment: `DS`, or `DSLF` with the side.
+/// True if a word is NHTSA's code of an attachment: `DS`, or `DSLF` with the side.
 fn is_attachment(word: &str) -> bool {
     let (place, side) = word.split_at_checked(2).unwrap_or_default();
     ATTACHMENTS.contains(&place) && matches!(side, "" | "lf" | "rf" | "lr" | "rr")
@@ -470,7 +470,7 @@ fn says_time(label: &str) -> bool {
     }
 }
 
-/// Tells whether a word of a name for time can be no unit.
+/// True if a word of a name for time can be no unit.
 fn is_time_word(word: &str) -> bool {
     TIMES.contains(&word)
         || TIMES_ALONE.contains(&word)
@@ -510,7 +510,7 @@ fn in_brackets(label: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Tells whether a text holds words of plain names and nothing else.
+/// True if a text holds words of plain names and nothing else.
 fn is_plain_place(text: &str) -> bool {
     let words = words(text);
     (0..words.len()).all(|index| is_plain(&words, index)) || code_in(text).is_some()
@@ -531,7 +531,7 @@ fn odd_word(label: &str) -> Option<String> {
         .or_else(|| odd_sign(label))
 }
 
-/// Tells whether a word of a name is one of those that plain names hold.
+/// True if a word of a name is one of those that plain names hold.
 fn is_plain(words: &[String], index: usize) -> bool {
     let word = words[index].as_str();
     is_lateral(word)
@@ -583,13 +583,13 @@ pub(crate) fn code_in(label: &str) -> Option<Code> {
         })
 }
 
-/// Tells whether a text is a unit of acceleration or, whatever stands beside it, of time.
+/// True if a text is a unit of acceleration or, whatever stands beside it, of time.
 pub(crate) fn is_known_unit(text: &str) -> bool {
     let text = strip_brackets(text.trim());
     AccelerationUnit::from_spelling(text).is_some() || is_plain_time_unit(text)
 }
 
-/// Tells whether a text is a unit of time that means nothing else: `min`, `d` and `3 ms` may be a least
+/// True if a text is a unit of time that means nothing else: `min`, `d` and `3 ms` may be a least
 /// value, a distance and a length of averages, and are units beside a name for time alone.
 fn is_plain_time_unit(text: &str) -> bool {
     let unit = TimeUnit::from_spelling(text);
@@ -602,12 +602,12 @@ fn time_unit_of(text: &str, label: &str) -> Option<TimeUnit> {
     (is_plain_time_unit(text) || says_time(label)).then_some(unit)
 }
 
-/// Tells whether a text is a unit, of whatever quantity.
+/// True if a text is a unit, of whatever quantity.
 pub(crate) fn is_unit(text: &str) -> bool {
     is_known_unit(text) || is_other_unit(text)
 }
 
-/// Tells whether a text is a unit of another quantity.
+/// True if a text is a unit of another quantity.
 fn is_other_unit(text: &str) -> bool {
     let text = strip_brackets(text.trim());
     let small = text.to_lowercase();
@@ -650,7 +650,7 @@ fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
     found
 }
 
-/// Tells whether a name beside a unit makes another unit of it, or may: `ay x10`, `ay counts`,
+/// True if a name beside a unit makes another unit of it, or may: `ay x10`, `ay counts`,
 /// `ay % of FS`, `ay E3`, `ay k`, `acc_y_g`. A word that is only unknown does not.
 fn spoils_unit(label: &str) -> bool {
     const FACTORS: [char; 8] = ['*', '×', '^', '=', '±', '·', '⋅', '%'];
@@ -766,7 +766,7 @@ fn unit_at_the_end(cell: &str) -> Option<(String, String)> {
         })
 }
 
-/// Tells whether what stands before a unit without brackets is a name and nothing else, so that
+/// True if what stands before a unit without brackets is a name and nothing else, so that
 /// the unit is that of the column: no number but one that counts sensors, as in `acc_y_2_g`.
 fn names_alone(label: &str, unit: &str) -> bool {
     let words = words(label);

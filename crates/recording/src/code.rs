@@ -32,17 +32,17 @@ impl Code {
         &self.0[2..6]
     }
 
-    /// Tells whether the physical dimension is a linear acceleration.
+    /// True if the physical dimension is a linear acceleration.
     pub(super) fn is_acceleration(&self) -> bool {
         &self.0[12..14] == b"AC"
     }
 
-    /// Tells whether the physical dimension is time.
+    /// True if the physical dimension is time.
     pub(super) fn is_time(&self) -> bool {
         &self.0[12..14] == b"TI" || self.location() == b"TIRS"
     }
 
-    /// Tells whether it is an acceleration along Y, whatever its sign.
+    /// True if it is an acceleration along Y, whatever its sign.
     pub(super) fn is_lateral(&self) -> bool {
         self.is_acceleration() && matches!(self.0[14], b'Y' | b'2')
     }
@@ -68,7 +68,7 @@ impl Code {
         diverges.then(|| Finding::warning("sign-diverges", text))
     }
 
-    /// Tells whether the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
+    /// True if the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
     pub(super) fn is_structure(&self) -> bool {
         let is_here = |known: &&str| known.as_bytes() == self.location();
         !matches!(self.0[0], b'M' | b'B') && STRUCTURE.iter().any(is_here)
@@ -93,7 +93,7 @@ impl Code {
         class_of(self.0[15])
     }
 
-    /// Tells whether the last character says that the channel is unfiltered.
+    /// True if the last character says that the channel is unfiltered.
     pub(super) fn says_unfiltered(&self) -> bool {
         self.0[15] == b'0'
     }
@@ -107,7 +107,7 @@ impl Code {
         String::from_utf8_lossy(&self.0).into_owned()
     }
 
-    /// Tells whether two codes may mean one channel: a question mark leaves a place open.
+    /// True if two codes may mean one channel: a question mark leaves a place open.
     pub(super) fn agrees_with(&self, other: &Self) -> bool {
         self.0
             .iter()
@@ -131,7 +131,7 @@ pub(super) fn class_of(letter: u8) -> Option<&'static str> {
     }
 }
 
-/// Tells whether `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*`
+/// True if `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*`
 /// for any number of them. Case counts not.
 pub(super) fn fits(pattern: &str, text: &str) -> bool {
     let [pattern, text] = [pattern, text].map(|one| one.trim().to_uppercase());

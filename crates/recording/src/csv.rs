@@ -59,12 +59,12 @@ use rows::{ColumnResult, Rows, WantedColumns};
 use status::AllSaid;
 pub(crate) use status::says_bad;
 
-/// Tells whether the head looks like text.
+/// True if the head looks like text.
 pub fn recognises(head: &Head<'_>) -> bool {
     !head.is_folder && super::encoding::looks_like_text(head.bytes)
 }
 
-/// Tells whether the head of a text shows two rows of a table, with numbers in them.
+/// True if the head of a text shows two rows of a table, with numbers in them.
 pub(super) fn looks_like_table(head: &[u8]) -> bool {
     begin::has_rows(head)
 }

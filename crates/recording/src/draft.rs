@@ -155,7 +155,7 @@ impl UnitStatement<'_> {
     }
 }
 
-/// Tells whether a cell for a unit says that nothing is known of it.
+/// True if a cell for a unit says that nothing is known of it.
 fn says_nothing(text: &str) -> bool {
     let small = text.to_lowercase();
     let word = small.trim_matches(|c: char| !c.is_alphanumeric() && c != '%' && c != '°');

@@ -5,7 +5,7 @@ use super::{Finding, Limits};
 use crate::error::{Error, Place};
 use encoding_rs::{DecoderResult, Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
 
-/// Tells whether the head looks like text: marked UTF-16, or free of control characters
+/// True if the head looks like text: marked UTF-16, or free of control characters
 /// other than tab, line ends and form feed.
 pub(super) fn looks_like_text(head: &[u8]) -> bool {
     if is_utf_16(head) {

@@ -334,10 +334,10 @@ pub enum ErrorKind {
     )]
     MissingTime,
     /// A channel that was asked for does not exist.
-    #[error("no channel `{wanted}`; the recording holds: {known}")]
+    #[error("no channel `{requested}`; the recording holds: {known}")]
     NoSuchChannel {
         /// The name asked for.
-        wanted: String,
+        requested: String,
         /// The names there are.
         known: String,
     },

@@ -134,7 +134,11 @@ fn read_bare(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
         };
         if !fits && *wanted != name {
             let (wanted, known) = (wanted.clone(), label);
-            return Err(ErrorKind::NoSuchChannel { wanted, known }.into());
+            return Err(ErrorKind::NoSuchChannel {
+                requested: wanted,
+                known,
+            }
+            .into());
         }
     }
     let place = Place::default().channel(label.clone());

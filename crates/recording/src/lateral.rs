@@ -4,7 +4,7 @@ use super::channel_name::ChannelName;
 use super::{Channel, Finding};
 use crate::error::{Candidate, Candidates, Error, ErrorKind};
 
-/// Tells whether a channel that was read measures lateral acceleration, by its name, its code or
+/// True if a channel that was read measures lateral acceleration, by its name, its code or
 /// its sensor's axis.
 pub fn is_lateral(channel: &Channel) -> bool {
     let named = |name: &str| ChannelName::from_header(name, 1).doubt().is_none();
@@ -43,11 +43,11 @@ pub(super) fn without_twin_mark(name: &str, id: u16) -> Option<&str> {
 pub(super) struct ChannelOffer {
     /// How it is offered, with what keeps it from being taken unasked.
     candidate: Candidate,
-    /// Whether unit or code say another quantity.
+    /// True if unit or code say another quantity.
     is_foreign: bool,
-    /// Whether something speaks against it, not only nothing for it.
+    /// True if something speaks against it, not only nothing for it.
     contradicted: bool,
-    /// Whether a word, unit or code says acceleration or the axis, and both.
+    /// True if a word, unit or code says acceleration or the axis, and both.
     hints: bool,
     is_lateral: bool,
     is_filtered: bool,
@@ -145,7 +145,7 @@ pub(super) fn named(wanted: &str, found: &[usize], all: &[ChannelOffer]) -> Resu
     match found {
         [only] => Ok(*only),
         [] => Err(ErrorKind::NoSuchChannel {
-            wanted: wanted.to_string(),
+            requested: wanted.to_string(),
             known: listed(all),
         }
         .into()),

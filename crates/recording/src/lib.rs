@@ -120,7 +120,7 @@ pub struct ReadOptions {
     pub unit: Option<AccelerationUnit>,
     /// What one of the samples means as an acceleration, where they are another quantity.
     pub sensitivity: Option<SensorSensitivity>,
-    /// Whether a card, not an option, states `unit` or `sensitivity`.
+    /// True if a card, not an option, states `unit` or `sensitivity`.
     pub unit_from_card: bool,
     /// Format name of [`FORMATS`]; detected if absent.
     pub input_format: Option<String>,
@@ -489,9 +489,9 @@ pub struct Head<'a> {
     pub bytes: &'a [u8],
     /// File name without folders.
     pub file_name: &'a str,
-    /// Whether it is a folder.
+    /// True if it is a folder.
     pub is_folder: bool,
-    /// Whether it is an archive that was unpacked.
+    /// True if it is an archive that was unpacked.
     pub is_archive: bool,
     /// Names of the files in it, if it is a folder or an archive.
     pub entries: &'a [String],
@@ -502,7 +502,7 @@ pub struct Head<'a> {
 pub struct Format {
     /// Name for the setting and for verdicts.
     pub name: &'static str,
-    /// Tells whether the file is of this format.
+    /// True if the file is of this format.
     pub recognises: fn(head: &Head<'_>) -> bool,
     /// Reads the channels of each selection in one pass over the bytes that `source` streams.
     pub read: fn(source: &mut source::Reader, asked: ReadTask) -> Result<Outcomes, Error>,
@@ -741,7 +741,7 @@ fn refused(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
     found.or_else(|| refused_by_content(head, is_text))
 }
 
-/// Tells whether bytes begin as a mark says, in which `\xNN` stands for a byte, `\d` for a digit and
+/// True if bytes begin as a mark says, in which `\xNN` stands for a byte, `\d` for a digit and
 /// `\?` for any byte.
 fn begins_with(bytes: &[u8], mark: &str) -> bool {
     let (mut bytes, mut letters) = (bytes.iter(), mark.bytes());
@@ -821,7 +821,7 @@ fn refused_by_content(head: &Head<'_>, is_text: bool) -> Option<(&'static str, &
     }
 }
 
-/// Tells whether a text is JSON. A bracket may begin a unit or a date in a table.
+/// True if a text is JSON. A bracket may begin a unit or a date in a table.
 fn is_json(text: &[u8]) -> bool {
     let text = text.trim_ascii_start();
     let rest = text.get(1..).unwrap_or_default().trim_ascii_start();

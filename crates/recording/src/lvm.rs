@@ -30,7 +30,7 @@ use crate::error::{Error, ErrorKind, Place};
 use header::{Header, TimeColumns};
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 
-/// Tells whether the file begins as LabVIEW's do.
+/// True if the file begins as LabVIEW's do.
 pub fn recognises(head: &Head<'_>) -> bool {
     encoding::head_of(head.bytes).starts_with("LabVIEW Measurement")
 }
@@ -137,7 +137,7 @@ struct ColumnNumbers {
 }
 
 impl ColumnNumbers {
-    /// Tells whether the column holds nothing, not even something wrong.
+    /// True if the column holds nothing, not even something wrong.
     fn is_silent(&self) -> bool {
         self.count == 0 && self.error.is_none()
     }
@@ -483,7 +483,7 @@ impl header::Described {
         time_base::rate_of_interval(self.time_unit.to_seconds(interval), digit).ok()
     }
 
-    /// Tells whether header and table, at that rate, only count the samples: by ones of no stated unit, or of
+    /// True if header and table, at that rate, only count the samples: by ones of no stated unit, or of
     /// seconds, in which nobody samples a crash.
     fn counts_samples(&self, rate: SampleRate) -> bool {
         let is_one = |one: f64| (one - 1.0).abs() < 1e-9;

@@ -8,7 +8,7 @@
 //! included.
 //!
 //! A log that was cut, damaged or put together from two must not pass for a whole one, so
-//! everything the file says of itself is held against what it holds: the checksums of
+//! everything the file says of itself is compared with what it holds: the checksums of
 //! chunks, data and summary, the numbers of messages in the statistics, the chunk index, the
 //! start of the summary, and that nothing follows the first footer and end magic. A file
 //! that says nothing of itself is read with a warning.
@@ -24,7 +24,7 @@
 //! - `decompress`: chunks: decompression within limits, checked against the chunk's own size and
 //!   checksum;
 //! - `json`: JSON messages: one walk through the text that hands out every scalar with its path;
-//! - `layout`: where in the messages of a type stands what is wanted of them, and in which unit;
+//! - `layout`: the position of the requested fields in the messages of a type, and their units;
 //! - `protobuf`: Protobuf messages, read by the descriptor that the file itself carries;
 //! - `records`: the records of an MCAP file, read by the `mcap` crate with checked lengths;
 //! - `ros`: ROS message definitions (`ros2msg`, `ros1msg`), as the file holds them;
@@ -52,9 +52,9 @@ use crate::error::{Candidates, Error, ErrorKind, Place};
 use ::mcap::McapError;
 use ::mcap::records::{MessageHeader, Record, SchemaHeader, Statistics, op};
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use layout::{Contents, Laid, Schema, WantedFields};
+use layout::{Contents, LayoutResult, RequestedFields, Schema};
 use records::{PREFIX_BYTES, damaged};
-use series::{Finished, Kept, LoggedMessage, TopicField, TopicSeries};
+use series::{KeptValues, LoggedMessage, TopicChannels, TopicField, TopicSeries};
 use std::collections::BTreeMap;
 use std::io::{self, Read};
 use types::Budget;
@@ -62,7 +62,7 @@ use types::Budget;
 /// Bytes asked of the source at a time.
 const READ_BYTES: usize = 64 << 10;
 
-/// Tells whether the head carries MCAP's magic bytes.
+/// True if the head carries MCAP's magic bytes.
 pub fn recognises(head: &Head<'_>) -> bool {
     head.bytes.starts_with(::mcap::MAGIC)
 }
@@ -84,11 +84,11 @@ pub fn recognises(head: &Head<'_>) -> bool {
 ///   where the channel is not clear, [`ErrorKind::RefusedFormat`] for encodings not read,
 /// - [`NonFinite`](latchgate_kernel::error::Error::NonFinite), [`ErrorKind::TimeNotIncreasing`] and
 ///   [`ErrorKind::MissingUnit`] for the channel itself.
-pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
+pub fn read(source: &mut Reader, task: ReadTask) -> Result<Outcomes, Error> {
     let way_out = ", or state the clock with the setting `time_source`";
-    asked.options.refuse_other_clock("an MCAP log", way_out)?;
-    let mut log = LogReader::new(asked);
-    stream(source, &mut log, asked.limits)?;
+    task.options.refuse_other_clock("an MCAP log", way_out)?;
+    let mut log = LogReader::new(task);
+    stream(source, &mut log, task.limits)?;
     Ok(log.finish())
 }
 
@@ -107,10 +107,11 @@ fn stream(source: &mut Reader, log: &mut LogReader<'_>, limits: &Limits) -> Resu
     while let Some(event) = reader.next_event() {
         let placed = |error: Error| error.at(Place::default().byte(byte));
         match event.map_err(|error| placed(framing(&error, log)))? {
-            LinearReadEvent::ReadRequest(wanted) => {
-                let wanted = wanted.clamp(1, READ_BYTES);
+            // A read call is interrupted by signals; the loop tries again, as `Read::read_exact` does.
+            LinearReadEvent::ReadRequest(byte_count) => {
+                let wanted_bytes = byte_count.clamp(1, READ_BYTES);
                 let count = loop {
-                    match source.read(reader.insert(wanted)) {
+                    match source.read(reader.insert(wanted_bytes)) {
                         Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                         read => break read.map_err(|error| Error::io("read the file", &error))?,
                     }
@@ -126,7 +127,7 @@ fn stream(source: &mut Reader, log: &mut LogReader<'_>, limits: &Limits) -> Resu
     Ok(())
 }
 
-/// Says in our words what the framing of the file has wrong.
+/// Restates the `mcap` crate's error about the file's framing in the program's terms.
 fn framing(error: &McapError, log: &LogReader<'_>) -> Error {
     let after = format!("after {} messages", log.messages);
     match error {
@@ -145,18 +146,17 @@ fn framing(error: &McapError, log: &LogReader<'_>) -> Error {
             "a record with its length",
             format!("a length field of all ones {after}: the writer ended before it closed it"),
         ),
-        McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_) => log
-            .asked
-            .limits
-            .over("mcap_record_bytes", error.to_string()),
-        other => {
+        McapError::RecordTooLarge { .. } | McapError::ChunkTooLarge(_) => {
+            log.task.limits.over("mcap_record_bytes", error.to_string())
+        }
+        error => {
             let expected = format!("whole records, whose checksums fit, {after}");
-            damaged(expected, other.to_string())
+            damaged(expected, error.to_string())
         }
     }
 }
 
-/// What the file has said of itself and what was seen.
+/// What the file states of itself, and what was counted, for the comparison at its end.
 #[derive(Debug, Default)]
 struct Account {
     header: bool,
@@ -164,14 +164,29 @@ struct Account {
     footer: bool,
     /// Byte after the data section, where the summary starts if there is one.
     summary: u64,
-    /// Whether a summary has begun.
+    /// True if a summary has begun.
     summarised: bool,
-    /// Chunks seen, and the sum of their starts.
-    chunks: (u64, u64),
-    /// Chunks indexed, and the sum of their starts.
-    indexed: (u64, u64),
-    /// Whether statistics or a checksum of the data vouch for the number of messages.
+    /// Chunks read.
+    chunks: ChunkTally,
+    /// Chunks that the chunk index lists.
+    indexed: ChunkTally,
+    /// True if statistics or a checksum of the data confirm the number of messages.
     vouched: bool,
+}
+
+/// Count of chunks and sum of their start bytes. Two lists of chunks are compared by these, so that
+/// none is kept.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct ChunkTally {
+    count: u64,
+    start_sum: u64,
+}
+
+impl ChunkTally {
+    fn add(&mut self, start: u64) {
+        self.count += 1;
+        self.start_sum = self.start_sum.wrapping_add(start);
+    }
 }
 
 /// A topic of the file.
@@ -181,50 +196,58 @@ struct Topic {
     encoding: String,
     schema_id: u16,
     messages: u64,
-    /// What a person wrote of it.
+    /// Comments in the channel's metadata.
     remarks: Vec<Remark>,
-    /// What is wanted of it, if anything.
-    wanted: Option<WantedFields>,
-    /// Whether it may carry a lateral acceleration by its type, or be it JSON.
+    /// Fields requested of it; `None` if it is not read.
+    requested: Option<RequestedFields>,
+    /// True if its type may carry a lateral acceleration, which any JSON topic may.
     likely: bool,
-    /// What was read of it, from its first message on.
+    /// Samples read so far; `None` before its first message.
     series: Option<TopicSeries>,
-    /// What its messages hold; `None` where only their type can tell.
+    /// Fields its messages hold; `None` where the schema gives them.
     contents: Option<Contents>,
+}
+
+/// A topic of which channels were requested.
+struct ReadTopic {
+    id: u16,
+    /// True if its type may carry a lateral acceleration.
+    likely: bool,
+    channels: TopicChannels,
 }
 
 /// The state of reading one file.
 #[derive(Debug)]
 struct LogReader<'a> {
-    asked: ReadTask<'a>,
+    task: ReadTask<'a>,
     schemas: BTreeMap<u16, Schema>,
     schema_bytes: u64,
     topics: BTreeMap<u16, Topic>,
-    /// Where in the messages of a type stands what is wanted of it.
-    layouts: BTreeMap<(u16, String, WantedFields), Laid>,
-    /// What the message types may still cost.
+    /// Layouts by schema, encoding and requested fields. Topics of one type share them.
+    layouts: BTreeMap<(u16, String, RequestedFields), LayoutResult>,
+    /// Number of message fields that may still be visited.
     budget: Budget,
-    /// Values kept in all.
-    kept: Kept,
+    /// Number of values kept of all topics.
+    kept: KeptValues,
     messages: u64,
     account: Account,
-    /// What a person wrote of the file.
+    /// Comments in the file's metadata.
     remarks: Vec<Remark>,
 }
 
-/// Remarks on a file that are kept.
+/// Most remarks kept of one file: a person has to read them all.
 const REMARKS: usize = 1000;
 
 impl<'a> LogReader<'a> {
-    fn new(asked: ReadTask<'a>) -> Self {
+    fn new(task: ReadTask<'a>) -> Self {
         Self {
-            asked,
+            task,
             schemas: BTreeMap::new(),
             schema_bytes: 0,
             topics: BTreeMap::new(),
             layouts: BTreeMap::new(),
-            budget: Budget::new(asked.limits),
-            kept: Kept::default(),
+            budget: Budget::new(task.limits),
+            kept: KeptValues::default(),
             messages: 0,
             account: Account::default(),
             remarks: Vec::new(),
@@ -238,6 +261,8 @@ impl<'a> LogReader<'a> {
             let found = format!("a record {opcode:#04x}");
             return Err(damaged("the header as the first record", found));
         }
+        // Any record but the footer after the end of the data belongs to a summary. The footer must then
+        // point to it.
         if account.data_end && opcode != op::FOOTER {
             account.summarised = true;
         }
@@ -272,42 +297,42 @@ impl<'a> LogReader<'a> {
             | op::CHUNK_INDEX
             | op::STATISTICS
             | op::FOOTER => self.parsed(records::parse(opcode, data)?, byte)?,
+
             // Attachments, indexes and what later versions may add carry no samples.
             _ => {}
         }
         Ok(())
     }
 
-    /// Takes in the fields of a record; `byte` is where it starts, or the chunk that holds it.
+    /// Takes in the fields of a record; `byte` is its start, or that of the chunk that holds it.
     fn parsed(&mut self, record: Record<'_>, byte: u64) -> Result<(), Error> {
         match record {
             Record::Schema { header, data } => self.schema(header, &data),
             Record::Channel(record) => self.channel(record),
             Record::Message { header, data } => self.message(header, &data, byte),
             Record::Chunk { header, data } => {
-                let unpacked = decompress::records(&header, &data, self.asked.limits)?;
+                let unpacked = decompress::records(&header, &data, self.task.limits)?;
                 self.chunk(&unpacked, byte)
             }
             Record::ChunkIndex(index) => {
-                let (count, sum) = self.account.indexed;
-                self.account.indexed = (count + 1, sum.wrapping_add(index.chunk_start_offset));
+                self.account.indexed.add(index.chunk_start_offset);
                 Ok(())
             }
-            Record::Statistics(said) => self.statistics(&said),
+            Record::Statistics(statistics) => self.statistics(&statistics),
             Record::Footer(footer) => self.footer(footer.summary_start),
             _ => Ok(()),
         }
     }
 
     /// Takes in the records of the chunk that starts at `byte`.
-    fn chunk(&mut self, mut left: &[u8], byte: u64) -> Result<(), Error> {
-        let (count, sum) = self.account.chunks;
-        self.account.chunks = (count + 1, sum.wrapping_add(byte));
-        while let Some((opcode, data)) = records::next_in_chunk(&mut left)? {
+    fn chunk(&mut self, mut records_left: &[u8], byte: u64) -> Result<(), Error> {
+        self.account.chunks.add(byte);
+        while let Some((opcode, data)) = records::next_in_chunk(&mut records_left)? {
             match opcode {
                 op::SCHEMA | op::CHANNEL | op::MESSAGE => {
                     self.parsed(records::parse(opcode, data)?, byte)?;
                 }
+                // Opcodes below 0x10 are those of the specification, which allows no other record here.
                 0x01..=0x0F => {
                     let found = format!("a record {opcode:#04x}");
                     let expected = "only schemas, channels and messages in a chunk";
@@ -319,13 +344,13 @@ impl<'a> LogReader<'a> {
         Ok(())
     }
 
-    /// Takes in what a person wrote of the file; `None` for a record that cannot be read.
+    /// Takes in the comments of a metadata record; `None` for a record that cannot be read.
     fn metadata(&mut self, record: Option<&Record<'_>>) {
         let comments: Vec<(&str, RemarkPlace)> = match record {
             Some(Record::Metadata(record)) => records::comments(&record.metadata)
                 .map(|comment| (comment, RemarkPlace::Channel))
                 .collect(),
-            // What a person wrote there, nobody knows.
+            // An unreadable comment might say that the data are invalid, so it counts as a fault.
             _ => vec![("a record that cannot be read", RemarkPlace::State(None))],
         };
         for (comment, place) in comments {
@@ -334,30 +359,30 @@ impl<'a> LogReader<'a> {
                 REMARKS => ("more than is read", RemarkPlace::State(None)),
                 _ => break,
             };
-            let told = "the log's metadata say";
-            self.remarks.push(Remark::new(text, place, told));
+            let source = "the log's metadata say";
+            self.remarks.push(Remark::new(text, place, source));
         }
     }
 
     fn schema(&mut self, record: SchemaHeader, data: &[u8]) -> Result<(), Error> {
         let texts = [&*record.name, &record.encoding];
-        records::check_texts(&texts, "schema", self.asked.limits)?;
+        records::check_texts(&texts, "schema", self.task.limits)?;
         if record.id == 0 {
             return Err(damaged("a schema id from 1", "0"));
         }
-        if let Some(known) = self.schemas.get(&record.id) {
-            let own = (&*known.name, &*known.encoding, &*known.data);
-            if own == (&*record.name, &*record.encoding, data) {
+        if let Some(schema) = self.schemas.get(&record.id) {
+            let definition = (&*schema.name, &*schema.encoding, &*schema.data);
+            if definition == (&*record.name, &*record.encoding, data) {
                 return Ok(());
             }
-            let expected = format!("schema {} ({}) as before", record.id, known.name);
+            let expected = format!("schema {} ({}) as before", record.id, schema.name);
             let found = format!("another definition ({})", record.name);
             return Err(damaged(expected, found));
         }
         self.schema_bytes += (record.name.len() + record.encoding.len() + data.len()) as u64;
-        if self.schema_bytes > self.asked.limits.mcap_record_bytes {
+        if self.schema_bytes > self.task.limits.mcap_record_bytes {
             let found = "schemas of more bytes together";
-            return Err(self.asked.limits.over("mcap_record_bytes", found));
+            return Err(self.task.limits.over("mcap_record_bytes", found));
         }
         self.schemas.insert(
             record.id,
@@ -373,13 +398,13 @@ impl<'a> LogReader<'a> {
 
     fn channel(&mut self, record: ::mcap::records::Channel) -> Result<(), Error> {
         let texts = [&*record.topic, &record.message_encoding];
-        records::check_texts(&texts, "channel", self.asked.limits)?;
-        if let Some(known) = self.topics.get(&record.id) {
-            let own = (&*known.name, &*known.encoding, known.schema_id);
-            if own == (&*record.topic, &*record.message_encoding, record.schema_id) {
+        records::check_texts(&texts, "channel", self.task.limits)?;
+        if let Some(topic) = self.topics.get(&record.id) {
+            let definition = (&*topic.name, &*topic.encoding, topic.schema_id);
+            if definition == (&*record.topic, &*record.message_encoding, record.schema_id) {
                 return Ok(());
             }
-            let expected = format!("channel {} (topic {}) as before", record.id, known.name);
+            let expected = format!("channel {} (topic {}) as before", record.id, topic.name);
             let found = format!("another definition (topic {})", record.topic);
             return Err(damaged(expected, found));
         }
@@ -387,10 +412,10 @@ impl<'a> LogReader<'a> {
             let expected = format!("schema {} before topic {}", record.schema_id, record.topic);
             return Err(damaged(expected, "none"));
         }
-        if self.topics.len() as u64 >= self.asked.limits.mcap_channels {
-            return Err(self.asked.limits.over("mcap_channels", "more topics"));
+        if self.topics.len() as u64 >= self.task.limits.mcap_channels {
+            return Err(self.task.limits.over("mcap_channels", "more topics"));
         }
-        let (wanted, likely) = self.wanted(&record)?;
+        let (requested, likely) = self.requested_fields(&record)?;
         let comments = records::comments(&record.metadata);
         let remarks = comments.map(|comment| Remark::of_channel(&[comment]));
         let remarks = remarks.collect();
@@ -402,7 +427,7 @@ impl<'a> LogReader<'a> {
                 schema_id: record.schema_id,
                 messages: 0,
                 remarks,
-                wanted,
+                requested,
                 likely,
                 series: None,
                 contents: None,
@@ -411,83 +436,87 @@ impl<'a> LogReader<'a> {
         Ok(())
     }
 
-    /// Returns what a person's word for a channel asks of a topic: the field at a path, or any. The
-    /// word may end with the channel's id, as the names of topics that were recorded twice do.
-    fn asked(&self, id: u16, topic: &str) -> Option<Option<&str>> {
-        let wanted = self.asked.options.channel.as_deref()?;
-        let wanted = lateral::without_twin_mark(wanted, id)?;
-        let rest = wanted.strip_prefix(topic)?;
-        match rest.is_empty() {
+    /// Returns the field path that the setting `channel` names in a topic. The outer `None` is another
+    /// topic, the inner one the topic as a whole. The setting may end with the channel's id, as the
+    /// names of topics that were recorded twice do.
+    fn requested_path(&self, id: u16, topic: &str) -> Option<Option<&str>> {
+        let requested = self.task.options.channel.as_deref()?;
+        let requested = lateral::without_twin_mark(requested, id)?;
+        let suffix = requested.strip_prefix(topic)?;
+        match suffix.is_empty() {
             true => Some(None),
-            false => rest.strip_prefix(':').map(Some),
+            false => suffix.strip_prefix(':').map(Some),
         }
     }
 
-    /// Tells what is wanted of a topic, if anything, and whether it may carry a lateral acceleration.
-    fn wanted(
+    /// Returns the fields requested of a topic, and true if it may carry a lateral acceleration.
+    fn requested_fields(
         &mut self,
         record: &::mcap::records::Channel,
-    ) -> Result<(Option<WantedFields>, bool), Error> {
+    ) -> Result<(Option<RequestedFields>, bool), Error> {
         let likely = match self.schemas.get_mut(&record.schema_id) {
             _ if record.message_encoding == "json" => true,
             None => false,
             Some(schema) if layout::lateral_path(&schema.name).is_some() => true,
             Some(schema) => match schema.has_lateral_field {
-                Some(known) => known,
+                Some(has_lateral_field) => has_lateral_field,
                 None => match layout::has_lateral_field(schema, &mut self.budget) {
-                    Ok(found) => *schema.has_lateral_field.insert(found),
-                    Err(error) if self.asked.options.channel.is_none() => return Err(error),
+                    Ok(has_lateral_field) => *schema.has_lateral_field.insert(has_lateral_field),
+                    // A named channel is read although the search for others ran out of budget. `KeptValues::exceeded`
+                    // still refuses `Selection::Every`.
+                    Err(error) if self.task.options.channel.is_none() => return Err(error),
                     Err(error) => {
-                        self.kept.over.get_or_insert(error);
+                        self.kept.exceeded.get_or_insert(error);
                         false
                     }
                 },
             },
         };
-        let asked = self.asked(record.id, &record.topic);
-        let all = self.asked.options.channel.is_none()
-            || self.asked.selections.contains(&Selection::Every);
-        let wanted = WantedFields {
-            every: (all && likely) || asked == Some(None),
-            path: asked.flatten().map(str::to_string),
-            meant: self.asked.options.channel.is_none() || asked.is_some(),
+        let requested_path = self.requested_path(record.id, &record.topic);
+        let no_name = self.task.options.channel.is_none();
+        let every_topic = no_name || self.task.selections.contains(&Selection::Every);
+        let fields = RequestedFields {
+            every: (every_topic && likely) || requested_path == Some(None),
+            path: requested_path.flatten().map(str::to_string),
+            is_candidate: no_name || requested_path.is_some(),
         };
-        let any = wanted.every || wanted.path.is_some();
-        Ok((any.then_some(wanted), likely))
+        let any = fields.every || fields.path.is_some();
+        Ok((any.then_some(fields), likely))
     }
 
-    /// Begins to read a topic of which something is wanted.
+    /// Begins to read a topic of which fields are requested.
     fn begin(&mut self, id: u16) -> Result<(), Error> {
         let Some(topic) = self.topics.get_mut(&id) else {
             return Ok(());
         };
-        let Some(wanted) = &topic.wanted else {
+        let Some(requested) = &topic.requested else {
             return Ok(());
         };
-        // Topics of one type share what was found out about it.
-        let laid = if topic.encoding == "json" {
+        // Topics of one type share a layout, so that the budget is spent on it once.
+        let layout = if topic.encoding == "json" {
             None
         } else {
-            let key = (topic.schema_id, topic.encoding.clone(), wanted.clone());
-            let laid = match self.layouts.get(&key) {
-                Some(laid) => laid.clone(),
+            let key = (topic.schema_id, topic.encoding.clone(), requested.clone());
+            let layout = match self.layouts.get(&key) {
+                Some(layout) => layout.clone(),
                 None => {
                     let schema = self.schemas.get(&topic.schema_id);
-                    let laid = layout::layout(&topic.encoding, schema, wanted, &mut self.budget);
-                    let laid = match laid {
-                        Err(error) if !wanted.meant => {
-                            self.kept.over.get_or_insert(error);
+                    let layout =
+                        layout::layout(&topic.encoding, schema, requested, &mut self.budget);
+                    let layout = match layout {
+                        Err(error) if !requested.is_candidate => {
+                            self.kept.exceeded.get_or_insert(error);
                             return Ok(());
                         }
-                        laid => laid?,
+                        layout => layout?,
                     };
-                    self.layouts.insert(key, laid.clone());
-                    laid
+                    self.layouts.insert(key, layout.clone());
+                    layout
                 }
             };
-            Some(laid)
+            Some(layout)
         };
-        let mut series = TopicSeries::new(&topic.name, wanted, laid.as_ref(), &mut self.kept);
+        let mut series = TopicSeries::new(&topic.name, requested, layout.as_ref(), &mut self.kept);
         series.remarks.clone_from(&topic.remarks);
         topic.series = Some(series);
         Ok(())
@@ -514,48 +543,50 @@ impl<'a> LogReader<'a> {
                 data,
                 byte,
             };
-            series.push(&message, &mut self.kept, self.asked.limits)?;
+            series.push(&message, &mut self.kept, self.task.limits)?;
         }
         Ok(())
     }
 
-    fn statistics(&mut self, said: &Statistics) -> Result<(), Error> {
-        let (stated, by_channel) = (said.message_count, &said.channel_message_counts);
-        let holds = |expected: String, stated: u64, found: u64| match stated == found {
+    fn statistics(&mut self, statistics: &Statistics) -> Result<(), Error> {
+        let (stated, by_channel) = (statistics.message_count, &statistics.channel_message_counts);
+        let check = |text: String, stated: u64, read: u64| match stated == read {
             true => Ok(()),
-            false => Err(Error::truncated(expected, format!("{found}"))),
+            false => Err(Error::truncated(text, format!("{read}"))),
         };
         let text = format!("{stated} messages, as the statistics say");
-        holds(text, stated, self.messages)?;
+        check(text, stated, self.messages)?;
         let mut sum = 0_u64;
         for (id, count) in by_channel {
             sum = sum.saturating_add(*count);
-            let found = self.topics.get(id).map_or(0, |topic| topic.messages);
+            let count_read = self.topics.get(id).map_or(0, |topic| topic.messages);
             let text = format!("{count} messages of channel {id}, as the statistics say");
-            holds(text, *count, found)?;
+            check(text, *count, count_read)?;
         }
         if !by_channel.is_empty() {
             let text = format!("{sum} messages, as the statistics say by channel");
-            holds(text, sum, self.messages)?;
+            check(text, sum, self.messages)?;
         }
         self.account.vouched = true;
         Ok(())
     }
 
-    /// Holds what the footer says against what was read; `said` is where the summary starts.
-    fn footer(&mut self, said: u64) -> Result<(), Error> {
+    /// Compares the footer with what was read; `summary_start` is the byte where it puts the summary.
+    fn footer(&mut self, summary_start: u64) -> Result<(), Error> {
         let account = &mut self.account;
         account.footer = true;
-        if (said != 0 || account.summarised) && said != account.summary {
+        // 0 stands for a file without a summary.
+        if (summary_start != 0 || account.summarised) && summary_start != account.summary {
             return Err(Error::truncated(
-                format!("the summary at byte {said}, as the footer says"),
+                format!("the summary at byte {summary_start}, as the footer says"),
                 format!("the end of the data at byte {}", account.summary),
             ));
         }
-        if account.indexed.0 > 0 && account.indexed != account.chunks {
+        // A file without a chunk index is valid.
+        if account.indexed.count > 0 && account.indexed != account.chunks {
             return Err(Error::truncated(
-                format!("the {} chunks of the chunk index", account.indexed.0),
-                format!("{} chunks, or others", account.chunks.0),
+                format!("the {} chunks of the chunk index", account.indexed.count),
+                format!("{} chunks, or others", account.chunks.count),
             ));
         }
         Ok(())
@@ -579,20 +610,27 @@ impl<'a> LogReader<'a> {
         let names: Vec<String> = with_messages.map(|topic| topic.name.clone()).collect();
         for (id, topic) in &mut self.topics {
             if let Some(series) = topic.series.take() {
-                let known = self.schemas.get(&topic.schema_id);
-                let known = known.and_then(|schema| layout::lateral_path(&schema.name));
+                let schema = self.schemas.get(&topic.schema_id);
+                let lateral_path = schema.and_then(|schema| layout::lateral_path(&schema.name));
                 let is_twin = names.iter().filter(|name| **name == topic.name).count() > 1;
                 let mark = match is_twin {
                     true => lateral::twin_mark(*id),
                     false => String::new(),
                 };
-                let finished = series.finish(known, &mark, self.asked.options, self.asked.limits);
-                topic.contents = finished.contents.clone();
-                read.push((*id, topic.likely, finished));
+                let ReadTask {
+                    options, limits, ..
+                } = self.task;
+                let channels = series.finish(lateral_path, &mark, options, limits);
+                topic.contents = channels.contents.clone();
+                read.push(ReadTopic {
+                    id: *id,
+                    likely: topic.likely,
+                    channels,
+                });
             }
         }
-        self.asked.each(|selection| match selection {
-            Selection::Every => match &self.kept.over {
+        self.task.each(|selection| match selection {
+            Selection::Every => match &self.kept.exceeded {
                 Some(error) => Err(error.clone()),
                 None => Ok(self.every(&read, outcome.clone())),
             },
@@ -600,15 +638,20 @@ impl<'a> LogReader<'a> {
         })
     }
 
-    fn every(&self, read: &[(u16, bool, Finished)], mut outcome: ReadOutcome) -> ReadOutcome {
-        let mut taken = Vec::new();
-        let asked = |id: &u16| self.asked(*id, &self.topics[id].name).is_some();
-        let meant = |(id, likely, topic): &&(u16, bool, Finished)| {
-            (*likely || asked(id)) && !topic.is_other
-        };
-        for (id, _, topic) in read.iter().filter(meant) {
-            taken.push(*id);
-            for field in &topic.fields {
+    /// True if the setting `channel` names a topic that was read, or a field of it.
+    fn is_requested(&self, topic: &ReadTopic) -> bool {
+        let name = &self.topics[&topic.id].name;
+        self.requested_path(topic.id, name).is_some()
+    }
+
+    fn every(&self, read: &[ReadTopic], mut outcome: ReadOutcome) -> ReadOutcome {
+        let mut delivered_ids = Vec::new();
+        for topic in read {
+            if topic.channels.has_nothing_requested || !(topic.likely || self.is_requested(topic)) {
+                continue;
+            }
+            delivered_ids.push(topic.id);
+            for field in &topic.channels.fields {
                 let left_out = |error| draft::left_out(&field.words.name, error);
                 match &field.channel {
                     Ok(channel) => outcome.channels.push(channel.clone()),
@@ -616,44 +659,44 @@ impl<'a> LogReader<'a> {
                 }
             }
         }
-        let others = self.topics.iter().filter(|(id, _)| !taken.contains(id));
-        let others: Vec<&Topic> = others.map(|(_, topic)| topic).collect();
-        if !others.is_empty() {
-            let others = self.describe(others);
-            let text = format!("topics without acceleration messages: {others}");
+        let undelivered = self
+            .topics
+            .iter()
+            .filter(|(id, _)| !delivered_ids.contains(id));
+        let undelivered: Vec<&Topic> = undelivered.map(|(_, topic)| topic).collect();
+        if !undelivered.is_empty() {
+            let list = self.describe(undelivered);
+            let text = format!("topics without acceleration messages: {list}");
             let left_out = Finding::info("topics-left-out", text);
             outcome.findings.push(left_out);
         }
         outcome
     }
 
-    /// Takes the one channel that is meant.
-    fn lateral(
-        &self,
-        read: &[(u16, bool, Finished)],
-        mut outcome: ReadOutcome,
-    ) -> Result<ReadOutcome, Error> {
-        let named = self.asked.options.channel.as_ref();
-        let name_of = |id: &u16| self.topics[id].name.as_str();
-        let topics: Vec<(u16, &Finished)> = read
+    /// Delivers the one channel that is meant.
+    fn lateral(&self, read: &[ReadTopic], mut outcome: ReadOutcome) -> Result<ReadOutcome, Error> {
+        let named = self.task.options.channel.as_ref();
+        let topics: Vec<&ReadTopic> = read
             .iter()
-            .filter(|(id, likely, topic)| match named {
-                Some(_) => self.asked(*id, name_of(id)).is_some(),
-                None => *likely && !topic.is_other,
+            .filter(|topic| match named {
+                Some(_) => self.is_requested(topic),
+                None => topic.likely && !topic.channels.has_nothing_requested,
             })
-            .map(|(id, _, topic)| (*id, topic))
             .collect();
-        if let (Some(wanted), [_, _, ..]) = (named, topics.as_slice()) {
-            let twin = |(id, _): &(u16, &Finished)| format!("{wanted}{}", lateral::twin_mark(*id));
+        if let (Some(requested), [_, _, ..]) = (named, topics.as_slice()) {
+            let twin = |topic: &&ReadTopic| format!("{requested}{}", lateral::twin_mark(topic.id));
             let candidates = Candidates::named(topics.iter().map(twin));
             return Err(ErrorKind::AmbiguousChannel { candidates }.into());
         }
         let path = topics
             .first()
-            .and_then(|(id, _)| self.asked(*id, name_of(id)).flatten());
+            .and_then(|topic| self.requested_path(topic.id, &self.topics[&topic.id].name)?);
         let fields: Vec<(usize, &TopicField)> = topics
             .iter()
-            .flat_map(|(id, topic)| topic.fields.iter().map(|field| (usize::from(*id), field)))
+            .flat_map(|topic| {
+                let fields = topic.channels.fields.iter();
+                fields.map(|field| (usize::from(topic.id), field))
+            })
             .filter(|(_, field)| match path {
                 Some(path) => field.path == path,
                 None => field.may_be_lateral,
@@ -664,10 +707,12 @@ impl<'a> LogReader<'a> {
         {
             return Err(error.clone());
         }
-        let columns: Vec<(usize, &ChannelName)> =
-            fields.iter().map(|(id, one)| (*id, &one.words)).collect();
+        let columns: Vec<(usize, &ChannelName)> = fields
+            .iter()
+            .map(|(id, field)| (*id, &field.words))
+            .collect();
         let index = match (path, fields.len()) {
-            (_, 0) => return Err(self.no_channel(topics.first().map(|(_, topic)| *topic))),
+            (_, 0) => return Err(self.no_channel(topics.first().copied())),
             (Some(_), _) => 0,
             (None, _) => {
                 let choices = ChannelOffer::of_words(&columns, "channel id");
@@ -675,16 +720,22 @@ impl<'a> LogReader<'a> {
             }
         };
         let field = fields[index].1;
-        let further = topics.iter().find_map(|(_, topic)| topic.further.clone());
-        if let Some(error) = further.filter(|_| path.is_none()) {
+        let mut errors = topics
+            .iter()
+            .filter_map(|topic| topic.channels.changed_fields.clone());
+        if let Some(error) = errors.next().filter(|_| path.is_none()) {
             return Err(error);
         }
         let mut channel = field.channel.clone()?;
-        // What a topic that cannot be read holds, nobody knows; a type may say what it should.
-        for (id, topic) in &topics {
-            let unread = topic.fields.iter().find(|one| one.path.is_empty());
-            if let Some((name, Err(error))) = unread.map(|one| (&one.words.name, &one.channel)) {
-                match self.topics[id].encoding == "json" {
+        // The fields of an unreadable topic are unknown: one may be the lateral acceleration that was
+        // meant. Every topic of JSON is such a candidate, so that one gives a finding only.
+        for topic in &topics {
+            let mut fields = topic.channels.fields.iter();
+            if let Some(unread) = fields.find(|field| field.path.is_empty())
+                && let Err(error) = &unread.channel
+            {
+                let name = &unread.words.name;
+                match self.topics[&topic.id].encoding == "json" {
                     true => outcome.findings.push(draft::left_out(name, error)),
                     false => return Err(error.clone()),
                 }
@@ -692,7 +743,7 @@ impl<'a> LogReader<'a> {
         }
         let name = &field.words.name;
         let place = || Place::default().channel(name);
-        draft::check_unit(&channel, self.asked.options).map_err(|error| error.at(place()))?;
+        draft::check_unit(&channel, self.task.options).map_err(|error| error.at(place()))?;
         if named.is_none() {
             let text = format!(
                 "{name} is the one lateral acceleration in the file. By REP 103 its y axis points \
@@ -705,37 +756,44 @@ impl<'a> LogReader<'a> {
         Ok(outcome)
     }
 
-    /// Says why there is nothing to take, of the topic that is meant if there is one.
-    fn no_channel(&self, topic: Option<&Finished>) -> Error {
-        if let Some(error) = topic.and_then(|topic| topic.missing.clone()) {
+    /// Returns the reason why no channel is delivered; `topic` is the one that is meant, if any.
+    fn no_channel(&self, topic: Option<&ReadTopic>) -> Error {
+        if let Some(error) = topic.and_then(|topic| topic.channels.missing.clone()) {
             return error;
         }
-        let named = self.asked.options.channel.as_ref();
+        let named = self.task.options.channel.as_ref();
         let mut silent = self.topics.iter().filter(|(id, topic)| {
-            let meant = match named {
-                Some(_) => self.asked(**id, &topic.name).is_some(),
+            let is_candidate = match named {
+                Some(_) => self.requested_path(**id, &topic.name).is_some(),
                 None => topic.likely && topic.encoding != "json",
             };
-            meant && topic.messages == 0
+            is_candidate && topic.messages == 0
         });
         if let Some((_, topic)) = silent.next() {
             let found = format!("topic {} holds no message", topic.name);
             return Error::empty(found, "messages with an acceleration");
         }
-        let known = self.list();
-        if let Some(wanted) = named.cloned() {
-            return ErrorKind::NoSuchChannel { wanted, known }.into();
+        let available = self.list();
+        if let Some(requested) = named.cloned() {
+            return ErrorKind::NoSuchChannel {
+                requested,
+                known: available,
+            }
+            .into();
         }
-        let contents: Vec<Contents> = self.topics.values().map(|one| self.contents(one)).collect();
-        let has_field = contents.iter().any(|one| !one.numbers.is_empty());
-        let is_why = |one: &Contents| one.why_none().is_some() && !(has_field && one.is_foreign());
-        match contents.iter().any(is_why) {
+        let topics = self.topics.values();
+        let contents: Vec<Contents> = topics.map(|topic| self.contents(topic)).collect();
+        let has_field = contents.iter().any(|topic| !topic.numbers.is_empty());
+        // Arrays that no name calls lateral explain nothing where other topics have plain numbers.
+        let explains =
+            |topic: &Contents| topic.why_none().is_some() && !(has_field && topic.is_foreign());
+        match contents.iter().any(explains) {
             true => Error::malformed(
                 "a topic with one sample in each message",
-                known,
+                available,
                 "export the topic as CSV, one row a sample",
             ),
-            false => ErrorKind::NoChannel { known }.into(),
+            false => ErrorKind::NoChannel { known: available }.into(),
         }
     }
 
@@ -772,10 +830,12 @@ impl<'a> LogReader<'a> {
         texts.join(", ")
     }
 
-    /// Returns what the messages of a topic hold, as far as a person is told.
+    /// Returns the contents of a topic for a list that a person reads.
     fn contents(&self, topic: &Topic) -> Contents {
         let schema = self.schemas.get(&topic.schema_id);
-        let of_schema = || layout::contents(&topic.encoding, schema, self.asked.limits);
-        topic.contents.clone().unwrap_or_else(of_schema)
+        match &topic.contents {
+            Some(contents) => contents.clone(),
+            None => layout::contents(&topic.encoding, schema, self.task.limits),
+        }
     }
 }

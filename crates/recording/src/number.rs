@@ -131,7 +131,7 @@ fn plain(cell: &[u8]) -> Result<f64, NumberFault> {
     }
 }
 
-/// Tells whether somebody meant a number here, be it a bad one.
+/// True if somebody meant a number here, be it a bad one.
 pub(super) fn is_numeric(cell: &[u8]) -> bool {
     // Digits and a point need no reading.
     let digits = cell.strip_prefix(b"-").unwrap_or(cell);
@@ -150,11 +150,11 @@ pub(super) fn is_numeric(cell: &[u8]) -> bool {
 /// thousand, and only its neighbours tell.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Marks {
-    /// Whether a number was there whose mark separates no thousands, such as `0,5` or `12.25`.
+    /// True if a number was there whose mark separates no thousands, such as `0,5` or `12.25`.
     pub(super) decimal: bool,
-    /// Whether one was there whose mark may separate thousands.
+    /// True if one was there whose mark may separate thousands.
     pub(super) doubtful: bool,
-    /// Whether one was there that is whole and has no mark.
+    /// True if one was there that is whole and has no mark.
     pub(super) whole: bool,
 }
 
@@ -188,7 +188,7 @@ impl Marks {
         false
     }
 
-    /// Tells whether the marks may separate thousands: all of them could, and whole numbers
+    /// True if the marks may separate thousands: all of them could, and whole numbers
     /// without a mark stand beside them.
     pub(super) fn may_be_thousands(self) -> bool {
         !self.decimal && self.doubtful && self.whole

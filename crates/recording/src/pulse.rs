@@ -46,7 +46,7 @@ const VERTICES_BYTES: (&str, u64) = ("vertices_bytes", 64 << 10);
 /// Named pulses: name, points in ms and a unit, and whether somebody has seen the source.
 static NAMED: Words = word_list!("named-pulses");
 
-/// Tells whether the text of a recording is the word of a pulse.
+/// True if the text of a recording is the word of a pulse.
 pub fn recognises(head: &Head<'_>) -> bool {
     head.bytes.starts_with(PREFIX.as_bytes())
 }

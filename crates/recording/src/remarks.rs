@@ -26,7 +26,7 @@ use std::collections::BTreeSet;
 pub struct AcceptedRemark {
     /// The remark as it is shown; how many blanks stand in a row does not matter.
     pub text: String,
-    /// Whether the card beside the recording, not a setting, accepts it.
+    /// True if the card beside the recording, not a setting, accepts it.
     pub by_card: bool,
 }
 
@@ -203,7 +203,7 @@ impl Span {
         }
     }
 
-    /// Tells whether an instant lies in the span; a curve may end with the last good sample.
+    /// True if an instant lies in the span; a curve may end with the last good sample.
     pub(super) fn holds(self, at_s: f64) -> bool {
         (self.start_s - self.interval_s..=self.end_s + self.interval_s).contains(&at_s)
     }
@@ -339,7 +339,7 @@ pub(super) fn not_found(accepted: &[AcceptedRemark], remarks: &[String]) -> Vec<
         .collect()
 }
 
-/// Tells whether a fault word stands in a text.
+/// True if a fault word stands in a text.
 pub(super) fn has_fault(text: &str) -> bool {
     reading::read(text).fault.is_some()
 }
@@ -347,7 +347,7 @@ pub(super) fn has_fault(text: &str) -> bool {
 /// Names of what holds a person's words: keys of a header, columns of a table.
 static KEYS: Words = word_list!("remark-keys");
 
-/// Tells whether a key or the name of a column says that a person's words stand there.
+/// True if a key or the name of a column says that a person's words stand there.
 pub(super) fn is_key(name: &str) -> bool {
     name.to_lowercase()
         .split(|c: char| !c.is_alphanumeric())
@@ -362,7 +362,7 @@ const KEPT: usize = 1000;
 pub(super) struct Cells<Row> {
     texts: Vec<(Row, String)>,
     known: BTreeSet<String>,
-    /// Whether the texts are states, of which only some say that all is well.
+    /// True if the texts are states, of which only some say that all is well.
     states: bool,
     last: String,
 }
@@ -394,7 +394,7 @@ impl<Row: Copy> Cells<Row> {
         self.texts.iter().map(|(_, text)| &**text)
     }
 
-    /// Tells whether there were more texts than are kept.
+    /// True if there were more texts than are kept.
     pub(super) fn is_full(&self) -> bool {
         self.texts.len() > KEPT
     }

@@ -66,7 +66,7 @@ settings! {
     VelocityChange = "velocity_change",
     /// What a person accepts of a recording that is unlike a crash.
     Accept = "accept",
-    /// Whether the recording is checked as a sled pulse.
+    /// True if the recording is checked as a sled pulse.
     Sled206 = "sled206",
     /// Sign of the recorded acceleration that opens the lever.
     OpensWhen = "opens_when",
@@ -106,7 +106,7 @@ settings! {
     Limit = "limit",
     /// Distance of a counterweight from the pivot [m].
     CounterweightRadius = "counterweight_radius",
-    /// Whether pairs of a gate's baseline may be gone.
+    /// True if pairs of a gate's baseline may be gone.
     AllowRemoved = "allow_removed",
     /// Folder of a report.
     Out = "out",

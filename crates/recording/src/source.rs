@@ -460,12 +460,12 @@ impl Reader<'_> {
         &self.name
     }
 
-    /// Tells whether the recording is a folder.
+    /// True if the recording is a folder.
     pub fn is_folder(&self) -> bool {
         self.is_folder
     }
 
-    /// Tells whether the recording is an archive that was unpacked.
+    /// True if the recording is an archive that was unpacked.
     pub fn is_archive(&self) -> bool {
         self.is_archive
     }

@@ -215,7 +215,7 @@ const RATE_AGREEMENT: f64 = 1e-3;
 /// What to do where a file of which the format fixes the unit of times gives a wrong rate.
 pub(super) const MEND: &str = "correct the file";
 
-/// Tells whether a stated rate is that of the file, but for its digits.
+/// True if a stated rate is that of the file, but for its digits.
 pub(super) fn rates_agree(stated_hz: f64, hertz: f64) -> bool {
     (stated_hz - hertz).abs() <= RATE_AGREEMENT * hertz
 }

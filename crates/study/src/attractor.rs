@@ -93,13 +93,13 @@ pub struct Attractor {
     pub periods: Vec<(f64, Option<u32>)>,
     /// The orbit at a single amplitude, where there is a period.
     pub orbit: Option<Orbit>,
-    /// Whether the orbit rests on the stop, which makes it attract at once.
+    /// True if the orbit rests on the stop, which makes it attract at once.
     pub superstable: bool,
     /// How small differences grow at a single amplitude.
     pub growth: Option<Growth>,
     /// Over several amplitudes.
     pub statistics: Option<Statistics>,
-    /// Whether the work was done to its end.
+    /// True if the work was done to its end.
     pub complete: bool,
 }
 
@@ -115,7 +115,7 @@ struct AmplitudeResult {
     /// How differences grow along what looks like a period.
     growth: Option<Growth>,
     compared: Vec<State>,
-    /// Whether nobody stopped the fixed-step method.
+    /// True if nobody stopped the fixed-step method.
     whole: bool,
 }
 

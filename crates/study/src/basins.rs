@@ -108,7 +108,7 @@ pub struct Basins {
     ///
     /// McDonald, Grebogi, Ott and Yorke, Physica D 17 (1985) 125.
     pub uncertainty_exponent: Option<f64>,
-    /// Whether the work was done to its end.
+    /// True if the work was done to its end.
     pub complete: bool,
 }
 
@@ -398,7 +398,7 @@ fn capture_radius(
     Ok(SAME)
 }
 
-/// Tells whether each of `states` comes to the orbit for good.
+/// True if each of `states` comes to the orbit for good.
 fn all_converge(
     options: &Options,
     attractor: &BasinAttractor,
@@ -506,7 +506,7 @@ fn boundary_count(cells: &[Option<u32>], size: (usize, usize)) -> f64 {
         .count() as f64
 }
 
-/// Tells whether one of the four neighbours of a cell goes elsewhere.
+/// True if one of the four neighbours of a cell goes elsewhere.
 fn at_boundary(cells: &[Option<u32>], (columns, rows): (usize, usize), index: usize) -> bool {
     let (column, row) = (index % columns, index / columns);
     let differs = |other: usize| cells[other] != cells[index];

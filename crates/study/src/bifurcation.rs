@@ -13,7 +13,7 @@ use latchgate_kernel::replay::{Section, State};
 use latchgate_recording::error::Error;
 use serde::Serialize;
 
-/// Whether the state at the end of one amplitude starts the next.
+/// True if the state at the end of one amplitude starts the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sweep {
@@ -42,7 +42,7 @@ pub struct Options {
     pub periods: u32,
     /// Initial state; `None` for rest.
     pub initial: Option<State>,
-    /// Whether the state is carried along.
+    /// True if the state is carried along.
     pub sweep: Sweep,
     /// Doublings that are looked for on each branch; 0 to follow none.
     pub doublings: u32,
@@ -84,7 +84,7 @@ pub struct Diagram {
     pub columns: Vec<AmplitudeColumn>,
     /// Branches of orbits, each from its birth through its doublings; the simplest first.
     pub branches: Vec<Cascade>,
-    /// Whether the work was done to its end.
+    /// True if the work was done to its end.
     pub complete: bool,
 }
 
@@ -219,7 +219,7 @@ fn summed_up(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Amp
     }
 }
 
-/// Tells whether a period is the lever's and not rounding's: one that rests, on either stop, repeats
+/// True if a period is the lever's and not rounding's: one that rests, on either stop, repeats
 /// itself to the last bit, however far rounding grew on the way.
 fn believed(options: &Options, amplitude_g: f64, sections: &[Section], period: u32) -> bool {
     let Some(last) = sections.last() else {
@@ -378,7 +378,7 @@ fn changes(
     (branches, whole)
 }
 
-/// Tells whether what is found first on a branch lies before that of another, or, with the same
+/// True if what is found first on a branch lies before that of another, or, with the same
 /// beginning, whether more is found.
 fn begins_earlier(a: &Cascade, b: &Cascade) -> bool {
     let first = |branch: &Cascade| {
@@ -393,7 +393,7 @@ fn begins_earlier(a: &Cascade, b: &Cascade) -> bool {
     }
 }
 
-/// Tells whether two branches are one: they share what was found first on both.
+/// True if two branches are one: they share what was found first on both.
 fn same(a: &Cascade, b: &Cascade) -> bool {
     let close = |a: &Bifurcation, b: &Bifurcation| {
         a.kind == b.kind
@@ -404,7 +404,7 @@ fn same(a: &Cascade, b: &Cascade) -> bool {
         .any(|one| a.found().any(|other| close(one, other)))
 }
 
-/// Tells whether the orbit at one amplitude is that at the next, a little moved.
+/// True if the orbit at one amplitude is that at the next, a little moved.
 fn continues(options: &Options, before: &AmplitudeColumn, after: &AmplitudeColumn) -> bool {
     /// Largest move of a section that is still taken for one [rad]; one that moves further is asked
     /// whether it lies on a branch that is known.

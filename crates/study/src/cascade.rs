@@ -72,7 +72,7 @@ impl Cascade {
         Some(last.orbit.amplitude_g + gap / (RATIO - 1.0))
     }
 
-    /// Tells whether an orbit of `period` periods through `state` lies on the way.
+    /// True if an orbit of `period` periods through `state` lies on the way.
     pub fn contains(
         &self,
         forced: &ForcedLever,

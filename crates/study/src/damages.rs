@@ -46,9 +46,9 @@ pub struct Options {
 /// What is said of one recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DamageAnswer {
-    /// Whether the lever passes, a person's word given.
+    /// True if the lever passes, a person's word given.
     pub passes: bool,
-    /// Whether a pass needs that word.
+    /// True if a pass needs that word.
     pub needs_word: bool,
     /// Codes of findings that block.
     pub blocking: Vec<String>,
@@ -64,9 +64,9 @@ pub type Judge<'a> = &'a (dyn Fn(&Signal) -> Result<DamageAnswer, Error> + Sync)
 pub struct Row {
     /// Kind of damage.
     pub kind: &'static str,
-    /// Whether nobody can tell such a damage from a sound recording.
+    /// True if nobody can tell such a damage from a sound recording.
     pub undetectable: bool,
-    /// Whether the noise of the channel is below two and a half steps of its grid: coarse, or lively.
+    /// True if the noise of the channel is below two and a half steps of its grid: coarse, or lively.
     pub channel: &'static str,
     /// Severity: mild, middling, severe.
     pub severity: &'static str,

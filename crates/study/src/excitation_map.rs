@@ -60,7 +60,7 @@ pub struct ExcitationMap {
     pub rows: Vec<Row>,
     /// The threshold's contour.
     pub boundary: Vec<ContourPoint>,
-    /// Whether the work was done to its end.
+    /// True if the work was done to its end.
     pub complete: bool,
 }
 

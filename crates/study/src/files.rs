@@ -19,7 +19,7 @@ pub struct Summary {
     pub study: Cow<'static, str>,
     /// The study's options, its design among them.
     pub parameters: serde_json::Value,
-    /// Whether the work was done to its end.
+    /// True if the work was done to its end.
     pub complete: bool,
     /// What to take away.
     pub headlines: Vec<Headline>,

@@ -44,7 +44,7 @@ pub struct Options {
 /// What the lever does in the long run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settled {
-    /// Whether it stays on the stop.
+    /// True if it stays on the stop.
     pub rests: bool,
     /// Periods of the excitation after which the motion repeats; `None` if it does not within
     /// 64, or cannot be followed.

@@ -501,14 +501,14 @@ impl Growth {
         (!self.forgets() && self.returned.is_none()).then_some(self.per_period)
     }
 
-    /// Tells whether the motion wipes out differences of any size that a double holds.
+    /// True if the motion wipes out differences of any size that a double holds.
     pub fn forgets(&self) -> bool {
         /// Decades that a double holds.
         const DECADES: f64 = 15.0;
         self.rests > 0 || self.shrunk_max > DECADES
     }
 
-    /// Tells whether rounding stays far below the motion.
+    /// True if rounding stays far below the motion.
     pub fn resolved(&self) -> bool {
         /// Decades that leave four of the fifteen that a double has.
         const DECADES: f64 = 11.0;

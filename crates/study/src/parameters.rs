@@ -68,7 +68,7 @@ impl Number {
         }
     }
 
-    /// Tells whether it matters on a stop.
+    /// True if it matters on a stop.
     fn is_of(self, model: StopModel) -> bool {
         match self {
             Self::Restitution => model == StopModel::Rigid,

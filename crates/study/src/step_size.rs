@@ -53,9 +53,9 @@ pub struct FixedStepRun {
     pub exit_over_entry: Vec<f64>,
     /// Largest angle after the first contact [rad].
     pub largest_after_contact_rad: Option<f64>,
-    /// Whether the lever went higher after a contact than it was let go from.
+    /// True if the lever went higher after a contact than it was let go from.
     pub gains_energy: bool,
-    /// Whether its numbers left what a double can hold.
+    /// True if its numbers left what a double can hold.
     pub broke_down: bool,
     /// The history.
     #[serde(skip)]

@@ -87,7 +87,7 @@ pub struct Row {
     pub first_crossing_error_s: Option<f64>,
     /// Error of the peak angle that the method itself states [rad].
     pub stated_error_rad: Option<f64>,
-    /// Whether that covers the true one.
+    /// True if that covers the true one.
     pub stated_covers: Option<bool>,
     /// Impacts faster than 1e-3 rad/s.
     pub impacts: u64,
@@ -285,7 +285,7 @@ fn between_samples(
     Ok(())
 }
 
-/// Tells whether the steps per natural period make a step: a lever without a spring has no period.
+/// True if the steps per natural period make a step: a lever without a spring has no period.
 fn has_step(method: Method, design: &Design) -> bool {
     method
         .steps_per_period()

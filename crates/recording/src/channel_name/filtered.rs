@@ -18,7 +18,7 @@ pub(crate) enum Filtered {
     Unclassed,
 }
 
-/// Tells whether a name or a comment says that nothing was filtered: `unfiltered`, `ohne Filter`.
+/// True if a name or a comment says that nothing was filtered: `unfiltered`, `ohne Filter`.
 pub(crate) fn says_unfiltered(text: &str) -> bool {
     let words = words(text);
     let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));

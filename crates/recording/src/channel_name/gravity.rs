@@ -9,7 +9,7 @@ static WITH: Words = word_list!("name-gravity-with");
 static WITHOUT: Words = word_list!("name-gravity-without");
 static NEGATIONS: Words = word_list!("name-negations");
 
-/// Tells whether a name or a comment says that gravity is in the samples: `including gravity`, `with g`,
+/// True if a name or a comment says that gravity is in the samples: `including gravity`, `with g`,
 /// `mit Erdbeschleunigung`, `specific force`.
 pub(crate) fn says_gravity(text: &str) -> bool {
     // The message of ROS whose accelerations hold it.

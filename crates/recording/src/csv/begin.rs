@@ -89,7 +89,7 @@ pub(super) fn find(text: &[u8]) -> Option<Begin> {
     Some(Begin { header, data })
 }
 
-/// Tells whether two rows follow one another that have as many cells each, numbers among them.
+/// True if two rows follow one another that have as many cells each, numbers among them.
 pub(super) fn has_rows(text: &[u8]) -> bool {
     let rows = rows(text);
     let (separator, start) = best_run(&rows, false);
@@ -141,13 +141,13 @@ pub(super) fn below_preamble(text: &[u8], known: Option<Separator>) -> Option<u3
     found.then(|| u32::try_from(rows[names].0).ok()).flatten()
 }
 
-/// Tells whether a cell is a name for time, with a unit or without.
+/// True if a cell is a name for time, with a unit or without.
 fn says_time(cell: &[u8]) -> bool {
     let cell = String::from_utf8_lossy(cell);
     !is_known_unit(&cell) && ChannelName::from_header(&cell, 1).says_time()
 }
 
-/// Tells whether names are the units alone, the first of them that of time, as oscilloscopes write them:
+/// True if names are the units alone, the first of them that of time, as oscilloscopes write them:
 /// `Second,Volt`, `Second,Value`.
 fn names_time_by_unit(cells: &[String]) -> bool {
     let first = cells.first().map(|cell| ChannelName::from_header(cell, 1));

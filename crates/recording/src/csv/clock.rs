@@ -22,7 +22,7 @@ pub(super) const STATE_UNIT: &str = "state its unit with the setting `time_unit`
 /// Rates of recorders [Hz]: a column without a name that rises so is offered as the clock.
 const RECORDERS_HZ: std::ops::RangeInclusive<f64> = 250.0..=500e3;
 
-/// Tells whether a step of that many seconds is one of a recorder.
+/// True if a step of that many seconds is one of a recorder.
 pub(super) fn is_recorder_step(seconds: f64) -> bool {
     RECORDERS_HZ.contains(&(1.0 / seconds))
 }
@@ -194,19 +194,19 @@ impl TableLayout {
         }
     }
 
-    /// Tells whether a column of numbers is a clock by its name or unit.
+    /// True if a column of numbers is a clock by its name or unit.
     pub(super) fn is_named_clock(&self, index: usize) -> bool {
         let column = &self.columns[index];
         self.numeric[index] && (column.says_time() || column.time_unit.is_some())
     }
 
-    /// Tells whether a column of numbers has a name that clocks have beside the one of times.
+    /// True if a column of numbers has a name that clocks have beside the one of times.
     pub(super) fn is_other_clock(&self, index: usize) -> bool {
         let column = &self.columns[index];
         self.numeric[index] && column.says_other_clock() && column.unit_text.is_none()
     }
 
-    /// Tells whether a column beside the one of times may be another clock, by a name that is that of
+    /// True if a column beside the one of times may be another clock, by a name that is that of
     /// the first with a number or a word behind it, such as `t.1`.
     fn is_twin_of_time(&self, index: usize, time: usize) -> bool {
         let column = &self.columns[index];
@@ -254,7 +254,7 @@ impl TableLayout {
         (0..self.columns.len()).find(fits)
     }
 
-    /// Tells whether a column has no name, or one that counts rows.
+    /// True if a column has no name, or one that counts rows.
     pub(super) fn is_unnamed(&self, index: usize) -> bool {
         self.is_index(index) || self.columns[index].label.is_empty()
     }
@@ -344,7 +344,7 @@ pub(super) fn seconds_assumed(name: &str) -> Finding {
     Finding::info("time-unit-assumed", text)
 }
 
-/// Tells whether a step is no whole number.
+/// True if a step is no whole number.
 pub(super) fn is_fractional(step: f64) -> bool {
     (step - step.round()).abs() > 1e-6 * step
 }

@@ -58,7 +58,7 @@ struct ClockBeside {
     last: (usize, f64),
     longest_step: f64,
     shortest_step: f64,
-    /// Whether it runs back somewhere, so that it is no clock.
+    /// True if it runs back somewhere, so that it is no clock.
     falls: bool,
 }
 
@@ -108,14 +108,14 @@ impl ClockBeside {
         digit.max(self.longest_step)
     }
 
-    /// Tells whether it rises by like steps in every row, to its last digit.
+    /// True if it rises by like steps in every row, to its last digit.
     fn is_even(&self) -> bool {
         let digit = self.digits.last_digit();
         let slack = ALIKE * self.longest_step + 1.001 * digit;
         self.shortest_step > 0.0 && self.longest_step - self.shortest_step <= slack
     }
 
-    /// Tells whether it holds one number in all rows.
+    /// True if it holds one number in all rows.
     fn is_constant(&self) -> bool {
         !self.falls && self.longest_step <= 0.0 && self.words.is_none()
     }
@@ -185,7 +185,7 @@ impl Clocks<'_> {
         }
     }
 
-    /// Tells whether a column may be a clock that runs with the one that is used.
+    /// True if a column may be a clock that runs with the one that is used.
     fn is_candidate(&self, index: usize) -> bool {
         let layout = self.layout;
         let column = &layout.columns[index];
@@ -199,7 +199,7 @@ impl Clocks<'_> {
         free && (layout.worded[index] || clock || counts) && !self.belongs_to_others(index)
     }
 
-    /// Tells whether a column of times is the clock of other channels: the table is one of pairs, each
+    /// True if a column of times is the clock of other channels: the table is one of pairs, each
     /// clock with its channels to the right, and the judged ones are not among them.
     fn belongs_to_others(&self, index: usize) -> bool {
         let layout = self.layout;
@@ -293,7 +293,7 @@ impl Clocks<'_> {
     }
 }
 
-/// Tells whether two clocks differ by ten or a hundred, whatever thousands lie between their units.
+/// True if two clocks differ by ten or a hundred, whatever thousands lie between their units.
 fn is_slip_by_ten(mut ratio: f64) -> bool {
     if !(ratio.is_finite() && ratio > 0.0) {
         return false;

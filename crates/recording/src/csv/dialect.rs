@@ -53,7 +53,7 @@ impl Separator {
 /// Bytes of comments that are read.
 pub(super) const COMMENT_BYTES: usize = 1 << 20;
 
-/// Tells whether a line that begins with `byte` is a row without a further look.
+/// True if a line that begins with `byte` is a row without a further look.
 pub(super) fn begins_row(byte: u8) -> bool {
     matches!(byte, b'0'..=b'9' | b'-' | b'.' | b'+')
 }
@@ -73,7 +73,7 @@ pub(super) struct Interruptions {
 /// What the lines of a text are.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct LineScan {
-    /// Whether a line is no row.
+    /// True if a line is no row.
     interrupted: bool,
     /// Lines above the table that are no comments, as they stand.
     pub(super) above: Vec<(u64, String)>,
@@ -81,7 +81,7 @@ pub(super) struct LineScan {
     pub(super) rows_below: usize,
     /// The text of comments that are words, with their lines; of very many the first.
     pub(super) words: Vec<(u64, String)>,
-    /// Whether more are there.
+    /// True if more are there.
     pub(super) more_words: bool,
     /// Bytes of those kept.
     kept: usize,
@@ -153,7 +153,7 @@ impl LineScan {
     }
 }
 
-/// Tells whether a comment holds `cells` numbers and nothing else.
+/// True if a comment holds `cells` numbers and nothing else.
 fn is_row_of_numbers(line: &[u8], separator: Separator, cells: usize) -> bool {
     let mut found = uncommented(line).split(|byte| *byte == separator.byte());
     found.clone().take(cells + 1).count() == cells && found.all(number::is_numeric)
@@ -184,7 +184,7 @@ fn damaged_cell(line: &[u8], separator: Separator, cells: usize) -> Option<&[u8]
     (damaged && all.len() == cells && !goes_on).then_some(*first)
 }
 
-/// Tells whether a line is that of a spreadsheet which names the separator, `sep=;`.
+/// True if a line is that of a spreadsheet which names the separator, `sep=;`.
 fn names_separator(line: &[u8]) -> bool {
     let line = line.trim_ascii();
     let bare = line.strip_prefix(b"\"").unwrap_or(line);
@@ -199,7 +199,7 @@ fn names_separator(line: &[u8]) -> bool {
 pub(super) struct TableBounds {
     /// Lines above the table.
     pub(super) above: u64,
-    /// Whether the line behind them names the columns, be it a comment or not.
+    /// True if the line behind them names the columns, be it a comment or not.
     pub(super) named: bool,
     /// Last line of the table.
     pub(super) last: u64,
@@ -281,7 +281,7 @@ pub(super) fn scan_lines(
     Ok(marked)
 }
 
-/// Tells whether a marked line is a row.
+/// True if a marked line is a row.
 pub(super) fn is_row(line: &[u8]) -> bool {
     !matches!(line.first(), None | Some(b'#' | b'\r' | b'\n'))
 }

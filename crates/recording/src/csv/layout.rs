@@ -38,7 +38,7 @@ pub(super) enum TimeSource {
         unit: TimeUnit,
         /// What states that unit.
         origin: UnitOrigin,
-        /// Whether its stamps are words, such as dates and times of day.
+        /// True if its stamps are words, such as dates and times of day.
         worded: bool,
     },
     /// A stated rate.
@@ -104,21 +104,21 @@ pub struct TableMapping {
 #[derive(Debug)]
 pub(super) struct TableLayout {
     pub(super) separator: Separator,
-    /// Whether there are quotes in the text.
+    /// True if there are quotes in the text.
     pub(super) quoted: bool,
     /// Rows before the data.
     pub(super) header_rows: usize,
     pub(super) columns: Vec<ChannelName>,
     /// Cells of each data row, empty ones after the last column included.
     cells: usize,
-    /// Whether at least half of a column's first cells are numbers; the others are then faults.
+    /// True if at least half of a column's first cells are numbers; the others are then faults.
     pub(super) numeric: Vec<bool>,
-    /// Whether they are stamps as words, and whether such with a date.
+    /// True if they are stamps as words, and whether such with a date.
     pub(super) worded: Vec<bool>,
     pub(super) dated: Vec<bool>,
     /// The usual step of columns of numbers that rise steadily over the first rows.
     pub(super) steps: Vec<Option<f64>>,
-    /// Whether a header names the columns.
+    /// True if a header names the columns.
     pub(super) named: bool,
     /// What stands above the names.
     pub(super) preamble: Preamble,
@@ -240,7 +240,7 @@ impl TableLayout {
         })
     }
 
-    /// Tells whether cells could be a row of the table.
+    /// True if cells could be a row of the table.
     pub(super) fn is_shaped(&self, cells: &[&[u8]]) -> bool {
         let numeric = self.numeric.iter().zip(cells);
         (self.columns.len()..=self.cells).contains(&cells.len())
@@ -373,7 +373,11 @@ impl TableLayout {
         }
         let (known, wanted) = (self.list(all), wanted.to_string());
         if what == "channel" {
-            return Err(ErrorKind::NoSuchChannel { wanted, known }.into());
+            return Err(ErrorKind::NoSuchChannel {
+                requested: wanted,
+                known,
+            }
+            .into());
         }
         let names: Vec<&str> = self.columns.iter().map(|c| c.name.as_str()).collect();
         Err(Error::from(ErrorKind::UnknownName {
@@ -398,7 +402,7 @@ impl TableLayout {
         (number != index + 1).then(|| Finding::warning("column-by-name", text))
     }
 
-    /// Tells whether a column is a running number: by its name, or as the first one where only others
+    /// True if a column is a running number: by its name, or as the first one where only others
     /// are named.
     pub(super) fn is_index(&self, index: usize) -> bool {
         let column = &self.columns[index];

@@ -46,9 +46,9 @@ pub(super) struct Rows {
     /// Size of each stamp's last digit [s], where stamps repeat those before, so that only a
     /// stated rate can tell the time.
     pub(super) coarse_digits_s: Option<Vec<f64>>,
-    /// Whether the numbers have a decimal comma.
+    /// True if the numbers have a decimal comma.
     pub(super) decimal_comma: bool,
-    /// Whether stamps are words, and what is to be said of them.
+    /// True if stamps are words, and what is to be said of them.
     of_words: bool,
     pub(super) stamp_facts: StampFacts,
 }
@@ -56,10 +56,10 @@ pub(super) struct Rows {
 /// What is to be said of stamps as words.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct StampFacts {
-    /// Whether time is counted from the first of them, and whether that is an instant of a day.
+    /// True if time is counted from the first of them, and whether that is an instant of a day.
     pub(super) count_from_first: bool,
     pub(super) is_absolute: bool,
-    /// Whether the order of day and month was told by the date that follows alone.
+    /// True if the order of day and month was told by the date that follows alone.
     pub(super) order_is_assumed: bool,
 }
 
@@ -129,7 +129,7 @@ impl Rows {
         }
     }
 
-    /// Tells whether all stamps are the same.
+    /// True if all stamps are the same.
     fn stand_still(&self) -> bool {
         self.stamps_s.first() == self.stamps_s.last()
     }
@@ -374,7 +374,7 @@ impl<'a> Gathering<'a> {
         }
     }
 
-    /// Tells whether a row is the one before once more, which says nothing new and takes no
+    /// True if a row is the one before once more, which says nothing new and takes no
     /// sample away.
     fn repeats_row(&mut self, row: &ByteRecord, column: usize, stamp: f64) -> Result<bool, Error> {
         let Some(previous) = self.rows.stamps_s.last().copied() else {
@@ -457,7 +457,7 @@ impl<'a> Gathering<'a> {
 const THOUSANDS: &str = "state the setting `decimal` = . or the setting `decimal` = , ; the other \
                          mark then separates thousands";
 
-/// Tells whether a number is a date and a time of day without marks between them, `20240501100000.0002`, of
+/// True if a number is a date and a time of day without marks between them, `20240501100000.0002`, of
 /// which no floating-point number holds all digits.
 fn is_compact_date(cell: &[u8]) -> bool {
     let whole = cell.trim_ascii().split(|byte| *byte == b'.').next();
@@ -469,7 +469,7 @@ fn is_compact_date(cell: &[u8]) -> bool {
     })
 }
 
-/// Tells whether a stamp is refused for being that of the row before.
+/// True if a stamp is refused for being that of the row before.
 fn is_repeated(error: &Error) -> bool {
     matches!(error.kind(), ErrorKind::TimeNotIncreasing { previous, found } if found >= previous)
 }

@@ -21,12 +21,12 @@ const DAY: i128 = 24 * HOUR;
 /// Decimals of a second that are read; finer is no clock of a recorder.
 const DECIMALS: usize = 9;
 
-/// Tells whether a cell is a stamp as words.
+/// True if a cell is a stamp as words.
 pub(super) fn is_stamp(cell: &[u8]) -> bool {
     Stamp::read(cell).is_some()
 }
 
-/// Tells whether a cell is a stamp with its date.
+/// True if a cell is a stamp with its date.
 pub(super) fn is_dated(cell: &[u8]) -> bool {
     matches!(Stamp::read(cell), Some(Stamp::Clock { date: Some(_), .. }))
 }
@@ -133,7 +133,7 @@ impl Date {
     }
 }
 
-/// Whether the day or the month comes first in dates such as `01/05/2024`.
+/// True if the day or the month comes first in dates such as `01/05/2024`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum DateOrder {
     DayFirst,
@@ -152,7 +152,7 @@ enum Stamp<'a> {
         nanoseconds: i128,
         /// After how much time it begins anew [ns], if it does.
         period: Option<i128>,
-        /// Whether it has a zero of its own.
+        /// True if it has a zero of its own.
         elapsed: bool,
         /// Size of its last printed digit [ns].
         digit: i128,
@@ -425,9 +425,9 @@ pub struct StampClock {
     undecided: Option<Date>,
     order: Option<DateOrder>,
     dated: Option<bool>,
-    /// Whether time is counted from the first stamp.
+    /// True if time is counted from the first stamp.
     from_first: bool,
-    /// Whether the order of day and month was told by the date that follows alone.
+    /// True if the order of day and month was told by the date that follows alone.
     order_assumed: bool,
     /// Smallest last digit of a clock [ns].
     digit: Option<i128>,
@@ -517,17 +517,17 @@ impl StampClock {
         date.by(order)
     }
 
-    /// Tells whether time is counted from the first stamp.
+    /// True if time is counted from the first stamp.
     pub(super) fn counts_from_first(&self) -> bool {
         self.from_first
     }
 
-    /// Tells whether the first stamp is an instant of some day, not the zero of a clock.
+    /// True if the first stamp is an instant of some day, not the zero of a clock.
     pub(super) fn is_absolute(&self) -> bool {
         self.from_first && (self.zero != Some(0) || self.dated == Some(true))
     }
 
-    /// Tells whether the order of day and month was told by the date that follows alone.
+    /// True if the order of day and month was told by the date that follows alone.
     pub(super) fn order_is_assumed(&self) -> bool {
         self.order_assumed
     }

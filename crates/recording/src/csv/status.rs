@@ -44,9 +44,9 @@ pub(super) fn of_comment(line: u64, comment: &str, columns: &[ChannelName]) -> S
 /// What the words of a column are about.
 #[derive(Clone, Copy, PartialEq)]
 enum About {
-    /// Whether samples are good: yes or no.
+    /// True if samples are good: yes or no.
     Valid,
-    /// Whether a fault is there: yes or no.
+    /// True if a fault is there: yes or no.
     Fault,
     /// The state of something.
     State,
@@ -107,13 +107,13 @@ impl About {
     }
 }
 
-/// Tells whether a text under a name such as `status` or `overload` does not say that all is well.
+/// True if a text under a name such as `status` or `overload` does not say that all is well.
 pub(crate) fn says_bad(name: &str, text: &str) -> bool {
     let about = about_name(name).filter(|about| *about != About::Notes);
     about.is_some_and(|about| about.word(text) != Word::Well)
 }
 
-/// Tells whether a column holds the state of samples or notes.
+/// True if a column holds the state of samples or notes.
 pub(super) fn is_of_words(column: &ChannelName) -> bool {
     about(column).is_some()
 }

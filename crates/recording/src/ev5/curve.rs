@@ -16,7 +16,7 @@ pub(super) struct Curve {
     pub(super) cut: Option<Finding>,
 }
 
-/// Tells whether the first line is two numbers, divided by blanks or tabs.
+/// True if the first line is two numbers, divided by blanks or tabs.
 pub(super) fn looks_like_curve(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
     let first = text.lines().find(|line| !line.trim().is_empty());

@@ -258,7 +258,7 @@ impl CurveEntry {
         name
     }
 
-    /// Tells whether a user's word means this curve: its number, its name, or attachment and
+    /// True if a user's word means this curve: its number, its name, or attachment and
     /// axis.
     pub(super) fn answers_to(&self, wanted: &str) -> bool {
         let wanted = wanted.trim().to_ascii_uppercase();
@@ -267,12 +267,12 @@ impl CurveEntry {
             || wanted == format!("{} {}", self.of(ATTACHMENT), self.of(AXIS))
     }
 
-    /// Tells whether the sensor has no seat, as one in a dummy has.
+    /// True if the sensor has no seat, as one in a dummy has.
     fn is_seatless(&self) -> bool {
         NO_SEAT.contains(&self.of(SEAT))
     }
 
-    /// Tells whether a second sensor at a place that has one.
+    /// True if a second sensor at a place that has one.
     pub(super) fn is_redundant(&self) -> bool {
         self.of(RANK) == "R"
     }

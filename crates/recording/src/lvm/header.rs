@@ -49,7 +49,7 @@ pub(super) struct Described {
 }
 
 impl Described {
-    /// Tells whether a user's word means this channel: its name, with or without unit, or its
+    /// True if a user's word means this channel: its name, with or without unit, or its
     /// number, counted from 1.
     pub(super) fn answers_to(&self, wanted: &str, index: usize) -> bool {
         let wanted = wanted.trim();
@@ -197,7 +197,7 @@ impl Header {
         Ok(())
     }
 
-    /// Tells whether a row of the table is the start of another header.
+    /// True if a row of the table is the start of another header.
     pub(super) fn begins_again(cells: &[&str]) -> bool {
         let begins = |cell: &&str| {
             ["Channels", "X_Value", "LabVIEW Measurement"].contains(cell) || cell.starts_with(END)

@@ -19,14 +19,14 @@ const PADDING: usize = 3;
 /// Bytes of the count before a sequence or a text.
 const COUNT: usize = 4;
 
-/// The way through the messages of a type: the messages of types within it stand in line.
+/// The steps through the messages of a type; nested messages are laid out in line.
 #[derive(Debug)]
 pub(super) struct MessagePlan {
     steps: Vec<PlanStep>,
     dialect: Dialect,
 }
 
-/// A step through a message. What is wanted goes to slots.
+/// A step through a message. Requested values go to slots.
 #[derive(Debug)]
 enum PlanStep {
     /// Passes over numbers of a size [byte], or over a sequence of them.
@@ -40,17 +40,25 @@ enum PlanStep {
 #[derive(Debug)]
 struct Array {
     count: Option<u64>,
-    /// The steps through any element but the wanted ones.
+    /// The steps through an element that is not requested.
     element: Vec<PlanStep>,
-    /// The wanted elements in order.
-    wanted: Vec<(u64, Vec<PlanStep>)>,
+    /// The requested elements in order.
+    requested: Vec<(u64, Vec<PlanStep>)>,
 }
 
-/// A slot, and the way that is left to what is wanted for it.
-type Wanted<'a> = (usize, &'a [types::Step<'a>]);
+/// A requested field: its slot, and the steps that are left to it.
+#[derive(Clone, Copy)]
+struct Target<'a> {
+    slot: usize,
+    steps: &'a [types::Step<'a>],
+}
 
-/// Plans the way through the messages of a type to what stands at `paths`, each of which gets a
-/// slot; sees to it that the messages can be walked through.
+/// Plans the steps through the messages of a type to the fields at `paths`, each of which gets a
+/// slot.
+///
+/// # Errors
+///
+/// For a type whose messages cannot be walked through.
 pub(super) fn plan(
     types: &MessageTypes,
     dialect: Dialect,
@@ -58,14 +66,17 @@ pub(super) fn plan(
     budget: &mut Budget,
 ) -> Result<MessagePlan, Error> {
     let ways: Vec<_> = paths.iter().map(|path| types.way(path)).collect();
-    let wanted = ways.iter().map(|way| way.as_deref().unwrap_or_default());
-    let wanted: Vec<Wanted<'_>> = wanted.enumerate().collect();
+    let steps = ways.iter().map(|way| way.as_deref().unwrap_or_default());
+    let targets = steps
+        .enumerate()
+        .map(|(slot, steps)| Target { slot, steps });
+    let targets: Vec<Target<'_>> = targets.collect();
     let mut planner = Planner {
         types,
         dialect,
         budget,
     };
-    let steps = planner.message(&types.root, &wanted, DEPTH)?;
+    let steps = planner.message(&types.root, &targets, DEPTH)?;
     Ok(MessagePlan { steps, dialect })
 }
 
@@ -80,7 +91,7 @@ impl Planner<'_> {
     fn message<'w>(
         &mut self,
         name: &str,
-        wanted: &[Wanted<'w>],
+        targets: &[Target<'w>],
         depth: usize,
     ) -> Result<Vec<PlanStep>, Error> {
         let Some(fields) = self.types.types.get(name) else {
@@ -98,15 +109,15 @@ impl Planner<'_> {
         let mut steps = Vec::new();
         for field in fields {
             self.budget.spend()?;
-            let leads_on = |(slot, way): &Wanted<'w>| {
-                let ((_, own, index), left) = way.split_first()?;
-                (own.name == field.name).then_some((*index, (*slot, left)))
+            let step_into = |target: &Target<'w>| {
+                let (step, steps) = target.steps.split_first()?;
+                (step.field.name == field.name).then_some((step.index, Target { steps, ..*target }))
             };
-            let mut within: Vec<_> = wanted.iter().filter_map(leads_on).collect();
+            let mut within: Vec<_> = targets.iter().filter_map(step_into).collect();
             within.sort_by_key(|(index, _)| *index);
             let count = match field.count {
                 Multiplicity::One => {
-                    let within: Vec<_> = within.into_iter().map(|(_, wanted)| wanted).collect();
+                    let within: Vec<_> = within.into_iter().map(|(_, target)| target).collect();
                     steps.append(&mut self.element(&field.kind, &within, depth)?);
                     continue;
                 }
@@ -115,8 +126,8 @@ impl Planner<'_> {
             };
             let element = self.element(&field.kind, &[], depth)?;
             let mut elements = Vec::new();
-            for same in within.chunk_by(|(one, _), (other, _)| one == other) {
-                let within: Vec<_> = same.iter().map(|(_, wanted)| *wanted).collect();
+            for same in within.chunk_by(|(index, _), (next_index, _)| index == next_index) {
+                let within: Vec<_> = same.iter().map(|(_, target)| *target).collect();
                 let index = same[0].0.unwrap_or_default();
                 elements.push((index, self.element(&field.kind, &within, depth)?));
             }
@@ -128,13 +139,13 @@ impl Planner<'_> {
     fn element(
         &mut self,
         kind: &FieldKind,
-        wanted: &[Wanted<'_>],
+        targets: &[Target<'_>],
         depth: usize,
     ) -> Result<Vec<PlanStep>, Error> {
-        let slots = || wanted.iter().map(|(slot, _)| *slot).collect();
+        let slots = || targets.iter().map(|target| target.slot).collect();
         Ok(vec![match kind {
-            FieldKind::Message(name) => return self.message(name, wanted, depth - 1),
-            FieldKind::Number(number) if wanted.is_empty() => {
+            FieldKind::Message(name) => return self.message(name, targets, depth - 1),
+            FieldKind::Number(number) if targets.is_empty() => {
                 PlanStep::Skip(number.size(), Some(1))
             }
             FieldKind::Number(number) => PlanStep::Number(*number, slots()),
@@ -155,26 +166,26 @@ fn array(
     kind: &FieldKind,
     count: Option<u64>,
     element: Vec<PlanStep>,
-    wanted: Vec<(u64, Vec<PlanStep>)>,
+    requested: Vec<(u64, Vec<PlanStep>)>,
 ) -> Option<PlanStep> {
     match (kind, element.as_slice()) {
         // Of elements without a byte there is but the count.
         (_, []) => count.is_none().then_some(PlanStep::Skip(COUNT, Some(1))),
         (FieldKind::Number(_) | FieldKind::Bool, [PlanStep::Skip(size, _)])
-            if wanted.is_empty() =>
+            if requested.is_empty() =>
         {
             Some(PlanStep::Skip(*size, count))
         }
         _ => Some(PlanStep::Array(Box::new(Array {
             count,
             element,
-            wanted,
+            requested,
         }))),
     }
 }
 
-/// Walks through one message and puts what is wanted into `slots`; each text may have `longest`
-/// bytes.
+/// Walks through one message and puts the requested values into `slots`; each text may have
+/// `longest` bytes.
 pub(super) fn walk(
     plan: &MessagePlan,
     message: &[u8],
@@ -195,24 +206,27 @@ pub(super) fn walk(
     };
     let mut cursor = CdrCursor {
         body,
-        at: 0,
+        offset: 0,
         little,
         aligned: plan.dialect == Dialect::Ros2,
         longest,
         slots,
     };
     cursor.walk(&plan.steps)?;
-    let left = body.len() - cursor.at;
-    if left > padding {
+    let bytes_left = body.len() - cursor.offset;
+    if bytes_left > padding {
         let expected = "a message as long as its schema says";
-        return Err(damaged_message(expected, &format!("{left} bytes more")));
+        return Err(damaged_message(
+            expected,
+            &format!("{bytes_left} bytes more"),
+        ));
     }
     Ok(())
 }
 
 struct CdrCursor<'a> {
     body: &'a [u8],
-    at: usize,
+    offset: usize,
     little: bool,
     aligned: bool,
     /// Longest text let in [byte].
@@ -253,7 +267,7 @@ impl<'a> CdrCursor<'a> {
     fn array(&mut self, array: &Array) -> Result<(), Error> {
         let count = self.count(array.count)?;
         let mut next = 0;
-        for (index, steps) in array.wanted.iter().filter(|(index, _)| *index < count) {
+        for (index, steps) in array.requested.iter().filter(|(index, _)| *index < count) {
             self.repeat(&array.element, index - next)?;
             self.walk(steps)?;
             next = index + 1;
@@ -273,9 +287,9 @@ impl<'a> CdrCursor<'a> {
         (0..count).try_for_each(|_| self.walk(element))
     }
 
-    /// Reads the count of a sequence, if none is `known`.
-    fn count(&mut self, known: Option<u64>) -> Result<u64, Error> {
-        known.map_or_else(|| self.bits(COUNT), Ok)
+    /// Reads the count of a sequence, unless it is fixed.
+    fn count(&mut self, fixed_count: Option<u64>) -> Result<u64, Error> {
+        fixed_count.map_or_else(|| self.bits(COUNT), Ok)
     }
 
     fn text(&mut self) -> Result<&'a [u8], Error> {
@@ -308,15 +322,15 @@ impl<'a> CdrCursor<'a> {
     /// Steps to a multiple of `size` [byte], a power of two, and takes `count` bytes.
     fn take(&mut self, size: usize, count: usize) -> Result<&'a [u8], Error> {
         let start = match self.aligned {
-            true => (self.at + size - 1) & !(size - 1),
-            false => self.at,
+            true => (self.offset + size - 1) & !(size - 1),
+            false => self.offset,
         };
         let end = start.checked_add(count);
-        let Some(taken) = end.and_then(|end| self.body.get(start..end)) else {
+        let Some(bytes) = end.and_then(|end| self.body.get(start..end)) else {
             return Err(self.ends_before(start));
         };
-        self.at = start + count;
-        Ok(taken)
+        self.offset = start + count;
+        Ok(bytes)
     }
 
     #[cold]

@@ -1,8 +1,8 @@
-//! The clocks of a topic's messages: which one is used, and whether the others agree with it.
+//! The clocks of a topic's messages: the one that is used, compared with the others.
 //!
 //! A message may say when it was measured (the stamp in its header); the log says when it was
 //! published and when it was logged. A clock that is wrong makes the pulse longer or shorter, so
-//! the clock that is used is held against the others.
+//! the clock that is used is compared with the others.
 
 use crate::error::{Error, ErrorKind, Place};
 use crate::setting::Setting;
@@ -22,24 +22,24 @@ const SPANS_AGREE: f64 = 0.1;
 pub(super) struct MessageTimes {
     /// Stamps in the messages; empty where these have none.
     header: Vec<i64>,
-    /// The first of them that is none: its message, counted from 0, and what it says [s, ns].
+    /// The first stamp that is not a time: its message, counted from 0, and its numbers [s, ns].
     bad_stamp: Option<(usize, [f64; 2])>,
     log: Vec<u64>,
     publish: Vec<u64>,
 }
 
-/// A uniform time base, with the instants of the messages that it was found in.
+/// A uniform time base, with the instants of the messages that it was fitted to.
 #[derive(Debug)]
 pub(super) struct MessageBase {
     pub(super) base: TimeBase,
     /// Instants of the messages after time zero [s].
     pub(super) times_s: Vec<f64>,
-    /// What is odd about the clock.
+    /// Findings on the clock.
     pub(super) findings: Vec<Finding>,
 }
 
 impl MessageTimes {
-    /// Takes in the times of one message: of its stamp the two numbers [s, ns], else whole [ns].
+    /// Takes in the times of one message: the two numbers of its stamp [s, ns], the others [ns].
     pub(super) fn push(&mut self, header: Option<[f64; 2]>, log: u64, publish: u64) {
         if let Some(pair) = header {
             let stamp = stamp_ns(pair);
@@ -70,14 +70,14 @@ impl MessageTimes {
     }
 
     /// Returns the clocks other than one that the messages have.
-    fn others(&self, used: MessageClock) -> impl Iterator<Item = MessageClock> {
+    fn other_clocks(&self, used: MessageClock) -> impl Iterator<Item = MessageClock> {
         let has_stamps = !self.header.is_empty() && self.bad_stamp.is_none();
         let has = move |clock: &MessageClock| *clock != MessageClock::Header || has_stamps;
-        let others = MessageClock::ALL.into_iter().filter(has);
-        others.filter(move |clock| *clock != used)
+        let clocks = MessageClock::ALL.into_iter().filter(has);
+        clocks.filter(move |clock| *clock != used)
     }
 
-    /// Finds the uniform time base by the clock that is asked for, else by the stamps in the
+    /// Finds the uniform time base by the clock that is requested, else by the stamps in the
     /// messages where they have them, else by the times of logging.
     pub(super) fn base(
         &self,
@@ -99,15 +99,18 @@ impl MessageTimes {
             }
             findings.push(finding);
         }
-        // The rate of a base to which uneven times were brought is none of the file.
+        // Uneven times were resampled, so that the base's rate is not the file's.
         let span_s = times_s[times_s.len() - 1] - times_s[0];
-        let is_uneven = base.findings.iter().any(|one| one.code == "time-irregular");
+        let is_uneven = base
+            .findings
+            .iter()
+            .any(|finding| finding.code == "time-irregular");
         let hertz = match is_uneven {
             true => (times_s.len() - 1) as f64 / span_s,
             false => base.rate.hertz(),
         };
-        let by = ("the times of the messages", false);
-        findings.extend(options.check_rate(hertz, by, MEND)?);
+        let source = ("the times of the messages", false);
+        findings.extend(options.check_rate(hertz, source, MEND)?);
         findings.extend(self.contradictions(clock));
         findings.extend(self.unseen_gap(clock, limits));
         Ok(MessageBase {
@@ -117,7 +120,7 @@ impl MessageTimes {
         })
     }
 
-    /// Chooses the clock, and says so where nobody would expect it.
+    /// Chooses the clock. A finding names it where it was stated, or is not that of the stamps.
     fn choose(&self, options: &ReadOptions) -> Result<(MessageClock, Vec<Finding>), Error> {
         let stamped = !self.header.is_empty();
         if let Some(clock) = options.time_source {
@@ -129,25 +132,26 @@ impl MessageTimes {
             let text = format!("{} is used, as stated", words(clock));
             return Ok((clock, vec![Finding::info("time-source", text)]));
         }
+        // Stamps of a recorder that never set them are all 0, which would be a clock that stands still.
         if self.bad_stamp.is_some() || self.header.iter().any(|stamp| *stamp != 0) {
             return Ok((MessageClock::Header, Vec::new()));
         }
-        let (code, seen) = match stamped {
+        let (code, observed) = match stamped {
             true => ("stamp-zero", "header.stamp is 0 in every message"),
             false => ("log-time", "the messages have no header.stamp"),
         };
         let used = "The time of logging is used, which includes delays of transport. Set the \
                     stamps when recording";
-        let finding = Finding::warning(code, format!("{seen}. {used}"));
+        let finding = Finding::warning(code, format!("{observed}. {used}"));
         Ok((MessageClock::Log, vec![finding]))
     }
 
-    /// Returns the first message that is no later than the one before.
+    /// Returns the first message whose time is not after that of the message before.
     fn fault(&self, clock: MessageClock) -> Option<usize> {
         (1..self.count()).find(|index| self.time(clock, *index) <= self.time(clock, index - 1))
     }
 
-    /// Refuses a clock that stands still or goes back; a sound one is named.
+    /// Refuses a clock that does not increase; the error names one that does.
     fn check_rising(&self, clock: MessageClock, topic: &str, limits: &Limits) -> Result<(), Error> {
         let refused = |index: usize, expected: String, found: String, why: &str| {
             let way_out = self.way_out(clock, limits, "is sound");
@@ -178,14 +182,14 @@ impl MessageTimes {
 
     /// Names the clocks that increase without a gap, where this one does not.
     fn way_out(&self, broken: MessageClock, limits: &Limits, is_sound: &str) -> String {
-        let sound = self.others(broken).filter(|clock| {
+        let sound = self.other_clocks(broken).filter(|clock| {
             let first = self.time(*clock, 0);
             let times_s: Vec<f64> = self
                 .times(*clock)
                 .map(|time| seconds(time - first))
                 .collect();
             let base = TimeBase::fit(&times_s, NANOSECOND, limits);
-            base.is_ok_and(|base| base.findings.iter().all(|one| one.code != "gap"))
+            base.is_ok_and(|base| base.findings.iter().all(|finding| finding.code != "gap"))
         });
         sound.fold(String::new(), |text, clock| {
             let (words, setting, name) = (words(clock), Setting::TimeSource, clock.name());
@@ -193,12 +197,12 @@ impl MessageTimes {
         })
     }
 
-    /// Holds the other clocks against the one that is used. A single step, as where a message comes
-    /// late or a clock is set, makes no other rate.
+    /// Compares the other clocks with the one that is used. A single step, as where a message comes
+    /// late or a clock is set, does not change the rate, so that a difference of one step is no fault.
     fn contradictions(&self, used: MessageClock) -> Option<Finding> {
         let span = |clock: MessageClock| {
             let (low, high) = (self.times(clock).min()?, self.times(clock).max()?);
-            // A clock that stands still says nothing.
+            // A clock that does not advance cannot contradict another.
             (high > low).then_some(high - low)
         };
         let longest_step = |clock: MessageClock| {
@@ -207,10 +211,10 @@ impl MessageTimes {
             steps.max().unwrap_or(0)
         };
         let used_span = span(used)?;
-        self.others(used).find_map(|other| {
-            let span = span(other)?;
+        self.other_clocks(used).find_map(|other_clock| {
+            let span = span(other_clock)?;
             let (short, long) = (used_span.min(span), used_span.max(span));
-            let step = longest_step(used).max(longest_step(other));
+            let step = longest_step(used).max(longest_step(other_clock));
             let differ = long as f64 > SPANS_DIFFER * short as f64 && long - short > step;
             differ.then(|| {
                 let text = format!(
@@ -218,7 +222,7 @@ impl MessageTimes {
                      and export the topic as CSV with the right times",
                     words(used),
                     seconds_text(used_span),
-                    words(other),
+                    words(other_clock),
                     seconds_text(span),
                 );
                 Finding::blocking("time-contradicted", text)
@@ -226,8 +230,8 @@ impl MessageTimes {
         })
     }
 
-    /// Tells whether the stamps in the messages and the times of logging span the same, as clocks of
-    /// sensor and recorder do that are right.
+    /// True if the stamps in the messages and the times of logging span the same time, as correct
+    /// clocks of sensor and recorder do.
     pub(super) fn log_confirms(&self) -> bool {
         let (Some((first, last)), Some((from, to))) = (
             self.header.first().zip(self.header.last()),
@@ -240,10 +244,10 @@ impl MessageTimes {
         span > 0.0 && (logged / span - 1.0).abs() < SPANS_AGREE
     }
 
-    /// Tells of a gap that the stamps in the messages show and the clock that is used does not.
+    /// Returns a finding on a gap that the stamps show and the clock in use does not.
     fn unseen_gap(&self, used: MessageClock, limits: &Limits) -> Option<Finding> {
         let header = MessageClock::Header;
-        let has_stamps = self.others(used).any(|clock| clock == header);
+        let has_stamps = self.other_clocks(used).any(|clock| clock == header);
         if !has_stamps || self.fault(header).is_some() {
             return None;
         }
@@ -253,7 +257,10 @@ impl MessageTimes {
             .map(|time| seconds(time - first))
             .collect();
         let base = TimeBase::fit(&times_s, NANOSECOND, limits).ok()?;
-        let gap = base.findings.into_iter().find(|one| one.code == "gap")?;
+        let gap = base
+            .findings
+            .into_iter()
+            .find(|finding| finding.code == "gap")?;
         let text = format!(
             "{}, which is not used, has {}. Compare the two clocks",
             words(header),
@@ -286,25 +293,26 @@ impl MessageTimes {
             findings.push(Finding::info("time-zero-first", text));
             return Ok(first);
         };
-        let (stated, span) = (nanoseconds(stated_s)?, last - first);
-        if (first..=last).contains(&stated) {
-            return Ok(stated);
+        let (stated_ns, span) = (nanoseconds(stated_s)?, last - first);
+        if (first..=last).contains(&stated_ns) {
+            return Ok(stated_ns);
         }
         let outside = format!(
             "time zero, {stated_s} s, lies outside the messages, which run from {from} s to {to} s \
              of {}",
             words(clock)
         );
-        if (0..=span).contains(&stated) {
+        if (0..=span).contains(&stated_ns) {
             let text = format!("{outside}. It was counted from the first message");
             findings.push(Finding::info("time-zero-outside", text));
-            return Ok(first + stated);
+            return Ok(first + stated_ns);
         }
+        // Farther off, it is an instant of another clock or of another day.
         // Farther off it is an instant of another clock, or of another day.
-        if (first - span..=last + span).contains(&stated) {
+        if (first - span..=last + span).contains(&stated_ns) {
             let text = format!("{outside}. Check the setting `time_zero`");
             findings.push(Finding::warning("time-zero-outside", text));
-            return Ok(stated);
+            return Ok(stated_ns);
         }
         Err(ErrorKind::BadSetting {
             setting: Setting::TimeZero,
@@ -332,11 +340,12 @@ fn words(clock: MessageClock) -> &'static str {
     }
 }
 
-/// Returns a stamp in whole nanoseconds; `None` for one that no clock gives.
+/// Returns a stamp in whole nanoseconds; `None` for one that is not a time.
 fn stamp_ns([sec, nanosec]: [f64; 2]) -> Option<i64> {
     // 9.2e9 s in nanoseconds still fit 64 bits.
-    let whole = |value: f64| value.trunc().total_cmp(&value).is_eq();
-    let fits = whole(sec) && sec.abs() <= 9.2e9 && whole(nanosec) && (0.0..1e9).contains(&nanosec);
+    let is_whole = |value: f64| value.trunc().total_cmp(&value).is_eq();
+    let fits =
+        is_whole(sec) && sec.abs() <= 9.2e9 && is_whole(nanosec) && (0.0..1e9).contains(&nanosec);
     fits.then(|| sec as i64 * 1_000_000_000 + nanosec as i64)
 }
 
@@ -352,8 +361,8 @@ fn nanoseconds(instant_s: f64) -> Result<i128, Error> {
     // Taken as it was written: the nearest double to an instant of today is off by up to 0.1 µs,
     // its shortest decimal is not.
     let text = instant_s.abs().to_string();
-    let (whole, rest) = text.split_once('.').unwrap_or((&text, ""));
-    let digits = format!("{whole}{rest:0<9.9}");
+    let (whole_digits, decimals) = text.split_once('.').unwrap_or((&text, ""));
+    let digits = format!("{whole_digits}{decimals:0<9.9}");
     let time: i128 = digits.parse().unwrap_or_default();
     Ok(if instant_s < 0.0 { -time } else { time })
 }

@@ -26,21 +26,21 @@ pub(super) fn records<'a>(
         "" => Cow::Borrowed(data),
         "zstd" => Cow::Owned(guarded("zstd", || zstd(data, size, limits))?),
         "lz4" => Cow::Owned(guarded("lz4", || lz4(data, size))?),
-        other => {
+        method => {
             return Err(Error::malformed(
                 "a chunk compressed with zstd or lz4, or not at all",
-                format!("compression `{other}`"),
+                format!("compression `{method}`"),
                 "rewrite the file with `mcap compress`",
             ));
         }
     };
-    let found = records.len() as u64;
+    let unpacked_bytes = records.len() as u64;
     let expected = format!("{size} bytes in the chunk, as its header says");
-    if found > size {
+    if unpacked_bytes > size {
         return Err(damaged(expected, "more"));
     }
-    if found < size {
-        return Err(Error::truncated(expected, found.to_string()));
+    if unpacked_bytes < size {
+        return Err(Error::truncated(expected, unpacked_bytes.to_string()));
     }
     if chunk.uncompressed_crc != 0 {
         let crc = crc32fast::hash(&records);
@@ -54,7 +54,7 @@ pub(super) fn records<'a>(
     Ok(records)
 }
 
-/// Runs a decompressor so that an assertion inside it, met on damaged data, ends in an error.
+/// Runs a decompressor so that a panic inside it, on damaged data, ends in an error.
 fn guarded(
     name: &'static str,
     run: impl FnOnce() -> Result<Vec<u8>, String>,
@@ -73,30 +73,33 @@ fn guarded(
 /// Unpacks frame by frame up to one byte beyond `size`; `frame` reads one from the front of its
 /// first argument. Some writers leave bytes behind the last frame, so these are not looked at.
 fn frames(
-    mut left: &[u8],
+    mut data_left: &[u8],
     size: u64,
     mut frame: impl FnMut(&mut &[u8], u64, &mut Vec<u8>) -> Result<(), String>,
 ) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    while !left.is_empty() && (bytes.len() as u64) < size {
+    while !data_left.is_empty() && (bytes.len() as u64) < size {
         let room = size + 1 - bytes.len() as u64;
-        frame(&mut left, room, &mut bytes)?;
+        frame(&mut data_left, room, &mut bytes)?;
     }
     Ok(bytes)
 }
 
 fn zstd(data: &[u8], size: u64, limits: &Limits) -> Result<Vec<u8>, String> {
     let window = limits.mcap_chunk_bytes.max(ZSTD_WINDOW_BYTES);
-    frames(data, size, |left, room, bytes| {
+    frames(data, size, |data_left, room, bytes| {
         let decoder =
-            ruzstd::decoding::StreamingDecoder::new_with_max_window_size(&mut *left, window);
+            ruzstd::decoding::StreamingDecoder::new_with_max_window_size(&mut *data_left, window);
         let mut decoder = decoder.map_err(|error| error.to_string())?;
         let read = (&mut decoder).take(room).read_to_end(bytes);
         read.map_err(|error| error.to_string())?;
         let frame = decoder.into_frame_decoder();
-        let said = frame.get_checksum_from_data();
+        let stated_checksum = frame.get_checksum_from_data();
         let is_whole = frame.is_finished() && frame.can_collect() == 0;
-        if is_whole && said.is_some() && said != frame.get_calculated_checksum() {
+        if is_whole
+            && stated_checksum.is_some()
+            && stated_checksum != frame.get_calculated_checksum()
+        {
             return Err("the checksum of the frame is wrong".into());
         }
         Ok(())
@@ -104,8 +107,8 @@ fn zstd(data: &[u8], size: u64, limits: &Limits) -> Result<Vec<u8>, String> {
 }
 
 fn lz4(data: &[u8], size: u64) -> Result<Vec<u8>, String> {
-    frames(data, size, |left, room, bytes| {
-        let decoder = lz4_flex::frame::FrameDecoder::new(&mut *left);
+    frames(data, size, |data_left, room, bytes| {
+        let decoder = lz4_flex::frame::FrameDecoder::new(&mut *data_left);
         let read = decoder.take(room).read_to_end(bytes);
         read.map(|_| ()).map_err(|error| error.to_string())
     })

@@ -1,6 +1,6 @@
 //! JSON messages: one walk through the text that hands out every scalar with its path.
 //!
-//! Nothing is kept of what is not wanted, so that a large message costs time but no memory.
+//! Nothing is kept of what is not requested, so that a large message costs time but no memory.
 
 use super::types::{Leaf, Sink, TextMark, damaged_message, step_into};
 use crate::error::Error;

@@ -1,4 +1,4 @@
-//! Where in the messages of a type stands what is wanted of them, and in which unit.
+//! Layouts: the position of the requested fields in the messages of a type, and their units.
 
 use super::cdr::{self, MessagePlan};
 use super::json;
@@ -23,27 +23,27 @@ const LATERAL: [(&str, &str); 2] = [
 pub(super) const IMU_PATH: &str = "linear_acceleration.y";
 pub(super) const IMU_FIELD: &str = "linear_acceleration.";
 
-/// Fields that a message type is asked for.
+/// Fields that are requested of a message type.
 #[derive(Debug, Clone, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct WantedFields {
+pub(super) struct RequestedFields {
     /// Every floating-point field that is no array element.
     pub(super) every: bool,
     /// The field that a person names.
     pub(super) path: Option<String>,
-    /// Whether the topic may be meant, so that it is no mere neighbour of the one that is.
-    pub(super) meant: bool,
+    /// True if the topic may hold the channel that is meant; any other is read as a neighbour only.
+    pub(super) is_candidate: bool,
 }
 
-/// Tells whether a message type of our users' own has a field whose name says lateral
-/// acceleration; one with too many fields to look at may have.
+/// True if a field of the schema has a name that says lateral acceleration. A schema with too many
+/// fields to list counts as one, so that it is not passed over in silence.
 pub(super) fn has_lateral_field(schema: &Schema, budget: &mut Budget) -> Result<bool, Error> {
-    let known = schema.language().is_some();
+    let is_readable = schema.language().is_some();
     let numbers = schema.types().and_then(|types| types.numbers(budget));
     match numbers {
         Ok(numbers) => Ok(floats(&numbers).iter().any(|path| names_lateral(path))),
         Err(error) => match error.kind() {
             ErrorKind::LimitExceeded { .. } => Err(error),
-            _ => Ok(known && error == too_many_fields()),
+            _ => Ok(is_readable && error == too_many_fields()),
         },
     }
 }
@@ -87,24 +87,24 @@ impl Schema {
     }
 }
 
-/// Tells whether a path's own words say lateral acceleration, be it a dummy's.
+/// True if the words of a path say lateral acceleration, a dummy's included.
 pub(super) fn names_lateral(path: &str) -> bool {
     !path.contains('[') && named(path).says_lateral_acceleration()
 }
 
 /// Reads a path as a column's name, with the unit that its end may state (`ay_g`).
 fn named(path: &str) -> ChannelName {
-    let (parents, own) = path.rsplit_once('.').unwrap_or(("", path));
-    let column = ChannelName::from_header(own, 0);
-    // The unit is that of the field; words on the way to it tell what it is.
-    let mut whole = ChannelName::from_header(&format!("{parents} {}", column.label), 0);
-    whole.name = path.to_string();
-    whole.unit = column.unit;
-    whole.unit_text = column.unit_text;
-    whole
+    let (parents, field_name) = path.rsplit_once('.').unwrap_or(("", path));
+    let column = ChannelName::from_header(field_name, 0);
+    // The unit is that of the field; the names before it add to the meaning only.
+    let mut words = ChannelName::from_header(&format!("{parents} {}", column.label), 0);
+    words.name = path.to_string();
+    words.unit = column.unit;
+    words.unit_text = column.unit_text;
+    words
 }
 
-/// Returns what the words of a topic and a field say.
+/// Returns the meaning of the words of a topic and a field.
 pub(super) fn words_of(topic: &str, path: &str) -> ChannelName {
     let mut column = named(path);
     column.label = format!("{} {}", topic.replace('/', " "), column.label);
@@ -145,7 +145,7 @@ const JSON_STAMPS: [[&str; 2]; 4] = [
     ["header.timestamp.sec", "header.timestamp.nsec"],
 ];
 
-/// How messages are walked through.
+/// Decoder of the messages of one topic.
 #[derive(Debug)]
 pub(super) enum Messages {
     Ros(MessagePlan),
@@ -153,28 +153,28 @@ pub(super) enum Messages {
     Json,
 }
 
-/// Where in a message of a type stands what is wanted of it; topics of one type share it.
+/// Positions of the requested fields in the messages of a type. Topics of one type share it.
 #[derive(Debug)]
 pub(super) struct MessageLayout {
     pub(super) messages: Messages,
-    /// The paths to what is wanted, in the order of the slots.
+    /// The paths to what is requested, in the order of the slots.
     pub(super) paths: Vec<String>,
     pub(super) contents: Contents,
     /// The fields, with their units.
     pub(super) columns: Vec<(String, Option<AccelerationUnit>)>,
-    /// Whether a number follows the columns that says whether there is an estimate.
+    /// True if the number that can deny an estimate follows the columns.
     pub(super) estimate: bool,
-    /// Whether a fingerprint of the frame's name follows.
+    /// True if a fingerprint of the frame's name follows.
     pub(super) frame: bool,
-    /// Whether the two numbers of a stamp come last.
+    /// True if the two numbers of a stamp come last.
     pub(super) stamped: bool,
 }
 
-/// Why a message type has no layout.
+/// The reason why a message type has no layout.
 #[derive(Debug, Clone)]
 pub(super) enum Unfit {
-    /// It has no field that is wanted.
-    Other,
+    /// It has no field that is requested.
+    NothingRequested,
     /// It cannot be read.
     Unreadable(Error),
 }
@@ -185,39 +185,40 @@ impl From<Error> for Unfit {
     }
 }
 
-/// The layout of a type's messages, or why there is none.
-pub(super) type Laid = Result<Rc<MessageLayout>, Unfit>;
+/// The layout of a type's messages, or the reason why there is none.
+pub(super) type LayoutResult = Result<Rc<MessageLayout>, Unfit>;
 
-/// Finds what is wanted of the messages of a type that has a schema.
+/// Returns the layout for what is requested of the messages of a type with a schema.
 pub(super) fn layout(
     encoding: &str,
     schema: Option<&Schema>,
-    wanted: &WantedFields,
+    requested: &RequestedFields,
     budget: &mut Budget,
-) -> Result<Laid, Error> {
-    match typed_layout(encoding, schema, wanted, budget) {
+) -> Result<LayoutResult, Error> {
+    match typed_layout(encoding, schema, requested, budget) {
+        // A crossed limit ends the reading; any other fault only makes this topic unreadable.
         Err(Unfit::Unreadable(error))
             if matches!(error.kind(), ErrorKind::LimitExceeded { .. }) =>
         {
             Err(error)
         }
-        other => Ok(other.map(Rc::new)),
+        layout => Ok(layout.map(Rc::new)),
     }
 }
 
 fn typed_layout(
     encoding: &str,
     schema: Option<&Schema>,
-    wanted: &WantedFields,
+    requested: &RequestedFields,
     budget: &mut Budget,
 ) -> Result<MessageLayout, Unfit> {
     let (expected, language) = match encoding {
         "cdr" => ("ros2msg", Language::Ros(Dialect::Ros2)),
         "ros1" => ("ros1msg", Language::Ros(Dialect::Ros1)),
         "protobuf" => ("protobuf", Language::Protobuf),
-        other => {
+        encoding => {
             let expected = "messages encoded as cdr, ros1, protobuf or json";
-            return Err(refused(expected, &format!("`{other}`")).into());
+            return Err(refused(expected, &format!("`{encoding}`")).into());
         }
     };
     let Some(schema) = schema else {
@@ -233,27 +234,36 @@ fn typed_layout(
     }
     let types = schema.types()?;
     let numbers = types.numbers(budget)?;
-    let all = numbers
+    let floats = numbers
         .iter()
-        .filter(|(_, is_float)| *is_float && wanted.every);
-    let mut paths = shown(all.map(|(path, _)| path));
-    let asked = wanted.path.iter().filter(|path| !paths.contains(path));
-    let asked: Vec<String> = asked.cloned().collect();
-    paths.extend(asked);
+        .filter(|(_, is_float)| *is_float && requested.every);
+    let mut paths = shown(floats.map(|(path, _)| path));
+    if let Some(path) = &requested.path
+        && !paths.contains(path)
+    {
+        paths.push(path.clone());
+    }
     paths.retain(|path| types.way_to_number(path).is_some());
     let unit = |path: &String| unit_of_type(&types, path).or_else(|| unit_in_name(path));
     let columns: Vec<_> = paths
         .iter()
         .map(|path| (path.clone(), unit(path)))
         .collect();
-    let meant = |path: &&str| wanted.path.as_deref().is_none_or(|asked| asked == *path);
-    let promised = lateral_path(&schema.name).filter(meant);
-    if columns.is_empty() && wanted.path.is_none() && promised.is_none() {
-        return Err(Unfit::Other);
+    let is_requested = |path: &&str| {
+        requested
+            .path
+            .as_deref()
+            .is_none_or(|requested| requested == *path)
+    };
+    let promised = lateral_path(&schema.name).filter(is_requested);
+    if columns.is_empty() && requested.path.is_none() && promised.is_none() {
+        return Err(Unfit::NothingRequested);
     }
-    let lacking = promised.filter(|path| !paths.iter().any(|known| known == path));
+    let lacking = promised.filter(|path| !paths.iter().any(|listed| listed == path));
     let is_number = |path: &str| types.way_to_number(path).is_some();
-    let kind = types.way(FRAME).and_then(|way| Some(&way.last()?.1.kind));
+    let kind = types
+        .way(FRAME)
+        .and_then(|way| Some(&way.last()?.field.kind));
     let frame = language != Language::Protobuf && kind == Some(&FieldKind::Text);
     let stamps = match language {
         Language::Ros(Dialect::Ros2) => vec![STAMP.map(str::to_string)],
@@ -265,7 +275,7 @@ fn typed_layout(
             bases.flat_map(pairs).collect()
         }
     };
-    let mut layout = MessageLayout::of(columns, (frame, &stamps), is_number);
+    let mut layout = MessageLayout::new(columns, frame, &stamps, is_number);
     layout.contents = Contents::of_types(&numbers);
     layout.messages = match language {
         Language::Protobuf => Messages::Protobuf(types),
@@ -279,15 +289,16 @@ fn typed_layout(
 }
 
 impl MessageLayout {
-    /// Lays out columns and what follows them, of which `has` tells whether it is a number of the
-    /// messages; of JSON, if nothing else is said.
-    fn of(
+    /// Lays out the columns and what follows them. `has` is true for the path of a number in the
+    /// messages. The messages are those of JSON until the caller sets another decoder.
+    fn new(
         columns: Vec<(String, Option<AccelerationUnit>)>,
-        (frame, stamps): (bool, &[[String; 2]]),
+        frame: bool,
+        stamps: &[[String; 2]],
         has: impl Fn(&str) -> bool,
     ) -> Self {
         let mut paths: Vec<String> = columns.iter().map(|(path, _)| path.clone()).collect();
-        // What an Imu's covariance may deny.
+        // A covariance of −1 states that the message holds no estimate of these fields.
         let deniable = |path: &String| path.starts_with("linear_acceleration.");
         let estimate = paths.iter().any(deniable) && has(ESTIMATE);
         paths.extend(estimate.then(|| ESTIMATE.to_string()));
@@ -310,10 +321,10 @@ impl MessageLayout {
 /// states SI units.
 fn unit_of_type(types: &MessageTypes, path: &str) -> Option<AccelerationUnit> {
     let way = types.way(path)?;
-    let prescribed = way.iter().any(|(own, field, _)| {
-        let own = plain_name(&own.replace('.', "/"));
+    let prescribed = way.iter().any(|step| {
+        let type_name = plain_name(&step.type_name.replace('.', "/"));
         matches!(
-            (own.as_str(), field.name.as_str()),
+            (type_name.as_str(), step.field.name.as_str()),
             ("sensor_msgs/Imu", "linear_acceleration") | ("geometry_msgs/Accel", "linear")
         )
     });
@@ -328,42 +339,45 @@ fn shown<'a>(paths: impl Iterator<Item = &'a String>) -> Vec<String> {
     shown.map(|(_, path)| path.clone()).collect()
 }
 
-/// Returns which of a message's numbers are wanted; of each is told whether it is one now, for what
-/// is null now may be a number in the next message.
-fn json_fields(numbers: &[(String, bool)], wanted: &WantedFields) -> Vec<String> {
-    let every = wanted.every && numbers.iter().any(|(path, _)| names_lateral(path));
+/// Returns the requested paths among a message's numbers, of which each says if it is a number now:
+/// what is null now may be a number in the next message.
+fn json_fields(numbers: &[(String, bool)], requested: &RequestedFields) -> Vec<String> {
+    let every = requested.every && numbers.iter().any(|(path, _)| names_lateral(path));
     let stamps = JSON_STAMPS.as_flattened();
     let data = |(path, is_number): &&(String, bool)| {
         every && !stamps.contains(&path.as_str()) && (*is_number || names_lateral(path))
     };
-    let mut found = shown(numbers.iter().filter(data).map(|(path, _)| path));
-    let asked = numbers
+    let mut paths = shown(numbers.iter().filter(data).map(|(path, _)| path));
+    let requested = numbers
         .iter()
-        .find(|(path, _)| Some(path) == wanted.path.as_ref());
-    if let Some((path, _)) = asked.filter(|(path, _)| !found.contains(path)) {
-        found.push(path.clone());
+        .find(|(path, _)| Some(path) == requested.path.as_ref());
+    if let Some((path, _)) = requested.filter(|(path, _)| !paths.contains(path)) {
+        paths.push(path.clone());
     }
-    found
+    paths
 }
 
-/// Learns the fields of a JSON topic from what its first message holds; `None` where nothing in it is
-/// wanted.
-pub(super) fn json_layout(contents: &Contents, wanted: &WantedFields) -> Option<MessageLayout> {
+/// Returns the layout of a JSON topic by what its first message holds; `None` where nothing in it
+/// is requested.
+pub(super) fn json_layout(
+    contents: &Contents,
+    requested: &RequestedFields,
+) -> Option<MessageLayout> {
     let numbers = &contents.numbers;
-    let has = |path: &str| numbers.iter().any(|(known, _)| known == path);
-    let chosen = json_fields(numbers, wanted);
-    if chosen.is_empty() && wanted.path.is_none() {
+    let has = |path: &str| numbers.iter().any(|(listed, _)| listed == path);
+    let chosen = json_fields(numbers, requested);
+    if chosen.is_empty() && requested.path.is_none() {
         return None;
     }
     let unit = |path: String| (path.clone(), unit_in_name(&path));
     let columns = chosen.into_iter().map(unit).collect();
     let stamps = JSON_STAMPS.map(|stamp| stamp.map(str::to_string));
-    let mut layout = MessageLayout::of(columns, (contents.names_frame, &stamps), has);
+    let mut layout = MessageLayout::new(columns, contents.names_frame, &stamps, has);
     layout.contents = contents.clone();
     Some(layout)
 }
 
-/// What the messages of a topic hold: fields that can be asked for, and why there may be none.
+/// Contents of a topic's messages: the fields that can be requested.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Contents {
     /// Paths of numbers of which a message has one, and whether they are floating-point numbers, or
@@ -375,11 +389,11 @@ pub(super) struct Contents {
     quoted: Vec<String>,
     /// The encoding, if it is none that is read.
     unread: Option<String>,
-    /// Whether messages in JSON name the sensor's frame.
+    /// True if messages in JSON name the sensor's frame.
     names_frame: bool,
 }
 
-/// Returns what the messages of a topic hold by their type.
+/// Returns the contents of a topic's messages by their type.
 pub(super) fn contents(encoding: &str, schema: Option<&Schema>, limits: &Limits) -> Contents {
     if !["cdr", "ros1", "protobuf", "json"].contains(&encoding) {
         return Contents {
@@ -393,8 +407,8 @@ pub(super) fn contents(encoding: &str, schema: Option<&Schema>, limits: &Limits)
 }
 
 impl Contents {
-    fn of_types(all: &[(String, bool)]) -> Self {
-        let (arrays, numbers): (Vec<_>, Vec<_>) = all
+    fn of_types(paths: &[(String, bool)]) -> Self {
+        let (arrays, numbers): (Vec<_>, Vec<_>) = paths
             .iter()
             .cloned()
             .partition(|(path, _)| path.contains('['));
@@ -405,11 +419,11 @@ impl Contents {
         }
     }
 
-    /// Takes what a message in JSON holds. What is null now may be a number in the next message.
-    pub(super) fn of_json(data: &[u8], wanted: &WantedFields) -> Result<Self, Error> {
+    /// Reads the contents of a message in JSON. What is null now may be a number in the next message.
+    pub(super) fn of_json(data: &[u8], requested: &RequestedFields) -> Result<Self, Error> {
         let mut contents = Self::default();
         let mut too_many = false;
-        let mut found = |path: &str, leaf: Leaf| {
+        let mut take_leaf = |path: &str, leaf: Leaf| {
             contents.names_frame |= path == FRAME && matches!(leaf, Leaf::Text(_));
             let is_plain = !path.contains('[');
             if let Leaf::Text(text) = leaf {
@@ -427,33 +441,33 @@ impl Contents {
                     .arrays
                     .extend((contents.arrays.len() < LISTED).then_some(array));
             }
-            let is_wanted = wanted.path.as_deref() == Some(path);
+            let is_wanted = requested.path.as_deref() == Some(path);
             if is_wanted || path == ESTIMATE || is_plain {
                 too_many |= contents.numbers.len() > FIELDS;
-                if !too_many && !contents.numbers.iter().any(|(known, _)| known == path) {
+                if !too_many && !contents.numbers.iter().any(|(listed, _)| listed == path) {
                     let is_number = matches!(leaf, Leaf::Number(_));
                     contents.numbers.push((path.to_string(), is_number));
                 }
             }
         };
-        json::walk(data, &mut found)?;
+        json::walk(data, &mut take_leaf)?;
         match too_many {
             true => Err(too_many_fields()),
             false => Ok(contents),
         }
     }
 
-    /// Says why no sample can be asked for, or not the one that a name promises.
+    /// Returns the reason why no sample can be requested, or not the one that a name promises.
     pub(super) fn why_none(&self) -> Option<String> {
         if let Some(encoding) = &self.unread {
             return Some(format!("messages in `{encoding}` are not read"));
         }
-        let of = |paths: &[String]| {
-            let is_meant = |path: &&String| self.fields().is_empty() || promises_lateral(path);
-            let meant = paths.iter().filter(is_meant).take(3).cloned();
-            meant.collect::<Vec<String>>().join(", ")
+        let promising = |paths: &[String]| {
+            let is_candidate = |path: &&String| self.fields().is_empty() || promises_lateral(path);
+            let promising = paths.iter().filter(is_candidate).take(3).cloned();
+            promising.collect::<Vec<String>>().join(", ")
         };
-        let (arrays, quoted) = (of(&self.arrays), of(&self.quoted));
+        let (arrays, quoted) = (promising(&self.arrays), promising(&self.quoted));
         if !arrays.is_empty() {
             return Some(format!(
                 "arrays of numbers, {arrays}: latchgate reads one sample a message"
@@ -462,7 +476,7 @@ impl Contents {
         (!quoted.is_empty()).then(|| format!("numbers in quotes, {quoted}, are not read"))
     }
 
-    /// Tells whether no name in it promises a lateral acceleration.
+    /// True if no name in it promises a lateral acceleration.
     pub(super) fn is_foreign(&self) -> bool {
         let mut promised = self.arrays.iter().chain(&self.quoted);
         !promised.any(|path| promises_lateral(path))
@@ -476,23 +490,23 @@ impl Contents {
         paths.filter(|path| !is_stamp(path)).collect()
     }
 
-    /// Names the fields of a topic for a list of topics, those that say lateral acceleration alone where
-    /// there are such.
+    /// Names the fields of a topic for a list of topics: only those that say lateral acceleration, if
+    /// there are any.
     pub(super) fn in_words(&self, topic: &str) -> String {
         const SHOWN: usize = 3;
-        let all = self.fields();
-        let lateral = || all.iter().copied().filter(|path| names_lateral(path));
+        let fields = self.fields();
+        let lateral = || fields.iter().copied().filter(|path| names_lateral(path));
         let mut shown: Vec<&String> = lateral().take(SHOWN).collect();
         if shown.is_empty() {
-            shown = all.iter().copied().take(SHOWN).collect();
+            shown = fields.iter().copied().take(SHOWN).collect();
         }
         let names: Vec<String> = shown.iter().map(|path| name_of(topic, path)).collect();
         let mut text = match names.as_slice() {
             [] => String::new(),
             names => format!(" with {}", names.join(", ")),
         };
-        if all.len() > shown.len() {
-            text += &format!(" and {} more", all.len() - shown.len());
+        if fields.len() > shown.len() {
+            text += &format!(" and {} more", fields.len() - shown.len());
         }
         text + &self
             .why_none()
@@ -500,11 +514,11 @@ impl Contents {
     }
 }
 
-/// Tells whether a path says lateral acceleration, arrays on the way or not.
+/// True if the words of a path say lateral acceleration, its arrays ignored.
 fn promises_lateral(path: &str) -> bool {
     let parts = path
         .split('[')
-        .map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
+        .map(|part| part.split_once(']').map_or(part, |(_, suffix)| suffix));
     named(&parts.collect::<String>()).says_lateral_acceleration()
 }
 
@@ -514,11 +528,11 @@ pub(super) struct Schema {
     pub(super) name: String,
     pub(super) encoding: String,
     pub(super) data: Vec<u8>,
-    /// Whether a field's name says lateral acceleration, once that was asked.
+    /// True if a field's name says lateral acceleration; `None` until it was computed.
     pub(super) has_lateral_field: Option<bool>,
 }
 
-/// Says that a topic's messages have no number at a path.
+/// Returns the error for a topic whose messages have no number at a path.
 pub(super) fn no_field(topic: &str, path: &str, contents: &Contents) -> Error {
     let numbers = contents.numbers.iter().map(|(path, _)| path);
     let first = numbers.chain(&contents.arrays).take(LISTED);
@@ -526,15 +540,19 @@ pub(super) fn no_field(topic: &str, path: &str, contents: &Contents) -> Error {
     if names.len() >= LISTED {
         names.push("…".into());
     }
-    let mut known = match names.as_slice() {
+    let mut available = match names.as_slice() {
         [] => format!("no number field in {topic}"),
         names => names.join(", "),
     };
-    known += &contents
+    available += &contents
         .why_none()
         .map_or(String::new(), |why| format!(" ({why})"));
-    let wanted = name_of(topic, path);
-    ErrorKind::NoSuchChannel { wanted, known }.into()
+    let requested = name_of(topic, path);
+    ErrorKind::NoSuchChannel {
+        requested,
+        known: available,
+    }
+    .into()
 }
 
 fn refused(expected: &str, found: &str) -> Error {

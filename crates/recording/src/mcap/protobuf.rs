@@ -1,7 +1,7 @@
 //! Protobuf messages, read by the descriptor that the file itself carries.
 //!
 //! The schema's data is a `FileDescriptorSet`. Of each message only the fields on the way to a
-//! wanted number are entered; all others are passed over by their wire type.
+//! requested number are entered; all others are passed over by their wire type.
 //!
 //! # Source
 //!
@@ -56,8 +56,8 @@ pub(super) fn types(root: &str, data: &[u8]) -> Result<MessageTypes, Error> {
                 }
             }
             for part in fields(file) {
-                if let (4, Wire::Bytes(own)) = part? {
-                    define(&mut types, &package, own, proto3, DEPTH)?;
+                if let (4, Wire::Bytes(message_type)) = part? {
+                    define(&mut types, &package, message_type, proto3, DEPTH)?;
                 }
             }
         }
@@ -92,7 +92,7 @@ fn define(
     let mut list = Vec::new();
     for part in fields(data) {
         match part? {
-            (2, Wire::Bytes(own)) => list.push(field(own, proto3)?),
+            (2, Wire::Bytes(field_data)) => list.push(field(field_data, proto3)?),
             (3, Wire::Bytes(nested)) => define(types, &name, nested, proto3, depth - 1)?,
             (7, Wire::Bytes(options)) => {
                 for option in fields(options) {
@@ -142,11 +142,12 @@ fn field(data: &[u8], proto3: bool) -> Result<Field, Error> {
     })
 }
 
-/// Returns the names of the messages' own fields that hold a stamp, the likeliest first.
+/// Returns the names of the root message's fields that hold a stamp, the likeliest first.
 pub(super) fn stamps(types: &MessageTypes) -> Vec<String> {
     let kind = FieldKind::Message("google.protobuf.Timestamp".into());
-    let own = types.types.get(&types.root).into_iter().flatten();
-    let of_kind = own.filter(|field| field.count == Multiplicity::One && field.kind == kind);
+    let root_fields = types.types.get(&types.root).into_iter().flatten();
+    let of_kind =
+        root_fields.filter(|field| field.count == Multiplicity::One && field.kind == kind);
     let names: Vec<&str> = of_kind.map(|field| field.name.as_str()).collect();
     let named = ["stamp", "timestamp", "time"]
         .into_iter()
@@ -155,8 +156,9 @@ pub(super) fn stamps(types: &MessageTypes) -> Vec<String> {
         [only] => Some(*only),
         _ => None,
     };
-    let own = named.or_else(only).into_iter();
-    own.chain(["header.stamp", "header.timestamp"])
+    let stamp = named.or_else(only).into_iter();
+    stamp
+        .chain(["header.stamp", "header.timestamp"])
         .map(str::to_string)
         .collect()
 }
@@ -182,62 +184,63 @@ impl Field {
     }
 }
 
-/// Walks through what stands on the way to the `wanted` numbers of a message of the type `name`, which
-/// stands at a path; a number that proto3 leaves out is zero.
+/// Walks through the parts of a message of the type `name`, itself at `path`, that lead to a
+/// requested path. A number that proto3 leaves out is zero.
 pub(super) fn walk(
     types: &MessageTypes,
-    (name, path): (&str, &mut String),
+    name: &str,
+    path: &mut String,
     message: &[u8],
-    wanted: &[String],
+    requested: &[String],
     sink: Sink<'_>,
 ) -> Result<(), Error> {
-    let known = types.types.get(name).map_or(&[][..], Vec::as_slice);
-    // Elements of each field that were seen.
-    let mut seen = vec![0_u64; known.len()];
+    let defined = types.types.get(name).map_or(&[][..], Vec::as_slice);
+    // Count of the elements of each field so far.
+    let mut counts = vec![0_u64; defined.len()];
     let before = path.len();
     for part in fields(message) {
         path.truncate(before);
         let (tag, wire) =
             part.map_err(|error| damaged_message("a whole protobuf message", &error.to_string()))?;
-        let Some(at) = known.iter().position(|field| field.tag == tag) else {
+        let Some(position) = defined.iter().position(|field| field.tag == tag) else {
             continue;
         };
-        let (field, index) = (&known[at], seen[at]);
+        let (field, index) = (&defined[position], counts[position]);
         step_into(path, &field.name);
-        if !leads_on(path, wanted) {
+        if !leads_on(path, requested) {
             continue;
         }
         let repeated = field.count == Multiplicity::Sequence;
-        seen[at] = index.saturating_add(1);
+        counts[position] = index.saturating_add(1);
         match (&wire, field.number()) {
             // Numbers of a repeated field may stand packed in one block.
-            (Wire::Bytes(block), Some((own, value))) if repeated => {
-                let elements = packed(block, own, |place, bits| {
+            (Wire::Bytes(block), Some((wire_type, value))) if repeated => {
+                let elements = packed(block, wire_type, |place, bits| {
                     let element = format!("{path}[{}]", index + place);
                     sink(&element, Leaf::Number(value(bits)));
                 })?;
-                seen[at] = index.saturating_add(elements);
+                counts[position] = index.saturating_add(elements);
                 continue;
             }
             _ if repeated => path.push_str(&format!("[{index}]")),
             _ => {}
         }
         match (wire, field.number()) {
-            (single, Some((own, value))) => {
-                let bits = single.bits(own).ok_or_else(|| mismatch(field))?;
+            (single, Some((wire_type, value))) => {
+                let bits = single.bits(wire_type).ok_or_else(|| mismatch(field))?;
                 sink(path, Leaf::Number(value(bits)));
             }
             (Wire::Bytes(content), None) => {
                 if let FieldKind::Message(name) = &field.kind {
-                    walk(types, (name, path), content, wanted, sink)?;
+                    walk(types, name, path, content, requested, sink)?;
                 }
             }
             _ => return Err(mismatch(field)),
         }
     }
     path.truncate(before);
-    let absent = known.iter().zip(seen);
-    let absent = absent.filter(|(field, seen)| *seen == 0 && field.zero_if_absent);
+    let absent = defined.iter().zip(counts);
+    let absent = absent.filter(|(field, count)| *count == 0 && field.zero_if_absent);
     for (field, _) in absent.filter(|(field, _)| field.number().is_some()) {
         step_into(path, &field.name);
         sink(path, Leaf::Number(0.0));
@@ -253,10 +256,10 @@ fn mismatch(field: &Field) -> Error {
 
 /// Hands out the numbers of a packed block with their places; returns how many there are.
 fn packed(block: &[u8], wire: u64, mut take: impl FnMut(u64, u64)) -> Result<u64, Error> {
-    let mut left = block;
+    let mut bytes_left = block;
     let mut count = 0;
-    while !left.is_empty() {
-        let Some(bits) = take_bits(&mut left, wire) else {
+    while !bytes_left.is_empty() {
+        let Some(bits) = take_bits(&mut bytes_left, wire) else {
             let expected = "whole numbers in a packed block";
             return Err(damaged_message(expected, "the end of it"));
         };
@@ -285,64 +288,64 @@ impl Wire<'_> {
     }
 }
 
-/// Walks the fields of a message: numbers and contents, up to the first that is damaged.
+/// Iterates over the fields of a message: numbers and contents, up to the first damaged one.
 fn fields(data: &[u8]) -> impl Iterator<Item = Result<(u64, Wire<'_>), Error>> {
-    let mut left = data;
+    let mut bytes_left = data;
     std::iter::from_fn(move || {
-        if left.is_empty() {
+        if bytes_left.is_empty() {
             return None;
         }
-        let field = next_field(&mut left);
+        let field = next_field(&mut bytes_left);
         if field.is_none() {
-            left = &[];
+            bytes_left = &[];
         }
         Some(field.ok_or_else(|| unreadable("whole protobuf fields", "a damaged one")))
     })
 }
 
-fn next_field<'a>(left: &mut &'a [u8]) -> Option<(u64, Wire<'a>)> {
-    let key = varint(left)?;
+fn next_field<'a>(bytes_left: &mut &'a [u8]) -> Option<(u64, Wire<'a>)> {
+    let key = varint(bytes_left)?;
     let number = key >> 3;
     if number == 0 {
         return None;
     }
     let wire = match key & 7 {
-        0 => Wire::Varint(varint(left)?),
-        1 => Wire::Eight(take_bits(left, 1)?),
-        5 => Wire::Four(u32::try_from(take_bits(left, 5)?).ok()?),
+        0 => Wire::Varint(varint(bytes_left)?),
+        1 => Wire::Eight(take_bits(bytes_left, 1)?),
+        5 => Wire::Four(u32::try_from(take_bits(bytes_left, 5)?).ok()?),
         2 => {
-            let length = usize::try_from(varint(left)?).ok()?;
-            let (bytes, rest) = left.split_at_checked(length)?;
-            *left = rest;
+            let length = usize::try_from(varint(bytes_left)?).ok()?;
+            let (bytes, tail) = bytes_left.split_at_checked(length)?;
+            *bytes_left = tail;
             Wire::Bytes(bytes)
         }
-        // Groups, which no log written today holds.
+        // Groups are deprecated, and no log written today holds one.
         _ => return None,
     };
     Some((number, wire))
 }
 
-fn take_bits(left: &mut &[u8], wire: u64) -> Option<u64> {
+fn take_bits(bytes_left: &mut &[u8], wire: u64) -> Option<u64> {
     match wire {
-        0 => varint(left),
+        0 => varint(bytes_left),
         1 => {
-            let (bytes, rest) = left.split_first_chunk::<8>()?;
-            *left = rest;
+            let (bytes, tail) = bytes_left.split_first_chunk::<8>()?;
+            *bytes_left = tail;
             Some(u64::from_le_bytes(*bytes))
         }
         _ => {
-            let (bytes, rest) = left.split_first_chunk::<4>()?;
-            *left = rest;
+            let (bytes, tail) = bytes_left.split_first_chunk::<4>()?;
+            *bytes_left = tail;
             Some(u64::from(u32::from_le_bytes(*bytes)))
         }
     }
 }
 
-fn varint(left: &mut &[u8]) -> Option<u64> {
+fn varint(bytes_left: &mut &[u8]) -> Option<u64> {
     let mut value = 0_u64;
     for shift in (0..70).step_by(7) {
-        let (byte, rest) = left.split_first()?;
-        *left = rest;
+        let (byte, tail) = bytes_left.split_first()?;
+        *bytes_left = tail;
         let bits = u64::from(byte & 0x7F);
         if shift == 63 && bits > 1 {
             return None;

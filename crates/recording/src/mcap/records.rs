@@ -14,7 +14,7 @@ pub(super) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, Error> {
     let parsed = match texts_fit(opcode, data) {
         Some(()) => ::mcap::parse_record(opcode, data).map_err(|error| match &error {
             McapError::Parse(error) => error.root_cause().to_string(),
-            other => other.to_string(),
+            error => error.to_string(),
         }),
         None => Err("one that ends within a text, as the text's length field says".into()),
     };
@@ -33,10 +33,10 @@ pub(super) fn parse(opcode: u8, data: &[u8]) -> Result<Record<'_>, Error> {
     })
 }
 
-/// Sees to it that no text of a record claims to be longer than what is left of the record: the
-/// crate asks for the memory of a text before it reads it. `None` if one does.
+/// Checks that no text of a record claims to be longer than the bytes that are left of the record;
+/// `None` if one does. The crate allocates the memory of a text before it reads it.
 ///
-/// A map ends for the crate where an entry reaches its length or goes beyond it, so it does here.
+/// The crate ends a map where an entry reaches its length or goes beyond it, so this does too.
 fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
     // Bytes before the texts, the texts, and whether a map of texts follows.
     let (before, texts, is_map_next) = match opcode {
@@ -54,32 +54,32 @@ fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
         op::METADATA => (0, 1, true),
         _ => return Some(()),
     };
-    let mut left = data.get(before..)?;
+    let mut bytes_left = data.get(before..)?;
     for _ in 0..texts {
-        take_text(&mut left)?;
+        take_text(&mut bytes_left)?;
     }
     let map = match is_map_next {
-        true => take_length(&mut left)?,
+        true => take_length(&mut bytes_left)?,
         false => 0,
     };
-    let end = left.len().saturating_sub(map);
-    while left.len() > end {
-        take_text(&mut left)?;
-        take_text(&mut left)?;
+    let end = bytes_left.len().saturating_sub(map);
+    while bytes_left.len() > end {
+        take_text(&mut bytes_left)?;
+        take_text(&mut bytes_left)?;
     }
     Some(())
 }
 
-fn take_length(left: &mut &[u8]) -> Option<usize> {
-    let (length, rest) = left.split_first_chunk()?;
-    *left = rest;
+fn take_length(bytes_left: &mut &[u8]) -> Option<usize> {
+    let (length, tail) = bytes_left.split_first_chunk()?;
+    *bytes_left = tail;
     Some(u32::from_le_bytes(*length) as usize)
 }
 
 /// Takes a length of four bytes, and as many bytes as it says.
-fn take_text(left: &mut &[u8]) -> Option<()> {
-    let length = take_length(left)?;
-    *left = left.get(length..)?;
+fn take_text(bytes_left: &mut &[u8]) -> Option<()> {
+    let length = take_length(bytes_left)?;
+    *bytes_left = bytes_left.get(length..)?;
     Some(())
 }
 
@@ -98,24 +98,26 @@ pub(super) fn too_long(limit: u64, found: u64, what: &str) -> Error {
     Error::over("mcap_string_bytes", limit, found)
 }
 
-/// Returns the values of a map whose keys say that a person wrote them.
+/// Returns the values of a map whose keys say that they are comments.
 pub(super) fn comments(map: &BTreeMap<String, String>) -> impl Iterator<Item = &str> {
-    let said = map.iter().filter(|(key, _)| remarks::is_key(key));
-    said.map(|(_, value)| value.as_str())
+    let entries = map.iter().filter(|(key, _)| remarks::is_key(key));
+    entries.map(|(_, value)| value.as_str())
 }
 
 /// Takes opcode and content of the next record inside a chunk from what is left of it.
-pub(super) fn next_in_chunk<'a>(left: &mut &'a [u8]) -> Result<Option<(u8, &'a [u8])>, Error> {
-    if left.is_empty() {
+pub(super) fn next_in_chunk<'a>(
+    records_left: &mut &'a [u8],
+) -> Result<Option<(u8, &'a [u8])>, Error> {
+    if records_left.is_empty() {
         return Ok(None);
     }
-    let next = left
+    let next = records_left
         .split_first_chunk::<PREFIX_BYTES>()
-        .and_then(|(prefix, rest)| {
+        .and_then(|(prefix, content)| {
             let [opcode, length @ ..] = *prefix;
             let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
-            let (data, rest) = rest.split_at_checked(length)?;
-            *left = rest;
+            let (data, tail) = content.split_at_checked(length)?;
+            *records_left = tail;
             Some((opcode, data))
         });
     let missing = || damaged("more bytes in the chunk record", "its end in a record");

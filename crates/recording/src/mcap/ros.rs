@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 /// Shortest line of `=` that divides definitions.
 const DIVIDER: usize = 80;
 
-/// Whose definitions and encoding.
+/// The version of ROS, which decides definitions and encoding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Dialect {
     /// Numbers aligned to their size.
@@ -63,12 +63,12 @@ pub(super) fn types(root: &str, text: &str, dialect: Dialect) -> Result<MessageT
     }
     // Every reader knows these, so that some recorders leave them out. ROS 1 has both as types of
     // their own, the time without a sign.
-    let (signed, whole) = (Number::I32, Number::U32);
-    let of_ros2 = [("sec", signed), ("nanosec", whole)];
+    let (signed, unsigned) = (Number::I32, Number::U32);
+    let of_ros2 = [("sec", signed), ("nanosec", unsigned)];
     for (name, parts) in [
         ("builtin_interfaces/Time", of_ros2),
         ("builtin_interfaces/Duration", of_ros2),
-        ("ros1/time", [("secs", whole), ("nsecs", whole)]),
+        ("ros1/time", [("secs", unsigned), ("nsecs", unsigned)]),
         ("ros1/duration", [("secs", signed), ("nsecs", signed)]),
     ] {
         let part = |(name, number)| Field::new(name, FieldKind::Number(number), Multiplicity::One);
@@ -86,12 +86,12 @@ fn field(line: &str, package: &str, dialect: Dialect) -> Result<Option<Field>, E
     }
     let expected = "`type name` in the message definition";
     let bad = || unreadable(expected, &format!("`{line}`"));
-    let (type_text, rest) = line.split_once(char::is_whitespace).ok_or_else(bad)?;
-    let rest = rest.trim_start();
-    let end = rest
+    let (type_text, after_type) = line.split_once(char::is_whitespace).ok_or_else(bad)?;
+    let after_type = after_type.trim_start();
+    let end = after_type
         .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
-        .unwrap_or(rest.len());
-    let (name, after) = rest.split_at(end);
+        .unwrap_or(after_type.len());
+    let (name, after) = after_type.split_at(end);
     if name.is_empty() {
         return Err(bad());
     }
@@ -138,8 +138,8 @@ fn field(line: &str, package: &str, dialect: Dialect) -> Result<Option<Field>, E
         "string" => FieldKind::Text,
         "wstring" => FieldKind::Other,
         "" => return Err(bad()),
-        other if other.contains('/') => FieldKind::Message(plain_name(other)),
-        other => FieldKind::Message(format!("{package}/{other}")),
+        type_name if type_name.contains('/') => FieldKind::Message(plain_name(type_name)),
+        type_name => FieldKind::Message(format!("{package}/{type_name}")),
     };
     Ok(Some(Field::new(name, kind, count)))
 }

@@ -2,8 +2,8 @@
 
 use super::clock::{MessageBase, MessageTimes};
 use super::layout::{
-    self, Contents, ESTIMATE, FRAME, IMU_FIELD, IMU_PATH, Laid, MessageLayout, Messages, Unfit,
-    WantedFields, name_of,
+    self, Contents, ESTIMATE, FRAME, IMU_FIELD, IMU_PATH, LayoutResult, MessageLayout, Messages,
+    RequestedFields, Unfit, name_of,
 };
 use super::types::{Leaf, damaged_message, hash};
 use super::{cdr, json, protobuf};
@@ -22,64 +22,64 @@ struct FieldColumn {
     path: String,
     unit: Option<AccelerationUnit>,
     values: Vec<f64>,
-    /// Whether it is read as a neighbour only.
+    /// True if the setting `channel` does not mean it, so that a limit may drop its values.
     is_neighbour: bool,
     /// The first thing wrong with this field; its values end there.
     error: Option<Error>,
 }
 
-/// A field of a topic: what its words say, and its channel or why it is none.
+/// A field of a topic: its words, and its channel or the reason why there is none.
 #[derive(Debug)]
 pub(super) struct TopicField {
     pub(super) path: String,
     pub(super) words: ChannelName,
-    /// Whether it may be the lateral acceleration of its topic.
+    /// True if it may be the lateral acceleration of its topic.
     pub(super) may_be_lateral: bool,
     pub(super) channel: Result<Channel, Error>,
 }
 
-/// What a topic comes to.
+/// The channels of a topic, at the end of the file.
 #[derive(Debug)]
-pub(super) struct Finished {
+pub(super) struct TopicChannels {
     pub(super) fields: Vec<TopicField>,
-    /// Whether its messages have nothing that is wanted.
-    pub(super) is_other: bool,
-    /// What messages in JSON hold.
+    /// True if its messages have nothing that is requested.
+    pub(super) has_nothing_requested: bool,
+    /// Contents of messages in JSON.
     pub(super) contents: Option<Contents>,
-    /// That the field which a person names is not there.
+    /// Error for a field that a person names and that is not there.
     pub(super) missing: Option<Error>,
-    /// That a later message had other fields than the first.
-    pub(super) further: Option<Error>,
+    /// Error for a later message with other fields than the first.
+    pub(super) changed_fields: Option<Error>,
 }
 
 /// The messages of one topic, as far as they were read.
 #[derive(Debug, Default)]
 pub(super) struct TopicSeries {
     topic: Rc<str>,
-    /// What was wanted of it.
-    wanted: WantedFields,
-    /// `None` for JSON before its first message, which alone tells its fields, and where an
-    /// error says why there is none.
+    /// The fields requested of it.
+    requested: RequestedFields,
+    /// `None` for JSON before its first message, which alone shows its fields, and where an
+    /// error gives the reason.
     layout: Option<Rc<MessageLayout>>,
     columns: Vec<FieldColumn>,
-    /// What is wanted of the message at hand, as it stands there.
+    /// The requested scalars of the current message, as they are stored.
     leaves: Vec<Option<Leaf>>,
-    /// Numbers of the message at hand, as the layout says.
+    /// Numbers of the current message, in the order of the layout.
     slots: Vec<f64>,
     times: MessageTimes,
     /// The frame that the first message names.
     frame: Option<f64>,
-    /// Whether its messages have nothing that is wanted.
-    is_other: bool,
-    /// What messages in JSON hold.
+    /// True if its messages have nothing that is requested.
+    has_nothing_requested: bool,
+    /// Contents of messages in JSON.
     contents: Option<Contents>,
-    /// That a later message had other fields than the first.
-    further: Option<Error>,
+    /// Error for a later message with other fields than the first.
+    changed_fields: Option<Error>,
     /// Fingerprint of the fields that the first message in JSON had.
     shape: Option<u64>,
-    /// What a person wrote of the topic.
+    /// Comments on the topic.
     pub(super) remarks: Vec<Remark>,
-    /// The first thing wrong with the whole; nothing is read after it.
+    /// The first error of the topic; nothing is read after it.
     error: Option<Error>,
 }
 
@@ -93,63 +93,63 @@ pub(super) struct LoggedMessage<'a> {
     pub(super) byte: u64,
 }
 
-/// Values that are kept of all topics.
+/// Numbers of values that are kept of all topics.
 #[derive(Debug, Default)]
-pub(super) struct Kept {
-    /// Those of fields that may be meant, and times.
-    meant: u64,
+pub(super) struct KeptValues {
+    /// Values of fields that may be meant, and times.
+    candidates: u64,
     neighbours: u64,
-    /// That neighbours are too many, so that none is kept any more.
-    pub(super) over: Option<Error>,
+    /// Error once the neighbours are too many; none of them is kept any more.
+    pub(super) exceeded: Option<Error>,
 }
 
-/// What one path or column costs beside its values, in values.
+/// Cost of one path or column beside its values [values].
 const OVERHEAD: u64 = 16;
 
 impl TopicSeries {
     /// Prepares to read the messages of a topic; those of a JSON topic have no layout yet.
     pub(super) fn new(
         topic: &str,
-        wanted: &WantedFields,
-        laid: Option<&Laid>,
-        kept: &mut Kept,
+        requested: &RequestedFields,
+        laid: Option<&LayoutResult>,
+        kept: &mut KeptValues,
     ) -> Self {
         let mut series = Self {
             topic: topic.into(),
-            wanted: wanted.clone(),
+            requested: requested.clone(),
             ..Self::default()
         };
         match laid {
             None => {}
             Some(Ok(layout)) => series.take_layout(Rc::clone(layout), kept),
-            Some(Err(Unfit::Other)) => series.is_other = true,
+            Some(Err(Unfit::NothingRequested)) => series.has_nothing_requested = true,
             Some(Err(Unfit::Unreadable(error))) => series.error = Some(error.clone()),
         }
         series
     }
 
-    fn take_layout(&mut self, layout: Rc<MessageLayout>, kept: &mut Kept) {
+    fn take_layout(&mut self, layout: Rc<MessageLayout>, kept: &mut KeptValues) {
         let column = |(path, unit): &(String, Option<AccelerationUnit>)| FieldColumn {
             path: path.clone(),
             unit: *unit,
-            is_neighbour: !self.wanted.meant
-                || (!layout::names_lateral(path) && self.wanted.path.as_ref() != Some(path)),
+            is_neighbour: !self.requested.is_candidate
+                || (!layout::names_lateral(path) && self.requested.path.as_ref() != Some(path)),
             ..FieldColumn::default()
         };
         self.columns = layout.columns.iter().map(column).collect();
         self.slots = vec![0.0; layout.paths.len()];
-        kept.meant += OVERHEAD * self.columns.len() as u64;
+        kept.candidates += OVERHEAD * self.columns.len() as u64;
         self.layout = Some(layout);
     }
 
-    /// Takes in one message; what is wrong with it is kept until the series is asked for.
+    /// Takes in one message; an error in it is kept until the series is finished.
     pub(super) fn push(
         &mut self,
         message: &LoggedMessage<'_>,
-        kept: &mut Kept,
+        kept: &mut KeptValues,
         limits: &Limits,
     ) -> Result<(), Error> {
-        if self.error.is_some() || self.is_other {
+        if self.error.is_some() || self.has_nothing_requested {
             return Ok(());
         }
         if let Err(error) = self.take(message, kept, limits) {
@@ -157,12 +157,12 @@ impl TopicSeries {
             return Ok(());
         }
         // Each message costs one value per column and one for each of its times.
-        let meant = self.wanted.meant;
+        let is_candidate = self.requested.is_candidate;
         let neighbours = self.columns.iter().filter(|column| column.is_neighbour);
-        let neighbours = neighbours.count() as u64 + if meant { 0 } else { CLOCKS };
-        kept.meant += self.columns.len() as u64 + CLOCKS - neighbours;
+        let neighbours = neighbours.count() as u64 + if is_candidate { 0 } else { CLOCKS };
+        kept.candidates += self.columns.len() as u64 + CLOCKS - neighbours;
         kept.neighbours += neighbours;
-        let most = limits.samples.saturating_mul(KEPT_PER_SAMPLE);
+        let value_limit = limits.samples.saturating_mul(KEPT_PER_SAMPLE);
         let full = message.number > limits.samples;
         let over = || {
             let found = format!("more, at message {} of {}", message.number, self.topic);
@@ -170,16 +170,16 @@ impl TopicSeries {
                 .over("samples", found)
                 .at(Place::default().byte(message.byte))
         };
-        if (full && meant) || kept.meant > most {
+        if (full && is_candidate) || kept.candidates > value_limit {
             return Err(over());
         }
-        if full || kept.meant + kept.neighbours > most {
-            let error = kept.over.get_or_insert_with(over).clone();
+        if full || kept.candidates + kept.neighbours > value_limit {
+            let error = kept.exceeded.get_or_insert_with(over).clone();
             for column in self.columns.iter_mut().filter(|column| column.is_neighbour) {
                 column.error.get_or_insert_with(|| error.clone());
                 column.values = Vec::new();
             }
-            if !meant {
+            if !is_candidate {
                 self.times = MessageTimes::default();
                 self.error = Some(error);
             }
@@ -190,17 +190,17 @@ impl TopicSeries {
     fn take(
         &mut self,
         message: &LoggedMessage<'_>,
-        kept: &mut Kept,
+        kept: &mut KeptValues,
         limits: &Limits,
     ) -> Result<(), Error> {
         let topic = Rc::clone(&self.topic);
         let place = |path: &str| place(&topic, message, path);
         if self.layout.is_none() {
-            let contents = Contents::of_json(message.data, &self.wanted);
+            let contents = Contents::of_json(message.data, &self.requested);
             let contents = contents.map_err(|error| error.at(place("")))?;
-            match layout::json_layout(&contents, &self.wanted) {
+            match layout::json_layout(&contents, &self.requested) {
                 Some(layout) => self.take_layout(Rc::new(layout), kept),
-                None => self.is_other = true,
+                None => self.has_nothing_requested = true,
             }
             self.contents = Some(contents);
         }
@@ -213,14 +213,14 @@ impl TopicSeries {
             let error = column.error.take();
             column.error = error.map(|error| error.at(place(&column.path)));
         }
-        let mut rest = self.slots.iter().skip(self.columns.len()).copied();
-        if layout.estimate && rest.next() == Some(-1.0) {
+        let mut trailing = self.slots.iter().skip(self.columns.len()).copied();
+        if layout.estimate && trailing.next() == Some(-1.0) {
             let found = format!("-1 in {ESTIMATE}, by which the sensor states that it has none");
             let error = damaged_message("an estimate of the acceleration", &found);
             return Err(error.at(place("")));
         }
         if layout.frame {
-            let frame = rest.next();
+            let frame = trailing.next();
             if self.frame.is_some() && self.frame != frame {
                 return Err(Error::malformed(
                     "the messages of one sensor, with one frame_id",
@@ -231,10 +231,12 @@ impl TopicSeries {
             }
             self.frame = frame;
         }
-        let pair = || [rest.next(), rest.next()].map(Option::unwrap_or_default);
-        let stamp = layout.stamped.then(pair);
-        let (log, publish) = (message.log_time, message.publish_time);
-        self.times.push(stamp, log, publish);
+        let stamp = match layout.stamped {
+            true => Some([trailing.next(), trailing.next()].map(Option::unwrap_or_default)),
+            false => None,
+        };
+        self.times
+            .push(stamp, message.log_time, message.publish_time);
         for (column, value) in self.columns.iter_mut().zip(&self.slots) {
             if column.error.is_some() {
                 continue;
@@ -250,7 +252,7 @@ impl TopicSeries {
         Ok(())
     }
 
-    /// Takes the numbers that are wanted from a message into the slots.
+    /// Writes the requested numbers of a message into the slots.
     fn extract(
         &mut self,
         layout: &MessageLayout,
@@ -265,9 +267,9 @@ impl TopicSeries {
                 cdr::walk(plan, data, limits.mcap_string_bytes, &mut self.leaves)?;
             }
             Messages::Protobuf(types) => {
-                let root = (&*types.root, &mut String::new());
-                let mut found = |path: &str, leaf| _ = put(&mut self.leaves, paths, path, leaf);
-                protobuf::walk(types, root, data, paths, &mut found)?;
+                let path = &mut String::new();
+                let mut take_leaf = |path: &str, leaf| _ = put(&mut self.leaves, paths, path, leaf);
+                protobuf::walk(types, &types.root, path, data, paths, &mut take_leaf)?;
             }
             Messages::Json => self.extract_json(paths, data)?,
         }
@@ -303,7 +305,7 @@ impl TopicSeries {
                 }
             };
             match self.columns.get_mut(place) {
-                // Of one field alone; the others go on.
+                // The error concerns one field; the others are still read.
                 Some(column) => column.error.get_or_insert(error),
                 None => return Err(error),
             };
@@ -311,10 +313,10 @@ impl TopicSeries {
         Ok(())
     }
 
-    /// Takes what is wanted from a message in JSON, whose fields must be those of the first.
+    /// Reads a message in JSON, whose fields must be those of the first.
     fn extract_json(&mut self, paths: &[String], data: &[u8]) -> Result<(), Error> {
         let (mut twice, mut shape) = (None, 0_u64);
-        let mut found = |path: &str, leaf: Leaf| {
+        let mut take_leaf = |path: &str, leaf: Leaf| {
             if put(&mut self.leaves, paths, path, leaf) {
                 twice = Some(path.to_string());
             }
@@ -323,7 +325,7 @@ impl TopicSeries {
                 shape = shape.wrapping_add(hash(path.as_bytes()));
             }
         };
-        json::walk(data, &mut found)?;
+        json::walk(data, &mut take_leaf)?;
         if let Some(path) = twice {
             let expected = format!("the field {path} once");
             return Err(damaged_message(&expected, "it twice"));
@@ -335,20 +337,20 @@ impl TopicSeries {
                 "choose one with the setting `channel` = TOPIC:FIELD, or write each sensor to a \
                  separate topic",
             );
-            self.further.get_or_insert(error);
+            self.changed_fields.get_or_insert(error);
         }
         Ok(())
     }
 
-    /// Brings the fields to a uniform time base; `known` is the path of the lateral acceleration in a
-    /// message type that is known to have one, `mark` stands behind each name.
+    /// Brings the fields to a uniform time base. `lateral_path` is the path of the lateral acceleration
+    /// of a known message type; `mark` is appended to each name.
     pub(super) fn finish(
         mut self,
-        known: Option<&str>,
+        lateral_path: Option<&str>,
         mark: &str,
         options: &ReadOptions,
         limits: &Limits,
-    ) -> Finished {
+    ) -> TopicChannels {
         let base = match self.error.take() {
             Some(error) => Err(error),
             None => self.times.base(&self.topic, options, limits),
@@ -356,15 +358,18 @@ impl TopicSeries {
         let confirmed = self.times.log_confirms();
         let layout = self.layout.take();
         let is_read = layout.is_some();
-        let asked = self.wanted.path.as_deref().zip(layout);
-        let missing = asked.and_then(|(path, layout)| {
-            let there = self.columns.iter().any(|column| column.path == path);
-            (!there).then(|| layout::no_field(&self.topic, path, &layout.contents))
+        let requested = self.requested.path.as_deref().zip(layout);
+        let missing = requested.and_then(|(path, layout)| {
+            let exists = self.columns.iter().any(|column| column.path == path);
+            (!exists).then(|| layout::no_field(&self.topic, path, &layout.contents))
         });
-        if !is_read && !self.is_other {
-            // Of what cannot be read at all one field is told.
+        if !is_read && !self.has_nothing_requested {
+            // A topic that cannot be read at all still yields one field, which carries the error.
             self.columns.push(FieldColumn {
-                path: known.or(self.wanted.path.as_deref()).unwrap_or("").into(),
+                path: lateral_path
+                    .or(self.requested.path.as_deref())
+                    .unwrap_or("")
+                    .into(),
                 ..FieldColumn::default()
             });
         }
@@ -373,18 +378,19 @@ impl TopicSeries {
             let path = column.path.clone();
             let mut words = layout::words_of(&topic, &path);
             words.name.push_str(mark);
-            let may_be_lateral = match known {
-                Some(known) => path == known,
+            let may_be_lateral = match lateral_path {
+                Some(lateral_path) => path == lateral_path,
                 None => layout::names_lateral(&path) || !is_read,
             };
             let channel = match (column.error.clone(), &base) {
                 (Some(error), _) => Err(error),
                 (None, Err(error)) => Err(error.clone()),
-                (None, Ok(base)) => column.into_channel((&words, &remarks), base, options),
+                (None, Ok(base)) => column.into_channel(&words, &remarks, base, options),
             };
             let channel = channel.map(|mut channel: Channel| {
                 channel.stated.clock_confirmed_by = confirmed.then(|| "log times".into());
-                channel.stated.gravity |= known == Some(IMU_PATH) && path.starts_with(IMU_FIELD);
+                channel.stated.gravity |=
+                    lateral_path == Some(IMU_PATH) && path.starts_with(IMU_FIELD);
                 channel
             });
             let place = Place::default().channel(&words.name);
@@ -396,12 +402,12 @@ impl TopicSeries {
                 channel,
             }
         };
-        Finished {
+        TopicChannels {
             fields: self.columns.into_iter().map(field).collect(),
-            is_other: self.is_other,
+            has_nothing_requested: self.has_nothing_requested,
             contents: self.contents,
             missing,
-            further: self.further,
+            changed_fields: self.changed_fields,
         }
     }
 }
@@ -415,13 +421,14 @@ const CLOCKS: u64 = 3;
 impl FieldColumn {
     fn into_channel(
         self,
-        (words, remarks): (&ChannelName, &[Remark]),
+        words: &ChannelName,
+        remarks: &[Remark],
         clock: &MessageBase,
         options: &ReadOptions,
     ) -> Result<Channel, Error> {
-        let mut told = Vec::new();
+        let mut findings = Vec::new();
         if options.channel.is_some() {
-            told.extend(words.not_lateral_finding());
+            findings.extend(words.not_lateral_finding());
         }
         let named = words.stated_unit();
         let statement = UnitStatement {
@@ -431,33 +438,34 @@ impl FieldColumn {
             unread: None,
             place: "the message type",
         };
-        // Which channel is meant is not known here: see `draft::check_unit`.
-        let unit = Unit::find(statement, options, Selection::Every, &mut told)?;
+        // A missing unit is an error of the delivered channel only, which is not chosen yet:
+        // `draft::check_unit` follows.
+        let unit = Unit::find(statement, options, Selection::Every, &mut findings)?;
         let samples = UniformSamples {
             start_s: clock.base.start_s,
             rate: clock.base.rate,
             values: clock.base.apply(&clock.times_s, self.values)?,
         };
         let mut draft = Draft::of_words(words, unit, samples, clock.findings.clone());
-        draft.findings.append(&mut told);
+        draft.findings.append(&mut findings);
         draft.remarks = remarks.to_vec();
         // The stamps count from time zero already, which in nanoseconds loses no digit.
         draft.finish(0.0, options)
     }
 }
 
-/// Returns where a message stands: the byte of its record and the channel with its number.
+/// Returns the place of a message: the byte of its record and the channel with its number.
 fn place(topic: &str, message: &LoggedMessage<'_>, path: &str) -> Place {
     let (name, number) = (name_of(topic, path), message.number);
     let place = Place::default().byte(message.byte);
     place.channel(format!("{name}, message {number}"))
 }
 
-/// Puts a scalar into every slot whose path is its own; tells whether one held another.
+/// Puts a scalar into each slot of that path; true if one of them held a scalar already.
 fn put(leaves: &mut [Option<Leaf>], paths: &[String], path: &str, leaf: Leaf) -> bool {
     let mut twice = false;
-    for (slot, wanted) in leaves.iter_mut().zip(paths) {
-        if wanted == path {
+    for (slot, slot_path) in leaves.iter_mut().zip(paths) {
+        if slot_path == path {
             twice |= slot.replace(leaf).is_some();
         }
     }

@@ -5,34 +5,39 @@ use crate::Limits;
 use crate::error::{Error, ErrorKind};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Most number fields of one message type.
+/// Most number fields of one message type, so that a list of them stays bounded.
 pub(super) const FIELDS: usize = 4096;
 
 /// Deepest nesting of types; a definition that uses itself ends here.
 pub(super) const DEPTH: usize = 32;
 
-/// What the message types of a file may still cost, so that nested types cannot multiply without
-/// end: one for each field looked at, wherever it is nested.
+/// Number of fields that may still be visited in a file, wherever they are nested. Without it,
+/// nested types would multiply without end.
 #[derive(Debug)]
 pub(super) struct Budget {
-    left: u64,
+    fields_left: u64,
     limit: u64,
 }
 
 impl Budget {
     /// Returns the budget of a file.
     pub(super) fn new(limits: &Limits) -> Self {
-        let (left, limit) = (limits.mcap_fields, limits.mcap_fields);
-        Self { left, limit }
+        Self {
+            fields_left: limits.mcap_fields,
+            limit: limits.mcap_fields,
+        }
     }
 
     /// Takes one field from the budget.
     pub(super) fn spend(&mut self) -> Result<(), Error> {
-        self.left = self.left.checked_sub(1).ok_or(ErrorKind::LimitExceeded {
-            limit: "mcap_fields",
-            value: self.limit,
-            found: "message types of more fields together".into(),
-        })?;
+        self.fields_left = self
+            .fields_left
+            .checked_sub(1)
+            .ok_or(ErrorKind::LimitExceeded {
+                limit: "mcap_fields",
+                value: self.limit,
+                found: "message types of more fields together".into(),
+            })?;
         Ok(())
     }
 }
@@ -102,7 +107,7 @@ impl Number {
     }
 }
 
-/// How protobuf packs a number: its size in bytes, or seven bits to a byte.
+/// Encoding of a number in protobuf: its size in bytes, or seven bits to a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Coding {
     Fixed,
@@ -111,7 +116,7 @@ pub(super) enum Coding {
     ZigZag,
 }
 
-/// What a field holds.
+/// Type of a field's value.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum FieldKind {
     Number(Number),
@@ -138,7 +143,7 @@ pub(super) struct Field {
     /// Number of the field and coding, in protobuf.
     pub(super) tag: u64,
     pub(super) coding: Coding,
-    /// Whether a field that is not there means zero, as in proto3.
+    /// True if an absent field means zero, as in proto3.
     pub(super) zero_if_absent: bool,
 }
 
@@ -181,15 +186,22 @@ pub(super) fn segments(path: &str) -> Option<Vec<Segment>> {
     path.split('.').map(segment).collect()
 }
 
-/// A step on the way to a field: the type that has it, the field, and the index if it is repeated.
-pub(super) type Step<'a> = (&'a str, &'a Field, Option<u64>);
+/// A step on the way to a field.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Step<'a> {
+    /// The type that has the field.
+    pub(super) type_name: &'a str,
+    pub(super) field: &'a Field,
+    /// The index, if the field is repeated.
+    pub(super) index: Option<u64>,
+}
 
 /// The definitions of a message type and of all types it uses.
 #[derive(Debug, Clone, Default)]
 pub(super) struct MessageTypes {
     pub(super) root: String,
     pub(super) types: BTreeMap<String, Vec<Field>>,
-    /// Types whose fields stand in no order that could be asked for: entries of protobuf's maps.
+    /// Types whose fields have no order by which one could be named: entries of protobuf's maps.
     pub(super) unordered: BTreeSet<String>,
 }
 
@@ -206,7 +218,7 @@ pub(super) enum Leaf {
     Boolean,
 }
 
-/// Where the scalars of a message go, each with its path, such as `a.b[2].c`.
+/// Receiver of the scalars of a message, each with its path, such as `a.b[2].c`.
 pub(super) type Sink<'a> = &'a mut dyn FnMut(&str, Leaf);
 
 /// Adds a field to a path.
@@ -217,17 +229,19 @@ pub(super) fn step_into(path: &mut String, name: &str) {
     path.push_str(name);
 }
 
-/// Tells whether one of the wanted paths is this one or may go on from it.
-pub(super) fn leads_on(path: &str, wanted: &[String]) -> bool {
-    wanted.iter().any(|one| one.starts_with(path))
+/// True if a requested path is this one or may go on from it.
+pub(super) fn leads_on(path: &str, requested: &[String]) -> bool {
+    requested
+        .iter()
+        .any(|requested| requested.starts_with(path))
 }
 
-/// What is kept of a text.
+/// Properties of a text that are kept in its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TextMark {
     /// A number that two texts share only by a chance of one in 2⁵³.
     pub(super) fingerprint: f64,
-    /// Whether it is a number in quotes.
+    /// True if it is a number in quotes.
     pub(super) is_number: bool,
 }
 
@@ -251,7 +265,11 @@ pub(super) fn hash(text: &[u8]) -> u64 {
 impl MessageTypes {
     /// Adds a type; a second definition must equal the first.
     pub(super) fn define(&mut self, name: &str, fields: Vec<Field>) -> Result<(), Error> {
-        if self.types.get(name).is_some_and(|known| *known != fields) {
+        if self
+            .types
+            .get(name)
+            .is_some_and(|definition| *definition != fields)
+        {
             let expected = format!("one definition of {name}");
             return Err(unreadable(&expected, "two that differ"));
         }
@@ -259,13 +277,13 @@ impl MessageTypes {
         Ok(())
     }
 
-    /// Returns the way that a path leads, if there is one.
+    /// Returns the steps to a path, if it exists.
     pub(super) fn way(&self, path: &str) -> Option<Vec<Step<'_>>> {
         let mut type_name = Some(self.root.as_str());
         let mut steps = Vec::new();
         for segment in segments(path)? {
-            let own = type_name.filter(|name| !self.unordered.contains(*name))?;
-            let fields = self.types.get(own)?;
+            let holder = type_name.filter(|name| !self.unordered.contains(*name))?;
+            let fields = self.types.get(holder)?;
             let field = fields.iter().find(|field| field.name == segment.name)?;
             let fits = match (field.count, segment.index) {
                 (Multiplicity::One, None) | (Multiplicity::Sequence, Some(_)) => true,
@@ -275,7 +293,11 @@ impl MessageTypes {
             if !fits {
                 return None;
             }
-            steps.push((own, field, segment.index));
+            steps.push(Step {
+                type_name: holder,
+                field,
+                index: segment.index,
+            });
             type_name = match &field.kind {
                 FieldKind::Message(inner) => Some(inner),
                 _ => None,
@@ -284,10 +306,10 @@ impl MessageTypes {
         Some(steps)
     }
 
-    /// Returns the way to a number.
+    /// Returns the steps to a number.
     pub(super) fn way_to_number(&self, path: &str) -> Option<(Vec<Step<'_>>, Number)> {
         let way = self.way(path)?;
-        match way.last()?.1.kind {
+        match way.last()?.field.kind {
             FieldKind::Number(number) => Some((way, number)),
             _ => None,
         }
@@ -296,9 +318,9 @@ impl MessageTypes {
     /// Lists the paths of all number fields, and whether each is a floating-point one; an array
     /// shows as `name[0..N]`.
     pub(super) fn numbers(&self, budget: &mut Budget) -> Result<Vec<(String, bool)>, Error> {
-        let mut found = Vec::new();
-        self.list(&self.root, "", DEPTH, budget, &mut found)?;
-        Ok(found)
+        let mut numbers = Vec::new();
+        self.list(&self.root, "", DEPTH, budget, &mut numbers)?;
+        Ok(numbers)
     }
 
     fn list(
@@ -307,7 +329,7 @@ impl MessageTypes {
         prefix: &str,
         depth: usize,
         budget: &mut Budget,
-        found: &mut Vec<(String, bool)>,
+        numbers: &mut Vec<(String, bool)>,
     ) -> Result<(), Error> {
         let is_open = depth > 0 && !self.unordered.contains(type_name);
         let Some(fields) = self.types.get(type_name).filter(|_| is_open) else {
@@ -322,10 +344,10 @@ impl MessageTypes {
                 Multiplicity::Sequence => format!("{prefix}{name}[0..]"),
             };
             match &field.kind {
-                FieldKind::Number(_) if found.len() >= FIELDS => return Err(too_many_fields()),
-                FieldKind::Number(number) => found.push((path, number.is_float())),
+                FieldKind::Number(_) if numbers.len() >= FIELDS => return Err(too_many_fields()),
+                FieldKind::Number(number) => numbers.push((path, number.is_float())),
                 FieldKind::Message(inner) => {
-                    self.list(inner, &format!("{path}."), depth - 1, budget, found)?;
+                    self.list(inner, &format!("{path}."), depth - 1, budget, numbers)?;
                 }
                 FieldKind::Bool | FieldKind::Text | FieldKind::Other => {}
             }

@@ -64,7 +64,7 @@ fn header_line(line: &str) -> HeaderLine<'_> {
     }
 }
 
-/// Tells whether the head is that of a channel file.
+/// True if the head is that of a channel file.
 pub(super) fn looks_like_channel(head: &[u8]) -> bool {
     let is_code = |line: &str| {
         line.split_once(':')
@@ -122,7 +122,7 @@ impl ChannelHeader {
             .sum()
     }
 
-    /// Tells whether a sample stood behind the header, so that all of it was read.
+    /// True if a sample stood behind the header, so that all of it was read.
     pub(super) fn is_whole(&self) -> bool {
         self.is_whole
     }
@@ -180,7 +180,7 @@ impl ChannelHeader {
         self.code.is_some_and(|code| code.is_time())
     }
 
-    /// Tells whether the channel is a linear acceleration: by its code, else by its unit.
+    /// True if the channel is a linear acceleration: by its code, else by its unit.
     pub(super) fn is_acceleration(&self) -> bool {
         match &self.code {
             Some(code) => code.is_acceleration(),

@@ -1,11 +1,11 @@
 //! Names of a test's files: which are its header, its list and its channels.
 
-/// Tells whether a name is that of a test's header or channel list.
+/// True if a name is that of a test's header or channel list.
 pub(crate) fn is_test_file(name: &str) -> bool {
     has_suffix(name, "mme") || has_suffix(name, "chn")
 }
 
-/// Tells whether a file's name has a suffix, in capitals or small letters.
+/// True if a file's name has a suffix, in capitals or small letters.
 pub(crate) fn has_suffix(name: &str, suffix: &str) -> bool {
     suffix_of(name).is_some_and(|own| own.eq_ignore_ascii_case(suffix))
 }
@@ -17,7 +17,7 @@ pub(super) fn suffix_of(name: &str) -> Option<&str> {
     (!stem.is_empty()).then_some(suffix)
 }
 
-/// Tells whether a name is that of a channel file.
+/// True if a name is that of a channel file.
 pub(crate) fn is_channel_file(name: &str) -> bool {
     number_of(name).is_some()
 }
@@ -46,7 +46,7 @@ pub(super) fn kept(mut names: Vec<String>) -> Vec<String> {
     names
 }
 
-/// Tells whether a file is one of the shadows that macOS packs beside each file.
+/// True if a file is one of the shadows that macOS packs beside each file.
 pub(crate) fn is_shadow(name: &str) -> bool {
     let file = name.rsplit('/').next().unwrap_or(name);
     file.starts_with("._") || name.starts_with("__MACOSX/")

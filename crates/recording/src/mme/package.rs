@@ -21,7 +21,7 @@ pub(super) struct ChannelEntry {
 }
 
 impl ChannelEntry {
-    /// Tells whether a word is the channel's name, code or file number.
+    /// True if a word is the channel's name, code or file number.
     pub(super) fn is_named(&self, wanted: &str) -> bool {
         let wanted = wanted.trim();
         let number = wanted.parse::<u32>().ok();
@@ -32,7 +32,7 @@ impl ChannelEntry {
             || (number.is_some() && number == number_of(&self.file))
     }
 
-    /// Tells whether a word means this channel, a pattern of codes included.
+    /// True if a word means this channel, a pattern of codes included.
     pub(super) fn answers_to(&self, wanted: &str) -> bool {
         let code = self.header.value("Channel code");
         self.is_named(wanted) || code.is_some_and(|code| code::fits(wanted, code))
@@ -137,7 +137,7 @@ impl Package {
         self.given.as_ref().map(|(name, _)| name.as_str())
     }
 
-    /// Tells whether the files are parts of the recording: not those of an archive, nor the one
+    /// True if the files are parts of the recording: not those of an archive, nor the one
     /// that was given.
     pub(super) fn is_part(&self, name: &str) -> bool {
         self.archive.is_none() && self.given() != Some(name)

@@ -13,11 +13,11 @@ use std::sync::LazyLock;
 pub(super) struct Gist {
     /// The first fault word, as the text has it.
     pub(super) fault: Option<String>,
-    /// Whether an instant is named, and from when on the samples are bad if that is plain.
+    /// True if an instant is named, and from when on the samples are bad if that is plain.
     pub(super) instant: Option<NamedInstant>,
-    /// Whether fault words stand there and each is counted as none: "skipped samples: 0".
+    /// True if fault words stand there and each is counted as none: "skipped samples: 0".
     pub(super) denies: bool,
-    /// Whether the text says nothing, such as "no comments".
+    /// True if the text says nothing, such as "no comments".
     pub(super) is_empty: bool,
 }
 
@@ -54,7 +54,7 @@ pub(super) fn read(text: &str) -> Gist {
     }
 }
 
-/// Tells whether each fault word of a text is counted as none: in cells parted by commas and their
+/// True if each fault word of a text is counted as none: in cells parted by commas and their
 /// like, each from the first fault word on nothing but that word and `0`, `none` or `no` right
 /// behind it, perhaps with a key before them.
 fn denies(text: &str, told: &RemarkTokens, faults: &[(usize, usize)]) -> bool {
@@ -92,7 +92,7 @@ fn denies(text: &str, told: &RemarkTokens, faults: &[(usize, usize)]) -> bool {
     })
 }
 
-/// Tells whether a text is a fault word, or what is counted by one, and behind it `0`, `none` or `no`.
+/// True if a text is a fault word, or what is counted by one, and behind it `0`, `none` or `no`.
 fn counts_none(text: &str) -> bool {
     let told = RemarkTokens::of(text);
     let faults = told.faults();
@@ -118,7 +118,7 @@ fn counts_none(text: &str) -> bool {
 /// A fault word, as it is compared.
 struct FaultWord {
     letters: String,
-    /// Whether letters may precede it in its word, or follow.
+    /// True if letters may precede it in its word, or follow.
     anywhere: bool,
     goes_on: bool,
 }
@@ -204,11 +204,11 @@ struct Token {
     /// Of a number its digits with a decimal point; `Some(None)` if it can be read in two ways, such
     /// as 1,000.
     number: Option<Option<String>>,
-    /// Whether a letter or digit stands right before it.
+    /// True if a letter or digit stands right before it.
     glued: bool,
-    /// Whether more than blanks stands between it and the one before.
+    /// True if more than blanks stands between it and the one before.
     parted: bool,
-    /// Whether a part of a sentence ends before it.
+    /// True if a part of a sentence ends before it.
     breaks: bool,
 }
 
@@ -356,7 +356,7 @@ impl RemarkTokens {
         Some((index, last, instant))
     }
 
-    /// Tells whether the samples are bad from the instant on: by "BAD AFTER …" with nothing else
+    /// True if the samples are bad from the instant on: by "BAD AFTER …" with nothing else
     /// in the text but faults and words that change nothing.
     fn is_plain(&self, number: usize, unit: usize, faulty: &[bool]) -> bool {
         let mut before = self.tokens[..=number].iter().skip(1);
@@ -397,13 +397,13 @@ fn exponent(unit: &str) -> Option<i32> {
     }
 }
 
-/// Tells whether a character is part of a word.
+/// True if a character is part of a word.
 fn is_letter(character: char) -> bool {
     character.is_alphanumeric() && !character.is_ascii_digit()
         || ('\u{300}'..='\u{36F}').contains(&character)
 }
 
-/// Tells whether a character stands in a word and is none of its letters: DON'T.
+/// True if a character stands in a word and is none of its letters: DON'T.
 fn joins(character: char) -> bool {
     matches!(character, '\'' | '\u{2019}' | '\u{AD}')
 }

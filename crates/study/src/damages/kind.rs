@@ -24,7 +24,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// Tells whether what it leaves is another plausible recording, so that nobody can
+            /// True if what it leaves is another plausible recording, so that nobody can
             /// tell.
             pub fn is_undetectable(self) -> bool {
                 match self {

@@ -128,7 +128,7 @@ impl PreambleTopic {
         is_rate.then_some(Self::Rate).or_else(is_interval)
     }
 
-    /// Tells whether a value in one column alone says nothing of the others.
+    /// True if a value in one column alone says nothing of the others.
     fn is_of_one_column(self) -> bool {
         use PreambleTopic::{Code, Location, Name, Range, Sensitivity, Sensor, Unit};
         matches!(
@@ -147,7 +147,7 @@ pub(super) struct PreambleRow {
     pub(super) topic: Option<PreambleTopic>,
     /// Cells by column, that of the key empty.
     pub(super) values: Vec<String>,
-    /// Whether the row ends behind its one value, so that it speaks of all columns.
+    /// True if the row ends behind its one value, so that it speaks of all columns.
     pub(super) is_short: bool,
 }
 
@@ -329,7 +329,7 @@ impl PreambleRow {
 }
 
 impl PreambleRow {
-    /// Tells whether its values are units and numbers, not words.
+    /// True if its values are units and numbers, not words.
     pub(super) fn is_measure(&self) -> bool {
         use PreambleTopic::{
             After, Before, Class, Corner, Count, Interval, Range, Rate, Sensitivity, TimeUnit, Unit,
@@ -367,7 +367,7 @@ fn per_second(unit: &str) -> Option<f64> {
     }
 }
 
-/// Tells whether a text is the unit of a rate or of a time.
+/// True if a text is the unit of a rate or of a time.
 fn is_unit_of_clock(text: &str) -> bool {
     per_second(text).is_some() || TimeUnit::from_spelling(text).is_some()
 }
@@ -397,7 +397,7 @@ pub(super) fn measure(text: &str) -> Option<(f64, &str)> {
     })
 }
 
-/// Tells whether a value says that there is nothing, such as no filter.
+/// True if a value says that there is nothing, such as no filter.
 pub(super) fn says_none(text: &str) -> bool {
     let words = channel_name::words(text).join(" ");
     let none = [
@@ -440,7 +440,7 @@ fn cells(line: &str, separator: Separator) -> Vec<String> {
     }
 }
 
-/// Tells whether a sign between two texts stands between digits.
+/// True if a sign between two texts stands between digits.
 fn cuts_a_number(before: &str, behind: &str) -> bool {
     let is_digit = |c: char| c.is_ascii_digit();
     before.ends_with(is_digit) && behind.starts_with(is_digit)
