@@ -423,7 +423,7 @@ pub(crate) fn mark_columns(columns: Vec<&mut ChannelName>, options: &ReadOptions
     }
 }
 
-// What each list holds is told at its head.
+// The head of each list explains it.
 static ACCELERATION: Words = word_list!("name-acceleration");
 static LATERAL: Words = word_list!("name-lateral");
 static LATERAL_ACCELERATION: Words = word_list!("name-lateral-acceleration");

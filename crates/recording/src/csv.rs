@@ -4,26 +4,24 @@
 //! comments and line lengths are found and checked (`dialect`), and its header says what the
 //! columns hold (`channel_name` of all readers). Only then are the rows read, the needed columns alone.
 //!
-//! What the file does not say is asked for, not guessed: a missing unit or time is an error,
+//! What the file does not state is requested, not guessed: a missing unit or time is an error,
 //! and so is a header that does not fit its rows. Units never come from a comment.
 //!
 //! - `begin`: where a table begins, and what separates its cells;
 //! - `clock`: clocks: which column holds the time, and in which unit;
-//! - `clocks_beside`: clocks beside the one that is used, held against it;
-//! - `counter`: columns that count the rows: where no stamp tells the time, they alone show a
-//!   missing row;
-//! - `ends`: where a table seems to end, if a line behind it stops the reading;
-//! - `layout`: layouts: which rows are header, which column is time, which one is the lateral
+//! - `clocks_beside`: other clocks of the table, compared with the one that is used;
+//! - `counter`: columns that count the rows: without stamps they alone show a missing row;
+//! - `ends`: the line on which a table seems to end, if a line after it stops the reading;
+//! - `layout`: layouts: the rows of the header, the column of time, the one of the lateral
 //!   acceleration;
-//! - `preamble`: preambles: rows above the names that say what the columns are;
-//! - `marks`: what a sheet of a workbook shows beside its cells: columns that are hidden, cells that
-//!   are merged;
+//! - `preamble`: preambles: rows above the names that describe the columns;
+//! - `marks`: marks of a workbook's sheet besides its cells: hidden columns, merged cells;
 //! - `records`: rows as cells, by the table reader of the `csv` crate;
-//! - `rows`: rows: the stamps and the samples of the wanted columns;
+//! - `rows`: rows: the stamps and the samples of the selected columns;
 //! - `stamp`: stamps as words: dates, times of day, lengths of time, numbers with their unit;
-//! - `status`: what a table says of its samples in words: comment lines, and columns that hold
-//!   the state of a channel or notes row by row;
-//! - `unnamed`: tables of numbers without names: everything that a person has to state, said at once.
+//! - `status`: words on the samples: comment lines, and columns that hold the state of a channel
+//!   or notes row by row;
+//! - `unnamed`: tables of numbers without names: one message names everything that is missing.
 
 mod begin;
 mod clock;
@@ -52,11 +50,11 @@ use crate::remarks::{self, Remark, RemarkPlace};
 use crate::setting::Setting;
 use latchgate_kernel::units::{AccelerationUnit, SampleRate, TimeUnit};
 pub use layout::TableMapping;
-use layout::{TableLayout, TableStart, TimeSource, UnitOrigin};
+use layout::{Counter, TableLayout, TableStart, TimeSource, UnitOrigin};
 pub(crate) use marks::{Merged, Sheet, SheetMarks, column_letters};
-use preamble::HeldAgainst;
-use rows::{ColumnResult, Rows, WantedColumns};
-use status::AllSaid;
+use preamble::TableFacts;
+use rows::{ColumnResult, Rows, SelectedColumns};
+use status::TableWords;
 pub(crate) use status::says_bad;
 
 /// True if the head looks like text.
@@ -80,9 +78,9 @@ pub(super) fn looks_like_table(head: &[u8]) -> bool {
 /// - [`ErrorKind::Malformed`], [`NonFinite`](latchgate_kernel::error::Error::NonFinite), [`ErrorKind::RaggedRow`] or
 ///   [`ErrorKind::TimeNotIncreasing`] at the line and column of the first bad cell,
 /// - [`ErrorKind::LimitExceeded`] where the file is larger than allowed.
-pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
-    let table = TableText::open(source.read_text(asked.limits)?, asked)?;
-    Ok(asked.each(|selection| table.outcome(selection)))
+pub fn read(source: &mut Reader, task: ReadTask) -> Result<Outcomes, Error> {
+    let table = TableText::open(source.read_text(task.limits)?, task)?;
+    Ok(task.each(|selection| table.outcome(selection)))
 }
 
 /// Reads the table of a sheet, by the same rules.
@@ -90,33 +88,34 @@ pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
 /// # Errors
 ///
 /// As [`read`].
-pub(crate) fn read_sheet(sheet: Sheet, asked: ReadTask) -> Result<Outcomes, Error> {
-    let table = TableText::of_sheet(sheet, asked)?;
-    Ok(asked.each(|selection| table.outcome(selection)))
+pub(crate) fn read_sheet(sheet: Sheet, task: ReadTask) -> Result<Outcomes, Error> {
+    let table = TableText::of_sheet(sheet, task)?;
+    Ok(task.each(|selection| table.outcome(selection)))
 }
 
-/// Says how the table of a sheet was understood.
+/// Returns the mapping of the table of a sheet.
 ///
 /// # Errors
 ///
 /// As [`read`].
-pub(crate) fn mapping_of_sheet(sheet: Sheet, asked: ReadTask) -> Result<TableMapping, Error> {
-    TableText::of_sheet(sheet, asked)?.mapping()
+pub(crate) fn mapping_of_sheet(sheet: Sheet, task: ReadTask) -> Result<TableMapping, Error> {
+    TableText::of_sheet(sheet, task)?.mapping()
 }
 
-/// Says how a text table was understood, or, where a person is asked for that, how it seems to be.
+/// Returns the mapping of a text table. Where a setting is missing, it is a guess for a person to
+/// correct.
 ///
 /// # Errors
 ///
 /// As [`read`], where nothing like a table is found.
-pub fn mapping(source: &mut Reader, asked: ReadTask) -> Result<TableMapping, Error> {
-    let bytes = source.read_text(asked.limits)?;
+pub fn mapping(source: &mut Reader, task: ReadTask) -> Result<TableMapping, Error> {
+    let bytes = source.read_text(task.limits)?;
     let head = bytes[..bytes.len().min(begin::LOOKED_AT)].to_vec();
-    let found = TableText::open(bytes, asked).and_then(|table| table.mapping());
-    found.or_else(|error| {
-        let (text, _) = super::encoding::decode(head, asked.limits)?;
+    let mapping = TableText::open(bytes, task).and_then(|table| table.mapping());
+    mapping.or_else(|error| {
+        let (text, _) = super::encoding::decode(head, task.limits)?;
         let begin = begin::find(&text).ok_or(error)?;
-        let decimal = asked.options.decimal;
+        let decimal = task.options.decimal;
         Ok(TableMapping {
             sheet: None,
             separator: begin::find_separator(&text, decimal).name().into(),
@@ -131,62 +130,63 @@ pub fn mapping(source: &mut Reader, asked: ReadTask) -> Result<TableMapping, Err
     })
 }
 
-/// A table whose layout is known and whose rows are not read yet.
+/// A table with its layout, whose rows are not read yet.
 struct TableText<'a> {
     text: Vec<u8>,
     lines: dialect::LineScan,
     layout: TableLayout,
-    /// What was found odd up to here.
+    /// Findings so far.
     findings: Vec<Finding>,
-    /// The sheet that it is, and what that shows beside its cells; nothing of a text.
+    /// Name of the sheet; `None` for a text file.
     sheet: Option<String>,
+    /// Marks of the sheet; none for a text file.
     marks: SheetMarks,
-    /// What the workbook says beside the sheet.
-    beside: Vec<Remark>,
-    asked: ReadTask<'a>,
+    /// Remarks of the workbook outside the sheet.
+    workbook_remarks: Vec<Remark>,
+    task: ReadTask<'a>,
 }
 
 impl<'a> TableText<'a> {
-    fn open(bytes: Vec<u8>, asked: ReadTask<'a>) -> Result<Self, Error> {
-        let (text, findings) = super::encoding::decode(bytes, asked.limits)?;
-        Self::of_text(text, findings, None, asked)
+    fn open(bytes: Vec<u8>, task: ReadTask<'a>) -> Result<Self, Error> {
+        let (text, findings) = super::encoding::decode(bytes, task.limits)?;
+        Self::of_text(text, findings, None, task)
     }
 
-    fn of_sheet(sheet: Sheet, asked: ReadTask<'a>) -> Result<Self, Error> {
+    fn of_sheet(sheet: Sheet, task: ReadTask<'a>) -> Result<Self, Error> {
         let separator = match sheet.width > 1 {
             true => dialect::Separator::Tab,
             false => dialect::Separator::None,
         };
-        let mut table = Self::of_text(sheet.text, sheet.findings, Some(separator), asked)?;
+        let mut table = Self::of_text(sheet.text, sheet.findings, Some(separator), task)?;
         for (line, note) in &sheet.notes {
             table.lines.keep(*line, note.as_bytes());
         }
-        // Of what is not about this sheet alone, only fault words count.
+        // Text outside the sheet may be about another sheet, so it counts only if it has a fault word.
         let faults = sheet.beside.into_iter();
-        let mut left = dialect::COMMENT_BYTES;
-        for (teller, text) in faults.filter(|(_, text)| remarks::has_fault(text)) {
-            match left.checked_sub(text.len() + 64) {
-                Some(rest) => left = rest,
+        let mut bytes_left = dialect::COMMENT_BYTES;
+        for (source, text) in faults.filter(|(_, text)| remarks::has_fault(text)) {
+            match bytes_left.checked_sub(text.len() + dialect::LINE_OVERHEAD) {
+                Some(remaining) => bytes_left = remaining,
                 None => {
                     table.lines.more_words = true;
                     break;
                 }
             }
-            let remark = Remark::new(&text, RemarkPlace::Apart, teller);
-            table.beside.push(remark);
+            let remark = Remark::new(&text, RemarkPlace::Apart, source);
+            table.workbook_remarks.push(remark);
         }
         (table.sheet, table.marks) = (Some(sheet.name), sheet.marks);
         Ok(table)
     }
 
-    /// Finds the layout of decoded text; `known` is what separates its cells, where that is certain.
+    /// Finds the layout of decoded text; `known_separator` is that of a sheet.
     fn of_text(
         mut text: Vec<u8>,
         mut findings: Vec<Finding>,
-        known: Option<dialect::Separator>,
-        asked: ReadTask<'a>,
+        known_separator: Option<dialect::Separator>,
+        task: ReadTask<'a>,
     ) -> Result<Self, Error> {
-        let options = asked.options;
+        let options = task.options;
         let bounds = |header_line: Option<u32>| {
             let above = header_line.map(|line| line.saturating_sub(1));
             dialect::TableBounds {
@@ -195,19 +195,20 @@ impl<'a> TableText<'a> {
                 last: options.last_line.map_or(u64::MAX, u64::from),
             }
         };
-        let stated = bounds(options.header_line);
-        let mut lines = dialect::scan_lines(&mut text, stated, asked.limits)?;
-        let separator = known.unwrap_or_else(|| begin::find_separator(&text, options.decimal));
+        let stated_bounds = bounds(options.header_line);
+        let mut lines = dialect::scan_lines(&mut text, stated_bounds, task.limits)?;
+        let separator =
+            known_separator.unwrap_or_else(|| begin::find_separator(&text, options.decimal));
         let is_stated = options.header_line.is_some() || options.skip_lines.is_some();
-        let found = (!is_stated)
-            .then(|| begin::below_preamble(&text, known))
+        let found_header = (!is_stated)
+            .then(|| begin::below_preamble(&text, known_separator))
             .flatten();
-        if found.is_some() {
-            lines = dialect::scan_lines(&mut text, bounds(found), asked.limits)?;
+        if found_header.is_some() {
+            lines = dialect::scan_lines(&mut text, bounds(found_header), task.limits)?;
         }
         // The table reader takes a comment without a line end for an empty row.
-        let last = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
-        if text.get(last) == Some(&b'#') {
+        let last_start = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
+        if text.get(last_start) == Some(&b'#') {
             text.push(b'\n');
         }
         if separator == dialect::Separator::Blanks {
@@ -215,29 +216,29 @@ impl<'a> TableText<'a> {
         }
         let start = TableStart {
             separator,
-            found,
+            found_header,
             lines: &lines,
         };
-        let mut layout = TableLayout::find(&text, start, asked)?;
-        let used = if found.is_some() {
-            bounds(found)
+        let mut layout = TableLayout::find(&text, start, task)?;
+        let used = if found_header.is_some() {
+            bounds(found_header)
         } else {
-            stated
+            stated_bounds
         };
         if let Some(unit) = clock::take_unit_above(&mut lines.words, used.above) {
             layout.take_time_unit(&unit);
         }
         if text.last() != Some(&b'\n') {
             let start = memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1);
-            // What holds no number is no row that was cut.
+            // A line without a number is not a row that was cut.
             let is_row = dialect::is_row(&text[start..])
                 && begin::cells(&text[start..], separator)
                     .iter()
                     .any(|cell| cell.first().is_some_and(|byte| dialect::begins_row(*byte)));
-            let whole = std::str::from_utf8(&text).ok().filter(|_| is_row);
-            let cut = whole.and_then(held::cut_line);
+            let decoded = std::str::from_utf8(&text).ok().filter(|_| is_row);
+            let cut = decoded.and_then(held::cut_line);
             match cut {
-                // What is left of its number is none that was measured.
+                // The rest of a cut number is not a measured value.
                 Some(_) => text.truncate(start),
                 // The table reader would take an open quote for a closed one.
                 None => text.push(b'\n'),
@@ -251,23 +252,23 @@ impl<'a> TableText<'a> {
             findings,
             sheet: None,
             marks: SheetMarks::default(),
-            beside: Vec::new(),
-            asked,
+            workbook_remarks: Vec::new(),
+            task,
         })
     }
 
-    /// Says how the table was understood.
+    /// Returns the mapping of the table.
     fn mapping(&self) -> Result<TableMapping, Error> {
-        let mut mapping = self.layout.mapping(&self.text, self.asked)?;
+        let mut mapping = self.layout.mapping(&self.text, self.task)?;
         if let Some(sheet) = &self.sheet {
             (mapping.sheet, mapping.separator) = (Some(sheet.clone()), "the sheet".into());
         }
         Ok(mapping)
     }
 
-    /// Reads what a selection asks for; nothing where nothing tells the time.
+    /// Reads the channels of a selection; none where neither column nor rate gives the time.
     fn outcome(&self, selection: Selection) -> Result<ReadOutcome, Error> {
-        let (layout, options) = (&self.layout, self.asked.options);
+        let (layout, options) = (&self.layout, self.task.options);
         let mut outcome = ReadOutcome {
             findings: self.findings.clone(),
             ..ReadOutcome::default()
@@ -285,12 +286,12 @@ impl<'a> TableText<'a> {
             let head = self.lines_of_head();
             let marks = &self.marks;
             let judged = choice.columns.iter();
-            for (index, is_asked) in judged
+            for (index, is_requested) in judged
                 .map(|index| (*index, options.channel.is_some()))
                 .chain(time.column().map(|index| (index, true)))
             {
                 let name = &layout.columns[index].name;
-                findings.extend(marks.doubts(index, name, &head, is_asked)?);
+                findings.extend(marks.doubts(index, name, &head, is_requested)?);
                 marks.refuse_merged_rows(index, &head)?;
             }
             for index in &choice.columns {
@@ -308,14 +309,14 @@ impl<'a> TableText<'a> {
             }
         }
         let counters = layout.counters(&time, &choice.columns);
-        let counting = counters.iter().map(|(column, _)| *column);
-        let wanted = WantedColumns {
+        let counting = counters.iter().map(|counter| counter.column);
+        let selected = SelectedColumns {
             selection,
             samples: choice.columns.len(),
             columns: choice.columns.iter().copied().chain(counting).collect(),
         };
-        clocks_beside::refuse_unread(&self.text, layout, &time, &choice.columns, self.asked)?;
-        let rows = rows::read(&self.text, layout, &time, &wanted, self.asked);
+        clocks_beside::refuse_unread(&self.text, layout, &time, &choice.columns, self.task)?;
+        let rows = rows::read(&self.text, layout, &time, &selected, self.task);
         let mut rows = rows.map_err(|error| ends::named(error, &self.text, layout))?;
         let mut time = time;
         if let Some(rate) = options.rate_hz
@@ -326,28 +327,28 @@ impl<'a> TableText<'a> {
         }
         let counts = rows.values.split_off(choice.columns.len());
         let mut values = std::mem::take(&mut rows.values).into_iter();
-        let mut of_clock = Vec::new();
-        let mut base = self.find_base(&mut rows, &time, &mut of_clock)?;
+        let mut clock_findings = Vec::new();
+        let mut base = self.find_base(&mut rows, &time, &mut clock_findings)?;
         findings.extend(self.row_findings(&rows, &time));
-        findings.append(&mut of_clock);
+        findings.append(&mut clock_findings);
         let instant = |row: usize| instant_of(row, &rows, &base);
-        let beside = clocks_beside::Clocks {
+        let clocks = clocks_beside::Clocks {
             text: &self.text,
             layout,
             time: &time,
             judged: &choice.columns,
             interval_s: base.rate.interval().seconds(),
         };
-        let mut beside = beside.compare(instant, self.asked)?;
-        findings.append(&mut beside.findings);
+        let mut comparison = clocks.compare(instant, self.task)?;
+        findings.append(&mut comparison.findings);
         let counts = self.count_findings(&counters, counts, &rows, &base);
-        let samples = self.held_against(&time, &rows, &base);
-        let confirmed_by = layout.preamble.confirms(&samples).or(beside.confirmed_by);
-        let mut doubts = beside.doubts;
-        let odd_steps = counts.iter().filter(|one| one.code == "index-step");
-        doubts.extend(odd_steps.map(|one| one.text.clone()));
-        doubts.extend(layout.preamble.span_doubt(&samples));
-        let (remarks, flags) = self.said(&choice.columns, &time, &rows, &base)?;
+        let facts = self.facts(&time, &rows, &base);
+        let confirmed_by = layout.preamble.confirms(&facts).or(comparison.confirmed_by);
+        let mut doubts = comparison.doubts;
+        let odd_steps = counts.iter().filter(|finding| finding.code == "index-step");
+        doubts.extend(odd_steps.map(|finding| finding.text.clone()));
+        doubts.extend(layout.preamble.span_doubt(&facts));
+        let words = self.words(&choice.columns, &time, &rows, &base)?;
         base.findings.extend(counts);
         if self.lines.more_words {
             findings.push(Finding::blocking(
@@ -358,14 +359,15 @@ impl<'a> TableText<'a> {
         }
         let lines = self.lines.words.iter().chain(&self.lines.above);
         let gravity = lines.into_iter().any(|(_, text)| says_gravity(text));
-        let of = |column: Option<usize>| {
-            let of_it = remarks.iter().filter(move |(of, _)| *of == column);
-            of_it.map(|(_, remark)| remark.clone())
+        let remarks_on = |subject: Option<usize>| {
+            let remarks = words.remarks.iter();
+            let remarks = remarks.filter(move |(column, _)| *column == subject);
+            remarks.map(|(_, remark)| remark.clone())
         };
-        outcome.remarks = of(None).collect();
-        // Rows were counted before any was kept.
-        let most = ("table_cells", u64::MAX);
-        draft::deliver(selection, choice.columns, outcome, most, |index, _| {
+        outcome.remarks = remarks_on(None).collect();
+        // `rows::read` has checked this limit.
+        let limit = ("table_cells", u64::MAX);
+        draft::deliver(selection, choice.columns, outcome, limit, |index, _| {
             let column = &layout.columns[index];
             let read = values.next().expect("one result for each column");
             let channel = read.and_then(|values| {
@@ -381,14 +383,14 @@ impl<'a> TableText<'a> {
                 draft.stated.clock_confirmed_by.clone_from(&confirmed_by);
                 draft.stated.clock_doubt = (!doubts.is_empty()).then(|| doubts.join("; "));
                 draft.findings.extend(base.findings.iter().cloned());
-                let is_of_it = |of: Option<usize>| of.is_none_or(|of| of == index);
-                let flags = flags.iter().filter(|(of, _)| is_of_it(*of));
+                let flags = words.flags.iter();
+                let flags = flags.filter(|(subject, _)| subject.is_none_or(|i| i == index));
                 let flags = flags.map(|(_, finding)| finding.clone());
                 draft.findings.extend(flags);
                 draft
                     .findings
-                    .extend(layout.preamble.findings(index, &samples));
-                draft.remarks.extend(of(Some(index)));
+                    .extend(layout.preamble.findings(index, &facts));
+                draft.remarks.extend(remarks_on(Some(index)));
                 draft.finish(options.zero_s(), options)
             });
             channel
@@ -397,45 +399,46 @@ impl<'a> TableText<'a> {
         })
     }
 
-    /// Returns the lines of names and units.
+    /// Returns the lines of the header: names and units.
     fn lines_of_head(&self) -> std::ops::Range<u64> {
         let line = |row| line_of_row(&self.text, row).unwrap_or(u64::MAX);
         line(0)..line(self.layout.header_rows)
     }
 
-    /// Returns what comments and columns of words say, and what their flags mean.
-    fn said(
+    /// Returns the remarks of comments, columns of words, preamble and workbook, and the flags.
+    fn words(
         &self,
         chosen: &[usize],
         time: &TimeSource,
         rows: &Rows,
         base: &TimeBase,
-    ) -> Result<AllSaid, Error> {
+    ) -> Result<TableWords, Error> {
         let layout = &self.layout;
         let passed: Vec<usize> = chosen.iter().copied().chain(time.column()).collect();
-        let statuses = status::read(&self.text, layout, self.asked.limits)?;
-        let at_s = |row: usize| instant_of(row, rows, base);
-        let (mut remarks, flags) = status::of_columns(&statuses, layout, &passed, at_s);
+        let statuses = status::read(&self.text, layout, self.task.limits)?;
+        let instant = |row: usize| instant_of(row, rows, base);
+        let mut words = status::of_columns(&statuses, layout, &passed, instant);
+        let remarks = &mut words.remarks;
         remarks.extend(layout.preamble.remarks(layout.columns.len()));
         let lines = self.lines.words.iter();
         remarks.extend(lines.map(|(line, text)| status::of_comment(*line, text, &layout.columns)));
-        let beside = self.beside.iter().cloned();
-        remarks.extend(beside.map(|remark| (None, remark)));
-        Ok((remarks, flags))
+        let workbook_remarks = self.workbook_remarks.iter().cloned();
+        remarks.extend(workbook_remarks.map(|remark| (None, remark)));
+        Ok(words)
     }
 
-    /// Refuses comments that are rows in disguise where no stamp shows what is missing by them, and
-    /// tells of them where one does.
+    /// Refuses comments that look like rows where no stamp would show the missing samples. With
+    /// stamps, a finding names them.
     fn refuse_lost_rows(
         &self,
         time: &TimeSource,
         findings: &mut Vec<Finding>,
     ) -> Result<(), Error> {
         let (layout, lines) = (&self.layout, &self.lines);
-        let (columns, _) = layout.widths();
         let (separator, rows) = (layout.separator, layout.header_rows);
-        let found = lines.interruptions(&self.text, separator, rows, columns);
-        if let Some((line, cell)) = found.damaged {
+        let columns = layout.columns.len();
+        let interruptions = lines.interruptions(&self.text, separator, rows, columns);
+        if let Some((line, cell)) = interruptions.damaged {
             let error = Error::malformed(
                 "a number in the first cell, or a comment",
                 format!(
@@ -446,9 +449,9 @@ impl<'a> TableText<'a> {
             );
             return Err(error.at(Place::default().line(line).column(1)));
         }
-        let numbers = found.numbers_at;
+        let numbers = interruptions.numbers_at;
         let numbers = numbers.map(|line| (line, "a comment that holds as many numbers as a row"));
-        let broken = found.broken_at;
+        let broken = interruptions.broken_at;
         let lost = numbers.or(broken.map(|line| (line, "a line that is empty or a comment")));
         if let (TimeSource::Rate(_), Some((line, what))) = (time, lost) {
             let expected = "rows of samples without a break, since no column tells their time";
@@ -456,22 +459,21 @@ impl<'a> TableText<'a> {
             let error = Error::malformed(expected, what, hint);
             return Err(error.at(Place::default().line(line)));
         }
-        let told = |line| {
+        if let Some(line) = interruptions.numbers_at {
             let text = format!(
                 "{} comments hold as many numbers as a row, the first on line {line}. Samples may \
                  have been removed by hand. Look at these lines",
-                found.numbers
+                interruptions.numbers
             );
-            Finding::warning("rows-made-comments", text)
-        };
-        findings.extend(found.numbers_at.map(told));
+            findings.push(Finding::warning("rows-made-comments", text));
+        }
         Ok(())
     }
 
-    /// Says where columns that count the rows do not.
+    /// Returns the findings on columns that count the rows: gaps, repeats, other steps than 1.
     fn count_findings(
         &self,
-        counters: &[(usize, bool)],
+        counters: &[Counter],
         counts: Vec<ColumnResult>,
         rows: &Rows,
         base: &TimeBase,
@@ -483,12 +485,12 @@ impl<'a> TableText<'a> {
             let line = line.filter(|_| rows.repeated.is_none());
             (line, instant_of(row, rows, base))
         };
-        let finding = |(&(column, named), counts): (&(usize, bool), ColumnResult)| {
-            let name = &self.layout.columns[column].name;
+        let finding = |(counter, counts): (&Counter, ColumnResult)| {
+            let name = &self.layout.columns[counter.column].name;
             match counts {
-                Ok(counts) => counter::finding(name, &counts, named, stated_hz, place),
-                Err(why) => (named && !stamped).then(|| {
-                    let text = format!("`{name}` could not be compared with the rows: {why}");
+                Ok(counts) => counter::finding(name, &counts, counter.is_named, stated_hz, place),
+                Err(error) => (counter.is_named && !stamped).then(|| {
+                    let text = format!("`{name}` could not be compared with the rows: {error}");
                     Finding::warning("index-gap", text)
                 }),
             }
@@ -496,28 +498,28 @@ impl<'a> TableText<'a> {
         counters.iter().zip(counts).filter_map(finding).collect()
     }
 
-    /// Returns what the rows above the table are held against.
-    fn held_against(&self, time: &TimeSource, rows: &Rows, base: &TimeBase) -> HeldAgainst {
-        let by = match time {
+    /// Returns the facts that the preamble is compared with.
+    fn facts(&self, time: &TimeSource, rows: &Rows, base: &TimeBase) -> TableFacts {
+        let clock_name = match time {
             TimeSource::Column { index, .. } => {
                 format!("the time column `{}`", self.layout.columns[*index].name)
             }
             TimeSource::Rate(_) => "the stated rate".to_string(),
         };
         let interval_s = base.rate.interval().seconds();
-        HeldAgainst {
+        TableFacts {
             rate: base.rate,
-            by,
+            clock_name,
             start_s: base.start_s,
             end_s: base.start_s + base.samples.saturating_sub(1) as f64 * interval_s,
             samples: (rows.ended.is_none()).then_some(rows.count),
             is_stamped: time.column().is_some(),
-            zero_s: self.asked.options.time_zero_s,
-            sensitivity: self.asked.options.sensitivity.clone(),
+            zero_s: self.task.options.time_zero_s,
+            sensitivity: self.task.options.sensitivity.clone(),
         }
     }
 
-    /// Says what is odd about the rows as they were written.
+    /// Returns the findings on the form of the rows: decimal mark, dates, repeats, rows left out.
     fn row_findings(&self, rows: &Rows, time: &TimeSource) -> Vec<Finding> {
         let mut findings = Vec::new();
         if rows.decimal_comma {
@@ -569,7 +571,7 @@ impl<'a> TableText<'a> {
         time: &TimeSource,
         findings: &mut Vec<Finding>,
     ) -> Result<TimeBase, Error> {
-        let (options, limits) = (self.asked.options, self.asked.limits);
+        let (options, limits) = (self.task.options, self.task.limits);
         let (column, unit, origin, worded) = match time {
             TimeSource::Rate(_) if rows.count < 2 => {
                 return Err(Error::too_short("a recording", 2, rows.count));
@@ -589,8 +591,9 @@ impl<'a> TableText<'a> {
         if let (Some(digits), Some(stated)) = (&rows.coarse_digits_s, options.rate_hz) {
             let rate = SampleRate::from_hertz(stated)?;
             let from_first = rows.stamp_facts.count_from_first;
-            return coarse_base(&rows.stamps_s, digits, (name, from_first), rate);
+            return coarse_base(&rows.stamps_s, digits, name, from_first, rate);
         }
+        // Day numbers of spreadsheets count from 1900; the file's clock then starts at the first stamp.
         if unit == TimeUnit::DAY && !worded {
             rows.count_days_from_first(1.0 / unit.seconds());
         }
@@ -598,8 +601,8 @@ impl<'a> TableText<'a> {
         let in_seconds = fitted.rate.hertz();
         if let (Some(stated), true) = (options.rate_hz, origin != UnitOrigin::Stated) {
             let agrees = time_base::rates_agree(stated, in_seconds);
-            let first = rows.stamps_s.first().copied().unwrap_or(0.0);
-            let unit_s = clock::unit_by_rate(in_seconds, stated, origin, first);
+            let first_stamp = rows.stamps_s.first().copied().unwrap_or(0.0);
+            let unit_s = clock::unit_by_rate(in_seconds, stated, origin, first_stamp);
             if let Some(unit_s) = unit_s.filter(|_| !agrees) {
                 rows.scale_stamps(unit_s);
                 rows.count_days_from_first(1.0 / unit_s);
@@ -618,15 +621,15 @@ impl<'a> TableText<'a> {
             let (first_s, rate_hz) = (rows.stamps_s[0], fitted.rate.hertz());
             findings.extend(clock::unit_contradiction(name, first_s, rate_hz, unit));
         }
-        let by = format!("the time column `{name}`");
+        let clock_name = format!("the time column `{name}`");
         let mend = if worded { MEND } else { clock::STATE_UNIT };
         let assumed = origin == UnitOrigin::Assumed;
-        findings.extend(options.check_rate(fitted.rate.hertz(), (&by, assumed), mend)?);
+        findings.extend(options.check_rate(fitted.rate.hertz(), (&clock_name, assumed), mend)?);
         Ok(fitted)
     }
 }
 
-/// Returns the unit of a column, and what states it.
+/// Returns the unit of a column, with its source.
 fn unit_of(
     column: &ChannelName,
     options: &ReadOptions,
@@ -641,12 +644,13 @@ fn unit_of(
     Unit::of_words(column, (source, &place), options, selection, findings)
 }
 
-/// Returns the instant of a row on the file's clock [s]; of rows that repeat others none later
-/// than it.
+/// Returns the instant of a row on the file's clock [s]. Where rows repeat others, it is no later
+/// than the true one.
 fn instant_of(row: usize, rows: &Rows, base: &TimeBase) -> Option<f64> {
     if rows.stamps_s.is_empty() {
         return Some(base.start_s + base.rate.interval().seconds() * row as f64);
     }
+    // Repeated rows have no stamp, so that the stamp of this row lies up to as many places earlier.
     let repeated = rows.repeated.map_or(0, |(count, _)| count);
     rows.stamps_s.get(row.saturating_sub(repeated)).copied()
 }
@@ -679,14 +683,16 @@ impl Bracket {
 fn coarse_base(
     stamps_s: &[f64],
     digits_s: &[f64],
-    (name, from_first): (&str, bool),
+    name: &str,
+    from_first: bool,
     rate: SampleRate,
 ) -> Result<TimeBase, Error> {
     let interval = rate.interval().seconds();
-    // Where the first row may lie if stamps are rounded, cut off downwards, towards zero or upwards.
+    // Possible instants of the first row if stamps are rounded, cut off downwards, towards zero or upwards.
     let mut starts = [Bracket::EVERYWHERE; 4];
     for ((stamp, digit), row) in stamps_s.iter().zip(digits_s).zip(0_u32..) {
         let instant = f64::from(row) * interval;
+        // Slack for rounding: of the digit itself, and of the last bits of the numbers compared.
         let slack = 1e-9 * digit + 8.0 * f64::EPSILON * (instant + stamp.abs());
         let below = if *stamp > 0.0 { 0.0 } else { 1.0 };
         let above = if *stamp < 0.0 { 0.0 } else { 1.0 };
@@ -700,16 +706,19 @@ fn coarse_base(
     let off_s = starts.map(|start| start.low - start.high);
     let off_s = off_s.into_iter().fold(f64::INFINITY, f64::min);
     let possible = starts.into_iter().filter(|start| start.low <= start.high);
-    let (low, high) = possible
+    let low = possible
         .clone()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |range, start| {
-            (range.0.min(start.low), range.1.max(start.high))
-        });
+        .fold(f64::INFINITY, |low, start| low.min(start.low));
+    let high = possible
+        .clone()
+        .fold(f64::NEG_INFINITY, |high, start| high.max(start.high));
+    // The first stamp itself is preferred, then a multiple of the interval, so that a plain start stays
+    // plain.
     let first = stamps_s[0];
     let on_grid = (first / interval).round() * interval;
     let plain = |start: Bracket| {
         let mut instants = [first, on_grid].into_iter();
-        instants.find(|at| (start.low..=start.high).contains(at))
+        instants.find(|instant| (start.low..=start.high).contains(instant))
     };
     let middle = |start: Bracket| 0.5 * (start.low + start.high);
     let start_s = possible

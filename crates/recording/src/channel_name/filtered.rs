@@ -4,7 +4,7 @@ use super::words;
 use crate::code::CLASSES;
 use crate::words::{Words, word_list};
 
-// What each list holds is told at its head.
+// The head of each list explains it.
 static FILTERS: Words = word_list!("name-filters");
 static UNFILTERED: Words = word_list!("name-unfiltered");
 static NEGATIONS: Words = word_list!("name-negations");

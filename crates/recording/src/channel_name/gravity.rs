@@ -3,7 +3,7 @@
 use super::words;
 use crate::words::{Words, word_list};
 
-// What each list holds is told at its head.
+// The head of each list explains it.
 static GRAVITY: Words = word_list!("name-gravity");
 static WITH: Words = word_list!("name-gravity-with");
 static WITHOUT: Words = word_list!("name-gravity-without");

@@ -1,5 +1,5 @@
-//! Where a table begins, and what separates its cells: the longest run of rows with as many cells
-//! each, numbers among them. Above it stand names, or a preamble of which a person is asked.
+//! The begin of a table, and the separator of its cells: the longest run of rows with as many cells
+//! each, numbers among them. Above it are names, or a preamble that a person has to explain.
 
 use super::dialect::{Separator, is_row, uncommented};
 use super::stamp;
@@ -7,19 +7,27 @@ use crate::channel_name::{ChannelName, is_known_unit};
 use crate::number;
 use latchgate_kernel::units::DecimalMark;
 
-/// Bytes of a text that are looked at.
+/// Bytes at the start of a text by which the table is found.
 pub(super) const LOOKED_AT: usize = 256 << 10;
 
 /// Rows above the samples that may name them: names, units, descriptions.
 const ABOVE: usize = 8;
 
-/// Where a table seems to begin.
+/// The lines where a table seems to begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Begin {
     /// The line that names the columns, counted from 1, if there is one.
     pub(super) header: Option<u64>,
     /// The line of the first sample.
     pub(super) data: u64,
+}
+
+/// A line above the samples with as many cells as they have.
+struct HeadLine {
+    /// Its number in the file, counted from 1.
+    number: u64,
+    is_comment: bool,
+    cells: Vec<String>,
 }
 
 /// Rows of a text, each with its line.
@@ -35,17 +43,17 @@ fn rows(text: &[u8]) -> Lines<'_> {
 }
 
 /// Finds the separator under which the longest run of rows holds most numbers; of equally good ones
-/// the first. With a decimal comma a comma separates no cells, unless quotes hold the numbers
-/// together.
+/// the first. With a decimal comma a comma separates no cells, unless quotes enclose the numbers.
 pub(super) fn find_separator(text: &[u8], decimal: Option<DecimalMark>) -> Separator {
     let no_comma = decimal == Some(DecimalMark::Comma) && memchr::memchr(b'"', text).is_none();
     let rows = rows(text);
     match best_run(&rows, no_comma) {
-        // No numbers: the header alone tells.
+        // Without numbers the first row decides.
         (_, start) if start == rows.len() => {
-            let of = |one: &Separator| rows.first().is_some_and(|row| row.1.contains(&one.byte()));
-            let found = Separator::ALL.into_iter().find(of);
-            found.unwrap_or(Separator::None)
+            let first = rows.first().map_or(&[][..], |row| row.1);
+            let mut separators = Separator::ALL.into_iter();
+            let separator = separators.find(|separator| first.contains(&separator.byte()));
+            separator.unwrap_or(Separator::None)
         }
         (separator, _) => separator,
     }
@@ -68,24 +76,34 @@ pub(super) fn find(text: &[u8]) -> Option<Begin> {
         .rev()
         .filter(|(_, line)| !line.trim_ascii().is_empty());
     // Some programs write the names as a comment.
-    let fitting: Vec<(u64, bool, Vec<String>)> = above
+    let fitting: Vec<HeadLine> = above
         .take(ABOVE)
-        .map(|(number, line)| (*number, is_row(line), words(uncommented(line))))
-        .filter(|(_, _, cells)| cells.len() == count)
+        .map(|(number, line)| HeadLine {
+            number: *number,
+            is_comment: !is_row(line),
+            cells: words(uncommented(line)),
+        })
+        .filter(|line| line.cells.len() == count)
         .collect();
     let says_time = |cell: &String| says_time(cell.as_bytes());
-    let names = fitting.iter().find(|one| one.2.iter().any(says_time));
-    let is_time_unit = |one: &&(u64, bool, Vec<String>)| names_time_by_unit(&one.2);
-    let names = names.or_else(|| fitting.first().filter(is_time_unit));
-    let no_units =
-        |one: &&(u64, bool, Vec<String>)| one.1 && !one.2.iter().any(|cell| is_known_unit(cell));
-    let header = names.or_else(|| fitting.iter().find(no_units));
+    let names = fitting
+        .iter()
+        .find(|line| line.cells.iter().any(says_time))
+        .or_else(|| {
+            let nearest = fitting.first();
+            nearest.filter(|line| names_time_by_unit(&line.cells))
+        });
+    // A comment without a word for time is no line of names.
+    let header = names.or_else(|| {
+        let has_unit = |line: &HeadLine| line.cells.iter().any(|cell| is_known_unit(cell));
+        fitting
+            .iter()
+            .find(|line| !line.is_comment && !has_unit(line))
+    });
     // `0,1,2`, as some exports number the columns.
     let mut counted = cells(first, separator).into_iter().zip(0..);
-    let counted = count > 1 && counted.all(|(cell, at)| cell == at.to_string().as_bytes());
-    let header = header
-        .map(|(number, ..)| *number)
-        .or(counted.then_some(data));
+    let counted = count > 1 && counted.all(|(cell, index)| cell == index.to_string().as_bytes());
+    let header = header.map(|line| line.number).or(counted.then_some(data));
     Some(Begin { header, data })
 }
 
@@ -93,17 +111,17 @@ pub(super) fn find(text: &[u8]) -> Option<Begin> {
 pub(super) fn has_rows(text: &[u8]) -> bool {
     let rows = rows(text);
     let (separator, start) = best_run(&rows, false);
-    let width = |index: usize| Some(numbers(rows.get(index)?.1, separator)?.1);
+    let width = |index: usize| Some(count_cells(rows.get(index)?.1, separator)?.cells);
     width(start).is_some() && width(start) == width(start + 1)
 }
 
-/// Finds the line that names the columns below a preamble, where nothing else can be meant: right above
+/// Finds the line that names the columns below a preamble, where no other can be meant: right above
 /// the samples or their units, with a name above each cell, a word for time among them, and above it
-/// nothing but rows that begin with a word.
-pub(super) fn below_preamble(text: &[u8], known: Option<Separator>) -> Option<u32> {
+/// only rows that begin with a word.
+pub(super) fn below_preamble(text: &[u8], known_separator: Option<Separator>) -> Option<u32> {
     let rows = rows(text);
-    let (separator, start) = match known {
-        Some(separator) => (separator, longest_run(&rows, separator).1),
+    let (separator, start) = match known_separator {
+        Some(separator) => (separator, longest_run(&rows, separator).start),
         None => best_run(&rows, false),
     };
     let (_, first) = rows.get(start)?;
@@ -137,8 +155,10 @@ pub(super) fn below_preamble(text: &[u8], known: Option<Separator>) -> Option<u3
     };
     let first_cell = |index: usize| words(index).first().copied().unwrap_or_default();
     let is_preamble = |index: usize| is_word(first_cell(index)) || words(index) == [b""];
-    let found = names > 0 && is_header && (0..names).all(is_preamble);
-    found.then(|| u32::try_from(rows[names].0).ok()).flatten()
+    let is_clear = names > 0 && is_header && (0..names).all(is_preamble);
+    is_clear
+        .then(|| u32::try_from(rows[names].0).ok())
+        .flatten()
 }
 
 /// True if a cell is a name for time, with a unit or without.
@@ -175,61 +195,84 @@ pub(super) fn cells(line: &[u8], separator: Separator) -> Vec<&[u8]> {
 
 fn unquoted(cell: &[u8]) -> &[u8] {
     let cell = cell.trim_ascii();
-    let rest = cell.strip_prefix(b"\"");
-    let inner = rest.and_then(|rest| rest.strip_suffix(b"\""));
+    let opened = cell.strip_prefix(b"\"");
+    let inner = opened.and_then(|opened| opened.strip_suffix(b"\""));
     inner.unwrap_or(cell).trim_ascii()
 }
 
 /// Returns the separator with the best run of rows, and the index of the run's first row.
 fn best_run(rows: &Lines<'_>, no_comma: bool) -> (Separator, usize) {
-    let mut best = (0, Separator::None, rows.len());
+    let mut best = Run {
+        score: 0,
+        start: rows.len(),
+    };
+    let mut best_separator = Separator::None;
     for separator in Separator::ALL {
         if no_comma && separator == Separator::Comma {
             continue;
         }
-        let (score, start) = longest_run(rows, separator);
-        if score > best.0 {
-            best = (score, separator, start);
+        let run = longest_run(rows, separator);
+        if run.score > best.score {
+            (best, best_separator) = (run, separator);
         }
     }
-    (best.1, best.2)
+    (best_separator, best.start)
 }
 
-/// Returns the sum of the shares of numbers in the rows of the longest run [1/1000], and the index
-/// of its first row.
-fn longest_run(rows: &Lines<'_>, separator: Separator) -> (usize, usize) {
-    let mut best = (0, rows.len());
+/// A run of rows with as many cells each.
+struct Run {
+    /// Sum of the shares of numbers in its rows [1/1000].
+    score: usize,
+    /// Index of its first row; the number of rows if there is no run.
+    start: usize,
+}
+
+/// Returns the longest run of rows with as many cells each.
+fn longest_run(rows: &Lines<'_>, separator: Separator) -> Run {
+    let mut best = Run {
+        score: 0,
+        start: rows.len(),
+    };
     let (mut score, mut start, mut width) = (0, 0, 0);
     for (index, (_, line)) in rows.iter().enumerate() {
-        let Some((found, cells)) = numbers(line, separator) else {
+        let Some(row) = count_cells(line, separator) else {
             width = 0;
             continue;
         };
-        if cells != width {
-            (score, start, width) = (0, index, cells);
+        if row.cells != width {
+            (score, start, width) = (0, index, row.cells);
         }
-        score += 1000 * found / cells;
-        if score > best.0 {
-            best = (score, start);
+        score += 1000 * row.numbers / row.cells;
+        if score > best.score {
+            best = Run { score, start };
         }
     }
     best
 }
 
-/// Returns how many numbers a row holds, and how many cells; `None` without a number, or if it is not as
-/// the separator has it.
-fn numbers(line: &[u8], separator: Separator) -> Option<(usize, usize)> {
-    let one = separator == Separator::None;
+/// Counts of a row.
+struct CellCounts {
+    numbers: usize,
+    cells: usize,
+}
+
+/// Counts the numbers and the cells of a row; `None` without a number, or if the row does not fit
+/// the separator.
+fn count_cells(line: &[u8], separator: Separator) -> Option<CellCounts> {
+    let is_one_column = separator == Separator::None;
     let blank = separator == Separator::Blanks && line.contains(&b'\t');
     // Most rows hold no byte of most separators, and need not be split.
-    if !(one || blank || line.contains(&separator.byte())) {
+    if !(is_one_column || blank || line.contains(&separator.byte())) {
         return None;
     }
     let cells = cells(line, separator);
-    if (cells.len() < 2) != one {
+    if (cells.len() < 2) != is_one_column {
         return None;
     }
     let is_number = |cell: &&&[u8]| number::is_numeric(cell) || stamp::is_stamp(cell);
-    let found = cells.iter().filter(is_number).count();
-    (found > 0).then_some((found, cells.len()))
+    let numbers = cells.iter().filter(is_number).count();
+    (numbers > 0).then_some(CellCounts {
+        numbers,
+        cells: cells.len(),
+    })
 }

@@ -1,8 +1,8 @@
-//! Clocks: which column holds the time, and in which unit.
+//! Clocks: the column that holds the time, and its unit.
 //!
 //! A column is the clock by its name, its unit or its dates. Where there is none, stamps as words count,
 //! and then numbers under other words for a clock. A column without a name that rises as seconds of a
-//! recorder do, as pandas writes its index, is offered, or held against a rate that is stated.
+//! recorder do, as pandas writes its index, is offered, or compared with a rate that is stated.
 
 use super::layout::{TableLayout, TimeSource, UnitOrigin};
 use crate::error::{Error, ErrorKind};
@@ -11,10 +11,10 @@ use crate::words::{Words, word_list};
 use crate::{Finding, ReadOptions, Selection};
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 
-// What each list holds is told at its head.
+// The head of each list explains it.
 static UNIT_KEYS: Words = word_list!("time-unit-keys");
 
-/// What to do about a unit of time that is missing or wrong.
+/// The remedy for a unit of time that is missing or wrong.
 pub(super) const STATE_UNIT: &str = "state its unit with the setting `time_unit` = \
                                      s|ms|us|ns|min|h|day, or with a number before it, such as \
                                      10us";
@@ -33,8 +33,8 @@ const PLAUSIBLE_HZ: std::ops::RangeInclusive<f64> = 250.0..=200e3;
 /// Share by which a step may be off a unit's [-].
 const UNIT_AGREEMENT: f64 = 1e-3;
 
-/// For how long no recorder runs, a year [s]; a month is quite possible, and then microseconds since the start
-/// have the size of milliseconds since 1970.
+/// A time longer than any recorder runs [s]: a year. A month is possible, and microseconds since its
+/// start have the size of milliseconds since 1970.
 const LONGEST_RUN_S: f64 = 3.156e7;
 
 /// First values of clocks that count from a date, and their unit: the years 2000 to 2100 as seconds
@@ -54,21 +54,21 @@ const ABSOLUTE: [(f64, f64, TimeUnit); 9] = [
 
 /// Returns the unit of a clock that counts from a date, by its first value.
 pub(super) fn absolute_unit(first: f64) -> Option<TimeUnit> {
-    let found = ABSOLUTE
+    let range = ABSOLUTE
         .iter()
         .find(|(low, high, _)| (*low..=*high).contains(&first));
-    found.map(|(.., unit)| *unit)
+    range.map(|(.., unit)| *unit)
 }
 
-/// As [`absolute_unit`], if its steps in that unit are those of a recorder; `rate` is that of the stamps taken
-/// for seconds [Hz].
+/// Returns the unit of [`absolute_unit`] if the steps in it are those of a recorder; `rate` is that of
+/// the stamps taken as seconds [Hz].
 pub(super) fn absolute_clock(first: f64, rate: f64) -> Option<TimeUnit> {
     let runs = |unit: &TimeUnit| RECORDERS_HZ.contains(&(rate / unit.seconds()));
     absolute_unit(first).filter(runs)
 }
 
-/// Blocks where a unit of time is stated for stamps that by their size count another one from a date, and in the
-/// stated one would run for longer than any recorder does. `rate_hz` is that in the stated `unit`.
+/// Blocks where the stated unit of time makes the stamps run for longer than any recorder does, while
+/// their size is that of a count from a date in another unit. `rate_hz` is that in the stated `unit`.
 pub(super) fn unit_contradiction(
     name: &str,
     first_s: f64,
@@ -85,10 +85,10 @@ pub(super) fn unit_contradiction(
         .then(|| Finding::blocking("time-contradicted", text))
 }
 
-/// Finds a unit of time that a line among the first `above` states, such as `Time unit;10 us`, and takes
-/// the line away, which says nothing else.
+/// Finds a unit of time that a line among the first `above` states, such as `Time unit;10 us`, and
+/// removes that line, which says nothing else.
 pub(super) fn take_unit_above(lines: &mut Vec<(u64, String)>, above: u64) -> Option<String> {
-    let stated = |(line, text): &(u64, String)| {
+    let stated_unit = |(line, text): &(u64, String)| {
         (*line <= above).then_some(())?;
         let (key, value) = text.split_once([':', '=', ';', ',', '\t'])?;
         let words = key.split(|c: char| !c.is_alphanumeric());
@@ -102,11 +102,11 @@ pub(super) fn take_unit_above(lines: &mut Vec<(u64, String)>, above: u64) -> Opt
         unit.filter(|_| is_key)
             .map(|unit| unit.trim_matches(QUOTES).to_string())
     };
-    let at = lines.iter().position(|line| stated(line).is_some())?;
-    stated(&lines.remove(at))
+    let index = lines.iter().position(|line| stated_unit(line).is_some())?;
+    stated_unit(&lines.remove(index))
 }
 
-/// What stands around a unit.
+/// Marks around a unit.
 const QUOTES: [char; 7] = ['"', '\'', '(', ')', '[', ']', ' '];
 
 impl TableLayout {
@@ -121,8 +121,8 @@ impl TableLayout {
         }
     }
 
-    /// Finds where the time comes from; without it, `None` and a finding if every channel was
-    /// asked for.
+    /// Finds the source of the time. Without one, the result is an error for a judged channel, and `None`
+    /// with a finding for a list of all channels.
     pub(super) fn time_or_left_out(
         &self,
         options: &ReadOptions,
@@ -130,8 +130,8 @@ impl TableLayout {
         findings: &mut Vec<Finding>,
     ) -> Result<Option<TimeSource>, Error> {
         if let Some(index) = self.find_time_column(options)? {
-            let wanted = options.time_column.iter();
-            findings.extend(wanted.filter_map(|wanted| self.by_name_finding(wanted, index)));
+            let names = options.time_column.iter();
+            findings.extend(names.filter_map(|name| self.by_name_finding(name, index)));
             return self.time_column(index, options, findings).map(Some);
         }
         if let Some(rate) = options.rate_hz {
@@ -162,27 +162,27 @@ impl TableLayout {
     }
 
     fn find_time_column(&self, options: &ReadOptions) -> Result<Option<usize>, Error> {
-        if let Some(wanted) = &options.time_column {
-            return self.find_column(wanted, "time column").map(Some);
+        if let Some(name) = &options.time_column {
+            return self.find_column(name, "time column").map(Some);
         }
-        let of = |wanted: &dyn Fn(usize) -> bool| -> Vec<usize> {
-            (0..self.columns.len()).filter(|i| wanted(*i)).collect()
+        let columns_where = |matches: &dyn Fn(usize) -> bool| -> Vec<usize> {
+            (0..self.columns.len()).filter(|i| matches(*i)).collect()
         };
-        let mut found = of(&|i| self.is_named_clock(i) || self.dated[i]);
-        if found.is_empty() {
-            found = of(&|i| self.worded[i]);
+        let mut clocks = columns_where(&|i| self.is_named_clock(i) || self.dated[i]);
+        if clocks.is_empty() {
+            clocks = columns_where(&|i| self.worded[i]);
         }
-        if found.is_empty() {
-            found = of(&|i| self.is_other_clock(i));
+        if clocks.is_empty() {
+            clocks = columns_where(&|i| self.is_other_clock(i));
         }
-        if found.is_empty() && options.rate_hz.is_none() {
-            // Stamps of a form that is not known: reading them says so, at the cell.
-            found = of(&|i| self.columns[i].says_time());
+        if clocks.is_empty() && options.rate_hz.is_none() {
+            // Stamps of an unknown form: the error of reading them names the cell.
+            clocks = columns_where(&|i| self.columns[i].says_time());
         }
-        if let [only] = found.as_slice() {
-            found = of(&|i| i == *only || self.is_twin_of_time(i, *only));
+        if let [only] = clocks.as_slice() {
+            clocks = columns_where(&|i| i == *only || self.is_twin_of_time(i, *only));
         }
-        match found.as_slice() {
+        match clocks.as_slice() {
             [only] => Ok(Some(*only)),
             [] => Ok(self.unnamed_clock(options)),
             several => Err(Error::malformed(
@@ -206,33 +206,33 @@ impl TableLayout {
         self.numeric[index] && column.says_other_clock() && column.unit_text.is_none()
     }
 
-    /// True if a column beside the one of times may be another clock, by a name that is that of
-    /// the first with a number or a word behind it, such as `t.1`.
+    /// True if a column may be another clock beside the one of times, by the name of that one with a
+    /// number or a word after it, such as `t.1`.
     fn is_twin_of_time(&self, index: usize, time: usize) -> bool {
         let column = &self.columns[index];
-        let [first, own] = [time, index].map(|index| self.columns[index].label.to_lowercase());
-        let rest = own.strip_prefix(&first).filter(|_| !first.is_empty());
-        let suffixed = rest.is_some_and(|rest| !rest.starts_with(char::is_alphabetic));
+        let [first, label] = [time, index].map(|index| self.columns[index].label.to_lowercase());
+        let suffix = label.strip_prefix(&first).filter(|_| !first.is_empty());
+        let suffixed = suffix.is_some_and(|suffix| !suffix.starts_with(char::is_alphabetic));
         suffixed && self.numeric[index] && column.unit_text.is_none()
     }
 
-    /// Returns the step of a column that nothing calls time and that may be a clock: the first one, or
-    /// one without a name or with that of a running number, among others.
+    /// Returns the step of a column that is not named as a clock and may be one: the first column, or one
+    /// without a name or with that of a running number, among others.
     fn step_of_unnamed(&self, index: usize, options: &ReadOptions) -> Option<f64> {
         let column = &self.columns[index];
-        let wanted = options.channel.as_ref();
-        let wanted = wanted.and_then(|name| self.find_column(name, "channel").ok());
+        let requested = options.channel.as_ref();
+        let requested = requested.and_then(|name| self.find_column(name, "channel").ok());
         let may_be = (index == 0 || self.is_index(index))
             && self.columns.len() > 1
-            && wanted != Some(index)
+            && requested != Some(index)
             && column.unit_text.is_none()
             && !column.hints_at_acceleration();
         self.steps[index].filter(|_| may_be)
     }
 
-    /// Finds the column that a person means by a unit of time, or against which a stated rate is held,
-    /// where nothing calls it time: it rises by fractions as seconds of a recorder do, or it has no
-    /// name and rises by fractions, or as the rate has it in another unit.
+    /// Finds the column that is meant by a stated unit of time, or compared with a stated rate, where none
+    /// is named as a clock: it rises by fractions as seconds of a recorder do, or it has no name and rises
+    /// by fractions, or by the steps that the rate has in another unit.
     fn unnamed_clock(&self, options: &ReadOptions) -> Option<usize> {
         let fits = |index: &usize| {
             let Some(step) = self.step_of_unnamed(*index, options) else {
@@ -259,7 +259,7 @@ impl TableLayout {
         self.is_index(index) || self.columns[index].label.is_empty()
     }
 
-    /// Offers a column as the clock that nothing calls so.
+    /// Returns the error that offers a column as the clock which is not named so.
     fn clock_to_offer(&self, options: &ReadOptions) -> Option<Error> {
         let fits = |index: usize| {
             let step = self.step_of_unnamed(index, options)?;
@@ -299,11 +299,11 @@ impl TableLayout {
             });
         }
         let column = &self.columns[index];
-        if let (Some(stated), Some(own)) = (options.time_unit, column.time_unit)
-            && stated != own
+        if let (Some(stated), Some(column_unit)) = (options.time_unit, column.time_unit)
+            && stated != column_unit
         {
             let text = format!(
-                "the {} states `{own}` for `{}`, but the setting `time_unit` is `{stated}`. The \
+                "the {} states `{column_unit}` for `{}`, but the setting `time_unit` is `{stated}`. The \
                  setting was used. Check which is right",
                 column.unit_source, column.name,
             );
@@ -338,7 +338,7 @@ impl TableLayout {
     }
 }
 
-/// Says that stamps were taken for seconds.
+/// Returns the finding that stamps were taken as seconds.
 pub(super) fn seconds_assumed(name: &str) -> Finding {
     let text = format!("nothing states the unit of the time column `{name}`. Seconds were assumed");
     Finding::info("time-unit-assumed", text)
@@ -349,14 +349,14 @@ pub(super) fn is_fractional(step: f64) -> bool {
     (step - step.round()).abs() > 1e-6 * step
 }
 
-/// Returns the unit that a clock may have without a word for it, if it is so many seconds long; an
+/// Returns the unit that a clock without a stated one may have, if it is so many seconds long; an
 /// `absolute` clock has its own.
 pub(super) fn natural_unit(seconds: f64, absolute: Option<TimeUnit>) -> Option<TimeUnit> {
     let fits = |unit: &TimeUnit| (unit.seconds() / seconds - 1.0).abs() <= UNIT_AGREEMENT;
     natural_units(absolute).into_iter().find(fits)
 }
 
-/// Lists the units that a clock may have without a word for it.
+/// Lists the units that a clock without a stated one may have.
 fn natural_units(absolute: Option<TimeUnit>) -> Vec<TimeUnit> {
     let units = [
         TimeUnit::SECOND,
@@ -371,11 +371,11 @@ fn natural_units(absolute: Option<TimeUnit>) -> Vec<TimeUnit> {
 }
 
 /// Returns the length of the unit [s] in which stamps run at a stated rate, where they run at another if
-/// taken for seconds; `None` where the stamps contradict the rate.
+/// taken as seconds; `None` where the stamps contradict the rate.
 ///
 /// Stamps of which the file names a unit that is not read may be in any. Others are seconds if that is a
-/// plausible rate. A rate faster than a plausible one in another unit is none that they show: a slip
-/// by ten would otherwise make a unit of its own.
+/// plausible rate. A stated rate above every plausible one is not accepted: a slip by ten would otherwise
+/// make a unit of its own.
 pub(super) fn unit_by_rate(
     rate_in_seconds: f64,
     stated_hz: f64,

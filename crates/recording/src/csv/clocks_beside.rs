@@ -1,6 +1,6 @@
-//! Clocks beside the one that is used. One that runs otherwise blocks, for nobody knows which of the two
-//! is right. Where a rate is stated, a column of words that are other ones in each row is a clock that is
-//! not read, and refused: rows that are missing would show in it alone.
+//! Clocks beside the one that is used. A clock that contradicts it blocks: nothing shows which of the two
+//! is right. Where a rate is stated, a column of words that change in each row is refused as a clock that
+//! is not read: only it would show missing rows.
 
 use super::clock;
 use super::layout::{TableLayout, TimeSource};
@@ -25,13 +25,13 @@ const DECIMAL: f64 = 0.05;
 /// where a column rises evenly [-].
 const ALIKE: f64 = 0.01;
 
-/// What the clocks of a table say of the one that is used.
+/// Result of the comparison of the table's clocks with the one that is used.
 #[derive(Default)]
-pub(super) struct ClocksBeside {
+pub(super) struct ClockComparison {
     pub(super) findings: Vec<Finding>,
     /// The name of a clock that runs as the one that is used.
     pub(super) confirmed_by: Option<String>,
-    /// What a person must weigh: a count that may be a clock, and then runs otherwise.
+    /// Doubts for a person to weigh: a count that may be a clock, and then contradicts.
     pub(super) doubts: Vec<String>,
 }
 
@@ -41,9 +41,9 @@ pub(super) struct Clocks<'a> {
     pub(super) layout: &'a TableLayout,
     /// The clock that is used.
     pub(super) time: &'a TimeSource,
-    /// Columns that are read for their samples.
+    /// Columns of samples.
     pub(super) judged: &'a [usize],
-    /// From row to row, by the clock that is used [s].
+    /// Time from row to row by the clock that is used [s].
     pub(super) interval_s: f64,
 }
 
@@ -98,8 +98,8 @@ impl ClockBeside {
         self.last = (row, value);
     }
 
-    /// Returns what its span may be off [in its unit]: its last digit, or its longest step where it stands
-    /// still between updates.
+    /// Returns the uncertainty of its span [in its unit]: its last digit, or its longest step where it does
+    /// not change between updates.
     fn resolution(&self) -> f64 {
         let digit = match &self.words {
             Some(clock) => clock.last_digit(),
@@ -122,22 +122,22 @@ impl ClockBeside {
 }
 
 impl Clocks<'_> {
-    /// Says which clocks of the table contradict or confirm the one that is used; `instant` tells the time
-    /// of a row by that one [s].
+    /// Compares the clocks of the table with the one that is used; `instant` is the time of a row by that
+    /// one [s].
     pub(super) fn compare(
         &self,
         instant: impl Fn(usize) -> Option<f64>,
-        asked: ReadTask,
-    ) -> Result<ClocksBeside, Error> {
-        let mut compared = ClocksBeside::default();
+        task: ReadTask,
+    ) -> Result<ClockComparison, Error> {
+        let mut comparison = ClockComparison::default();
         let candidates = (0..self.layout.columns.len()).filter(|index| self.is_candidate(*index));
         let mut clocks: Vec<ClockBeside> = candidates
             .map(|index| ClockBeside::new(index, self.layout.worded[index]))
             .collect();
         if clocks.is_empty() {
-            return Ok(compared);
+            return Ok(comparison);
         }
-        let mut records = self.layout.records(self.text, asked.limits)?;
+        let mut records = self.layout.records(self.text, task.limits)?;
         let mut number = 0;
         while let Some(row) = records.next()? {
             for clock in &mut clocks {
@@ -151,16 +151,16 @@ impl Clocks<'_> {
         };
         for clock in clocks.iter().filter(|clock| !clock.falls) {
             if clock.is_constant() {
-                compared.findings.extend(self.rate_contradiction(clock));
+                comparison.findings.extend(self.rate_contradiction(clock));
             } else if let Some(used_s) = span(clock) {
-                self.compare_span(clock, used_s, &mut compared);
+                self.compare_span(clock, used_s, &mut comparison);
             }
         }
-        Ok(compared)
+        Ok(comparison)
     }
 
-    /// Says that a column which states the rate, or the time from sample to sample, in every row contradicts
-    /// the clock.
+    /// Blocks where a column that states the rate, or the time from sample to sample, in every row
+    /// contradicts the clock.
     fn rate_contradiction(&self, clock: &ClockBeside) -> Option<Finding> {
         let column = &self.layout.columns[clock.index];
         let rates = rates_of_column(&column.name, clock.first?.1)?;
@@ -189,7 +189,7 @@ impl Clocks<'_> {
     fn is_candidate(&self, index: usize) -> bool {
         let layout = self.layout;
         let column = &layout.columns[index];
-        // Where every channel is read, clocks are among them.
+        // Where every channel is read, clocks are among the judged columns.
         let free = Some(index) != self.time.column() && self.judged != [index];
         let rises = layout.steps[index].is_some() && column.unit_text.is_none();
         let clock = layout.is_named_clock(index) || layout.is_other_clock(index);
@@ -204,7 +204,7 @@ impl Clocks<'_> {
     fn belongs_to_others(&self, index: usize) -> bool {
         let layout = self.layout;
         let is_clock = |i: usize| layout.is_named_clock(i) || Some(i) == self.time.column();
-        let has_own = |i: usize| {
+        let has_channels = |i: usize| {
             let next = i + 1;
             next < layout.columns.len()
                 && layout.numeric[next]
@@ -214,13 +214,15 @@ impl Clocks<'_> {
         let Some(used) = self.time.column() else {
             return false;
         };
-        let pairs = is_clock(index) && has_own(index) && has_own(used) && !layout.worded[used];
-        let of_another = |judged: &usize| (0..*judged).rev().find(|i| is_clock(*i)) != Some(index);
-        pairs && (self.judged.len() > 1 || self.judged.iter().all(of_another))
+        let pairs =
+            is_clock(index) && has_channels(index) && has_channels(used) && !layout.worded[used];
+        let has_other_clock =
+            |judged: &usize| (0..*judged).rev().find(|i| is_clock(*i)) != Some(index);
+        pairs && (self.judged.len() > 1 || self.judged.iter().all(has_other_clock))
     }
 
     /// Compares a clock with the one that is used, which spans `used_s` [s] over the same rows.
-    fn compare_span(&self, clock: &ClockBeside, used_s: f64, compared: &mut ClocksBeside) {
+    fn compare_span(&self, clock: &ClockBeside, used_s: f64, comparison: &mut ClockComparison) {
         let column = &self.layout.columns[clock.index];
         let Some((first_row, first)) = clock.first else {
             return;
@@ -228,7 +230,7 @@ impl Clocks<'_> {
         let span = clock.last.1 - first;
         let resolution = clock.resolution();
         if span <= 0.0 && (clock.words.is_none() || resolution < 1.0) {
-            // A number of the recording, or a stamp of its begin.
+            // A constant is a number of the recording, or a stamp of its begin.
             return;
         }
         let step = span / (clock.last.0 - first_row) as f64;
@@ -249,11 +251,12 @@ impl Clocks<'_> {
                 let faster = span_s - slack_s > FACTOR * (used_s + self.interval_s);
                 // A unit that is assumed may be as wrong as that of the clock it was copied from.
                 if known_unit.is_some() && (span_s - used_s).abs() + slack_s <= ALIKE * used_s {
-                    compared.confirmed_by = Some(format!("`{}`", column.name));
+                    comparison.confirmed_by = Some(format!("`{}`", column.name));
                 }
                 slower || faster
             }
-            // Any unit of a thousand may be meant, but no slip by ten. Steps of 1 count the rows.
+            // Without a unit, any power of a thousand may be meant, but not ten or a hundred. Steps of 1 count
+            // the rows.
             None => slips && (named || is_even) && (step - 1.0).abs() > ALIKE,
         };
         let text = format!(
@@ -267,18 +270,18 @@ impl Clocks<'_> {
         match (contradicts, unit.is_none() && is_count) {
             (false, _) => {}
             // As pandas leaves its index where it keeps every tenth row.
-            (true, true) => compared.doubts.push(text),
+            (true, true) => comparison.doubts.push(text),
             (true, false) => {
                 let text = format!(
                     "{text}. One of the two clocks is wrong. Find out which, and export again"
                 );
                 let finding = Finding::blocking("time-contradicted", text);
-                compared.findings.push(finding);
+                comparison.findings.push(finding);
             }
         }
     }
 
-    /// Returns the unit of a clock [s], as its cells, head or name have it, or by its size.
+    /// Returns the unit of a clock [s], by its cells, head or name, or by its size.
     fn known_unit_s(&self, clock: &ClockBeside, first: f64, step: f64) -> Option<f64> {
         let column = &self.layout.columns[clock.index];
         let stated = match (&clock.words, column.time_unit, column.counts_at_hz()) {
@@ -308,18 +311,18 @@ fn is_slip_by_ten(mut ratio: f64) -> bool {
     near(10.0) || near(0.1)
 }
 
-/// Refuses a column of words that is a clock and not read, where a rate alone would tell the time.
+/// Refuses a column of words that is an unread clock, where only a rate gives the time.
 pub(super) fn refuse_unread(
     text: &[u8],
     layout: &TableLayout,
     time: &TimeSource,
     judged: &[usize],
-    asked: ReadTask,
+    task: ReadTask,
 ) -> Result<(), Error> {
     if time.column().is_some() {
         return Ok(());
     }
-    let of_words = |index: &usize| {
+    let may_be_clock = |index: &usize| {
         let column = &layout.columns[*index];
         let first = *index == 0 && layout.columns.len() > 1 && column.unit_text.is_none();
         (column.says_time()
@@ -328,8 +331,8 @@ pub(super) fn refuse_unread(
             && !(layout.numeric[*index] || layout.worded[*index] || judged.contains(index))
             && !status::is_of_words(column)
     };
-    for index in (0..layout.columns.len()).filter(of_words) {
-        let mut records = layout.records(text, asked.limits)?;
+    for index in (0..layout.columns.len()).filter(may_be_clock) {
+        let mut records = layout.records(text, task.limits)?;
         let mut words = WordClock::default();
         while let Some(row) = records.next()? {
             words.look(row.get(index).unwrap_or_default(), || {
@@ -389,20 +392,20 @@ impl WordClock {
         self.last.extend_from_slice(cell);
     }
 
-    /// Returns where the column changes, if it does as a clock; one with no name for time changes in most
-    /// rows, and not by one label after the other.
+    /// Returns the place where the column changes, if it does as a clock; one with no name for time
+    /// changes in most rows, and not by one label after the other.
     fn changing(self, named: bool) -> Option<(u64, String)> {
         let counts = |numbers: &Vec<f64>| {
             let steps = numbers.windows(2).map(|pair| pair[1] - pair[0]);
             numbers.len() > 1 && steps.clone().all(|step| step.total_cmp(&1.0).is_eq())
         };
         let labels = self.labels.as_ref().is_some_and(counts);
-        let most = 2 * self.changes >= self.rows.saturating_sub(1);
-        self.changed.filter(|_| named || (most && !labels))
+        let mostly = 2 * self.changes >= self.rows.saturating_sub(1);
+        self.changed.filter(|_| named || (mostly && !labels))
     }
 }
 
-/// Returns the number of a label, letters with one whole number behind them.
+/// Returns the number of a label: letters with one whole number after them.
 fn label_number(cell: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(cell).ok()?.trim();
     let name = text.trim_end_matches(|c: char| c.is_ascii_digit());

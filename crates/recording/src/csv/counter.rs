@@ -1,22 +1,22 @@
-//! Columns that count the rows: where no stamp tells the time, they alone show a missing row.
+//! Columns that count the rows: without stamps they alone show a missing row.
 
 use super::clock::{is_fractional, natural_unit};
 use crate::Finding;
 use crate::time_base::brief;
 
-/// First steps whose median is taken for the usual one.
+/// Number of first steps whose median is the usual step.
 const FIRST: usize = 4096;
 
-/// Share of the usual step by which a like one may be off [-].
+/// Share of the usual step by which a like one may differ [-].
 const OFF: f64 = 0.5;
 
 /// Counts after which counters of 8, 16 and 32 bits begin anew.
 const LAST: [f64; 3] = [255.0, 65_535.0, 4_294_967_295.0];
 
-/// Returns what is odd about a column that counts: where it skips, repeats or runs back, or that it
-/// counts by another step than 1. A column counts if it holds whole numbers under a name that says
-/// so, or like steps but for one of ten. `named` is whether its name says that it counts, `stated_hz`
-/// the rate where no stamps tell the time; `place` gives line and instant of a row [s].
+/// Returns the finding on a column that counts: it skips, repeats or runs back, or counts by another step
+/// than 1. A column counts if it holds whole numbers under a name that says so (`named`), or like steps
+/// but for one of ten. `stated_hz` is the rate where no stamps give the time; `place` returns line and
+/// instant of a row [s].
 pub(super) fn finding(
     name: &str,
     counts: &[f64],

@@ -4,7 +4,7 @@
 use crate::error::{Error, Place};
 use crate::{Limits, number, text};
 
-/// What separates the cells of a row.
+/// Separator of the cells of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Separator {
     Tab,
@@ -17,7 +17,7 @@ pub(super) enum Separator {
 }
 
 impl Separator {
-    /// Every separator; where two explain a table equally well, the first is meant.
+    /// Every separator; where two explain a table equally well, the first is chosen.
     pub(super) const ALL: [Self; 5] = [
         Self::Tab,
         Self::Semicolon,
@@ -50,15 +50,17 @@ impl Separator {
     }
 }
 
-/// Bytes of comments that are read.
+/// Most bytes of comments that are kept.
 pub(super) const COMMENT_BYTES: usize = 1 << 20;
+/// Memory of a kept line besides its text, roughly [byte]: many short lines are bounded as well.
+pub(super) const LINE_OVERHEAD: usize = 64;
 
 /// True if a line that begins with `byte` is a row without a further look.
 pub(super) fn begins_row(byte: u8) -> bool {
     matches!(byte, b'0'..=b'9' | b'-' | b'.' | b'+')
 }
 
-/// What stands between the rows of a table.
+/// Lines between the rows of a table that are no rows.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct Interruptions {
     /// The first line that is no row between two rows of data.
@@ -70,25 +72,25 @@ pub(super) struct Interruptions {
     pub(super) damaged: Option<(u64, String)>,
 }
 
-/// What the lines of a text are.
+/// Result of the scan of all lines.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) struct LineScan {
     /// True if a line is no row.
     interrupted: bool,
     /// Lines above the table that are no comments, as they stand.
     pub(super) above: Vec<(u64, String)>,
-    /// Lines of numbers behind the last one of the table.
+    /// Number of lines of numbers after the last one of the table.
     pub(super) rows_below: usize,
-    /// The text of comments that are words, with their lines; of very many the first.
+    /// Comments with words, each with its line; of very many the first.
     pub(super) words: Vec<(u64, String)>,
-    /// True if more are there.
+    /// True if there are more.
     pub(super) more_words: bool,
     /// Bytes of those kept.
     kept: usize,
 }
 
 impl LineScan {
-    /// Finds what stands between the rows of data, which follow so many of a header.
+    /// Finds the lines between the rows of data, which follow `header_rows` rows of the header.
     pub(super) fn interruptions(
         &self,
         text: &[u8],
@@ -96,15 +98,15 @@ impl LineScan {
         header_rows: usize,
         cells: usize,
     ) -> Interruptions {
-        let mut found = Interruptions::default();
+        let mut interruptions = Interruptions::default();
         if !self.interrupted {
-            return found;
+            return interruptions;
         }
         let (mut rows, mut open) = (0, None);
         for (line, number) in text.split(|byte| *byte == b'\n').zip(1..) {
             if is_row(line) {
                 rows += 1;
-                found.broken_at = found.broken_at.or(open.take());
+                interruptions.broken_at = interruptions.broken_at.or(open.take());
                 continue;
             }
             if rows > header_rows {
@@ -113,14 +115,16 @@ impl LineScan {
             if rows >= header_rows
                 && let Some(cell) = damaged_cell(line, separator, cells)
             {
-                found.damaged.get_or_insert((number, text::shown(cell)));
+                interruptions
+                    .damaged
+                    .get_or_insert((number, text::shown(cell)));
             }
             if rows >= header_rows && is_row_of_numbers(line, separator, cells) {
-                found.numbers += 1;
-                found.numbers_at.get_or_insert(number);
+                interruptions.numbers += 1;
+                interruptions.numbers_at.get_or_insert(number);
             }
         }
-        found
+        interruptions
     }
 
     /// Keeps a line above the table.
@@ -129,12 +133,12 @@ impl LineScan {
             self.more_words = true;
             return;
         }
-        self.kept += text.len() + 64;
+        self.kept += text.len() + LINE_OVERHEAD;
         let text = String::from_utf8_lossy(text.trim_ascii_end()).into_owned();
         self.above.push((line, text));
     }
 
-    /// Keeps what a comment says.
+    /// Keeps the words of a comment.
     pub(super) fn keep(&mut self, line: u64, comment: &[u8]) {
         let comment = uncommented(comment);
         if !comment
@@ -147,7 +151,7 @@ impl LineScan {
             self.more_words = true;
             return;
         }
-        self.kept += comment.len() + 64;
+        self.kept += comment.len() + LINE_OVERHEAD;
         self.words
             .push((line, String::from_utf8_lossy(comment).into_owned()));
     }
@@ -155,36 +159,36 @@ impl LineScan {
 
 /// True if a comment holds `cells` numbers and nothing else.
 fn is_row_of_numbers(line: &[u8], separator: Separator, cells: usize) -> bool {
-    let mut found = uncommented(line).split(|byte| *byte == separator.byte());
-    found.clone().take(cells + 1).count() == cells && found.all(number::is_numeric)
+    let mut comment_cells = uncommented(line).split(|byte| *byte == separator.byte());
+    comment_cells.clone().take(cells + 1).count() == cells && comment_cells.all(number::is_numeric)
 }
 
-/// Returns what a comment says, without its marks.
+/// Returns the text of a comment, without its marks.
 pub(super) fn uncommented(line: &[u8]) -> &[u8] {
     let marks = |byte: &&u8| matches!(**byte, b'#' | b'%' | b'/' | b' ' | b'\t');
     line[line.iter().take_while(marks).count()..].trim_ascii_end()
 }
 
-/// Returns the first cell of a comment that is a row: what a spreadsheet writes for a number that has
-/// no room in its column (`####`) or could not be computed (`#NUM!`, `#N/A`).
+/// Returns the first cell of a comment that is a row: what a spreadsheet writes for a number too wide
+/// for its column (`####`) or one that could not be computed (`#NUM!`, `#N/A`).
 fn damaged_cell(line: &[u8], separator: Separator, cells: usize) -> Option<&[u8]> {
-    let all = line.trim_ascii().split(|byte| *byte == separator.byte());
-    let mut all: Vec<&[u8]> = all.map(<[u8]>::trim_ascii).collect();
-    while all.len() > cells && all.last().is_some_and(|cell| cell.is_empty()) {
-        all.pop();
+    let row_cells = line.trim_ascii().split(|byte| *byte == separator.byte());
+    let mut row_cells: Vec<&[u8]> = row_cells.map(<[u8]>::trim_ascii).collect();
+    while row_cells.len() > cells && row_cells.last().is_some_and(|cell| cell.is_empty()) {
+        row_cells.pop();
     }
-    let (first, others) = all.split_first()?;
+    let (first, following) = row_cells.split_first()?;
     // Other alphabets have capitals of their own: `#NÚM!`.
     let is_word = |byte: &u8| byte.is_ascii_uppercase() || !byte.is_ascii();
     let mark = |byte: &u8| is_word(byte) || b"#/0!?".contains(byte);
     let damaged = first.len() > 1 && first.starts_with(b"#") && first.iter().all(mark);
-    // Behind a blank words go on in a comment, numbers in a row.
+    // After a blank a comment goes on with words, a row with numbers.
     let words = |cell: &&[u8]| !number::is_numeric(cell) && !cell.starts_with(b"#");
-    let goes_on = separator == Separator::Blanks && others.iter().any(words);
-    (damaged && all.len() == cells && !goes_on).then_some(*first)
+    let goes_on = separator == Separator::Blanks && following.iter().any(words);
+    (damaged && row_cells.len() == cells && !goes_on).then_some(*first)
 }
 
-/// True if a line is that of a spreadsheet which names the separator, `sep=;`.
+/// True if a line is a spreadsheet's line that names the separator, `sep=;`.
 fn names_separator(line: &[u8]) -> bool {
     let line = line.trim_ascii();
     let bare = line.strip_prefix(b"\"").unwrap_or(line);
@@ -194,12 +198,12 @@ fn names_separator(line: &[u8]) -> bool {
             .is_some_and(|key| key.eq_ignore_ascii_case(b"sep="))
 }
 
-/// What a person says, or a look at the table has found, of the lines around the samples.
+/// Lines around the samples, as a person states them or as they were found.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TableBounds {
     /// Lines above the table.
     pub(super) above: u64,
-    /// True if the line behind them names the columns, be it a comment or not.
+    /// True if the line after them names the columns, even as a comment.
     pub(super) named: bool,
     /// Last line of the table.
     pub(super) last: u64,
@@ -213,9 +217,8 @@ fn uncomment(line: &mut [u8]) {
         .for_each(|byte| *byte = b' ');
 }
 
-/// Measures every line and marks what is no row: comments (`#`, `%`, `//`), empty lines and a
-/// spreadsheet's `sep=;` get a `#` as their first byte, and so do those that are
-/// no samples by a person's word. Returns what the lines are.
+/// Measures every line and marks those that are no rows: comments (`#`, `%`, `//`), empty lines, a
+/// spreadsheet's `sep=;` and lines outside the bounds get a `#` as their first byte.
 pub(super) fn scan_lines(
     text: &mut [u8],
     bounds: TableBounds,
@@ -227,9 +230,9 @@ pub(super) fn scan_lines(
     let mut index = 0_u64;
     while next < text.len() {
         let first = next;
-        let rest = &mut text[first..];
-        let length = memchr::memchr(b'\n', rest).map_or(rest.len(), |end| end + 1);
-        let line = &mut rest[..length];
+        let unread = &mut text[first..];
+        let length = memchr::memchr(b'\n', unread).map_or(unread.len(), |end| end + 1);
+        let line = &mut unread[..length];
         next += length;
         index += 1;
         let place = |beyond: u64| Place::default().line(index).byte(first as u64 + beyond);
@@ -289,7 +292,7 @@ pub(super) fn is_row(line: &[u8]) -> bool {
 /// Replaces each run of blanks and tabs by one blank and drops those at the ends of lines; in
 /// place, so that no second copy of a file is held.
 pub(super) fn collapse_blanks(text: &mut Vec<u8>) {
-    // A carriage return stands at the end of a line.
+    // A carriage return is at the end of a line.
     let blanks = text.iter_mut().filter(|byte| matches!(byte, b'\t' | b'\r'));
     blanks.for_each(|byte| *byte = b' ');
     text.dedup_by(|next, last| match (*last, *next) {

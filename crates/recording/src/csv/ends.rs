@@ -1,4 +1,5 @@
-//! Where a table seems to end, if a line behind it stops the reading: a footer, or another section.
+//! The line on which a table seems to end, if a line after it stops the reading: a footer, or another
+//! section.
 
 use super::begin;
 use super::dialect::is_row;
@@ -8,7 +9,7 @@ use crate::number;
 use crate::setting::Setting;
 use latchgate_kernel::error::Error as KernelError;
 
-/// Names the line on which the table seems to end in an error that a line behind it made: one without a
+/// Adds the line on which the table seems to end to an error that a line after it made: one without a
 /// number, or one of another shape after which no row of the table follows.
 pub(super) fn named(error: Error, text: &[u8], layout: &TableLayout) -> Error {
     let (expected, found) = match error.kind() {
@@ -19,7 +20,7 @@ pub(super) fn named(error: Error, text: &[u8], layout: &TableLayout) -> Error {
         ErrorKind::Malformed {
             expected, found, ..
         } => (expected.clone(), found.clone()),
-        // Such as `NaN,NaN` and `0,0` behind the samples.
+        // Such as `NaN,NaN` and `0,0` after the samples.
         ErrorKind::TimeNotIncreasing { previous, found } if found < previous => {
             (format!("a time after {previous} s"), format!("{found} s"))
         }
@@ -44,8 +45,8 @@ pub(super) fn named(error: Error, text: &[u8], layout: &TableLayout) -> Error {
     Error::malformed(expected, found, hint).at(error.place().clone())
 }
 
-/// Returns the last line of the table if the one of that number, counted from 1, may be none of its rows,
-/// and whether that one does not begin as they do.
+/// Returns the last line of the table, if line `odd`, counted from 1, may be outside it; true with it if
+/// that line does not begin as a row does.
 fn last_line(text: &[u8], layout: &TableLayout, odd: u64) -> Option<(u64, bool)> {
     let lines = text.split(|byte| *byte == b'\n').zip(1_u64..);
     let mut last = None;
@@ -56,12 +57,12 @@ fn last_line(text: &[u8], layout: &TableLayout, odd: u64) -> Option<(u64, bool)>
             rows += 1;
             last = Some(number);
         } else if number == odd {
-            // Where stamps are words a row with a wrong one is a row all the same.
+            // Where stamps are words, a row with a wrong one is still a row.
             if layout.worded.first() == Some(&true) && layout.is_shaped(&cells) {
                 return None;
             }
             seems_clear = !cells.first().is_some_and(|cell| number::is_numeric(cell));
-            // A row of words alone is none, whatever follows.
+            // A line of words alone is no row, whatever follows.
             if !cells.iter().any(|cell| number::is_numeric(cell)) {
                 break;
             }

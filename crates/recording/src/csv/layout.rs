@@ -1,11 +1,11 @@
-//! Layouts: which rows are header, which column is time, which one is the lateral acceleration.
+//! Layouts: the rows of the header, the column of time, the one of the lateral acceleration.
 //!
-//! The first rows answer one question after the other: where the header ends, what its columns are
-//! called, which holds the time, which the samples. Each answer needs the one before.
+//! The layout is found in steps, each of which needs the one before: the end of the header, the names
+//! of its columns, the one of time, the ones of samples.
 
 use super::begin::{self, Begin};
 use super::dialect::{LineScan, Separator};
-use super::preamble::Preamble;
+use super::preamble::{Preamble, TableShape};
 use super::records::{self, Records};
 use super::stamp;
 use super::unnamed;
@@ -20,14 +20,14 @@ use latchgate_kernel::units::{DecimalMark, SampleRate, TimeUnit};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// Rows and bytes from which on fewer rows do: rows may be long.
+/// Number of first rows, and of their bytes, that are enough for the layout: one row may be long.
 const FEW_ROWS: usize = 8;
 const SAMPLE_BYTES: usize = 4 << 20;
 
-/// Data rows from which the meaning of an unnamed first column is found.
+/// Most first rows by which the layout is found.
 const SAMPLE_ROWS: usize = 64;
 
-/// Where the time of the samples comes from.
+/// Source of the time of the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum TimeSource {
     /// A column.
@@ -36,7 +36,7 @@ pub(super) enum TimeSource {
         index: usize,
         /// The unit of its stamps.
         unit: TimeUnit,
-        /// What states that unit.
+        /// Source of that unit.
         origin: UnitOrigin,
         /// True if its stamps are words, such as dates and times of day.
         worded: bool,
@@ -45,7 +45,7 @@ pub(super) enum TimeSource {
     Rate(SampleRate),
 }
 
-/// What states the unit of a column of times.
+/// Source of the unit of a column of times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum UnitOrigin {
     /// Option, card or file.
@@ -66,7 +66,7 @@ impl TimeSource {
     }
 }
 
-/// The columns to read, and what is to be said about the choice.
+/// The columns to read, with the findings on their choice.
 #[derive(Debug, Default)]
 pub(super) struct ColumnChoice {
     /// Indices, counted from 0.
@@ -74,17 +74,26 @@ pub(super) struct ColumnChoice {
     pub(super) findings: Vec<Finding>,
 }
 
-/// How a text table or a sheet was understood: what a person can see and correct.
+/// A column that counts the rows.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Counter {
+    /// Its index, counted from 0.
+    pub(super) column: usize,
+    /// True if its name says so, false if only its numbers do.
+    pub(super) is_named: bool,
+}
+
+/// Mapping of a text table or a sheet, for a person to check and to correct.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TableMapping {
     /// The sheet of a workbook.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sheet: Option<String>,
-    /// What separates the cells of a row: `tab`, `semicolon`, `comma`, `blanks`, `nothing` or `the sheet`.
+    /// Separator of cells: `tab`, `semicolon`, `comma`, `blanks`, `nothing` or `the sheet`.
     pub separator: Cow<'static, str>,
     /// The decimal mark, `.` or `,`; `None` where no number of the first rows has one.
     pub decimal: Option<Cow<'static, str>>,
-    /// What the first rows above the names say, each as key and values.
+    /// The first rows above the names, each as key and values.
     #[serde(default)]
     pub above: Vec<String>,
     /// The line that names the columns, counted from 1.
@@ -100,7 +109,7 @@ pub struct TableMapping {
     pub time_unit: Option<String>,
 }
 
-/// How a table is laid out.
+/// Layout of a table.
 #[derive(Debug)]
 pub(super) struct TableLayout {
     pub(super) separator: Separator,
@@ -113,37 +122,38 @@ pub(super) struct TableLayout {
     cells: usize,
     /// True if at least half of a column's first cells are numbers; the others are then faults.
     pub(super) numeric: Vec<bool>,
-    /// True if they are stamps as words, and whether such with a date.
+    /// True if at least half of a column's first cells are stamps as words, and true if those have a
+    /// date.
     pub(super) worded: Vec<bool>,
     pub(super) dated: Vec<bool>,
     /// The usual step of columns of numbers that rise steadily over the first rows.
     pub(super) steps: Vec<Option<f64>>,
     /// True if a header names the columns.
     pub(super) named: bool,
-    /// What stands above the names.
+    /// The rows above the names.
     pub(super) preamble: Preamble,
 }
 
-/// What is known of a table before its layout is.
+/// Results of the scan of a table, by which its layout is found.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TableStart<'a> {
     pub(super) separator: Separator,
     /// The line of the names, where it was found below a preamble.
-    pub(super) found: Option<u32>,
+    pub(super) found_header: Option<u32>,
     pub(super) lines: &'a LineScan,
 }
 
 impl TableLayout {
     /// Finds the layout from the first rows.
-    pub(super) fn find(text: &[u8], start: TableStart<'_>, asked: ReadTask) -> Result<Self, Error> {
-        let (options, separator) = (asked.options, start.separator);
+    pub(super) fn find(text: &[u8], start: TableStart<'_>, task: ReadTask) -> Result<Self, Error> {
+        let (options, separator) = (task.options, start.separator);
         let quoted = memchr::memchr(b'"', text).is_some();
-        let rows = first_rows(Records::new(text, separator, quoted, asked.limits))?;
-        let header_line = options.header_line.or(start.found);
+        let rows = first_rows(Records::new(text, separator, quoted, task.limits))?;
+        let header_line = options.header_line.or(start.found_header);
         let stated = header_line.is_some() || options.skip_lines.is_some();
-        if !stated {
-            let step_of = |index: usize| usual_step(&rows, index);
-            unnamed::refusal(text, &rows, options, step_of).map_or(Ok(()), Err)?;
+        let step_of = |index: usize| usual_step(&rows, index);
+        if !stated && let Some(error) = unnamed::refusal(text, &rows, options, step_of) {
+            return Err(error);
         }
         let header_rows = match header_line {
             Some(line) => rows_of_header(text, &rows, line)?,
@@ -159,14 +169,17 @@ impl TableLayout {
             false => (1..=filled_cells(first))
                 .map(ChannelName::unnamed)
                 .collect(),
-            true => name_columns(header, first, options.unit_line.is_none()).map_err(|found| {
-                let found = format!("{found} header cells over rows of {}", first.len());
+            true => name_columns(header, first, options.unit_line.is_none()).map_err(|count| {
+                let found = format!("{count} header cells over rows of {}", first.len());
                 let expected = "as many header cells as the rows have";
-                where_it_begins(text, &rows[0], expected, &found)
+                unclear_begin(text, &rows[0], expected, &found)
             })?,
         };
-        let shape = (separator, columns.len());
-        let preamble = Preamble::read(start.lines, shape, start.found);
+        let shape = TableShape {
+            separator,
+            width: columns.len(),
+        };
+        let preamble = Preamble::read(start.lines, shape, start.found_header);
         preamble.apply(&mut columns, options.unit_line.is_none());
         if let Some(line) = options.unit_line {
             let units = unit_cells(text, start, header, line)?;
@@ -176,9 +189,9 @@ impl TableLayout {
         channel_name::mark_columns(columns.iter_mut().collect(), options);
         let ragged = data.iter().any(|row| row.len() != first.len());
         let data_line = line_of(text, first).line.unwrap_or(0);
-        if !stated && ragged && begin::find(text).is_some_and(|found| found.data > data_line) {
+        if !stated && ragged && begin::find(text).is_some_and(|begin| begin.data > data_line) {
             let found = "rows of different lengths";
-            return Err(where_it_begins(text, first, "rows of one length", found));
+            return Err(unclear_begin(text, first, "rows of one length", found));
         }
         Ok(Self {
             separator,
@@ -204,10 +217,10 @@ impl TableLayout {
         Records::new(text, self.separator, self.quoted, limits).after(self.header_rows)
     }
 
-    /// Says how the table was understood.
-    pub(super) fn mapping(&self, text: &[u8], asked: ReadTask) -> Result<TableMapping, Error> {
-        let options = asked.options;
-        let rows = Records::new(text, self.separator, self.quoted, asked.limits);
+    /// Returns the mapping of the table.
+    pub(super) fn mapping(&self, text: &[u8], task: ReadTask) -> Result<TableMapping, Error> {
+        let options = task.options;
+        let rows = Records::new(text, self.separator, self.quoted, task.limits);
         let rows = first_rows(rows)?;
         let (header, data) = rows.split_at(self.header_rows.min(rows.len()));
         let line = |row: &ByteRecord| records::line_of(text, row);
@@ -225,12 +238,15 @@ impl TableLayout {
             cells.any(|cell| cell.contains(&mark) && number::is_numeric(cell))
         };
         let marks = [DecimalMark::Comma, DecimalMark::Point];
-        let seen = || marks.into_iter().find(has);
+        let first_mark = || marks.into_iter().find(has);
         let units = header.iter().skip(1).find(|row| has_unit(row));
         Ok(TableMapping {
             sheet: None,
             separator: self.separator.name().into(),
-            decimal: options.decimal.or_else(seen).map(|mark| mark.name().into()),
+            decimal: options
+                .decimal
+                .or_else(first_mark)
+                .map(|mark| mark.name().into()),
             above: self.preamble.listed(),
             header_line: header.first().filter(|_| self.named).map(line),
             unit_line: options.unit_line.map(u64::from).or(units.map(line)),
@@ -265,29 +281,28 @@ impl TableLayout {
         Err((index, error))
     }
 
-    /// Returns the number of columns, and that of the cells of each row.
-    pub(super) fn widths(&self) -> (usize, usize) {
-        (self.columns.len(), self.cells)
-    }
-
     /// Returns the columns that count the rows and are not read for anything else: those whose
-    /// names say so, and without stamps also those whose numbers do; each with whether its name
-    /// says so.
-    pub(super) fn counters(&self, time: &TimeSource, wanted: &[usize]) -> Vec<(usize, bool)> {
+    /// names say so, and without stamps also those whose numbers do.
+    pub(super) fn counters(&self, time: &TimeSource, judged: &[usize]) -> Vec<Counter> {
+        // Each counter is held in memory as a channel is.
         const MOST: usize = 8;
         let stamped = time.column();
         let free = |index: &usize| {
             Some(*index) != stamped
-                && !wanted.contains(index)
+                && !judged.contains(index)
                 && self.numeric[*index]
                 && self.columns[*index].unit_text.is_none()
         };
-        let all = (0..self.columns.len()).filter(free);
-        let mut all: Vec<_> = all.map(|index| (index, self.is_index(index))).collect();
-        all.retain(|(_, named)| *named || stamped.is_none());
-        all.sort_by_key(|(_, named)| !named);
-        all.truncate(MOST);
-        all
+        let counters = (0..self.columns.len()).filter(free);
+        let counter = |column| Counter {
+            column,
+            is_named: self.is_index(column),
+        };
+        let mut counters: Vec<Counter> = counters.map(counter).collect();
+        counters.retain(|counter| counter.is_named || stamped.is_none());
+        counters.sort_by_key(|counter| !counter.is_named);
+        counters.truncate(MOST);
+        counters
     }
 
     /// Chooses the columns to read.
@@ -305,8 +320,8 @@ impl TableLayout {
             let (columns, findings) = (candidates, Vec::new());
             return Ok(ColumnChoice { columns, findings });
         }
-        if let Some(wanted) = &options.channel {
-            let index = self.find_column(wanted, "channel")?;
+        if let Some(requested) = &options.channel {
+            let index = self.find_column(requested, "channel")?;
             if Some(index) == time {
                 return Err(Error::malformed(
                     "a channel of acceleration",
@@ -316,88 +331,87 @@ impl TableLayout {
                 ));
             }
             let findings = self.columns[index].not_lateral_finding().into_iter();
-            let findings = findings.chain(self.by_name_finding(wanted, index));
+            let findings = findings.chain(self.by_name_finding(requested, index));
             return Ok(ColumnChoice {
                 columns: vec![index],
                 findings: findings.filter(|_| self.named).collect(),
             });
         }
-        // One that says that it is the one, or alone could be, is read though its first cells are
-        // faults: reading it says what is wrong, and where.
+        // A column that is named lateral, or is the only candidate, is read even if its first cells are
+        // faults, so that the error names the cell.
         let is_clock = |i: usize| Some(i) == time || self.is_other_clock(i);
-        let others = (0..self.columns.len()).filter(|i| !is_clock(*i) && !self.is_index(*i));
-        let alone = others.clone().count() == 1;
-        let meant = others
+        let sample_columns =
+            (0..self.columns.len()).filter(|i| !is_clock(*i) && !self.is_index(*i));
+        let alone = sample_columns.clone().count() == 1;
+        let offered = sample_columns
             .filter(|i| alone || self.numeric[*i] || self.columns[*i].says_lateral_acceleration());
-        let meant: Vec<usize> = meant.collect();
-        let columns = meant.iter().map(|index| (index + 1, &self.columns[*index]));
+        let offered: Vec<usize> = offered.collect();
+        let columns = offered
+            .iter()
+            .map(|index| (index + 1, &self.columns[*index]));
         let choices = ChannelOffer::of_words(&columns.collect::<Vec<_>>(), "column");
         let (index, finding) = lateral::take(&choices, self.list(0..self.columns.len()))?;
         Ok(ColumnChoice {
-            columns: vec![meant[index]],
-            // What an unnamed column is called says nothing.
+            columns: vec![offered[index]],
+            // The finding speaks of the column's name, and an unnamed column has none.
             findings: finding.into_iter().filter(|_| self.named).collect(),
         })
     }
 
     /// Finds a column by its name (as it stands, then without unit, then whatever its case) or
     /// by its number, counted from 1.
-    pub(super) fn find_column(&self, wanted: &str, what: &'static str) -> Result<usize, Error> {
-        let small = wanted.trim().to_lowercase();
+    pub(super) fn find_column(&self, requested: &str, what: &'static str) -> Result<usize, Error> {
+        let small = requested.trim().to_lowercase();
         let ways: [&dyn Fn(&ChannelName) -> bool; 4] = [
-            &|column| column.name == wanted,
-            &|column| !column.label.is_empty() && column.label == wanted.trim(),
+            &|column| column.name == requested,
+            &|column| !column.label.is_empty() && column.label == requested.trim(),
             &|column| {
                 column.name.to_lowercase() == small
                     || (!small.is_empty() && column.label.to_lowercase() == small)
             },
             &|column| column.is_described_as(&small),
         ];
-        let all = 0..self.columns.len();
+        let indices = 0..self.columns.len();
         for way in ways {
-            let found: Vec<usize> = all.clone().filter(|i| way(&self.columns[*i])).collect();
-            match found.as_slice() {
+            let matches: Vec<usize> = indices.clone().filter(|i| way(&self.columns[*i])).collect();
+            match matches.as_slice() {
                 [] => {}
                 [only] => return Ok(*only),
                 several => {
-                    let expected = format!("one column `{wanted}`");
+                    let expected = format!("one column `{requested}`");
                     let found = self.list(several.iter().copied());
                     return Err(Error::malformed(expected, found, "choose it by number"));
                 }
             }
         }
-        if let Ok(number) = wanted.trim().parse::<usize>()
+        if let Ok(number) = requested.trim().parse::<usize>()
             && (1..=self.columns.len()).contains(&number)
         {
             return Ok(number - 1);
         }
-        let (known, wanted) = (self.list(all), wanted.to_string());
+        let (known, requested) = (self.list(indices), requested.to_string());
         if what == "channel" {
-            return Err(ErrorKind::NoSuchChannel {
-                requested: wanted,
-                known,
-            }
-            .into());
+            return Err(ErrorKind::NoSuchChannel { requested, known }.into());
         }
         let names: Vec<&str> = self.columns.iter().map(|c| c.name.as_str()).collect();
         Err(Error::from(ErrorKind::UnknownName {
             what,
-            nearest: crate::error::nearest_name(&wanted, &names),
-            found: wanted,
+            nearest: crate::error::nearest_name(&requested, &names),
+            found: requested,
             known,
         }))
     }
 
-    /// Says that a number which a person states is the name of another column than the one of that
-    /// number.
-    pub(super) fn by_name_finding(&self, wanted: &str, index: usize) -> Option<Finding> {
-        let number: usize = wanted.trim().parse().ok()?;
-        let other = self.columns.get(number.checked_sub(1)?)?;
+    /// Returns a finding where the stated channel is both the name of one column and the number of
+    /// another.
+    pub(super) fn by_name_finding(&self, requested: &str, index: usize) -> Option<Finding> {
+        let number: usize = requested.trim().parse().ok()?;
+        let numbered = self.columns.get(number.checked_sub(1)?)?;
         let text = format!(
             "`{number}` is the name of column {}, which was used. Column number {number} is named \
              `{}`. State the name of the one you mean",
             index + 1,
-            shown(&other.name)
+            shown(&numbered.name)
         );
         (number != index + 1).then(|| Finding::warning("column-by-name", text))
     }
@@ -412,22 +426,24 @@ impl TableLayout {
 
     /// Lists columns for a message, at most a screenful; equal names get their number.
     pub(super) fn list(&self, indices: impl IntoIterator<Item = usize>) -> String {
-        let one = |index: usize| {
+        let candidate = |index: usize| {
             let name = shown(&self.columns[index].name);
-            let same = |other: &&ChannelName| other.name == self.columns[index].name;
+            let same = |column: &&ChannelName| column.name == self.columns[index].name;
             match self.columns.iter().filter(same).count() {
                 1 => Candidate::named(name),
                 _ => Candidate::numbered(name, "column", index + 1),
             }
         };
-        Candidates(indices.into_iter().map(one).collect()).to_string()
+        Candidates(indices.into_iter().map(candidate).collect()).to_string()
     }
 }
 
-/// Tells of each column whether at least half of its first cells are such.
-fn mostly(columns: &[ChannelName], data: &[ByteRecord], such: fn(&[u8]) -> bool) -> Vec<bool> {
+/// Returns true for each column of which at least half of the first cells match.
+fn mostly(columns: &[ChannelName], data: &[ByteRecord], matches: fn(&[u8]) -> bool) -> Vec<bool> {
     let is_mostly = |index: usize| {
-        let cells = data.iter().filter(|row| row.get(index).is_some_and(such));
+        let cells = data
+            .iter()
+            .filter(|row| row.get(index).is_some_and(matches));
         2 * cells.count() >= data.len()
     };
     (0..columns.len()).map(is_mostly).collect()
@@ -468,12 +484,12 @@ fn has_number(row: &ByteRecord) -> bool {
 }
 
 fn has_unit(row: &ByteRecord) -> bool {
-    // A unit of time beside a number, such as `10 us`, is none of another column.
-    let counted = |text: &str| text.contains(|c: char| c.is_ascii_digit());
-    let of_time = |text: &str| counted(text) && TimeUnit::from_spelling(text).is_some();
+    // A unit of time beside a number, such as `10 us`, is not the unit of another column.
+    let has_digit = |text: &str| text.contains(|c: char| c.is_ascii_digit());
+    let is_time = |text: &str| has_digit(text) && TimeUnit::from_spelling(text).is_some();
     row.iter().any(|cell| {
         let text = String::from_utf8_lossy(cell);
-        is_known_unit(&text) || of_time(&text)
+        is_known_unit(&text) || is_time(&text)
     })
 }
 
@@ -502,8 +518,8 @@ fn check_one_column(text: &[u8], names: &ByteRecord, first: &ByteRecord) -> Resu
     Err(error.at(line_of(text, first)))
 }
 
-/// Counts the rows before the data where a person states the line of the names: these, and what
-/// stands between them and the first number.
+/// Counts the rows before the data where a person states the line of the names: that line, and the
+/// rows between it and the first number.
 fn rows_of_header(text: &[u8], rows: &[ByteRecord], line: u32) -> Result<usize, Error> {
     let names = rows
         .first()
@@ -526,13 +542,13 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord], stated: bool) -> Result<u
     let words = |row: &ByteRecord, expected: &str| {
         let cell = row.iter().find(|cell| !cell.trim_ascii().is_empty());
         let found = format!("`{}`", shown(cell.unwrap_or_default()));
-        Err(where_it_begins(text, row, expected, &found))
+        Err(unclear_begin(text, row, expected, &found))
     };
     let Some(names) = rows.first() else {
         return Err(no_rows("the file holds no rows"));
     };
     if has_number(names) {
-        // No row of samples stands above one of units: `x-axis,1,2` over `second,Volt,Volt`.
+        // A row of units is never below a row of samples: `x-axis,1,2` over `second,Volt,Volt`.
         if let [units, row, ..] = &rows[1..]
             && has_unit(units)
             && !has_number(units)
@@ -546,7 +562,7 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord], stated: bool) -> Result<u
         let cells = names.iter().map(|cell| format!("`{}`", shown(cell)));
         let cells: Vec<String> = cells.collect();
         let expected = "a line that names the columns";
-        return Err(where_it_begins(text, names, expected, &cells.join(" and ")));
+        return Err(unclear_begin(text, names, expected, &cells.join(" and ")));
     }
     match &rows[1..] {
         [row, ..] if has_number(row) => Ok(1),
@@ -557,8 +573,8 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord], stated: bool) -> Result<u
     }
 }
 
-/// Says that it is not clear where the table begins, and with which setting it would be.
-fn where_it_begins(text: &[u8], row: &ByteRecord, expected: &str, found: &str) -> Error {
+/// Returns the error for a table whose begin is not clear, with the setting that makes it clear.
+fn unclear_begin(text: &[u8], row: &ByteRecord, expected: &str, found: &str) -> Error {
     let hint = match begin::find(text) {
         Some(Begin {
             header: Some(line), ..
@@ -589,7 +605,7 @@ fn name_columns(
     }
     let name = |index: usize| ChannelName::from_header(&text_of(names, index), index + 1);
     let mut columns: Vec<ChannelName> = (0..count).map(name).collect();
-    // Of further rows only one of units is read; descriptions are passed over.
+    // Only one row of units is read; rows of descriptions are skipped.
     let units = header[1..].iter().find(|row| has_unit(row));
     if let Some(units) = units.filter(|_| with_units) {
         if filled_cells(units) > count {
@@ -602,7 +618,7 @@ fn name_columns(
     Ok(columns)
 }
 
-/// Returns the cells of the line that a person states to hold the units.
+/// Returns the cells of the line that the setting `unit_line` names.
 fn unit_cells(
     text: &[u8],
     start: TableStart<'_>,

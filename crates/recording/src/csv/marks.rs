@@ -1,4 +1,4 @@
-//! What a sheet of a workbook shows beside its cells: columns that are hidden, cells that are merged.
+//! Marks of a workbook's sheet besides its cells: hidden columns, merged cells.
 
 use crate::error::{Error, Place};
 use crate::{Finding, text};
@@ -16,19 +16,19 @@ pub(crate) struct Sheet {
     pub(crate) marks: SheetMarks,
     /// Notes on cells, each with its line.
     pub(crate) notes: Vec<(u64, String)>,
-    /// Words of the workbook beside it, each with what says them: "the page header says".
+    /// Words of the workbook outside the sheet, each with its source: "the page header says".
     pub(crate) beside: Vec<(String, String)>,
-    /// What was found odd in it.
+    /// Findings on it.
     pub(crate) findings: Vec<Finding>,
 }
 
-/// What a sheet shows beside its cells.
+/// Marks of a sheet besides its cells.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct SheetMarks {
     /// Columns that are hidden, counted from 0.
     pub(crate) hidden_columns: Vec<Range<usize>>,
     pub(crate) merged: Vec<Merged>,
-    /// Words that formats show behind the numbers of a column, each with the last line of them.
+    /// Words that formats show after the numbers of a column, each with its last line.
     pub(crate) words_of_formats: BTreeMap<(usize, Arc<str>), u64>,
 }
 
@@ -44,9 +44,9 @@ pub(crate) struct Merged {
 impl SheetMarks {
     /// Refuses a column of which several rows of samples are shown as one cell, which hides all but one.
     pub(super) fn refuse_merged_rows(&self, column: usize, head: &Range<u64>) -> Result<(), Error> {
-        let hides = |one: &&Merged| {
-            let lines = one.lines.end - one.lines.start;
-            one.columns.contains(&column) && lines > 1 && one.lines.end > head.end
+        let hides = |merged: &&Merged| {
+            let lines = merged.lines.end - merged.lines.start;
+            merged.columns.contains(&column) && lines > 1 && merged.lines.end > head.end
         };
         let Some(merged) = self.merged.iter().find(hides) else {
             return Ok(());
@@ -67,7 +67,7 @@ impl SheetMarks {
         Err(error.at(Place::default().line(line).column(column as u64 + 1)))
     }
 
-    /// Refuses a column whose cells show other words behind their numbers than its unit.
+    /// Refuses a column whose cells show other words after their numbers than its unit.
     pub(super) fn refuse_other_words(
         &self,
         column: usize,
@@ -76,8 +76,8 @@ impl SheetMarks {
     ) -> Result<(), Error> {
         let of_column = (column, Arc::from(""))..(column + 1, Arc::from(""));
         let mut words = self.words_of_formats.range(of_column);
-        let other = words.find(|((_, words), line)| **line >= head.end && !is_unit(words));
-        let Some(((_, words), line)) = other else {
+        let mismatch = words.find(|((_, words), line)| **line >= head.end && !is_unit(words));
+        let Some(((_, words), line)) = mismatch else {
             return Ok(());
         };
         let found = format!("the number format shows `{}`", text::shown(&**words));
@@ -86,40 +86,44 @@ impl SheetMarks {
         Err(error.at(Place::default().line(*line).column(column as u64 + 1)))
     }
 
-    /// Says what makes a column doubtful that is read by its name: it is hidden, or its name is shown
-    /// above others as well. A column of samples that nobody asked for by name is refused then.
+    /// Returns the doubts on a column that is read by its name: it is hidden, or its name is shown above
+    /// others as well. A column of samples that was not requested by name is refused then.
     pub(super) fn doubts(
         &self,
         column: usize,
         name: &str,
         head: &Range<u64>,
-        is_asked: bool,
+        is_requested: bool,
     ) -> Result<Vec<Finding>, Error> {
         let letters = column_letters(column);
-        let mut found = Vec::new();
-        if self.hidden_columns.iter().any(|one| one.contains(&column)) {
-            found.push((
+        let mut doubts = Vec::new();
+        if self
+            .hidden_columns
+            .iter()
+            .any(|range| range.contains(&column))
+        {
+            doubts.push((
                 "hidden-cells",
                 format!("`{name}` in column {letters}, which is hidden"),
             ));
         }
-        let above = |one: &&Merged| {
-            one.columns.contains(&column)
-                && one.columns.len() > 1
-                && one.lines.start < head.end
-                && head.start < one.lines.end
+        let above = |merged: &&Merged| {
+            merged.columns.contains(&column)
+                && merged.columns.len() > 1
+                && merged.lines.start < head.end
+                && head.start < merged.lines.end
         };
         if let Some(merged) = self.merged.iter().find(above) {
             let first = column_letters(merged.columns.start);
             let last = column_letters(merged.columns.end - 1);
-            found.push((
+            doubts.push((
                 "merged-head",
                 format!(
                     "`{name}` in column {letters}, whose head is merged over {first} to {last}"
                 ),
             ));
         }
-        if let (Some((_, text)), false) = (found.first(), is_asked) {
+        if let (Some((_, text)), false) = (doubts.first(), is_requested) {
             let expected = "a channel that the sheet shows under a name of its own";
             let hint = format!(
                 "if it is the one, state the setting `channel` = {}; else another",
@@ -130,7 +134,7 @@ impl SheetMarks {
         }
         let finding =
             |(code, text)| Finding::warning(code, format!("{text}, was read. Look at the sheet"));
-        Ok(found.into_iter().map(finding).collect())
+        Ok(doubts.into_iter().map(finding).collect())
     }
 }
 

@@ -1,12 +1,12 @@
-//! Preambles: rows above the names of a table that say what its columns are, such as unit, rate, filter
-//! class, range, code and sensor.
+//! Preambles: rows above the names of a table that describe its columns: unit, rate, filter class,
+//! range, code, sensor and the like.
 //!
-//! The first cell of such a row is its key. A value stands in the column of which it speaks; one alone
-//! behind its key speaks of all. What a known key says is held against options and samples, and a
-//! contradiction blocks, for nobody knows which of the two is right; every row is shown. Comments are no
-//! such rows: one that states a rate with its unit is held against the samples all the same, and tells.
+//! The first cell of such a row is its key. A value in a column concerns that column; a single value
+//! right after the key concerns all. The value of a known key is compared with options and samples, and
+//! a contradiction blocks: nothing shows which of the two is right. Every row is shown. Comments are no
+//! such rows; one that states a rate with its unit is compared all the same, and only warns.
 //!
-//! - `findings`: what the rows above the names say, held against the samples and their clock;
+//! - `findings`: comparison of the rows above the names with the samples and their clock;
 //! - `row`: rows above the names: a key, and a value for each column.
 
 mod findings;
@@ -19,7 +19,7 @@ use crate::channel_name::{self, ChannelName};
 use crate::code::Code;
 use crate::remarks::{self, Remark, RemarkPlace};
 use crate::text::shown;
-pub(super) use findings::HeldAgainst;
+pub(super) use findings::TableFacts;
 use latchgate_kernel::units::{AccelerationUnit, SampleRate, TimeUnit};
 use row::{PreambleRow, PreambleTopic, measure, says_none};
 
@@ -29,14 +29,21 @@ pub(super) struct Preamble {
     rows: Vec<PreambleRow>,
     /// Comments that state a rate with its unit.
     comments: Vec<PreambleRow>,
-    /// The line of the names, where nobody stated it.
-    found: Option<u32>,
+    /// The line of the names, where it was found and not stated.
+    found_header: Option<u32>,
+}
+
+/// Shape of a table, by which lines above it are split.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TableShape {
+    pub(super) separator: Separator,
+    /// Number of its columns.
+    pub(super) width: usize,
 }
 
 impl Preamble {
-    /// Reads what stands around a table of `width` columns; `found` is the line of the names where nobody
-    /// stated it.
-    pub(super) fn read(lines: &LineScan, shape: (Separator, usize), found: Option<u32>) -> Self {
+    /// Reads the lines around a table; `found_header` is the line of the names where it was not stated.
+    pub(super) fn read(lines: &LineScan, shape: TableShape, found_header: Option<u32>) -> Self {
         let row = |(line, text): &(u64, String)| PreambleRow::read(*line, text, shape);
         let states_rate = |row: &PreambleRow| {
             use PreambleTopic::{Interval, Rate};
@@ -56,11 +63,11 @@ impl Preamble {
                 .filter_map(row)
                 .filter(states_rate)
                 .collect(),
-            found,
+            found_header,
         }
     }
 
-    /// Returns what the first rows say, each as key and values.
+    /// Returns the first rows, each as key and values.
     pub(super) fn listed(&self) -> Vec<String> {
         const SHOWN: usize = 40;
         let shown = |row: &PreambleRow| {
@@ -72,28 +79,28 @@ impl Preamble {
     }
 
     /// Returns the rows of a topic.
-    fn of(&self, topic: PreambleTopic) -> impl Iterator<Item = &PreambleRow> {
+    fn rows_on(&self, topic: PreambleTopic) -> impl Iterator<Item = &PreambleRow> {
         self.rows.iter().filter(move |row| row.topic == Some(topic))
     }
 
-    /// Returns what is said of a column on a topic.
-    fn said(
+    /// Returns the values on a topic that concern a column, each with its row.
+    fn values_on(
         &self,
         topic: PreambleTopic,
         column: usize,
     ) -> impl Iterator<Item = (&PreambleRow, &str)> {
-        self.of(topic).filter_map(move |row| {
+        self.rows_on(topic).filter_map(move |row| {
             let value = row.value(column).filter(|value| !says_none(value))?;
             Some((row, value))
         })
     }
 
-    /// Tells the columns what is said of them. With `with_units` rows of units count.
+    /// Applies the rows to the columns. `with_units` is true if rows of units count.
     pub(super) fn apply(&self, columns: &mut [ChannelName], with_units: bool) {
         for (index, column) in columns.iter_mut().enumerate() {
             if column.says_time() {
                 let units = self
-                    .of(PreambleTopic::TimeUnit)
+                    .rows_on(PreambleTopic::TimeUnit)
                     .filter_map(PreambleRow::only);
                 let units = units.map(String::as_str).chain(self.units_in_place(index));
                 for unit in units {
@@ -104,7 +111,9 @@ impl Preamble {
             if let Some(words) = self.described(index, column) {
                 column.describe(words);
             }
-            let units = self.said(PreambleTopic::Unit, index).filter(|_| with_units);
+            let units = self
+                .values_on(PreambleTopic::Unit, index)
+                .filter(|_| with_units);
             for (_, unit) in units {
                 *column = std::mem::take(column).with_unit(unit, SOURCE);
             }
@@ -112,9 +121,9 @@ impl Preamble {
         }
     }
 
-    /// Returns the units of time that stand above a column in rows of units.
+    /// Returns the units of time above a column in rows of units.
     fn units_in_place(&self, column: usize) -> impl Iterator<Item = &str> {
-        let rows = self.of(PreambleTopic::Unit);
+        let rows = self.rows_on(PreambleTopic::Unit);
         let cells = rows.filter_map(move |row| row.values.get(column));
         let is_time = |cell: &&str| {
             let unit = channel_name::strip_brackets(cell.trim());
@@ -123,15 +132,15 @@ impl Preamble {
         cells.map(String::as_str).filter(is_time)
     }
 
-    /// Returns what a column is called by code and name above it and by the words of its header that
-    /// are no number of channel or sensor; `None` where nothing is said of it.
+    /// Returns the name of a column by the code and name above it and the words of its header that are no
+    /// number of channel or sensor; `None` without any above it.
     fn described(&self, index: usize, column: &ChannelName) -> Option<String> {
-        let own = |topic| self.said(topic, index).map(|(_, text)| text);
-        let sensors: Vec<String> = own(PreambleTopic::Sensor)
+        let texts_on = |topic| self.values_on(topic, index).map(|(_, text)| text);
+        let sensors: Vec<String> = texts_on(PreambleTopic::Sensor)
             .flat_map(channel_name::words)
             .collect();
-        let names: Vec<&str> = own(PreambleTopic::Code)
-            .chain(own(PreambleTopic::Name))
+        let names: Vec<&str> = texts_on(PreambleTopic::Code)
+            .chain(texts_on(PreambleTopic::Name))
             .collect();
         if names.is_empty() && sensors.is_empty() {
             return None;
@@ -141,15 +150,15 @@ impl Preamble {
             ["", "ch", "chan", "channel", "kanal"].contains(&stem) || sensors.contains(word)
         };
         let header = channel_name::words(&column.label);
-        let rest = header.into_iter().filter(|word| !is_number(word));
+        let other_words = header.into_iter().filter(|word| !is_number(word));
         let names = names.into_iter().map(String::from);
-        Some(names.chain(rest).collect::<Vec<_>>().join(" "))
+        Some(names.chain(other_words).collect::<Vec<_>>().join(" "))
     }
 
-    /// Returns what is stated of a column's samples.
+    /// Returns the facts that are stated of a column's samples.
     fn stated(&self, index: usize, column: &ChannelName) -> Stated {
         let text = |topic| {
-            let texts: Vec<&str> = self.said(topic, index).map(|(_, text)| text).collect();
+            let texts: Vec<&str> = self.values_on(topic, index).map(|(_, text)| text).collect();
             (!texts.is_empty()).then(|| texts.join(" "))
         };
         let mut stated = Stated {
@@ -158,13 +167,15 @@ impl Preamble {
             ..Stated::default()
         };
         let mut corner = |hertz: f64| {
-            let least = stated.prefilter_hz.map_or(hertz, |known| known.min(hertz));
+            let least = stated
+                .prefilter_hz
+                .map_or(hertz, |lowest| lowest.min(hertz));
             stated.prefilter_hz = Some(least);
         };
-        for (row, text) in self.said(PreambleTopic::Corner, index) {
+        for (row, text) in self.values_on(PreambleTopic::Corner, index) {
             row.corner_hz(text).into_iter().for_each(&mut corner);
         }
-        for (row, text) in self.said(PreambleTopic::Class, index) {
+        for (row, text) in self.values_on(PreambleTopic::Class, index) {
             match filter_in(&format!("class {text}")) {
                 Some(Filtered::Class(class)) => stated.filter_class = Some(class),
                 _ => row.corner_hz(text).into_iter().for_each(&mut corner),
@@ -182,7 +193,7 @@ impl Preamble {
 
     /// Returns the full scale in the column's unit, where its own unit is stated.
     fn full_scale(&self, index: usize, column: &ChannelName) -> Option<f64> {
-        self.said(PreambleTopic::Range, index)
+        self.values_on(PreambleTopic::Range, index)
             .find_map(|(row, text)| {
                 let last = text.rsplit("..").next()?;
                 let (number, unit) = measure(last)?;
@@ -191,13 +202,13 @@ impl Preamble {
                     unit => unit,
                 };
                 let factor = match (AccelerationUnit::from_spelling(unit), column.unit) {
-                    (Some(unit), Some(own)) => {
-                        unit.metres_per_second_squared() / own.metres_per_second_squared()
+                    (Some(unit), Some(column_unit)) => {
+                        unit.metres_per_second_squared() / column_unit.metres_per_second_squared()
                     }
-                    (None, own) => {
-                        let is_own = column.unit_text.as_deref() == Some(unit);
-                        let engineering = unit.eq_ignore_ascii_case("EU") && own.is_some();
-                        (is_own || engineering).then_some(1.0)?
+                    (None, column_unit) => {
+                        let is_same = column.unit_text.as_deref() == Some(unit);
+                        let engineering = unit.eq_ignore_ascii_case("EU") && column_unit.is_some();
+                        (is_same || engineering).then_some(1.0)?
                     }
                     (Some(_), None) => return None,
                 };
@@ -207,24 +218,24 @@ impl Preamble {
 
     /// Returns the rate that is stated with its unit [Hz], if one is and all agree.
     pub(super) fn rate_hz(&self) -> Option<f64> {
-        let rows = [PreambleTopic::Rate, PreambleTopic::Interval].map(|topic| self.of(topic));
+        let rows = [PreambleTopic::Rate, PreambleTopic::Interval].map(|topic| self.rows_on(topic));
         let rows = rows.into_iter().flatten();
         let values = rows.flat_map(|row| row.values.iter().map(move |text| (row, text)));
         let values = values.filter(|(_, text)| !text.is_empty());
         let rates: Vec<Option<Vec<f64>>> = values.map(|(row, text)| row.rates(text)).collect();
-        let [Some(first), rest @ ..] = rates.as_slice() else {
+        let [Some(first), other_rates @ ..] = rates.as_slice() else {
             return None;
         };
         let [rate] = first.as_slice() else {
             return None;
         };
-        let agrees = |other: &Option<Vec<f64>>| other.as_ref() == Some(first);
-        rest.iter().all(agrees).then_some(*rate)
+        let agrees = |rates: &Option<Vec<f64>>| rates.as_ref() == Some(first);
+        other_rates.iter().all(agrees).then_some(*rate)
     }
 
-    /// Returns how many samples lie before time zero, at a rate.
-    fn before(&self, rate: SampleRate) -> Option<(&PreambleRow, f64)> {
-        self.of(PreambleTopic::Before).find_map(|row| {
+    /// Returns the number of samples before time zero, at a rate, with its row.
+    fn samples_before_zero(&self, rate: SampleRate) -> Option<(&PreambleRow, f64)> {
+        self.rows_on(PreambleTopic::Before).find_map(|row| {
             let text = row.values.iter().find(|text| !text.is_empty())?;
             let (number, unit) = measure(text)?;
             let unit = match unit {
@@ -240,46 +251,49 @@ impl Preamble {
         })
     }
 
-    /// Returns the time of the first sample where no stamp tells it [s].
+    /// Returns the time of the first sample where no stamp gives it [s].
     pub(super) fn start_s(&self, rate: SampleRate) -> f64 {
-        let before = self.before(rate).map_or(0.0, |(_, samples)| samples);
+        let before = self.samples_before_zero(rate);
+        let before = before.map_or(0.0, |(_, samples)| samples);
         // No negative zero.
         0.0 - before / rate.hertz()
     }
 
-    /// Returns what is written in words, of a column or of the whole table.
+    /// Returns the rows of words as remarks, on a column or on the whole table.
     pub(super) fn remarks(&self, columns: usize) -> Vec<(Option<usize>, Remark)> {
-        let mut all = Vec::new();
+        let mut remarks = Vec::new();
         for row in self.rows.iter().filter(|row| !row.is_measure()) {
-            let teller = format!("line {} says", row.line);
+            let source = format!("line {} says", row.line);
             let remark = |value: &str| {
-                let of_person = remarks::is_key(&row.key) && row.topic.is_none();
-                let (text, place) = match (of_person, row.key.is_empty() || value.is_empty()) {
+                let is_comment = remarks::is_key(&row.key) && row.topic.is_none();
+                let (text, place) = match (is_comment, row.key.is_empty() || value.is_empty()) {
                     (true, _) => (value.to_string(), RemarkPlace::Channel),
                     (false, true) => (format!("{}{value}", row.key), RemarkPlace::Apart),
                     (false, false) => (format!("{}: {value}", row.key), RemarkPlace::Apart),
                 };
-                Remark::new(&text, place, teller.clone())
+                Remark::new(&text, place, source.clone())
             };
             match row.only() {
-                Some(value) if row.is_short => all.push((None, remark(value))),
-                None if row.values.iter().all(String::is_empty) => all.push((None, remark(""))),
+                Some(value) if row.is_short => remarks.push((None, remark(value))),
+                None if row.values.iter().all(String::is_empty) => remarks.push((None, remark(""))),
                 _ => {
-                    let of = |index: usize| Some((Some(index), remark(row.values.get(index)?)));
+                    let remark_on =
+                        |index: usize| Some((Some(index), remark(row.values.get(index)?)));
                     let filled = (0..columns).filter(|index| {
                         row.values
                             .get(*index)
                             .is_some_and(|value| !value.is_empty())
                     });
-                    all.extend(filled.filter_map(of));
+                    remarks.extend(filled.filter_map(remark_on));
                 }
             }
         }
-        all
+        remarks
     }
 }
 
-/// Returns the rates that a column of one number means, whose name is a key for rate or interval [Hz].
+/// Returns the rates [Hz] that a column of one constant number may mean, if its name is a key for rate
+/// or interval.
 pub(super) fn rates_of_column(name: &str, number: f64) -> Option<Vec<f64>> {
     let row = PreambleRow::of_key(name);
     let is_rate = matches!(
@@ -289,5 +303,5 @@ pub(super) fn rates_of_column(name: &str, number: f64) -> Option<Vec<f64>> {
     is_rate.then(|| row.rates(&number.to_string()))?
 }
 
-/// What states a unit above the table, as documents have it.
+/// Source of a unit above the table, as documents name it.
 const SOURCE: &str = "preamble";

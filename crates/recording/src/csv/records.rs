@@ -15,7 +15,7 @@ pub(super) struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// Reads marked text from its first row on; `quoted` is whether there are quotes in it.
+    /// Reads marked text from its first row on; `quoted` is true if it has quotes.
     pub(super) fn new(
         text: &'a [u8],
         separator: Separator,
@@ -58,7 +58,7 @@ impl<'a> Records<'a> {
         Ok(Some(&self.row))
     }
 
-    /// Passes over so many rows.
+    /// Skips that many rows.
     pub(super) fn after(mut self, rows: usize) -> Result<Self, Error> {
         for _ in 0..rows {
             self.next()?;
@@ -67,14 +67,13 @@ impl<'a> Records<'a> {
     }
 }
 
-/// Returns the byte of the text from which on the table reader looked for a row; comments may come
-/// first.
+/// Returns the byte of the text at which the table reader looked for a row; comments may come first.
 pub(super) fn byte_of(row: &ByteRecord) -> usize {
     let byte = row.position().map_or(0, ::csv::Position::byte);
     usize::try_from(byte).unwrap_or(usize::MAX)
 }
 
-/// Returns the line on which a row stands.
+/// Returns the line of a row.
 pub(super) fn line_of(text: &[u8], row: &ByteRecord) -> u64 {
     let start = byte_of(row).min(text.len());
     let before = text[start..]

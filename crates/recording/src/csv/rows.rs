@@ -1,4 +1,4 @@
-//! Rows: the stamps and the samples of the wanted columns.
+//! Rows: the stamps and the samples of the selected columns.
 
 use super::clock;
 use super::dialect::{self, Separator};
@@ -14,17 +14,17 @@ use crate::{Finding, Limits, ReadTask, Selection};
 use ::csv::ByteRecord;
 use latchgate_kernel::units::{DecimalMark, TimeUnit};
 
-/// What became of a wanted column: its samples, in its own unit, or why it holds no channel, which is so
-/// only where every channel is read.
+/// Samples of a column in its own unit, or the reason why it is no channel. A reason is kept only where
+/// every channel is read; else it ends the reading.
 pub(super) type ColumnResult = Result<Vec<f64>, Error>;
 
 /// Columns to read for one selection.
 #[derive(Debug, PartialEq)]
-pub(super) struct WantedColumns {
+pub(super) struct SelectedColumns {
     pub(super) selection: Selection,
-    /// Columns of samples, and behind them those that count the rows.
+    /// Columns of samples, and after them those that count the rows.
     pub(super) columns: Vec<usize>,
-    /// How many are of samples.
+    /// Number of the columns of samples.
     pub(super) samples: usize,
 }
 
@@ -35,7 +35,7 @@ pub(super) struct Rows {
     pub(super) stamps_s: Vec<f64>,
     /// Size of the last printed digit of a stamp [s]; 0 if unknown.
     pub(super) printed_digit_s: f64,
-    /// Samples of the wanted columns, in their order.
+    /// Samples of the selected columns, in their order.
     pub(super) values: Vec<ColumnResult>,
     /// Number of rows.
     pub(super) count: usize,
@@ -48,18 +48,19 @@ pub(super) struct Rows {
     pub(super) coarse_digits_s: Option<Vec<f64>>,
     /// True if the numbers have a decimal comma.
     pub(super) decimal_comma: bool,
-    /// True if stamps are words, and what is to be said of them.
+    /// True if stamps are words.
     of_words: bool,
     pub(super) stamp_facts: StampFacts,
 }
 
-/// What is to be said of stamps as words.
+/// Facts of stamps as words.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct StampFacts {
-    /// True if time is counted from the first of them, and whether that is an instant of a day.
+    /// True if time is counted from the first of them.
     pub(super) count_from_first: bool,
+    /// True if the first of them is an instant of some day.
     pub(super) is_absolute: bool,
-    /// True if the order of day and month was told by the date that follows alone.
+    /// True if the order of day and month was inferred from the next date alone.
     pub(super) order_is_assumed: bool,
 }
 
@@ -71,7 +72,7 @@ pub(super) struct DoubledStamp {
 }
 
 impl DoubledStamp {
-    /// Says that nothing behind it is used.
+    /// Returns the finding that nothing after it is used.
     pub(super) fn finding(&self, time: &TimeSource, layout: &TableLayout) -> Finding {
         let name = time
             .column()
@@ -89,21 +90,21 @@ impl DoubledStamp {
     }
 }
 
-/// Rows before a doubled stamp from which on they are a recording by themselves.
+/// Fewest rows before a doubled stamp that are judged as a recording.
 const FEWEST: usize = 64;
 
-/// What a stamp that repeats the one before does.
+/// Treatment of a stamp that repeats the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Repeats {
     Refused,
-    /// It has too few digits; the stated rate is held against all of them later.
+    /// It has too few digits; the stated rate is compared with all of them later.
     Coarse,
     /// It ends the rows.
     End,
 }
 
 impl Rows {
-    /// Takes the stamps for so many seconds [s].
+    /// Scales the stamps to a unit of that length [s].
     pub(super) fn scale_stamps(&mut self, unit_s: f64) {
         // A quotient with a plain number of parts keeps the digits of a stamp.
         let parts = round_to_digits(1.0 / unit_s, 12);
@@ -123,7 +124,7 @@ impl Rows {
         let unit = clock::absolute_unit(first * per_second);
         if unit == Some(TimeUnit::DAY) && per_second < 2.0 / TimeUnit::DAY.seconds() {
             self.stamps_s.iter_mut().for_each(|stamp| *stamp -= first);
-            // What was rounded to a number of days stays so.
+            // The stamps were rounded as numbers of days, and keep that rounding.
             self.printed_digit_s = self.printed_digit_s.max(2.0 * f64::EPSILON * first);
             self.stamp_facts.is_absolute = true;
         }
@@ -135,7 +136,7 @@ impl Rows {
     }
 
     /// Drops stamps as words that are the same in every row and would have to change by the stated rate
-    /// [Hz]: they are a date of the recording. Returns whether they were.
+    /// [Hz]: they are a date of the recording. Returns true if they were.
     pub(super) fn drop_date(&mut self, stated_hz: f64) -> bool {
         let span_s = self.count.saturating_sub(1) as f64 / stated_hz;
         let coarse = self.coarse_digits_s.is_some() && self.coarsest_digit_s() < span_s;
@@ -161,31 +162,31 @@ pub(super) fn read(
     text: &[u8],
     layout: &TableLayout,
     time: &TimeSource,
-    wanted: &WantedColumns,
-    asked: ReadTask,
+    selected: &SelectedColumns,
+    task: ReadTask,
 ) -> Result<Rows, Error> {
     let table = RowTable {
         text,
         layout,
         time,
-        asked,
+        task,
     };
-    check_counts(text, layout, wanted, asked.limits)?;
-    let rows = table.pass(wanted, Repeats::Refused);
-    if let (Err(error), Some(rate)) = (&rows, asked.options.rate_hz)
+    check_counts(text, layout, selected, task.limits)?;
+    let rows = table.pass(selected, Repeats::Refused);
+    if let (Err(error), Some(rate)) = (&rows, task.options.rate_hz)
         && is_repeated(error)
-        // Stamps of too few digits: the stated rate is held against them later.
-        && let Ok(again) = table.pass(wanted, Repeats::Coarse)
-        && (again.coarsest_digit_s() * rate > 1.01 || again.stand_still())
+        // Stamps of too few digits: the stated rate is compared with them later.
+        && let Ok(coarse) = table.pass(selected, Repeats::Coarse)
+        && (coarse.coarsest_digit_s() * rate > 1.01 || coarse.stand_still())
     {
-        return Ok(again);
+        return Ok(coarse);
     }
     match rows {
         Err(error) if is_repeated(&error) => {
-            let before = table.pass(wanted, Repeats::End)?;
-            match before.count < FEWEST {
+            let rows_before = table.pass(selected, Repeats::End)?;
+            match rows_before.count < FEWEST {
                 true => Err(error),
-                false => Ok(before),
+                false => Ok(rows_before),
             }
         }
         rows => rows,
@@ -198,15 +199,15 @@ struct RowTable<'a> {
     text: &'a [u8],
     layout: &'a TableLayout,
     time: &'a TimeSource,
-    asked: ReadTask<'a>,
+    task: ReadTask<'a>,
 }
 
 impl RowTable<'_> {
     /// Goes over the rows.
-    fn pass(self, wanted: &WantedColumns, repeats: Repeats) -> Result<Rows, Error> {
+    fn pass(self, selected: &SelectedColumns, repeats: Repeats) -> Result<Rows, Error> {
         let layout = self.layout;
-        let mut gathered = Gathering::new(self, wanted, repeats);
-        let mut records = layout.records(self.text, self.asked.limits)?;
+        let mut gathered = Gathering::new(self, selected, repeats);
+        let mut records = layout.records(self.text, self.task.limits)?;
         while gathered.rows.ended.is_none()
             && let Some(row) = records.next()?
         {
@@ -233,7 +234,7 @@ impl RowTable<'_> {
 /// Rows as they are gathered for one selection.
 struct Gathering<'a> {
     table: RowTable<'a>,
-    wanted: &'a WantedColumns,
+    selected: &'a SelectedColumns,
     rows: Rows,
     repeats: Repeats,
     /// The column of stamps, with their unit.
@@ -250,7 +251,7 @@ struct Gathering<'a> {
 }
 
 impl<'a> Gathering<'a> {
-    fn new(table: RowTable<'a>, wanted: &'a WantedColumns, repeats: Repeats) -> Self {
+    fn new(table: RowTable<'a>, selected: &'a SelectedColumns, repeats: Repeats) -> Self {
         let (stamped, worded) = match table.time {
             TimeSource::Column {
                 index,
@@ -261,16 +262,16 @@ impl<'a> Gathering<'a> {
             TimeSource::Rate(_) => (None, false),
         };
         // Between commas only quotes can hold a number with a comma together.
-        let decimal = match table.asked.options.decimal {
+        let decimal = match table.task.options.decimal {
             Some(mark) => Decimal::Stated(mark),
             None if table.between_commas() && !table.layout.quoted => Decimal::PointOnly,
             None => Decimal::Unknown,
         };
         Self {
             table,
-            wanted,
+            selected,
             rows: Rows {
-                values: vec![Ok(Vec::new()); wanted.columns.len()],
+                values: vec![Ok(Vec::new()); selected.columns.len()],
                 coarse_digits_s: (repeats == Repeats::Coarse).then(Vec::new),
                 ..Rows::default()
             },
@@ -280,7 +281,7 @@ impl<'a> Gathering<'a> {
             decimal,
             digits: PrintedDigits::new(),
             stamp_marks: ColumnMarks::default(),
-            marks: vec![ColumnMarks::default(); wanted.columns.len()],
+            marks: vec![ColumnMarks::default(); selected.columns.len()],
             last_byte: 0,
         }
     }
@@ -311,25 +312,25 @@ impl<'a> Gathering<'a> {
             }
             if let (Some(digits), None) = (&mut self.rows.coarse_digits_s, &self.words) {
                 // Zero has the digits of its neighbours.
-                let own = unit.to_seconds(PrintedDigits::of_cell(&row[column]));
-                let before = digits.last().copied().unwrap_or(0.0);
-                digits.push(if own > 0.0 { own } else { before });
+                let digit = unit.to_seconds(PrintedDigits::of_cell(&row[column]));
+                let previous = digits.last().copied().unwrap_or(0.0);
+                digits.push(if digit > 0.0 { digit } else { previous });
             }
             self.rows.stamps_s.push(stamp);
             self.last_byte = records::byte_of(row);
         }
         self.rows.count += 1;
-        let columns = self.wanted.columns.iter().zip(&mut self.rows.values);
+        let columns = self.selected.columns.iter().zip(&mut self.rows.values);
         for (place, ((column, result), marks)) in columns.zip(&mut self.marks).enumerate() {
             let Ok(samples) = result else {
                 continue;
             };
-            let is_sample = place < self.wanted.samples;
-            // What counts rows tells nothing of the samples' mark.
-            let mut own = self.decimal;
+            let is_sample = place < self.selected.samples;
+            // The mark of a column that counts rows does not decide that of the samples.
+            let mut counter_decimal = self.decimal;
             let decimal = match is_sample {
                 true => &mut self.decimal,
-                false => &mut own,
+                false => &mut counter_decimal,
             };
             match number::parse(&row[*column], decimal) {
                 Ok(value) => {
@@ -340,7 +341,7 @@ impl<'a> Gathering<'a> {
                 }
                 Err(fault) => {
                     let error = self.table.bad_cell(row, *column, fault);
-                    if is_sample && self.wanted.selection == Selection::Lateral {
+                    if is_sample && self.selected.selection == Selection::Lateral {
                         return Err(error);
                     }
                     *result = Err(error);
@@ -360,12 +361,12 @@ impl<'a> Gathering<'a> {
             None => number::parse(cell, &mut self.decimal)
                 .map(|stamp| unit.to_seconds(stamp))
                 .map_err(|fault| {
-                    // Stamps of a form that is not read; marks of cells tell of rows that are one cell.
-                    let others = !self.table.layout.numeric[column]
+                    // Stamps of an unread form; separators in a cell show that rows were not split.
+                    let is_unread_stamp = !self.table.layout.numeric[column]
                         && cell.iter().any(u8::is_ascii_digit)
                         && !cell.iter().any(|byte| b",;|".contains(byte));
                     match fault {
-                        NumberFault::Text if others => {
+                        NumberFault::Text if is_unread_stamp => {
                             no_stamp(cell).at(self.table.place(row, column))
                         }
                         fault => self.table.bad_cell(row, column, fault),
@@ -385,11 +386,11 @@ impl<'a> Gathering<'a> {
             return Ok(false);
         }
         let text = self.table.text;
-        // The line of a row is counted from the file's beginning, and so only where it is told.
+        // To find a line, the text is counted from its begin, so it is done only for a message.
         let place = || self.table.place(row, column);
         if row_at(text, self.last_byte) == row_at(text, records::byte_of(row)) {
-            let known = self.rows.repeated;
-            let (rows, first) = known.unwrap_or_else(|| (0, place().line.unwrap_or(0)));
+            let repeated = self.rows.repeated;
+            let (rows, first) = repeated.unwrap_or_else(|| (0, place().line.unwrap_or(0)));
             self.rows.repeated = Some((rows + 1, first));
             return Ok(true);
         }
@@ -407,20 +408,20 @@ impl<'a> Gathering<'a> {
         Err(Error::from(ErrorKind::TimeNotIncreasing { previous, found }).at(place()))
     }
 
-    /// Judges what only all rows together show: marks that may separate thousands.
+    /// Checks what only all rows together show: marks that may separate thousands.
     fn finish(mut self) -> Result<Rows, Error> {
-        // Between commas a comma in a number more often separates thousands.
+        // In a table with commas between cells, a comma in a number more often separates thousands.
         let strict = self.table.between_commas() && self.decimal == Decimal::Comma;
         let is_clear =
             |_: &str, marks: Marks| !(marks.may_be_thousands() || (strict && !marks.decimal));
-        let is_stated = self.table.asked.options.decimal.is_some();
+        let is_stated = self.table.task.options.decimal.is_some();
         if !is_stated {
             self.stamp_marks.check(is_clear, THOUSANDS)?;
         }
         if !is_stated && !self.stamp_marks.marks.decimal {
             for (result, marks) in self.rows.values.iter_mut().zip(&self.marks) {
                 if let (Err(error), Ok(_)) = (marks.check(is_clear, THOUSANDS), &result) {
-                    if self.wanted.selection == Selection::Lateral {
+                    if self.selected.selection == Selection::Lateral {
                         return Err(error);
                     }
                     *result = Err(error);
@@ -453,45 +454,45 @@ impl<'a> Gathering<'a> {
     }
 }
 
-/// What to do where marks may separate thousands.
+/// The remedy where marks may separate thousands.
 const THOUSANDS: &str = "state the setting `decimal` = . or the setting `decimal` = , ; the other \
                          mark then separates thousands";
 
-/// True if a number is a date and a time of day without marks between them, `20240501100000.0002`, of
-/// which no floating-point number holds all digits.
+/// True if a number is a date and a time of day without marks between them, `20240501100000.0002`. No
+/// floating-point number holds all of its digits.
 fn is_compact_date(cell: &[u8]) -> bool {
-    let whole = cell.trim_ascii().split(|byte| *byte == b'.').next();
-    whole.is_some_and(|whole| {
-        whole.len() == 14
-            && whole.iter().all(u8::is_ascii_digit)
-            && matches!(whole, [b'1', b'9', ..] | [b'2', b'0', ..])
-            && matches!(&whole[4..6], month if *month <= b"12"[..])
+    let digits = cell.trim_ascii().split(|byte| *byte == b'.').next();
+    digits.is_some_and(|digits| {
+        digits.len() == 14
+            && digits.iter().all(u8::is_ascii_digit)
+            && matches!(digits, [b'1', b'9', ..] | [b'2', b'0', ..])
+            && matches!(&digits[4..6], month if *month <= b"12"[..])
     })
 }
 
-/// True if a stamp is refused for being that of the row before.
+/// True if the error is a stamp equal to that of the row before.
 fn is_repeated(error: &Error) -> bool {
     matches!(error.kind(), ErrorKind::TimeNotIncreasing { previous, found } if found >= previous)
 }
 
-/// Counts the rows of data before any of them is kept.
+/// Checks the number of rows and cells before any of them is kept.
 fn check_counts(
     text: &[u8],
     layout: &TableLayout,
-    wanted: &WantedColumns,
+    selected: &SelectedColumns,
     limits: &Limits,
 ) -> Result<(), Error> {
-    let by_cells = limits.table_cells / (wanted.columns.len() as u64).max(1);
-    let most = limits.samples.min(by_cells);
-    // Too few bytes for too many rows, whatever they hold: no need to look at each line.
+    let by_cells = limits.table_cells / (selected.columns.len() as u64).max(1);
+    let row_limit = limits.samples.min(by_cells);
+    // Fewer lines than the limit cannot be too many rows, so that most files need no look at each.
     let lines = memchr::memchr_iter(b'\n', text).count() + 1;
-    if lines as u64 <= most {
+    if lines as u64 <= row_limit {
         return Ok(());
     }
     let (mut rows, mut start) = (0_u64, 0);
     for (index, line) in text.split_inclusive(|byte| *byte == b'\n').enumerate() {
         rows += u64::from(dialect::is_row(line));
-        if rows > most.saturating_add(layout.header_rows as u64) {
+        if rows > row_limit.saturating_add(layout.header_rows as u64) {
             let error = match limits.samples <= by_cells {
                 true => limits.over("samples", "more rows"),
                 false => limits.over("table_cells", "more cells"),
@@ -503,7 +504,7 @@ fn check_counts(
     Ok(())
 }
 
-/// Returns the row that the table reader began to read at a byte, comments passed over.
+/// Returns the row that the table reader began to read at a byte, comments skipped.
 fn row_at(text: &[u8], start: usize) -> Option<&[u8]> {
     text.get(start..)?
         .split(|byte| *byte == b'\n')

@@ -9,7 +9,7 @@ use crate::number::{self, Decimal, PrintedDigits};
 use crate::words::{Words, word_list};
 use latchgate_kernel::units::TimeUnit;
 
-// What the list holds is told at its head.
+// The head of the list explains it.
 static MONTHS: Words = word_list!("month-names");
 
 /// Nanoseconds in a second, a minute, an hour and a day.
@@ -18,7 +18,7 @@ const MINUTE: i128 = 60 * SECOND;
 const HOUR: i128 = 60 * MINUTE;
 const DAY: i128 = 24 * HOUR;
 
-/// Decimals of a second that are read; finer is no clock of a recorder.
+/// Decimals of a second that are read; no clock of a recorder is finer.
 const DECIMALS: usize = 9;
 
 /// True if a cell is a stamp as words.
@@ -31,7 +31,7 @@ pub(super) fn is_dated(cell: &[u8]) -> bool {
     matches!(Stamp::read(cell), Some(Stamp::Clock { date: Some(_), .. }))
 }
 
-/// Returns the number of a cell that holds one with a unit of time behind it, and that unit.
+/// Returns the number and the unit of a cell with a number and a unit of time after it.
 pub(super) fn amount(cell: &[u8]) -> Option<(&[u8], TimeUnit)> {
     let text = std::str::from_utf8(cell).ok()?.trim();
     let number = |c: char| c.is_ascii_digit() || "+-−.,".contains(c);
@@ -60,7 +60,7 @@ pub fn nanoseconds(cell: &[u8]) -> Option<i128> {
     }
 }
 
-/// A date as days since 1970, by either order of day and month; `None` for the order that makes it none.
+/// A date as days since 1970, by either order of day and month; `None` for an order that makes no date.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Date {
     day_first: Option<i64>,
@@ -75,15 +75,15 @@ impl Date {
         }
     }
 
-    /// Returns the day where both orders give the same, or one of them none.
+    /// Returns the day where both orders give the same, or only one gives any.
     fn only(self) -> Option<i64> {
         match (self.day_first, self.month_first) {
-            (Some(one), Some(other)) => (one == other).then_some(one),
-            (one, other) => one.or(other),
+            (Some(by_day), Some(by_month)) => (by_day == by_month).then_some(by_day),
+            (by_day, by_month) => by_day.or(by_month),
         }
     }
 
-    fn by(self, order: DateOrder) -> Option<i64> {
+    fn in_order(self, order: DateOrder) -> Option<i64> {
         match order {
             DateOrder::DayFirst => self.day_first,
             DateOrder::MonthFirst => self.month_first,
@@ -101,10 +101,10 @@ impl Date {
         }
         let named = |part: &&str| month_named(part).is_some();
         if text.contains(char::is_alphabetic)
-            && let Some(at) = parts.iter().position(named)
+            && let Some(index) = parts.iter().position(named)
         {
-            let month = month_named(parts[at])?;
-            let (day, year) = match at {
+            let month = month_named(parts[index])?;
+            let (day, year) = match index {
                 0 => (second, third),
                 1 if first.len() == 4 => (third, first),
                 1 => (first, third),
@@ -112,19 +112,19 @@ impl Date {
             };
             return days_of(year, month, number_in(day)?).map(Self::certain);
         }
-        let [one, two] = [number_in(first)?, number_in(second)?];
+        let [first_number, second_number] = [number_in(first)?, number_in(second)?];
         if first.len() == 4 {
-            return days_of(first, two, number_in(third)?).map(Self::certain);
+            return days_of(first, second_number, number_in(third)?).map(Self::certain);
         }
         let pointed = text.contains('.');
         if third.len() != 4 && !(third.len() == 2 && (pointed || text.contains('/'))) {
             return None;
         }
-        let day_first = days_of(third, two, one);
+        let day_first = days_of(third, second_number, first_number);
         if pointed {
             return day_first.map(Self::certain);
         }
-        let month_first = days_of(third, one, two);
+        let month_first = days_of(third, first_number, second_number);
         let date = Self {
             day_first,
             month_first,
@@ -133,7 +133,7 @@ impl Date {
     }
 }
 
-/// True if the day or the month comes first in dates such as `01/05/2024`.
+/// Order of day and month in dates such as `01/05/2024`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum DateOrder {
     DayFirst,
@@ -145,14 +145,14 @@ enum DateOrder {
 enum Stamp<'a> {
     /// A number with its unit.
     Amount { number: &'a [u8], unit: TimeUnit },
-    /// What a clock shows.
+    /// A reading of a clock.
     Clock {
         date: Option<Date>,
         /// Since midnight, or since the zero of a clock that counts days or has a sign [ns].
         nanoseconds: i128,
-        /// After how much time it begins anew [ns], if it does.
+        /// Time after which it begins anew [ns], if it does.
         period: Option<i128>,
-        /// True if it has a zero of its own.
+        /// True if it has its own zero.
         elapsed: bool,
         /// Size of its last printed digit [ns].
         digit: i128,
@@ -161,7 +161,7 @@ enum Stamp<'a> {
 
 impl<'a> Stamp<'a> {
     fn read(cell: &'a [u8]) -> Option<Self> {
-        // Of a clock of digits alone, which most are, nothing else has to be looked at.
+        // Most stamps are clocks of digits, which a colon shows at once.
         let colons = memchr::memchr(b':', cell).is_some();
         if !colons && let Some((number, unit)) = amount(cell) {
             return Some(Self::Amount { number, unit });
@@ -178,19 +178,19 @@ impl<'a> Stamp<'a> {
             return None;
         }
         match text.split_once("day") {
-            Some((days, rest)) => Self::of_days(days, rest),
+            Some((days, tail)) => Self::of_days(days, tail),
             None => Self::of_clock(&text),
         }
     }
 
     /// Reads `0 days 00:00:00.0001`, `-1 days +23:59:59.95` and `-1 day, 23:59:59.95`.
-    fn of_days(days: &str, rest: &str) -> Option<Self> {
+    fn of_days(days: &str, tail: &str) -> Option<Self> {
         let days: i64 = days.trim().parse().ok()?;
-        let rest = rest.strip_prefix('s').unwrap_or(rest);
-        let rest = rest.trim_start_matches([' ', ',']);
-        let sign = if rest.starts_with('-') { -1 } else { 1 };
-        let time = TimeOfDay::read(rest.trim_start_matches(['-', '+']))?;
-        if !time.rest.is_empty() || time.fields < 3 {
+        let tail = tail.strip_prefix('s').unwrap_or(tail);
+        let tail = tail.trim_start_matches([' ', ',']);
+        let sign = if tail.starts_with('-') { -1 } else { 1 };
+        let time = TimeOfDay::read(tail.trim_start_matches(['-', '+']))?;
+        if !time.tail.is_empty() || time.fields < 3 {
             return None;
         }
         Some(Self::Clock {
@@ -208,12 +208,12 @@ impl<'a> Stamp<'a> {
         let hour = text[..text.find(':')?].trim_end_matches(|c: char| c.is_ascii_digit());
         let mut time = TimeOfDay::read(&text[hour.len()..])?;
         let before = hour.trim_end_matches([' ', 't', ',', ';', '_', '\u{a0}']);
-        let mut after = time.rest.trim();
+        let mut after = time.tail.trim();
         for (half, names) in [(0, ["am", "a.m."]), (12, ["pm", "p.m."])] {
-            let rest = names.iter().find_map(|name| after.strip_prefix(name));
-            if let Some(rest) = rest {
+            let tail = names.iter().find_map(|name| after.strip_prefix(name));
+            if let Some(tail) = tail {
                 time.take_half_day(half)?;
-                after = rest.trim_start();
+                after = tail.trim_start();
             }
         }
         let signed = matches!(before, "-" | "+" | "−");
@@ -262,7 +262,7 @@ struct TimeOfDay<'a> {
     fields: usize,
     period: Option<i128>,
     digit: i128,
-    rest: &'a str,
+    tail: &'a str,
 }
 
 impl<'a> TimeOfDay<'a> {
@@ -270,17 +270,17 @@ impl<'a> TimeOfDay<'a> {
     fn read(text: &'a str) -> Option<Self> {
         let mut values = [0_i64; 4];
         let mut fields = 0;
-        let mut rest = text;
+        let mut unread = text;
         let mut width;
         loop {
-            width = rest.bytes().take_while(u8::is_ascii_digit).count();
+            width = unread.bytes().take_while(u8::is_ascii_digit).count();
             let fits = fields < 4 && (1..=DECIMALS).contains(&width);
-            *values.get_mut(fields)? = rest[..width].parse().ok().filter(|_| fits)?;
-            rest = &rest[width..];
+            *values.get_mut(fields)? = unread[..width].parse().ok().filter(|_| fits)?;
+            unread = &unread[width..];
             fields += 1;
-            let next = rest.strip_prefix(':');
+            let next = unread.strip_prefix(':');
             match next.filter(|next| next.starts_with(|c: char| c.is_ascii_digit())) {
-                Some(next) => rest = next,
+                Some(next) => unread = next,
                 None => break,
             }
         }
@@ -288,37 +288,39 @@ impl<'a> TimeOfDay<'a> {
         let mut nanoseconds = 0;
         if fields == 4 {
             // Fewer digits may count frames of a video.
-            (decimals, nanoseconds) =
-                (width, of_decimals(&text[..text.len() - rest.len()], width)?);
+            (decimals, nanoseconds) = (
+                width,
+                of_decimals(&text[..text.len() - unread.len()], width)?,
+            );
             (width >= 3).then_some(())?;
-        } else if let Some(after) = rest.strip_prefix(['.', ',']) {
+        } else if let Some(after) = unread.strip_prefix(['.', ',']) {
             decimals = after.bytes().take_while(u8::is_ascii_digit).count();
             nanoseconds = of_decimals(&after[..decimals], decimals)?;
-            rest = &after[decimals..];
+            unread = &after[decimals..];
         }
         let [first, second, third, _] = values.map(i128::from);
-        let (whole, period) = match fields {
+        let (whole_ns, period) = match fields {
             2 => (
                 first * MINUTE + second * SECOND,
                 (first < 60).then_some(HOUR),
             ),
             3 | 4 => {
-                let whole = first * HOUR + second * MINUTE + third * SECOND;
-                (whole, (first < 24).then_some(DAY))
+                let whole_ns = first * HOUR + second * MINUTE + third * SECOND;
+                (whole_ns, (first < 24).then_some(DAY))
             }
             _ => return None,
         };
         let minutes_fit = values[1] < 60 && (fields == 2 || values[2] < 60);
         minutes_fit.then(|| Self {
-            nanoseconds: whole + nanoseconds,
+            nanoseconds: whole_ns + nanoseconds,
             fields,
             period,
             digit: SECOND / 10_i128.pow(u32::try_from(decimals.min(DECIMALS)).unwrap_or(0)),
-            rest,
+            tail: unread,
         })
     }
 
-    /// Takes the hour for one of a clock of twelve, which after noon is later by `half` hours.
+    /// Reads the hour as one of a clock of twelve, which after noon is later by `half` hours.
     fn take_half_day(&mut self, half: i128) -> Option<()> {
         (self.fields > 2 || self.digit == SECOND).then_some(())?;
         self.take_minutes();
@@ -329,7 +331,7 @@ impl<'a> TimeOfDay<'a> {
         Some(())
     }
 
-    /// Takes two numbers for hours and minutes.
+    /// Reads two numbers as hours and minutes.
     fn take_minutes(&mut self) {
         if self.fields == 2 {
             self.nanoseconds *= 60;
@@ -337,7 +339,7 @@ impl<'a> TimeOfDay<'a> {
         }
     }
 
-    /// Takes the time for one that stands beside a date; `None` if no day has it.
+    /// Reads the time as one beside a date; `None` if no day has it.
     fn beside_date(mut self) -> Option<Self> {
         let is_split = self.fields == 2 && self.digit < SECOND;
         self.take_minutes();
@@ -400,7 +402,7 @@ fn days_of(year: &str, month: i64, day: i64) -> Option<i64> {
         _ => return None,
     };
     (1..=longest).contains(&day).then_some(())?;
-    // Years begin in March, so that the day added in leap years is the last.
+    // Counting years from March puts the leap day at the end of a year.
     let (years, months) = if month > 2 {
         (year, month - 3)
     } else {
@@ -421,13 +423,13 @@ pub struct StampClock {
     last: i128,
     /// Periods that have passed [ns].
     passed: i128,
-    /// The date before, where the order of day and month is not known.
+    /// The date before, while the order of day and month is not known.
     undecided: Option<Date>,
     order: Option<DateOrder>,
     dated: Option<bool>,
     /// True if time is counted from the first stamp.
     from_first: bool,
-    /// True if the order of day and month was told by the date that follows alone.
+    /// True if the order of day and month was inferred from the next date alone.
     order_assumed: bool,
     /// Smallest last digit of a clock [ns].
     digit: Option<i128>,
@@ -437,7 +439,7 @@ pub struct StampClock {
 }
 
 impl StampClock {
-    /// Returns the time of the next stamp [s]; `None` for what is none.
+    /// Returns the time of the next stamp [s]; `None` for a cell that is none.
     pub fn seconds(&mut self, cell: &[u8]) -> Option<f64> {
         self.read(cell, &mut Decimal::Unknown)
     }
@@ -485,36 +487,40 @@ impl StampClock {
     /// it changes and both orders are possible, the day that follows sooner is meant.
     fn day(&mut self, date: Date) -> Option<i64> {
         if let Some(order) = self.order {
-            return date.by(order);
+            return date.in_order(order);
         }
         let before = self.undecided.replace(date);
         if date.day_first == date.month_first {
             return date.day_first;
         }
         let later = |order: DateOrder| {
-            let before = before.and_then(|before| before.by(order));
-            Some(date.by(order)?.abs_diff(before.or(date.by(order))?))
+            let before = before.and_then(|before| before.in_order(order));
+            Some(
+                date.in_order(order)?
+                    .abs_diff(before.or(date.in_order(order))?),
+            )
         };
         let order = match (later(DateOrder::DayFirst), later(DateOrder::MonthFirst)) {
             (Some(_), None) => DateOrder::DayFirst,
             (None, Some(_)) => DateOrder::MonthFirst,
             (Some(0), Some(0)) => return date.day_first,
-            (one, other) => {
+            (by_day, by_month) => {
                 self.order_assumed = true;
-                match one <= other {
+                match by_day <= by_month {
                     true => DateOrder::DayFirst,
                     false => DateOrder::MonthFirst,
                 }
             }
         };
         self.order = Some(order);
-        // What was read by the other order moves to this one.
+        // A day that was read by the other order moves to this one.
         if let (Some(zero), Some(before)) = (&mut self.zero, before) {
-            let days = before.by(order)? - before.day_first.unwrap_or(before.by(order)?);
+            let days =
+                before.in_order(order)? - before.day_first.unwrap_or(before.in_order(order)?);
             *zero += i128::from(days) * DAY;
             self.last += i128::from(days) * DAY;
         }
-        date.by(order)
+        date.in_order(order)
     }
 
     /// True if time is counted from the first stamp.
@@ -527,7 +533,7 @@ impl StampClock {
         self.from_first && (self.zero != Some(0) || self.dated == Some(true))
     }
 
-    /// True if the order of day and month was told by the date that follows alone.
+    /// True if the order of day and month was inferred from the next date alone.
     pub(super) fn order_is_assumed(&self) -> bool {
         self.order_assumed
     }

@@ -1,5 +1,5 @@
-//! What a table says of its samples in words: comment lines, and columns that hold the state of
-//! a channel or notes row by row.
+//! Words of a table on its samples: comment lines, and columns that hold the state of a channel or
+//! notes row by row.
 
 use super::layout::TableLayout;
 use crate::channel_name::ChannelName;
@@ -8,20 +8,24 @@ use crate::remarks::{self, Cells, Remark, RemarkPlace};
 use crate::words::{Words, word_list};
 use crate::{Finding, Limits};
 
-// What each list holds is told at its head.
+// The head of each list explains it.
 static WELL: Words = word_list!("status-well");
 static VALID: Words = word_list!("status-valid");
 static FAULT: Words = word_list!("status-fault");
 static STATE: Words = word_list!("status-state");
 
-/// What is said in words, of the whole file or of the column of that number.
-pub(super) type Said<T> = (Option<usize>, T);
+/// A remark or finding with the column that it concerns; `None` for the whole table.
+pub(super) type ByColumn<T> = (Option<usize>, T);
 
-/// All remarks, and what flags mean.
-pub(super) type AllSaid = (Vec<Said<Remark>>, Vec<Said<Finding>>);
+/// Remarks and flags of a table.
+pub(super) struct TableWords {
+    pub(super) remarks: Vec<ByColumn<Remark>>,
+    /// Findings on flags of bad samples.
+    pub(super) flags: Vec<ByColumn<Finding>>,
+}
 
-/// Returns what a comment on `line` says: of a column where it begins with its name.
-pub(super) fn of_comment(line: u64, comment: &str, columns: &[ChannelName]) -> Said<Remark> {
+/// Returns the remark of a comment on `line`: on a column if it begins with its name.
+pub(super) fn of_comment(line: u64, comment: &str, columns: &[ChannelName]) -> ByColumn<Remark> {
     let key = comment.split([':', '=', ';', ',', '\t']).next();
     let key = key
         .filter(|key| key.len() < comment.len())
@@ -30,27 +34,27 @@ pub(super) fn of_comment(line: u64, comment: &str, columns: &[ChannelName]) -> S
     let is_of = |column: &ChannelName| {
         column.name.eq_ignore_ascii_case(key) || column.label.eq_ignore_ascii_case(key)
     };
-    let of = columns.iter().position(is_of).filter(|_| !key.is_empty());
-    let (place, teller) = match of {
+    let column = columns.iter().position(is_of).filter(|_| !key.is_empty());
+    let (place, teller) = match column {
         Some(_) => (
             RemarkPlace::Channel,
             format!("line {line} says of this channel"),
         ),
         None => (RemarkPlace::Apart, format!("line {line} says")),
     };
-    (of, Remark::new(comment, place, teller))
+    (column, Remark::new(comment, place, teller))
 }
 
-/// What the words of a column are about.
+/// Subject of the words of a column.
 #[derive(Clone, Copy, PartialEq)]
 enum About {
-    /// True if samples are good: yes or no.
+    /// Flags of good samples: yes or no.
     Valid,
-    /// True if a fault is there: yes or no.
+    /// Flags of a fault: yes or no.
     Fault,
     /// The state of something.
     State,
-    /// Whatever a person noted.
+    /// Notes of a person.
     Notes,
 }
 
@@ -79,12 +83,12 @@ fn about_name(name: &str) -> Option<About> {
     }
 }
 
-/// What a word says under a name that is about the state of samples.
+/// Meaning of a word under a name that is about the state of samples.
 #[derive(Clone, Copy, PartialEq)]
 enum Word {
-    /// All is well, or nothing is said.
+    /// All is well, or nothing is stated.
     Well,
-    /// A flag says that it is not.
+    /// A flag of a bad sample.
     Bad,
     /// Anything else.
     Other,
@@ -128,19 +132,19 @@ pub(super) struct StatusColumn {
 }
 
 impl StatusColumn {
-    /// Returns the one column of which it speaks: `acc_y_status` speaks of `acc_y`.
-    fn is_about(&self, layout: &TableLayout) -> Option<usize> {
+    /// Returns the one column that it concerns: `acc_y_status` concerns `acc_y`.
+    fn subject(&self, layout: &TableLayout) -> Option<usize> {
         let label = layout.columns[self.index].label.to_lowercase();
         (0..layout.columns.len())
-            .filter(|other| {
-                let own = layout.columns[*other].label.to_lowercase();
-                *other != self.index
-                    && own.len() > 1
+            .filter(|index| {
+                let name = layout.columns[*index].label.to_lowercase();
+                *index != self.index
+                    && name.len() > 1
                     && label
-                        .strip_prefix(&own)
-                        .is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphanumeric()))
+                        .strip_prefix(&name)
+                        .is_some_and(|suffix| suffix.starts_with(|c: char| !c.is_alphanumeric()))
             })
-            .max_by_key(|other| layout.columns[*other].label.len())
+            .max_by_key(|index| layout.columns[*index].label.len())
     }
 
     fn look(&mut self, row: usize, cell: &[u8]) {
@@ -189,33 +193,33 @@ pub(super) fn read(
     Ok(columns)
 }
 
-/// Returns what columns of words say, but for those `passed` over since they are read as numbers;
-/// `at_s` tells the instant of a row [s].
+/// Returns the words of such columns, but for those `passed` over since they are read as numbers;
+/// `instant` returns the time of a row [s].
 pub(super) fn of_columns(
     columns: &[StatusColumn],
     layout: &TableLayout,
     passed: &[usize],
-    at_s: impl Fn(usize) -> Option<f64>,
-) -> AllSaid {
-    let (mut remarks, mut findings) = (Vec::new(), Vec::new());
+    instant: impl Fn(usize) -> Option<f64>,
+) -> TableWords {
+    let (mut remarks, mut flags) = (Vec::new(), Vec::new());
     for column in columns
         .iter()
         .filter(|column| !passed.contains(&column.index))
     {
-        let of = column.is_about(layout);
+        let subject = column.subject(layout);
         let name = &layout.columns[column.index].name;
-        let at = |row| (at_s(row), format!(" in row {}", row + 1));
-        let own = column.cells.remarks(name, at);
-        remarks.extend(own.into_iter().map(|remark| (of, remark)));
-        findings.extend(column.bad.as_ref().map(|(row, flag)| {
+        let place = |row| (instant(row), format!(" in row {}", row + 1));
+        let column_remarks = column.cells.remarks(name, place);
+        remarks.extend(column_remarks.into_iter().map(|remark| (subject, remark)));
+        flags.extend(column.bad.as_ref().map(|(row, flag)| {
             let text = format!(
                 "the column `{name}` says \"{flag}\" from row {} on. Use another channel, or \
                  samples before that",
                 row + 1
             );
             let blocking = Finding::blocking("invalid-by-laboratory", text);
-            (of, blocking.since(at_s(*row)))
+            (subject, blocking.since(instant(*row)))
         }));
     }
-    (remarks, findings)
+    TableWords { remarks, flags }
 }

@@ -1,4 +1,4 @@
-//! Tables of numbers without names: everything that a person has to state, said at once.
+//! Tables of numbers without names: one message names everything that a person has to state.
 
 use super::begin::{self, Begin};
 use super::{records, stamp};
@@ -9,7 +9,7 @@ use crate::setting::Setting;
 use ::csv::ByteRecord;
 use latchgate_kernel::units::TimeUnit;
 
-/// Rates that recorders of crashes have [Hz].
+/// Rates of recorders of crashes [Hz].
 const LIKELY_HZ: std::ops::RangeInclusive<f64> = 250.0..=1e6;
 
 /// Units of acceleration that most such tables have.
@@ -51,7 +51,7 @@ pub(super) fn refusal(
         Some(None) => settings.push((Setting::RateHz, vec!["HZ".into()])),
         None => {}
     }
-    // The one beside the times is taken unasked.
+    // The only column beside the times needs no name.
     let is_clear = channels.len() == 1 && width > 1;
     if options.channel.is_none() && !is_clear && options.time_column.is_none() {
         let numbers = channels.iter().map(|channel| (channel + 1).to_string());

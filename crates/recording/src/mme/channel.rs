@@ -18,7 +18,7 @@ use latchgate_kernel::units::{AccelerationUnit, SampleRate};
 /// What stands for "nothing" as a value.
 const NOTHING: &str = "NOVALUE";
 
-// What each list holds is told at its head.
+// The head of each list explains it.
 static STATED_ONCE: Words = word_list!("iso-mme-once");
 static MEASURED: Words = word_list!("iso-mme-measured");
 static COMPUTED: Words = word_list!("iso-mme-computed");

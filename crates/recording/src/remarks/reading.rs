@@ -150,7 +150,7 @@ macro_rules! folded_list {
     };
 }
 
-// What each list holds is told at its head.
+// The head of each list explains it.
 static EMPTY: Folded = folded_list!("remark-empty");
 static COUNTED: Folded = folded_list!("fault-counted");
 static AFTER: Folded = folded_list!("instant-after");

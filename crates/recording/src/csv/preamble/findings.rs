@@ -1,4 +1,4 @@
-//! What the rows above the names say, held against the samples and their clock.
+//! Comparison of the rows above the names with the samples and their clock.
 
 use super::Preamble;
 use super::row::{PreambleRow, PreambleTopic, measure};
@@ -9,43 +9,43 @@ use crate::setting::Setting;
 use crate::text::shown;
 use latchgate_kernel::units::{SampleRate, SensorSensitivity};
 
-/// What the samples and their clock are, for what is said above the table to be held against them.
+/// Facts of the samples and their clock, with which the preamble is compared.
 #[derive(Debug, Clone)]
-pub(in crate::csv) struct HeldAgainst {
+pub(in crate::csv) struct TableFacts {
     pub(in crate::csv) rate: SampleRate,
-    /// What gives the rate, in a message.
-    pub(in crate::csv) by: String,
+    /// Name of the clock in a message.
+    pub(in crate::csv) clock_name: String,
     /// Time of the first sample, and of the last one, on the file's clock [s].
     pub(in crate::csv) start_s: f64,
     pub(in crate::csv) end_s: f64,
-    /// Rows, if all of them were read, and whether each has a stamp.
+    /// Number of rows, if all of them were read; and true if each has a stamp.
     pub(in crate::csv) samples: Option<usize>,
     pub(in crate::csv) is_stamped: bool,
     /// The instant on the file's clock that a person states as time zero [s].
     pub(in crate::csv) zero_s: Option<f64>,
-    /// What a person says that one of the samples means.
+    /// The sensitivity that a person states.
     pub(in crate::csv) sensitivity: Option<SensorSensitivity>,
 }
 
 impl Preamble {
-    /// Says what is stated of a column, and where the samples or options contradict it.
-    pub(in crate::csv) fn findings(&self, index: usize, samples: &HeldAgainst) -> Vec<Finding> {
+    /// Returns the findings on a column: its rows, and contradictions of samples or options.
+    pub(in crate::csv) fn findings(&self, index: usize, facts: &TableFacts) -> Vec<Finding> {
         let mut findings: Vec<Finding> = self.shown(index).into_iter().collect();
         for topic in [PreambleTopic::Rate, PreambleTopic::Interval] {
-            for (row, text) in self.said(topic, index) {
+            for (row, text) in self.values_on(topic, index) {
                 match row.rates(text) {
-                    Some(rates) => findings.extend(rate_finding(row, text, &rates, samples)),
+                    Some(rates) => findings.extend(rate_finding(row, text, &rates, facts)),
                     None => findings.push(row.statement(text).unread()),
                 }
             }
         }
-        for (row, text) in self.said(PreambleTopic::Class, index) {
+        for (row, text) in self.values_on(PreambleTopic::Class, index) {
             let read = filter_in(&format!("class {text}"));
             match read {
                 Some(Filtered::Class(_)) => {}
                 Some(Filtered::Unclassed) if row.corner_hz(text).is_none() => {
-                    let by = format!("{} is `{}`, without its class", row.named(), shown(text));
-                    findings.push(Finding::filtered(&by));
+                    let reason = format!("{} is `{}`, without its class", row.named(), shown(text));
+                    findings.push(Finding::filtered(&reason));
                 }
                 _ if row.corner_hz(text).is_none() => findings.push(row.statement(text).unread()),
                 _ => {}
@@ -54,47 +54,49 @@ impl Preamble {
         for row in &self.comments {
             let text = row.only().map_or("", String::as_str);
             let rates = row.rates(text).unwrap_or_default();
-            let finding = rate_finding(row, text, &rates, samples);
-            findings.extend(finding.map(|one| Finding::warning("rate-contradicted", one.text)));
+            let finding = rate_finding(row, text, &rates, facts);
+            findings
+                .extend(finding.map(|finding| Finding::warning("rate-contradicted", finding.text)));
         }
-        findings.extend(self.sensitivity_finding(index, samples));
-        findings.extend(self.zero_finding(samples));
-        findings.extend(self.count_finding(index, samples));
+        findings.extend(self.sensitivity_finding(index, facts));
+        findings.extend(self.zero_finding(facts));
+        findings.extend(self.count_finding(index, facts));
         findings
     }
 
-    /// Names the row that states the rate with its unit, where the stamps give the same.
-    pub(in crate::csv) fn confirms(&self, samples: &HeldAgainst) -> Option<String> {
-        let rows = [PreambleTopic::Rate, PreambleTopic::Interval].map(|topic| self.of(topic));
+    /// Returns the name of the row that states the rate with its unit, where the stamps give the same.
+    pub(in crate::csv) fn confirms(&self, facts: &TableFacts) -> Option<String> {
+        let rows = [PreambleTopic::Rate, PreambleTopic::Interval].map(|topic| self.rows_on(topic));
         let agrees = |row: &&PreambleRow| {
             let mut filled = row.values.iter().filter(|text| !text.is_empty()).peekable();
             let is_same = |text: &String| match row.rates(text).as_deref() {
-                Some([rate]) => (rate / samples.rate.hertz() - 1.0).abs() <= SAME - 1.0,
+                Some([rate]) => (rate / facts.rate.hertz() - 1.0).abs() <= SAME - 1.0,
                 _ => false,
             };
             filled.peek().is_some() && filled.all(is_same)
         };
         let row = rows.into_iter().flatten().find(agrees);
-        row.filter(|_| samples.is_stamped).map(PreambleRow::named)
+        row.filter(|_| facts.is_stamped).map(PreambleRow::named)
     }
 
-    /// Says where begin, end or length that are stated are not those of the samples. The table may be a part of
-    /// what was recorded, so that it proves nothing.
-    pub(in crate::csv) fn span_doubt(&self, samples: &HeldAgainst) -> Option<String> {
-        let length_s = samples.end_s - samples.start_s;
-        let found = [
-            (PreambleTopic::Start, samples.start_s),
-            (PreambleTopic::End, samples.end_s),
+    /// Returns a doubt where the stated begin, end or length is not that of the samples. The table may be a
+    /// part of what was recorded, so that the difference proves nothing.
+    pub(in crate::csv) fn span_doubt(&self, facts: &TableFacts) -> Option<String> {
+        let length_s = facts.end_s - facts.start_s;
+        let measured = [
+            (PreambleTopic::Start, facts.start_s),
+            (PreambleTopic::End, facts.end_s),
             (PreambleTopic::Duration, length_s),
         ];
-        found.into_iter().find_map(|(topic, found_s)| {
-            self.of(topic).find_map(|row| {
+        measured.into_iter().find_map(|(topic, measured_s)| {
+            self.rows_on(topic).find_map(|row| {
                 let text = row.values.iter().find(|text| !text.is_empty())?;
                 let stated_s = row.seconds(text)?;
-                let is_near = (stated_s - found_s).abs() <= 0.05 * length_s;
+                let is_near = (stated_s - measured_s).abs() <= 0.05 * length_s;
                 // A zero may be another one.
-                let ratio = (stated_s / found_s).abs();
-                let off = if stated_s * found_s == 0.0 {
+                // Two zeros may be on different clocks, so a zero counts as no nearer than the ratio below.
+                let ratio = (stated_s / measured_s).abs();
+                let off = if stated_s * measured_s == 0.0 {
                     1.0
                 } else {
                     ratio.max(1.0 / ratio)
@@ -103,22 +105,22 @@ impl Preamble {
                     "{} is `{}`, but by {} it is {} s",
                     row.named(),
                     shown(text),
-                    samples.by,
-                    latchgate_kernel::units::short(found_s, 7)
+                    facts.clock_name,
+                    latchgate_kernel::units::short(measured_s, 7)
                 );
                 (!is_near && off > NOMINAL).then_some(text)
             })
         })
     }
 
-    /// Shows the rows that speak of a column.
+    /// Returns the finding that shows the rows on a column.
     fn shown(&self, index: usize) -> Option<Finding> {
         let rows = self.rows.iter().filter(|row| !row.key.is_empty());
-        // Titles alone say nothing of the columns.
+        // Titles alone do not concern the columns.
         if !rows.clone().any(|row| row.value(index).is_some()) {
             return None;
         }
-        let said: Vec<String> = rows
+        let statements: Vec<String> = rows
             .filter_map(|row| match row.value(index) {
                 Some(value) => Some(format!("{}: {value}", row.key)),
                 None => row
@@ -128,24 +130,24 @@ impl Preamble {
                     .then(|| row.key.clone()),
             })
             .collect();
-        let found = self.found.map_or(String::new(), |line| {
+        let intro = self.found_header.map_or(String::new(), |line| {
             format!("the columns are named on line {line}. ")
         });
         let text = format!(
-            "{found}The rows above say of this channel: {}",
-            cut(&said.join("; "))
+            "{intro}The rows above say of this channel: {}",
+            cut(&statements.join("; "))
         );
         Some(Finding::info("preamble", text))
     }
 
-    /// Holds the sensor's sensitivity against what a person says; an amplifier may lie between them.
-    fn sensitivity_finding(&self, index: usize, samples: &HeldAgainst) -> Option<Finding> {
-        let used = samples.sensitivity.as_ref()?;
-        self.said(PreambleTopic::Sensitivity, index).find_map(|(row, text)| {
+    /// Compares the sensor's sensitivity with the stated one; an amplifier may be between them.
+    fn sensitivity_finding(&self, index: usize, facts: &TableFacts) -> Option<Finding> {
+        let used = facts.sensitivity.as_ref()?;
+        self.values_on(PreambleTopic::Sensitivity, index).find_map(|(row, text)| {
             let with_unit = format!("{text} {}", row.unit());
             let texts = [text, &with_unit];
             let stated = texts.iter().find_map(|text| SensorSensitivity::from_text(text).ok())?;
-            let si = |one: &SensorSensitivity| one.unit().metres_per_second_squared();
+            let si = |sensitivity: &SensorSensitivity| sensitivity.unit().metres_per_second_squared();
             let stated_si = stated.scale_of(used.quantity())? * si(&stated);
             let ratio = stated_si / (used.scale() * si(used));
             let text = format!(
@@ -159,12 +161,12 @@ impl Preamble {
         })
     }
 
-    /// Holds the samples before time zero against the clock.
-    fn zero_finding(&self, samples: &HeldAgainst) -> Option<Finding> {
-        let (row, before) = self.before(samples.rate)?;
-        let interval_s = samples.rate.interval().seconds();
-        let stated_s = samples.start_s + before * interval_s;
-        let zero_s = samples.zero_s.unwrap_or(0.0);
+    /// Compares the samples before time zero with the clock.
+    fn zero_finding(&self, facts: &TableFacts) -> Option<Finding> {
+        let (row, before) = self.samples_before_zero(facts.rate)?;
+        let interval_s = facts.rate.interval().seconds();
+        let stated_s = facts.start_s + before * interval_s;
+        let zero_s = facts.zero_s.unwrap_or(0.0);
         let text = format!(
             "{} puts time zero at {} s on the file's clock, but it is at {zero_s} s. State the \
              right one with {} = S",
@@ -173,63 +175,66 @@ impl Preamble {
             Setting::TimeZero
         );
         let differs = (stated_s - zero_s).abs() > 1.5 * interval_s;
-        // A person's word decides.
-        differs.then(|| match samples.zero_s {
+        // The stated time zero counts, so that the difference only warns.
+        differs.then(|| match facts.zero_s {
             Some(_) => Finding::warning("time-zero-contradicted", text),
             None => Finding::blocking("time-contradicted", text),
         })
     }
 
-    /// Holds numbers of samples against the rows.
-    fn count_finding(&self, index: usize, samples: &HeldAgainst) -> Option<Finding> {
-        let found = samples.samples?;
+    /// Compares the stated numbers of samples with the rows.
+    fn count_finding(&self, index: usize, facts: &TableFacts) -> Option<Finding> {
+        let row_count = facts.samples?;
         let number = |topic| {
-            let mut said = self.said(topic, index);
-            said.find_map(|(row, text)| {
-                Some((row, measure(text).filter(|one| one.1.is_empty())?.0))
+            let mut values = self.values_on(topic, index);
+            values.find_map(|(row, text)| {
+                Some((
+                    row,
+                    measure(text).filter(|measured| measured.1.is_empty())?.0,
+                ))
             })
         };
         let (row, stated) = number(PreambleTopic::Count).or_else(|| {
             let (row, before) = number(PreambleTopic::Before)?;
-            let all = before + number(PreambleTopic::After)?.1;
-            // Whether the sample at time zero is counted twice, once or not at all is a custom.
-            let count = found as f64;
+            let total = before + number(PreambleTopic::After)?.1;
+            // Laboratories count the sample at time zero twice, once or not at all.
+            let count = row_count as f64;
             Some((
                 row,
-                if (all - count).abs() <= 1.0 {
+                if (total - count).abs() <= 1.0 {
                     count
                 } else {
-                    all
+                    total
                 },
             ))
         })?;
-        let (is_stamped, end_s) = (samples.is_stamped, samples.end_s);
-        held::count(&row.named(), stated, found, is_stamped, end_s)
+        let (is_stamped, end_s) = (facts.is_stamped, facts.end_s);
+        held::count(&row.named(), stated, row_count, is_stamped, end_s)
     }
 }
 
-/// Letters of a list of rows that are shown.
+/// Most characters of a list of rows that are shown.
 const SHOWN: usize = 600;
 
-/// Largest ratio of two rates that are one, and of two that may be the nominal and the true one.
+/// Largest ratio of two rates that are the same, and of two that may be nominal and true one.
 const SAME: f64 = 1.01;
 const NOMINAL: f64 = 1.5;
 
-/// Holds a stated rate against the one of the samples.
+/// Compares a stated rate with that of the samples.
 fn rate_finding(
     row: &PreambleRow,
     text: &str,
     rates: &[f64],
-    samples: &HeldAgainst,
+    facts: &TableFacts,
 ) -> Option<Finding> {
-    let ratio = |rate: &f64| (rate / samples.rate.hertz()).max(samples.rate.hertz() / rate);
+    let ratio = |rate: &f64| (rate / facts.rate.hertz()).max(facts.rate.hertz() / rate);
     let nearest = rates.iter().map(ratio).fold(f64::INFINITY, f64::min);
     let text = format!(
         "{} is `{}`, but {} gives {} Hz. One of the two is wrong. Find out which is right",
         row.named(),
         shown(text),
-        samples.by,
-        latchgate_kernel::units::short(samples.rate.hertz(), 7)
+        facts.clock_name,
+        latchgate_kernel::units::short(facts.rate.hertz(), 7)
     );
     (nearest > SAME).then(|| match nearest > NOMINAL {
         true => Finding::blocking("time-contradicted", text),

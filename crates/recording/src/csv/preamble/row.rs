@@ -3,15 +3,16 @@
 use crate::channel_name;
 use crate::csv::begin;
 use crate::csv::dialect::Separator;
+use crate::csv::preamble::TableShape;
 use crate::held::Statement;
 use crate::text::{self, shown};
 use crate::words::{Words, word_list};
 use latchgate_kernel::units::{AccelerationUnit, TimeUnit};
 
-// What the list holds is told at its head.
+// The head of the list explains it.
 static KEYS: Words = word_list!("preamble-keys");
 
-/// What a row is about.
+/// Topic of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PreambleTopic {
     /// The unit of the samples.
@@ -74,27 +75,27 @@ impl PreambleTopic {
         (Self::Date, "date"),
     ];
 
-    /// Finds what a key is about, by its words with those in brackets, without, and without the unit at the
-    /// end: `fs_Hz`.
+    /// Returns the topic of a key, by its words with those in brackets, without them, and without the unit
+    /// at the end: `fs_Hz`.
     fn of_key(key: &str) -> Option<Self> {
         let bare = key.split(['(', '[']).next().unwrap_or_default();
         let words = [key, bare].map(channel_name::words);
-        let without_unit = words[1].split_last().map_or(&[][..], |(last, rest)| {
+        let without_unit = words[1].split_last().map_or(&[][..], |(last, front)| {
             let is_unit = is_unit_of_clock(last);
-            if is_unit { rest } else { &[] }
+            if is_unit { front } else { &[] }
         });
         let keys = [&words[0], &words[1], without_unit];
         keys.into_iter().find_map(|words| {
             let words = words.join(" ");
             let mut entries = KEYS.iter().filter_map(|line| line.split_once('\t'));
-            let (_, name) = entries.find(|(known, _)| *known == words)?;
-            let topic = Self::ALL.iter().find(|(_, known)| *known == name);
+            let (_, name) = entries.find(|(keyword, _)| *keyword == words)?;
+            let topic = Self::ALL.iter().find(|(_, topic_name)| *topic_name == name);
             topic.map(|(topic, _)| *topic)
         })
     }
 
-    /// Finds what a row is about whose key is not known, by its values: units of acceleration, or rates and
-    /// intervals with their units, the key holding a word for sampling.
+    /// Returns the topic of a row whose key is not known, by its values: units of acceleration, or rates and
+    /// intervals with their units where the key holds a word for sampling.
     fn of_values(key: &str, values: &[String]) -> Option<Self> {
         let filled: Vec<&String> = values.iter().filter(|value| !value.is_empty()).collect();
         let is_acceleration = |value: &&String| {
@@ -128,7 +129,7 @@ impl PreambleTopic {
         is_rate.then_some(Self::Rate).or_else(is_interval)
     }
 
-    /// True if a value in one column alone says nothing of the others.
+    /// True if a value in one column alone does not concern the others.
     fn is_of_one_column(self) -> bool {
         use PreambleTopic::{Code, Location, Name, Range, Sensitivity, Sensor, Unit};
         matches!(
@@ -147,17 +148,14 @@ pub(super) struct PreambleRow {
     pub(super) topic: Option<PreambleTopic>,
     /// Cells by column, that of the key empty.
     pub(super) values: Vec<String>,
-    /// True if the row ends behind its one value, so that it speaks of all columns.
+    /// True if the row ends after its one value, so that it concerns all columns.
     pub(super) is_short: bool,
 }
 
 impl PreambleRow {
-    /// Reads a line above a table of `width` columns; `None` of an empty one.
-    pub(super) fn read(
-        line: u64,
-        text: &str,
-        (separator, width): (Separator, usize),
-    ) -> Option<Self> {
+    /// Reads a line above a table; `None` for an empty one.
+    pub(super) fn read(line: u64, text: &str, shape: TableShape) -> Option<Self> {
+        let TableShape { separator, width } = shape;
         let mut cells = cells(text, separator);
         let first = cells.first()?.clone();
         let filled = cells.iter().filter(|cell| !cell.is_empty());
@@ -174,7 +172,7 @@ impl PreambleRow {
         };
         let mut key = key;
         if cells.len() > width.max(2) {
-            // The key stands before the first column: `Units,s,g,g` above three of them.
+            // The key is before the first column: `Units,s,g,g` above three of them.
             if topic.is_some() && cells.len() == width + 1 {
                 cells.remove(0);
             } else {
@@ -193,7 +191,7 @@ impl PreambleRow {
             line,
             key,
             topic,
-            // Empty cells behind the value say that the other columns have none.
+            // Empty cells after the value show that the other columns have none.
             is_short: cells.len() == 2 && marks(text, separator) < 2,
             values: cells,
         })
@@ -210,13 +208,11 @@ impl PreambleRow {
         }
     }
 
-    /// Reads two lines above a table of `width` columns of which the second holds the values of the first, as
-    /// in `X,CH1,Start,Increment` over `Sequence,Volt,-0.1,2e-4`: behind the columns one row for each key that
-    /// is known, above them a row of units.
-    pub(super) fn of_pair(
-        [names, values]: [&(u64, String); 2],
-        (separator, width): (Separator, usize),
-    ) -> Vec<Self> {
+    /// Reads two lines above a table of which the second holds the values of the first, as in
+    /// `X,CH1,Start,Increment` over `Sequence,Volt,-0.1,2e-4`: one row for each known key beyond the columns,
+    /// and a row of units above the columns.
+    pub(super) fn of_pair([names, values]: [&(u64, String); 2], shape: TableShape) -> Vec<Self> {
+        let TableShape { separator, width } = shape;
         let [keys, cells] = [names, values].map(|(_, text)| cells(text, separator));
         if keys.len() <= width || keys.len() != cells.len() {
             return Vec::new();
@@ -228,7 +224,7 @@ impl PreambleRow {
             is_short: true,
             values,
         };
-        let known = keys
+        let rows_of_keys = keys
             .iter()
             .zip(&cells)
             .skip(width)
@@ -236,7 +232,7 @@ impl PreambleRow {
                 let topic = PreambleTopic::of_key(key).filter(|_| measure(cell).is_some())?;
                 Some(row(key, topic, vec![String::new(), cell.clone()]))
             });
-        let mut rows: Vec<Self> = known.collect();
+        let mut rows: Vec<Self> = rows_of_keys.collect();
         if !rows.is_empty() {
             let unit = |cell: &String| match channel_name::is_unit(cell) {
                 true => cell.clone(),
@@ -248,11 +244,12 @@ impl PreambleRow {
         rows
     }
 
-    /// Returns what it says of a column.
+    /// Returns the value that concerns a column.
     pub(super) fn value(&self, column: usize) -> Option<&str> {
-        let own = self.values.get(column).filter(|value| !value.is_empty());
+        let value = self.values.get(column).filter(|value| !value.is_empty());
         let is_of_one = self.topic.is_some_and(PreambleTopic::is_of_one_column);
-        own.or_else(|| self.only().filter(|_| self.is_short || !is_of_one))
+        value
+            .or_else(|| self.only().filter(|_| self.is_short || !is_of_one))
             .map(String::as_str)
     }
 
@@ -262,7 +259,7 @@ impl PreambleRow {
         filled.next().filter(|_| filled.next().is_none())
     }
 
-    /// Returns the unit that stands in brackets behind the key, or as its last word: `fs_Hz`.
+    /// Returns the unit in brackets after the key, or its last word: `fs_Hz`.
     pub(super) fn unit(&self) -> &str {
         let inner = self.key.rsplit_once(['(', '[']).map(|(_, inner)| inner);
         let inner = inner.map(|inner| inner.trim_end_matches([')', ']']).trim());
@@ -283,7 +280,7 @@ impl PreambleRow {
         }
     }
 
-    /// Returns the rates that a value may mean [Hz]: several where no unit says which.
+    /// Returns the rates that a value may mean [Hz]: several where no unit decides.
     pub(super) fn rates(&self, text: &str) -> Option<Vec<f64>> {
         let (number, unit) = measure(text)?;
         let unit = match unit {
@@ -294,9 +291,9 @@ impl PreambleRow {
             (Some(factor), ..) => vec![number * factor],
             (None, Some(unit), _) => vec![1.0 / unit.to_seconds(number)],
             (None, None, Some(PreambleTopic::Interval)) => {
-                [1.0, 1e3, 1e6].map(|one| one / number).into()
+                [1.0, 1e3, 1e6].map(|factor| factor / number).into()
             }
-            (None, None, _) if unit.is_empty() => [1.0, 1e3].map(|one| one * number).into(),
+            (None, None, _) if unit.is_empty() => [1.0, 1e3].map(|factor| factor * number).into(),
             _ => return None,
         };
         let is_rate = |rate: &f64| rate.is_finite() && *rate > 0.0;
@@ -357,7 +354,7 @@ const SAMPLING: [&str; 11] = [
     "échant",
 ];
 
-/// Returns how many samples a second one of a unit is.
+/// Returns the number of samples a second in one of a unit.
 fn per_second(unit: &str) -> Option<f64> {
     match unit.to_lowercase().as_str() {
         "hz" | "1/s" | "s/s" | "sa/s" | "sps" | "samples/s" | "samples/sec" => Some(1.0),
@@ -376,28 +373,31 @@ fn is_unit_of_clock(text: &str) -> bool {
 fn marks(text: &str, separator: Separator) -> usize {
     match separator {
         Separator::Blanks | Separator::None => 0,
-        other => text.matches(char::from(other.byte())).count(),
+        separator => text.matches(char::from(separator.byte())).count(),
     }
 }
 
-/// Splits a number and its unit, a sign for both directions taken off; `None` where a comma may separate
+/// Splits a number and its unit, without a sign for both directions; `None` where a comma may separate
 /// thousands.
 pub(super) fn measure(text: &str) -> Option<(f64, &str)> {
     let text = text.trim().trim_start_matches(['±', '<', '~']).trim_start();
     let text = text.strip_prefix("+/-").unwrap_or(text).trim_start();
-    let ends = text.char_indices().map(|(at, _)| at).chain([text.len()]);
+    let ends = text
+        .char_indices()
+        .map(|(index, _)| index)
+        .chain([text.len()]);
     let ends: Vec<usize> = ends.collect();
     ends.into_iter().rev().find_map(|end| {
         let digits = text[..end].trim_end();
         let thousands = digits
             .split_once(',')
-            .is_some_and(|(_, rest)| rest.len() == 3);
+            .is_some_and(|(_, decimals)| decimals.len() == 3);
         let number = text::header_number(digits).filter(|_| !thousands)?;
         Some((number, text[end..].trim()))
     })
 }
 
-/// True if a value says that there is nothing, such as no filter.
+/// True if a value means none, such as no filter.
 pub(super) fn says_none(text: &str) -> bool {
     let words = channel_name::words(text).join(" ");
     let none = [
@@ -415,7 +415,7 @@ pub(super) fn says_none(text: &str) -> bool {
     none.contains(&words.as_str())
 }
 
-/// Splits a line above the table: at the table's separator, else behind a key.
+/// Splits a line above the table: at the table's separator, else after a key.
 fn cells(line: &str, separator: Separator) -> Vec<String> {
     let cells: Vec<String> = match separator {
         Separator::Blanks | Separator::None => {
@@ -440,7 +440,7 @@ fn cells(line: &str, separator: Separator) -> Vec<String> {
     }
 }
 
-/// True if a sign between two texts stands between digits.
+/// True if the sign between two texts is between digits.
 fn cuts_a_number(before: &str, behind: &str) -> bool {
     let is_digit = |c: char| c.is_ascii_digit();
     before.ends_with(is_digit) && behind.starts_with(is_digit)
