@@ -1,8 +1,8 @@
 //! Archives: .zip, .tar.gz and .tar, unpacked within limits.
 //!
-//! The files of a test, ISO-MME or NHTSA, or the parts of a workbook are held together, all others are
-//! passed over. An archive
-//! that unpacks to more than a limit, or to far more than it takes, ends the reading there.
+//! The files of a test, ISO-MME or NHTSA, or the parts of a workbook are kept in memory; all others
+//! are skipped. An archive that unpacks to more than a limit, or to far more than its size, ends the
+//! reading there.
 
 use super::mme::names::{has_suffix, is_channel_file, is_shadow, is_test_file};
 use super::source::Files;
@@ -10,10 +10,10 @@ use super::{Limits, text, workbook};
 use crate::error::{Error, ErrorKind, Place};
 use std::io::{self, Cursor, Read};
 
-/// Bytes unpacked before the ratio counts.
+/// Bytes unpacked before the ratio counts: a small archive of a smooth signal may well shrink a lot.
 const RATIO_FROM: u64 = 4 << 20;
 
-/// Bytes of a tar header, and what its parts are filled up to.
+/// Bytes of a tar header; parts are padded to a multiple of it.
 const BLOCK: u64 = 512;
 
 /// Longest entry of a tar archive that describes the next one [byte].
@@ -34,11 +34,11 @@ fn is_gzip(head: &[u8]) -> bool {
     head.starts_with(b"\x1F\x8B")
 }
 
-/// True if a file may be one of a test: header, list, channel or curve.
-fn is_wanted(name: &str) -> bool {
-    let of_nhtsa = || has_suffix(name, "ev5") || has_suffix(name, "tsv");
-    let of_test = is_test_file(name) || is_channel_file(name) || of_nhtsa();
-    (of_test || workbook::is_part(name)) && !is_shadow(name)
+/// True if a file may be one of a test (header, list, channel or curve) or of a workbook.
+fn is_part(name: &str) -> bool {
+    let is_iso_mme = is_test_file(name) || is_channel_file(name);
+    let is_nhtsa = has_suffix(name, "ev5") || has_suffix(name, "tsv");
+    (is_iso_mme || is_nhtsa || workbook::is_part(name)) && !is_shadow(name)
 }
 
 /// True if a file shows that the archive is one of a test, or a workbook.
@@ -50,8 +50,8 @@ fn shows_recording(name: &str) -> bool {
 pub(super) fn unpack(name: &str, bytes: Vec<u8>, limits: &Limits) -> Result<Files, Error> {
     let mut unpacker = Unpacker::new(name, bytes.len() as u64, limits);
     let (format, way_out) = if is_zip(&bytes) {
-        let of_office = unpacker.unzip(bytes)?;
-        of_office.unwrap_or(("a .zip that holds no ISO-MME test and no .EV5", UNPACK))
+        let office_format = unpacker.unzip(bytes)?;
+        office_format.unwrap_or(("a .zip that holds no ISO-MME test and no .EV5", UNPACK))
     } else if is_gzip(&bytes) {
         match unpacker.untar(&mut flate2::read::MultiGzDecoder::new(Cursor::new(bytes)))? {
             true => ("a .tar.gz that holds no ISO-MME test and no .EV5", UNPACK),
@@ -73,13 +73,13 @@ struct Unpacker<'a> {
     name: &'a str,
     files: Files,
     limits: &'a Limits,
-    /// Bytes that may still come out, and the limit that says so.
-    left: u64,
+    /// Bytes that may still be unpacked, and the limit that bounds them.
+    bytes_left: u64,
     limit: (&'static str, u64),
-    /// Bytes that came out.
-    out: u64,
-    /// Bytes held.
-    held: u64,
+    /// Bytes unpacked.
+    unpacked: u64,
+    /// Bytes kept in memory.
+    kept: u64,
     entries: u64,
 }
 
@@ -87,37 +87,37 @@ impl<'a> Unpacker<'a> {
     /// Prepares to unpack an archive of so many bytes.
     fn new(name: &'a str, packed: u64, limits: &'a Limits) -> Self {
         let by_ratio = packed.saturating_mul(limits.unpacked_ratio).max(RATIO_FROM);
-        let most = limits.unpacked_stream_bytes;
-        let (left, limit) = match by_ratio < most {
+        let stream_limit = limits.unpacked_stream_bytes;
+        let (bytes_left, limit) = match by_ratio < stream_limit {
             true => (by_ratio, ("unpacked_ratio", limits.unpacked_ratio)),
-            false => (most, ("unpacked_stream_bytes", most)),
+            false => (stream_limit, ("unpacked_stream_bytes", stream_limit)),
         };
         Self {
             name,
             files: Files::new(),
             limits,
-            left,
+            bytes_left,
             limit,
-            out: 0,
-            held: 0,
+            unpacked: 0,
+            kept: 0,
             entries: 0,
         }
     }
 
-    /// Counts bytes that came out.
+    /// Counts unpacked bytes.
     fn spend(&mut self, count: u64) -> Result<(), Error> {
-        self.out += count;
-        self.left = self.left.checked_sub(count).ok_or_else(|| {
-            let place = Place::default().byte(self.out);
+        self.unpacked += count;
+        self.bytes_left = self.bytes_left.checked_sub(count).ok_or_else(|| {
+            let place = Place::default().byte(self.unpacked);
             Error::over(self.limit.0, self.limit.1, "more bytes after unpacking").at(place)
         })?;
         Ok(())
     }
 
-    /// Reads up to `most` bytes.
+    /// Reads up to `limit` bytes.
     fn read(&mut self, from: &mut dyn Read, most: u64) -> Result<Vec<u8>, Error> {
         let mut bytes = Vec::new();
-        let room = most.min(self.left.saturating_add(1));
+        let room = most.min(self.bytes_left.saturating_add(1));
         from.take(room)
             .read_to_end(&mut bytes)
             .map_err(|error| damaged(error.to_string()))?;
@@ -134,19 +134,19 @@ impl<'a> Unpacker<'a> {
         Ok(())
     }
 
-    /// Holds a file of the test, of `most` bytes at most.
-    fn hold(&mut self, name: String, from: &mut dyn Read, most: u64) -> Result<u64, Error> {
-        let all = self.limits.unpacked_bytes;
-        let room = all.saturating_sub(self.held).saturating_add(1);
+    /// Keeps a file of the test, of `limit` bytes at most.
+    fn keep(&mut self, name: String, from: &mut dyn Read, limit: u64) -> Result<u64, Error> {
+        let total_limit = self.limits.unpacked_bytes;
+        let room = total_limit.saturating_sub(self.kept).saturating_add(1);
         let place = Place::file(format!("{}: {name}", self.name));
-        let read = self.read(from, most.min(room));
+        let read = self.read(from, limit.min(room));
         let bytes = read.map_err(|error| error.at(place.clone()))?;
         let count = bytes.len() as u64;
-        self.held += count;
-        if self.held > all {
+        self.kept += count;
+        if self.kept > total_limit {
             let found = "more bytes in the files of the test together";
             let error = self.limits.over("unpacked_bytes", found);
-            return Err(error.at(place.byte(self.out)));
+            return Err(error.at(place.byte(self.unpacked)));
         }
         if self.files.insert(name.clone(), bytes.into()).is_some() {
             return Err(twice(&name));
@@ -154,9 +154,9 @@ impl<'a> Unpacker<'a> {
         Ok(count)
     }
 
-    /// Unpacks a zip; returns what it is, and the way out, where it is a file of an office program.
+    /// Unpacks a zip; returns name and remedy where it is a file of an office program.
     fn unzip(&mut self, bytes: Vec<u8>) -> Result<Option<(&'static str, &'static str)>, Error> {
-        // Each entry costs memory before it can be asked for, so they are counted first.
+        // The zip reader allocates memory for each entry at once, so they are counted first.
         for _ in memchr::memmem::find_iter(&bytes, b"PK\x01\x02") {
             self.enter()?;
         }
@@ -169,7 +169,7 @@ impl<'a> Unpacker<'a> {
         if archive.has_duplicate_names() {
             return Err(twice("a file"));
         }
-        let (mut first, mut of_office) = (u64::MAX, None);
+        let (mut first, mut office_format) = (u64::MAX, None);
         for index in 0..archive.len() {
             let entry = archive.by_index_raw(index).map_err(not_unzipped)?;
             first = first.min(entry.header_start());
@@ -183,8 +183,8 @@ impl<'a> Unpacker<'a> {
                 continue;
             };
             drop(entry);
-            of_office = of_office.max(office_file(&name));
-            if !is_wanted(&name) {
+            office_format = office_format.max(office_file(&name));
+            if !is_part(&name) {
                 continue;
             }
             if !packed_plainly {
@@ -195,10 +195,10 @@ impl<'a> Unpacker<'a> {
                 .into());
             }
             let mut entry = archive.by_index(index).map_err(not_unzipped)?;
-            self.hold(name, &mut entry, u64::MAX)?;
+            self.keep(name, &mut entry, u64::MAX)?;
         }
-        // The file begins with a file in a zip: what stands before the first one that is listed
-        // is of another archive, or of one that this one has replaced.
+        // A zip begins with a file. Bytes before the first one that is listed are from another archive, or
+        // from one that this one has replaced.
         if archive.offset() > 0 || (first > 0 && !archive.is_empty()) {
             return Err(Error::malformed(
                 "one zip archive, from the first byte on",
@@ -206,14 +206,14 @@ impl<'a> Unpacker<'a> {
                 "pack the test again",
             ));
         }
-        Ok(of_office.map(|(_, format, way_out)| (format, way_out)))
+        Ok(office_format.map(|(_, format, way_out)| (format, way_out)))
     }
 
-    /// Unpacks a tar stream; tells whether it is one.
+    /// Unpacks a tar stream; false if it is none.
     fn untar(&mut self, stream: &mut dyn Read) -> Result<bool, Error> {
         loop {
             let read = self.read(stream, BLOCK);
-            // What does not even unpack a block is no tar, unless a limit was crossed.
+            // A stream that does not unpack a single block is no tar, unless a limit was crossed.
             let is_limit = |error: &Error| matches!(error.kind(), ErrorKind::LimitExceeded { .. });
             if self.entries == 0 && read.as_ref().is_err_and(|error| !is_limit(error)) {
                 return Ok(false);
@@ -228,7 +228,7 @@ impl<'a> Unpacker<'a> {
                 return Err(cut());
             }
             if is_end {
-                // To the end, so that checksums there are looked at.
+                // Reading to the end lets the decompressor verify its checksums.
                 while let block = self.read(stream, 1 << 16)?
                     && !block.is_empty()
                 {
@@ -245,12 +245,12 @@ impl<'a> Unpacker<'a> {
         }
     }
 
-    /// Takes in or passes over one entry of a tar archive.
+    /// Reads or skips one entry of a tar archive.
     fn entry(&mut self, header: &[u8], size: u64, stream: &mut dyn Read) -> Result<(), Error> {
         let name = name_of(header);
-        let taken = match header[156] {
-            b'0' | 0 | b'7' if is_wanted(&name) => self.hold(name, stream, size)?,
-            // What describes the next entry, its time for example, may not rename it.
+        let read_bytes = match header[156] {
+            b'0' | 0 | b'7' if is_part(&name) => self.keep(name, stream, size)?,
+            // An entry that describes the next one, such as its time, must not rename it.
             b'x' | b'g' if size <= DESCRIPTION => {
                 let bytes = self.read(stream, size)?;
                 if memchr::memmem::find(&bytes, b"path=").is_some() {
@@ -259,21 +259,25 @@ impl<'a> Unpacker<'a> {
                 bytes.len() as u64
             }
             b'0' | 0 | b'7' | b'5' => 0,
-            kind if is_wanted(&name) || !matches!(kind, b'1'..=b'6') => {
+            kind if is_part(&name) || !matches!(kind, b'1'..=b'6') => {
                 return Err(odd_entry(&name));
             }
             _ => 0,
         };
-        let left = size.saturating_sub(taken) + (BLOCK - size % BLOCK) % BLOCK;
-        let room = left.min(self.left.saturating_add(1));
+        let bytes_left = size.saturating_sub(read_bytes) + (BLOCK - size % BLOCK) % BLOCK;
+        let room = bytes_left.min(self.bytes_left.saturating_add(1));
         let passed = io::copy(&mut stream.take(room), &mut io::sink())
             .map_err(|error| damaged(error.to_string()))?;
         self.spend(passed)?;
-        if passed < left { Err(cut()) } else { Ok(()) }
+        if passed < bytes_left {
+            Err(cut())
+        } else {
+            Ok(())
+        }
     }
 }
 
-/// Recognises a file of an office program by a file in it: name and way out, the surest with the
+/// Recognises a file of an office program by a file in it: rank, name and remedy; the surest has the
 /// highest rank.
 fn office_file(name: &str) -> Option<(u8, &'static str, &'static str)> {
     match name {

@@ -1,4 +1,4 @@
-//! Cards: a recording's full name plus `.toml`, saying what the file itself does not.
+//! Cards: a recording's full name plus `.toml`, with facts that the file itself lacks.
 
 use super::TestFacts;
 use super::channel_name::filtered::{Filtered, filter_in, says_unfiltered};
@@ -14,7 +14,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
-/// The keys a card may hold beside those of texts, as they are listed.
+/// The keys of a card besides those of texts, as they are listed.
 const KEYS: [&str; 17] = [
     "channel",
     "unit",
@@ -35,33 +35,33 @@ const KEYS: [&str; 17] = [
     "accepted",
 ];
 
-/// What to do where a value is wrong.
+/// The remedy for a wrong value.
 const MEND: &str = "correct the card";
 
-/// What a card says about the recording beside it. Every key is optional.
+/// Facts that a card states of the recording beside it. Every key is optional.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Card {
     /// Channel to use: a name, or a 1-based number.
     pub channel: Option<String>,
     /// Unit of acceleration.
     pub unit: Option<AccelerationUnit>,
-    /// What one of the samples means as an acceleration, where they are another quantity.
+    /// Acceleration that one of the samples means, where they are another quantity.
     pub sensitivity: Option<SensorSensitivity>,
     /// Sign of the recorded acceleration that swings the lever open: `negative`, `positive`, `both`.
     pub opens_when: Option<CardPolarity>,
     /// Sample rate [Hz].
     pub rate: Option<f64>,
-    /// Whose clock tells the time of a log's messages: `header`, `log`, `publish`.
+    /// Clock of a log's messages that gives the time: `header`, `log`, `publish`.
     pub time_source: Option<MessageClock>,
     /// Line of a text table that names its columns, counted from 1.
     pub header_line: Option<u32>,
     /// Line of a text table that holds the units of its columns.
     pub unit_line: Option<u32>,
-    /// Last line of a text table; what stands below is no sample.
+    /// Last line of a text table; lines below hold no samples.
     pub last_line: Option<u32>,
     /// Name of the sheet of a workbook.
     pub sheet: Option<String>,
-    /// Lines at the start of a text table that are passed over.
+    /// Lines at the start of a text table that are skipped.
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table.
     pub decimal: Option<DecimalMark>,
@@ -73,11 +73,11 @@ pub struct Card {
     pub accepted_remarks: Vec<String>,
     /// Velocity change of the sensor's place, known from another source [m/s].
     pub velocity_change_m_s: Option<f64>,
-    /// What a person accepts of the recording.
+    /// Doubts about the recording that a person has settled.
     pub accepted: Vec<AcceptedWord>,
-    /// What it says of test and sensor.
+    /// Facts of test and sensor.
     pub test: TestFacts,
-    /// Where it comes from.
+    /// Origin of the recording.
     pub source: Option<String>,
     /// Its licence.
     pub licence: Option<String>,
@@ -116,8 +116,7 @@ impl Card {
         Ok(card)
     }
 
-    /// True if its words say that the channel holds what CFC 1000 lets pass, or was not
-    /// filtered.
+    /// True if its words state that the channel holds what CFC 1000 lets pass, or was not filtered.
     pub fn says_wide_band(&self) -> bool {
         let texts = [&self.test.sensor, &self.source, &self.notes];
         texts.into_iter().flatten().any(|text| {
@@ -125,7 +124,7 @@ impl Card {
         })
     }
 
-    /// Lists every key that a card may hold.
+    /// Lists every key of a card.
     pub fn keys() -> Vec<&'static str> {
         let mut card = Self::default();
         let texts = card.texts().map(|(name, _)| name);
@@ -152,28 +151,28 @@ impl Card {
             "channel" => {
                 self.channel = Some(match value {
                     toml::Value::Integer(number) => number.to_string(),
-                    other => take(key, other, "a name in quotes or a column number")?,
+                    value => take(key, value, "a name in quotes or a column number")?,
                 });
             }
             "unit" => {
                 let name: String = take(key, value, "a unit in quotes")?;
-                let known = AccelerationUnit::ALL.map(|(_, name)| name);
+                let names = AccelerationUnit::ALL.map(|(_, name)| name);
                 let unit = AccelerationUnit::from_spelling(&name);
-                self.unit = Some(unit.ok_or_else(|| Error::unknown("unit", name, &known))?);
+                self.unit = Some(unit.ok_or_else(|| Error::unknown("unit", name, &names))?);
             }
             "sensitivity" => {
                 let text: String = take(key, value, "a text such as \"20 g/V\"")?;
-                let stated = SensorSensitivity::from_text(&text).map_err(|wrong| {
-                    Error::malformed(format!("`{key}`: {wrong}"), format!("`{text}`"), MEND)
+                let stated = SensorSensitivity::from_text(&text).map_err(|reason| {
+                    Error::malformed(format!("`{key}`: {reason}"), format!("`{text}`"), MEND)
                 })?;
                 self.sensitivity = Some(stated);
             }
             "opens_when" => {
                 let name: String = take(key, value, "\"negative\", \"positive\" or \"both\"")?;
-                let known = CardPolarity::ALL.map(CardPolarity::name);
-                let one = CardPolarity::from_name(&name);
-                let one = one.ok_or_else(|| Error::unknown("polarity", name, &known));
-                self.opens_when = Some(one?);
+                let names = CardPolarity::ALL.map(CardPolarity::name);
+                let polarity = CardPolarity::from_name(&name);
+                let polarity = polarity.ok_or_else(|| Error::unknown("polarity", name, &names));
+                self.opens_when = Some(polarity?);
             }
             "rate" => {
                 let rate = take(key, value, "a number without quotes")?;
@@ -181,10 +180,10 @@ impl Card {
             }
             "time_source" => {
                 let name: String = take(key, value, "\"header\", \"log\" or \"publish\"")?;
-                let known = MessageClock::ALL.map(MessageClock::name);
-                let mut all = MessageClock::ALL.into_iter();
-                let clock = all.find(|clock| clock.name().eq_ignore_ascii_case(name.trim()));
-                let unknown = || Error::unknown("clock", name, &known);
+                let names = MessageClock::ALL.map(MessageClock::name);
+                let mut clocks = MessageClock::ALL.into_iter();
+                let clock = clocks.find(|clock| clock.name().eq_ignore_ascii_case(name.trim()));
+                let unknown = || Error::unknown("clock", name, &names);
                 self.time_source = Some(clock.ok_or_else(unknown)?);
             }
             "header_line" | "unit_line" | "last_line" => {
@@ -200,8 +199,8 @@ impl Card {
             "skip_lines" => self.skip_lines = Some(take(key, value, "a whole number from 0")?),
             "decimal" => {
                 let name: String = take(key, value, "\".\" or \",\"")?;
-                let mut all = DecimalMark::ALL.into_iter();
-                let mark = all.find(|mark| mark.name() == name);
+                let mut marks = DecimalMark::ALL.into_iter();
+                let mark = marks.find(|mark| mark.name() == name);
                 let unknown = || Error::unknown("decimal mark", name, &[".", ","]);
                 self.decimal = Some(mark.ok_or_else(unknown)?);
             }
@@ -215,9 +214,9 @@ impl Card {
             "accepted" => {
                 let words: Vec<String> = take(key, value, "a list of words in quotes")?;
                 let words = words.iter().map(|word| {
-                    let known = AcceptedWord::ALL.map(AcceptedWord::name);
+                    let names = AcceptedWord::ALL.map(AcceptedWord::name);
                     AcceptedWord::from_name(word)
-                        .ok_or_else(|| Error::unknown("word to accept", word, &known))
+                        .ok_or_else(|| Error::unknown("word to accept", word, &names))
                 });
                 self.accepted = words.collect::<Result<_, Error>>()?;
             }
@@ -240,7 +239,7 @@ impl Card {
     }
 }
 
-/// A card as it lies beside a recording: bytes that are not yet read.
+/// A card file beside a recording, as bytes that are not parsed yet.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CardFile {
     place: Place,
@@ -271,7 +270,7 @@ impl CardFile {
         sha256(&self.bytes)
     }
 
-    /// Reads it.
+    /// Parses it.
     ///
     /// # Errors
     ///
@@ -338,11 +337,11 @@ impl CardPolarity {
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL
             .into_iter()
-            .find(|one| one.name().eq_ignore_ascii_case(name.trim()))
+            .find(|polarity| polarity.name().eq_ignore_ascii_case(name.trim()))
     }
 }
 
-/// What a person accepts of a recording that is unlike a crash, by its word.
+/// A doubt about a recording unlike a crash that a person settles, by its word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum AcceptedWord {
@@ -361,19 +360,23 @@ impl AcceptedWord {
         }
     }
 
-    /// Returns what a word accepts, if it is one.
+    /// Returns the doubt of that word, if it is one.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL
             .into_iter()
-            .find(|one| one.name().eq_ignore_ascii_case(name.trim()))
+            .find(|word| word.name().eq_ignore_ascii_case(name.trim()))
     }
 }
 
 fn take_positive(key: &str, value: &toml::Value, what: &'static str) -> Result<f64, Error> {
-    let found: f64 = take(key, value, "a number without quotes")?;
-    match found.is_finite() && found > 0.0 {
-        true => Ok(found),
-        false => Err(KernelError::NotPositive { what, found }.into()),
+    let number: f64 = take(key, value, "a number without quotes")?;
+    match number.is_finite() && number > 0.0 {
+        true => Ok(number),
+        false => Err(KernelError::NotPositive {
+            what,
+            found: number,
+        }
+        .into()),
     }
 }
 

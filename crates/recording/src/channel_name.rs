@@ -1,7 +1,7 @@
-//! What the name of a channel says: words, unit, time, and whether it is plainly that of a lateral acceleration.
+//! The meaning of a channel's name: words, unit, time, and if it is plainly that of a lateral acceleration.
 //!
-//! A name is taken where every word of it stands on a short list. Any other word raises a doubt:
-//! the channel is offered, and a person chooses it or not.
+//! A channel is chosen without being named where every word of its name is on a short list. Any other
+//! word raises a doubt: the channel is offered, and a person chooses it or not.
 //!
 //! - `filtered`: words that say that a channel was filtered before it was stored;
 //! - `gravity`: words that say that an acceleration holds gravity.
@@ -15,33 +15,33 @@ use crate::{Finding, ReadOptions, Stated};
 use filtered::Filtered;
 use latchgate_kernel::units::{AccelerationUnit, TimeUnit};
 
-/// The name of a channel with what it says, and what rows above a table say beside it.
+/// The name of a channel with its meaning, and the facts that rows above a table state of it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct ChannelName {
-    /// The header cell as it stands, or `column N`.
+    /// The header cell as written, or `column N`.
     pub(crate) name: String,
     /// The header cell without a unit that was recognised in it.
     pub(crate) label: String,
-    /// The unit as it stands, be it one of acceleration or not.
+    /// The unit as written, of acceleration or not.
     pub(crate) unit_text: Option<String>,
     /// The unit of acceleration.
     pub(crate) unit: Option<AccelerationUnit>,
-    /// What states the unit: `header` or `units row`.
+    /// Source of the unit: `header` or `units row`.
     pub(crate) unit_source: &'static str,
     /// The unit of time.
     pub(crate) time_unit: Option<TimeUnit>,
-    /// True if the header holds what looks like a unit and does not say for sure what one of the
-    /// column's numbers is, such as `100 us`, `mV / g` or `_min`.
+    /// True if the header holds something like a unit that does not fix the meaning of the column's
+    /// numbers, such as `100 us`, `mV / g` or `_min`.
     pub(crate) doubtful: bool,
-    /// The unit beside which something may make another one of it.
+    /// The unit beside which a word may make another unit of it.
     doubted_unit: Option<String>,
-    /// True if a stated sensitivity makes accelerations of the unit.
+    /// True if a stated sensitivity converts its numbers to accelerations.
     converted: bool,
-    /// What the rows above the table call it, in place of the words of its header.
+    /// Its name in the rows above the table, which replaces the words of its header.
     described: Option<String>,
-    /// What the rows above the table state of its samples.
+    /// Facts of its samples in the rows above the table.
     above: Stated,
-    /// The acceleration beside which the `g` of the name is that of a turning rate.
+    /// The acceleration beside it which shows that the `g` of its name is that of a turning rate.
     rival: Option<String>,
 }
 
@@ -60,9 +60,9 @@ impl ChannelName {
         if cell.is_empty() {
             return Self::unnamed(number);
         }
-        // What pandas calls a column without a name.
+        // The name that pandas gives to a column without one.
         let unnamed = cell.strip_prefix("Unnamed: ");
-        if unnamed.is_some_and(|rest| rest.bytes().all(|byte| byte.is_ascii_digit())) {
+        if unnamed.is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_digit())) {
             return Self {
                 name: cell.to_string(),
                 ..Self::default()
@@ -79,10 +79,10 @@ impl ChannelName {
                     column.label = label;
                     column.take_unit(&unit, "header");
                 }
-                found => {
-                    column.doubted_unit = found.as_ref().map(|(_, unit)| unit.clone());
+                unit_part => {
+                    column.doubted_unit = unit_part.as_ref().map(|(_, unit)| unit.clone());
                     let odd = || !words(cell).iter().all(|word| is_time_word(word));
-                    column.doubtful = found.is_some() || (says_time(cell) && odd());
+                    column.doubtful = unit_part.is_some() || (says_time(cell) && odd());
                     // `seconds` and `ms` are name and unit at once.
                     if says_time(cell) && TimeUnit::from_spelling(cell).is_some() {
                         column.take_unit(cell, "header");
@@ -91,7 +91,7 @@ impl ChannelName {
             },
             [(before, content, after)] => {
                 column.label = format!("{before} {after}").trim().to_string();
-                // Nothing beside it makes an acceleration of a volt.
+                // No word beside a volt makes an acceleration of it, so that the unit still counts.
                 if spoils_unit(&column.label) && !is_other_unit(content) {
                     column.doubtful = true;
                     column.doubted_unit = Some((*content).to_string());
@@ -99,14 +99,14 @@ impl ChannelName {
                     column.take_unit(content, "header");
                 }
             }
-            // Two units in one cell say nothing for sure.
+            // Two units in one cell contradict each other.
             _ => column.doubtful = true,
         }
         column
     }
 
-    /// Takes the unit that stands beside the name, in a row of units or a header line of its own.
-    /// Where it contradicts the name, neither counts.
+    /// Applies the unit beside the name, in a row of units or a header line of its own. Where it
+    /// contradicts the name, neither counts.
     pub(crate) fn with_unit(mut self, text: &str, source: &'static str) -> Self {
         let text = strip_brackets(text.trim());
         if text.is_empty() || text == "-" {
@@ -114,15 +114,17 @@ impl ChannelName {
         }
         let acceleration = AccelerationUnit::from_spelling(text);
         let stated = (acceleration, time_unit_of(text, &self.label));
-        let own = (self.unit, self.time_unit);
-        let known = stated != (None, None);
-        if (self.unit_text.is_some() && own != stated) || (known && spoils_unit(self.words())) {
+        let from_name = (self.unit, self.time_unit);
+        let is_known = stated != (None, None);
+        if (self.unit_text.is_some() && from_name != stated)
+            || (is_known && spoils_unit(self.words()))
+        {
             let texts = [self.unit_text.as_deref(), Some(text)];
-            let other = texts.into_iter().flatten().find(|text| is_other_unit(text));
+            let other_unit = texts.into_iter().flatten().find(|text| is_other_unit(text));
             return Self {
                 doubted_unit: Some(text.to_string()),
-                unit_text: other.map(String::from),
-                unit_source: match other == Some(text) {
+                unit_text: other_unit.map(String::from),
+                unit_source: match other_unit == Some(text) {
                     true => source,
                     false => self.unit_source,
                 },
@@ -137,25 +139,26 @@ impl ChannelName {
         self
     }
 
-    /// Takes what the rows above the table call the column.
+    /// Sets the name in the rows above the table.
     pub(crate) fn describe(&mut self, words: String) {
         self.described = Some(words);
     }
 
-    /// Takes what the rows above the table state of its samples.
-    pub(crate) fn say(&mut self, stated: Stated) {
+    /// Sets the facts in the rows above the table.
+    pub(crate) fn state(&mut self, stated: Stated) {
         self.above = stated;
     }
 
-    /// True if a person's word means the column by what the rows above the table call it.
-    pub(crate) fn is_described_as(&self, wanted: &str) -> bool {
+    /// True if a requested name is the column's name in the rows above the table.
+    pub(crate) fn is_described_as(&self, requested: &str) -> bool {
         let described = self.described.as_deref().unwrap_or_default().to_lowercase();
         let mut words = described.split_whitespace();
-        let is_name = described == wanted || described.ends_with(&format!(" {wanted}"));
-        !wanted.is_empty() && (is_name || words.any(|w| w == wanted && Code::new(w).is_some()))
+        let is_name = described == requested || described.ends_with(&format!(" {requested}"));
+        !requested.is_empty()
+            && (is_name || words.any(|w| w == requested && Code::new(w).is_some()))
     }
 
-    /// Returns the words by which it is judged.
+    /// Returns the words by which the channel is judged.
     fn words(&self) -> &str {
         self.described.as_deref().unwrap_or(&self.label)
     }
@@ -172,24 +175,24 @@ impl ChannelName {
         self.unit_text.is_some() && self.unit.is_none() && !self.converted
     }
 
-    /// Returns the unit as it stands, or, where none of acceleration is stated, the word of the name
-    /// that is one of another quantity, as in `ay counts`, `ay_V` and `ay [V/V]`.
+    /// Returns the unit as written, or, where none of acceleration is stated, the word of the name that is
+    /// a unit of another quantity, as in `ay counts`, `ay_V` and `ay [V/V]`.
     pub(crate) fn stated_unit(&self) -> Option<String> {
         let word = || {
-            let whole = self.words().split(|c: char| !c.is_alphanumeric());
-            let mut words = whole.map(String::from).chain(words(self.words()));
+            let parts = self.words().split(|c: char| !c.is_alphanumeric());
+            let mut words = parts.map(String::from).chain(words(self.words()));
             words.find(|word| OTHER_QUANTITIES.contains(&word.to_lowercase().as_str()))
         };
         let at_the_end = || {
             let label = self.words().trim_end();
             let marks = [" / ", " in ", "/"];
             let behind = marks.iter().filter_map(|mark| label.split_once(mark));
-            let last = [' ', '_'].into_iter();
-            let last = last.filter_map(|mark| label.rsplit_once(mark));
+            let separators = [' ', '_'].into_iter();
+            let last = separators.filter_map(|mark| label.rsplit_once(mark));
             let ends = behind.chain(last).map(|(_, text)| text);
             let quotient = |text: &&str| text.split('/').all(is_other_unit);
-            let mut found = in_brackets(label).filter(quotient);
-            found
+            let mut quotients = in_brackets(label).filter(quotient);
+            quotients
                 .next()
                 .or_else(|| ends.into_iter().find(|text| is_other_unit(text)))
                 .filter(|text| !is_plain_place(text))
@@ -198,8 +201,8 @@ impl ChannelName {
         self.unit_text.clone().or_else(word).or_else(at_the_end)
     }
 
-    /// Returns what stands where units stand and is none that is read: a unit with something beside it that
-    /// may make another one of it, or words in brackets that tell no place.
+    /// Returns the text in the place of a unit that is not read as one: a unit with a word beside it that may
+    /// make another unit of it, or words in brackets that name no place.
     pub(crate) fn unread_unit(&self) -> Option<String> {
         let doubted = self.doubted_unit.clone();
         let unread = |text: &&str| text.contains(char::is_alphanumeric) && !is_plain_place(text);
@@ -209,7 +212,7 @@ impl ChannelName {
             .filter(|_| self.stated_unit().is_none())
     }
 
-    /// Returns the unit if another quantity has it as well and no word says which is meant.
+    /// Returns the unit if another quantity has it as well and no word decides between them.
     fn ambiguous_unit(&self) -> Option<&str> {
         let text = self.unit_text.as_deref()?;
         let says = |word: &String| is_lateral(word) || listed(&ACCELERATION, word);
@@ -231,7 +234,7 @@ impl ChannelName {
         self.unit_text.is_some() || self.has_brackets() || words(&self.label).iter().any(scale)
     }
 
-    /// True if the name holds something in brackets; in `(index)` they hold the name.
+    /// True if the name has brackets; those of `(index)` enclose the name itself and do not count.
     pub(crate) fn has_brackets(&self) -> bool {
         self.name.contains(['(', '[']) && !self.says_index()
     }
@@ -241,15 +244,18 @@ impl ChannelName {
         INDEX.contains(&words(&self.label).join(" ").as_str()) || self.label == "#"
     }
 
-    /// True if the name is one for a clock that stands beside the column of times.
+    /// True if the name is one for a clock beside the column of times.
     pub(crate) fn says_other_clock(&self) -> bool {
         let words = words(&self.label);
-        let other = |word: &String| OTHER_CLOCKS.contains(&word.as_str());
-        words.iter().any(other) && words.iter().all(|word| other(word) || is_time_word(word))
+        let names_clock = |word: &String| OTHER_CLOCKS.contains(&word.as_str());
+        words.iter().any(names_clock)
+            && words
+                .iter()
+                .all(|word| names_clock(word) || is_time_word(word))
     }
 
-    /// Returns the unit of time that is the last word of a name, as in `ts_ns` and `tick_us`; seconds are none,
-    /// since `v m/s` ends as they do.
+    /// Returns the unit of time that is the last word of a name, as in `ts_ns` and `tick_us`. Seconds do not
+    /// count, since `v m/s` ends like them.
     pub(crate) fn time_unit_of_name(&self) -> Option<TimeUnit> {
         let words = words(&self.label);
         let unit = words.last().filter(|_| words.len() > 1)?;
@@ -258,7 +264,7 @@ impl ChannelName {
     }
 
     /// Returns the rate [Hz] at which a column counts, where its name is that of a running number with
-    /// the rate behind it: `Sample (10 kHz)`, `n @ 10000 Hz`.
+    /// the rate after it: `Sample (10 kHz)`, `n @ 10000 Hz`.
     pub(crate) fn counts_at_hz(&self) -> Option<f64> {
         let small = self.name.to_lowercase();
         let before = &small[..small.find("hz")?];
@@ -272,7 +278,7 @@ impl ChannelName {
         (is_index && hertz > 0.0).then_some(factor * hertz)
     }
 
-    /// True if some words of the name say lateral acceleration, whatever the others say.
+    /// True if some words of the name say lateral acceleration, whatever the other words are.
     pub(crate) fn says_lateral_acceleration(&self) -> bool {
         let words = words(self.words());
         let code = code_in(self.words()).is_some_and(|code| code.is_lateral());
@@ -301,13 +307,13 @@ impl ChannelName {
         matches!(words.as_slice(), [g, word] if g == "g" && axis(word))
     }
 
-    /// Returns the first word or sign of the name that a plain name does not hold.
+    /// Returns the first word or sign of the name that is not one of plain names.
     pub(crate) fn odd_word(&self) -> Option<String> {
         odd_word(self.words())
     }
 
-    /// Returns what speaks against a lateral acceleration of the struck vehicle's structure: the
-    /// unit, or the word that raises the doubt.
+    /// Returns the evidence against a lateral acceleration of the struck vehicle's structure: the unit, or
+    /// the word that raises the doubt.
     pub(crate) fn contradiction(&self) -> Option<String> {
         if let Some(unit) = self.unit_text.as_ref().filter(|_| self.has_foreign_unit()) {
             return Some(format!("the unit `{unit}`"));
@@ -329,8 +335,8 @@ impl ChannelName {
         (sides.filter(lateral).count() > 1).then(|| "a difference or ratio".into())
     }
 
-    /// Returns why this is not plainly a lateral acceleration of the struck vehicle's structure:
-    /// what speaks against it, or what no word says. `None` for a name that is taken.
+    /// Returns the reason why this is not plainly a lateral acceleration of the struck vehicle's structure:
+    /// the evidence against it, or the missing word. `None` for a plain name.
     pub(crate) fn doubt(&self) -> Option<String> {
         let words = words(self.words());
         let silent = || {
@@ -354,7 +360,7 @@ impl ChannelName {
         Some(Finding::not_lateral(&self.name, &doubt))
     }
 
-    /// Returns what the name says of the filter that was applied.
+    /// Returns the filter that the name states.
     fn filter(&self) -> Option<Filtered> {
         let texts = [Some(&self.name), self.described.as_ref()];
         texts.into_iter().flatten().find_map(|text| {
@@ -369,7 +375,7 @@ impl ChannelName {
         self.filter().is_some() || self.above.filter_class.is_some()
     }
 
-    /// Returns what the name states beside axis and unit.
+    /// Returns the facts that the name states beside axis and unit.
     pub(crate) fn stated(&self) -> Stated {
         let above = self.above.clone();
         let filter_class = match self.filter() {
@@ -385,29 +391,29 @@ impl ChannelName {
         }
     }
 
-    /// Returns what else the name says that bears on the samples: a filter without a class, a
-    /// code whose sign is another one.
+    /// Returns the findings of the name on the samples: a filter without a class, a code with the opposite
+    /// sign.
     pub(crate) fn name_findings(&self) -> Vec<Finding> {
         let unclassed = self.filter() == Some(Filtered::Unclassed);
         let name = &self.name;
-        let by = format!(
+        let reason = format!(
             "the name of `{name}` says that the channel was filtered, but not with which class"
         );
-        let filtered = unclassed.then(|| Finding::filtered(&by));
+        let filtered = unclassed.then(|| Finding::filtered(&reason));
         let sign = code_in(self.words()).and_then(|code| code.sign_finding());
         filtered.into_iter().chain(sign).collect()
     }
 }
 
-/// Finds in the columns of a table what one of them alone does not say: which are turning rates, and which
-/// become accelerations by a stated sensitivity.
+/// Marks the columns of a table by each other: those that are turning rates, and those that a stated
+/// sensitivity converts to accelerations.
 pub(crate) fn mark_columns(columns: Vec<&mut ChannelName>, options: &ReadOptions) {
     let says = |column: &&&mut ChannelName| {
         let words = words(&column.label);
-        let own = words
+        let has_axis = words
             .iter()
             .any(|word| accelerates(word) || word == "ax" || word == "az");
-        own && !column.has_foreign_unit()
+        has_axis && !column.has_foreign_unit()
     };
     let rival = columns.iter().find(says).map(|column| column.name.clone());
     for column in columns {
@@ -440,7 +446,7 @@ static PLAIN_TIMES: Words = word_list!("name-time-plain");
 /// Attachments of a sensor close to a latch, as NHTSA codes them: doors, pillars, sills.
 const ATTACHMENTS: [&str; 9] = ["ap", "bp", "cp", "do", "dr", "ds", "pi", "pl", "si"];
 
-/// True if a word, or one with a number behind it (`acc_y2`), is on a list.
+/// True if a word, or one with a number after it (`acc_y2`), is on a list.
 fn listed(list: &[&str], word: &str) -> bool {
     list.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit()))
 }
@@ -470,7 +476,7 @@ fn says_time(label: &str) -> bool {
     }
 }
 
-/// True if a word of a name for time can be no unit.
+/// True if a word of a name for time cannot be a unit.
 fn is_time_word(word: &str) -> bool {
     TIMES.contains(&word)
         || TIMES_ALONE.contains(&word)
@@ -498,7 +504,7 @@ pub(crate) fn words(label: &str) -> Vec<String> {
     words
 }
 
-/// Returns what stands in brackets.
+/// Returns the texts in brackets.
 fn in_brackets(label: &str) -> impl Iterator<Item = &str> {
     let inner = label.split(['(', '[', '{']).skip(1);
     inner.map(|inner| {
@@ -510,28 +516,28 @@ fn in_brackets(label: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// True if a text holds words of plain names and nothing else.
+/// True if a text holds only words of plain names.
 fn is_plain_place(text: &str) -> bool {
     let words = words(text);
     (0..words.len()).all(|index| is_plain(&words, index)) || code_in(text).is_some()
 }
 
-/// Returns the first word or sign that a plain name does not hold; words before signs.
+/// Returns the first word or sign that is not one of plain names; words before signs.
 fn odd_word(label: &str) -> Option<String> {
     if let Some(code) = code_in(label) {
-        let rest = label.to_ascii_uppercase().replace(&code.text(), " ");
+        let remainder = label.to_ascii_uppercase().replace(&code.text(), " ");
         return match code.is_lateral() && code.is_structure() {
-            true => odd_word(&rest),
+            true => odd_word(&remainder),
             false => Some(code.text()),
         };
     }
-    let own = words(label);
-    let odd = (0..own.len()).find(|index| !is_plain(&own, *index));
-    odd.map(|index| own[index].clone())
+    let name_words = words(label);
+    let odd = (0..name_words.len()).find(|index| !is_plain(&name_words, *index));
+    odd.map(|index| name_words[index].clone())
         .or_else(|| odd_sign(label))
 }
 
-/// True if a word of a name is one of those that plain names hold.
+/// True if a word of a name is one of plain names.
 fn is_plain(words: &[String], index: usize) -> bool {
     let word = words[index].as_str();
     is_lateral(word)
@@ -539,24 +545,24 @@ fn is_plain(words: &[String], index: usize) -> bool {
         || listed(&PLAIN, word)
         || (index == 0 && word == "g" && words.len() > 1)
         || is_attachment(word)
-        // No number of a sensor is longer.
+        // A sensor's number has at most three digits; a longer one may be a factor or a date.
         || (word.len() <= 3 && word.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
-/// Returns a sign that may be one of arithmetic: a minus before a word, a stroke but between
-/// digits, or any that names do not hold.
+/// Returns a sign that may be one of arithmetic: a minus before a word, a stroke but between digits, or
+/// any sign that names do not hold.
 fn odd_sign(label: &str) -> Option<String> {
     let letters: Vec<char> = label.trim().chars().collect();
-    let at = |index: Option<usize>| index.and_then(|index| letters.get(index)).copied();
+    let letter_at = |index: Option<usize>| index.and_then(|index| letters.get(index)).copied();
     letters.iter().enumerate().find_map(|(index, letter)| {
-        let (before, after) = (at(index.checked_sub(1)), at(Some(index + 1)));
+        let (previous, next) = (letter_at(index.checked_sub(1)), letter_at(Some(index + 1)));
         let digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
         let blank = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric());
         let plain = match letter {
-            '-' => !blank(before) || blank(after),
-            '/' => digit(before) && digit(after),
+            '-' => !blank(previous) || blank(next),
+            '/' => digit(previous) && digit(next),
             ' ' | '\t' | '_' | '.' | ',' | ':' | '#' | '(' | ')' | '[' | ']' | '"' | '\'' => true,
-            other => other.is_alphanumeric(),
+            letter => letter.is_alphanumeric(),
         };
         (!plain).then(|| letter.to_string())
     })
@@ -576,33 +582,33 @@ pub(crate) fn code_in(label: &str) -> Option<Code> {
         })
         .find_map(|part| {
             let axis = part.get(14..15)?;
-            let known = matches!(axis, "X" | "Y" | "Z" | "R" | "1" | "2" | "3" | "0");
+            let is_known = matches!(axis, "X" | "Y" | "Z" | "R" | "1" | "2" | "3" | "0");
             let code = Code::new(part)?;
-            (known && (code.is_acceleration() || OTHERS.contains(&part.get(12..14)?)))
+            (is_known && (code.is_acceleration() || OTHERS.contains(&part.get(12..14)?)))
                 .then_some(code)
         })
 }
 
-/// True if a text is a unit of acceleration or, whatever stands beside it, of time.
+/// True if a text is a unit of acceleration, or of time whatever the name beside it.
 pub(crate) fn is_known_unit(text: &str) -> bool {
     let text = strip_brackets(text.trim());
     AccelerationUnit::from_spelling(text).is_some() || is_plain_time_unit(text)
 }
 
-/// True if a text is a unit of time that means nothing else: `min`, `d` and `3 ms` may be a least
-/// value, a distance and a length of averages, and are units beside a name for time alone.
+/// True if a text is a unit of time and can mean nothing else. `min`, `d` and `3 ms` may be a least
+/// value, a distance and a length of averages, and are units only beside a name for time.
 fn is_plain_time_unit(text: &str) -> bool {
     let unit = TimeUnit::from_spelling(text);
     unit.is_some_and(|unit| unit.seconds() <= 1.0) && !text.contains(|c: char| c.is_ascii_digit())
 }
 
-/// Returns the unit of time that a text beside a name is.
+/// Returns the unit of time in a text beside a name.
 fn time_unit_of(text: &str, label: &str) -> Option<TimeUnit> {
     let unit = TimeUnit::from_spelling(text)?;
     (is_plain_time_unit(text) || says_time(label)).then_some(unit)
 }
 
-/// True if a text is a unit, of whatever quantity.
+/// True if a text is a unit, of any quantity.
 pub(crate) fn is_unit(text: &str) -> bool {
     is_known_unit(text) || is_other_unit(text)
 }
@@ -623,10 +629,10 @@ pub(crate) fn strip_brackets(text: &str) -> &str {
     text
 }
 
-/// Finds `a (m/s^2)`, `Time [s]`, `acc (g) y`; brackets may hold brackets, as in `(m/(s*s))`.
-/// Returns each with what stands before and after it.
+/// Finds the units in brackets in `a (m/s^2)`, `Time [s]`, `acc (g) y`; brackets may hold brackets, as
+/// in `(m/(s*s))`. Returns each with the text before and after it.
 fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
-    let mut found = Vec::new();
+    let mut units = Vec::new();
     let mut opened: Vec<(usize, char)> = Vec::new();
     for (index, character) in cell.char_indices() {
         match character {
@@ -634,31 +640,31 @@ fn bracketed_units(cell: &str) -> Vec<(&str, &str, &str)> {
             '[' => opened.push((index, ']')),
             '{' => opened.push((index, '}')),
             ')' | ']' | '}' => {
-                let begun = opened.pop().filter(|(_, close)| *close == character);
-                let Some((start, _)) = begun.filter(|_| opened.is_empty()) else {
+                let opening = opened.pop().filter(|(_, close)| *close == character);
+                let Some((start, _)) = opening.filter(|_| opened.is_empty()) else {
                     continue;
                 };
                 let content = cell[start + 1..index].trim();
-                let of_time = time_unit_of(content, &cell[..start]).is_some();
-                if is_known_unit(content) || of_time || is_other_unit(content) {
-                    found.push((&cell[..start], content, &cell[index + 1..]));
+                let is_time = time_unit_of(content, &cell[..start]).is_some();
+                if is_known_unit(content) || is_time || is_other_unit(content) {
+                    units.push((&cell[..start], content, &cell[index + 1..]));
                 }
             }
             _ => {}
         }
     }
-    found
+    units
 }
 
 /// True if a name beside a unit makes another unit of it, or may: `ay x10`, `ay counts`,
-/// `ay % of FS`, `ay E3`, `ay k`, `acc_y_g`. A word that is only unknown does not.
+/// `ay % of FS`, `ay E3`, `ay k`, `acc_y_g`. A word that is merely unknown does not.
 fn spoils_unit(label: &str) -> bool {
     const FACTORS: [char; 8] = ['*', '×', '^', '=', '±', '·', '⋅', '%'];
     let words = words(label);
-    let (of_time, lateral) = (says_time(label), words.iter().any(|word| is_lateral(word)));
+    let (is_time, lateral) = (says_time(label), words.iter().any(|word| is_lateral(word)));
     let spoils = |word: &String| {
         let stem = word.trim_end_matches(|c: char| c.is_ascii_digit());
-        let has = |such: fn(char) -> bool| word.contains(such);
+        let has = |test: fn(char) -> bool| word.contains(test);
         let mixed = has(|c| c.is_ascii_digit()) && has(char::is_alphabetic);
         // A second clock, a sensor of another axis.
         let counted = match stem {
@@ -667,7 +673,9 @@ fn spoils_unit(label: &str) -> bool {
         };
         let unit = is_known_unit(word)
             || OTHER_QUANTITIES.contains(&word.as_str())
-            || FOREIGN_UNITS.iter().any(|one| one.to_lowercase() == *word);
+            || FOREIGN_UNITS
+                .iter()
+                .any(|unit_name| unit_name.to_lowercase() == *word);
         // `P1` and `CH1A` name a sensor; `x10`, `e3` and `2k` may be factors.
         let head = word
             .split(|c: char| c.is_ascii_digit())
@@ -682,7 +690,7 @@ fn spoils_unit(label: &str) -> bool {
             || SCALES.contains(&word.as_str())
             || (unit && word.as_str() != "t" && !AXES.contains(&stem))
     };
-    let odd = |index: &usize| match of_time {
+    let odd = |index: &usize| match is_time {
         true => {
             let word = words[*index].as_str();
             is_plain_time_unit(word) || !is_time_word(word)
@@ -692,9 +700,9 @@ fn spoils_unit(label: &str) -> bool {
     let ratio = label
         .split('/')
         .skip(1)
-        .any(|rest| rest.trim_start().starts_with(char::is_numeric))
+        .any(|denominator| denominator.trim_start().starts_with(char::is_numeric))
         && odd_sign(label).is_some();
-    let alone = of_time && words.len() == 1;
+    let alone = is_time && words.len() == 1;
     code_in(label).is_none()
         && !alone
         && (label.contains(FACTORS)
@@ -704,7 +712,7 @@ fn spoils_unit(label: &str) -> bool {
                 .any(|index| spoils(&words[index])))
 }
 
-/// Names of the other axes, which say nothing of a unit.
+/// Names of the other axes, which do not change a unit.
 const AXES: [&str; 4] = ["x", "z", "ax", "az"];
 
 /// Endings of names that are units, with the unit they mean. `_ms2` is not among them, since it
@@ -723,12 +731,12 @@ const SUFFIXES: &[(&str, &str)] = &[
     ("_g", "g"),
 ];
 
-/// Finds `time_ms`, `t/s`, `Zeit in 0.1 ms` and `time 100 us`. A whole number behind a blank may count
+/// Finds `time_ms`, `t/s`, `Zeit in 0.1 ms` and `time 100 us`. A whole number after a blank may count
 /// clocks, as in `time 2 s`, unless it is a power of ten.
 fn time_unit_at_the_end(cell: &str) -> Option<(String, String)> {
     let marks = cell.char_indices().filter(|(_, c)| " _/,".contains(*c));
     let (label, unit) = marks
-        .map(|(at, mark)| (&cell[..at], cell[at + mark.len_utf8()..].trim()))
+        .map(|(index, mark)| (&cell[..index], cell[index + mark.len_utf8()..].trim()))
         .find(|(label, unit)| says_time(label) && TimeUnit::from_spelling(unit).is_some())?;
     let number = unit.trim_end_matches(|c: char| !c.is_ascii_digit());
     let power = number.trim_end_matches('0') == "1";
@@ -758,7 +766,7 @@ fn unit_at_the_end(cell: &str) -> Option<(String, String)> {
         .map(|(label, unit)| (label.trim().to_string(), unit.trim().to_string()))
         .find(|(label, unit)| {
             let says = |word: &String| is_lateral(word) || listed(&ACCELERATION, word);
-            // In `v m/s` the `s` is no unit of time.
+            // In `v m/s` the `s` is not a unit of time.
             match TimeUnit::from_spelling(unit).is_some() {
                 true => says_time(label),
                 false => words(label).iter().any(says),
@@ -766,8 +774,8 @@ fn unit_at_the_end(cell: &str) -> Option<(String, String)> {
         })
 }
 
-/// True if what stands before a unit without brackets is a name and nothing else, so that
-/// the unit is that of the column: no number but one that counts sensors, as in `acc_y_2_g`.
+/// True if the text before a unit without brackets is only a name, so that the unit is that of the
+/// column: no number but one that counts sensors, as in `acc_y_2_g`.
 fn names_alone(label: &str, unit: &str) -> bool {
     let words = words(label);
     if TimeUnit::from_spelling(unit).is_some() {

@@ -1,9 +1,9 @@
-//! Channel codes: 16 characters that say what was measured where.
+//! Channel codes: 16 characters for place and quantity of a channel.
 
 use crate::Finding;
 use crate::words::{Words, word_list};
 
-/// Locations on the structure of a vehicle that are plain.
+/// Locations that are plainly on the structure of a vehicle.
 static STRUCTURE: Words = word_list!("iso-mme-structure");
 
 /// A side of the vehicle.
@@ -57,7 +57,7 @@ impl Code {
         }
     }
 
-    /// Says that the sign diverges from SAE J211, as it does in directions 1, 2 and 3.
+    /// Returns the finding that the sign differs from SAE J211, as it does in directions 1, 2 and 3.
     pub(super) fn sign_finding(&self) -> Option<Finding> {
         let text = format!(
             "the sign of {} differs from SAE J211, by its direction. State the opening direction \
@@ -70,11 +70,11 @@ impl Code {
 
     /// True if the sensor sits on a vehicle's structure, not in a dummy or on a barrier.
     pub(super) fn is_structure(&self) -> bool {
-        let is_here = |known: &&str| known.as_bytes() == self.location();
+        let is_here = |location: &&str| location.as_bytes() == self.location();
         !matches!(self.0[0], b'M' | b'B') && STRUCTURE.iter().any(is_here)
     }
 
-    /// Returns the side that position or fine location name.
+    /// Returns the side that position or fine location names.
     pub(super) fn side(&self) -> Option<VehicleSide> {
         match self.0[1] {
             b'1' | b'4' | b'7' => return Some(VehicleSide::Left),
@@ -93,7 +93,7 @@ impl Code {
         class_of(self.0[15])
     }
 
-    /// True if the last character says that the channel is unfiltered.
+    /// True if the last character states that the channel is unfiltered.
     pub(super) fn says_unfiltered(&self) -> bool {
         self.0[15] == b'0'
     }
@@ -107,19 +107,18 @@ impl Code {
         String::from_utf8_lossy(&self.0).into_owned()
     }
 
-    /// True if two codes may mean one channel: a question mark leaves a place open.
+    /// True if two codes may mean one channel: a question mark matches any character.
     pub(super) fn agrees_with(&self, other: &Self) -> bool {
-        self.0
-            .iter()
-            .zip(&other.0)
-            .all(|(own, other)| own == other || *own == b'?' || *other == b'?')
+        self.0.iter().zip(&other.0).all(|(letter, other_letter)| {
+            letter == other_letter || *letter == b'?' || *other_letter == b'?'
+        })
     }
 }
 
 /// The channel frequency classes.
 pub(super) const CLASSES: &[&str] = &["20", "60", "180", "600", "1000"];
 
-/// Returns the channel frequency class that a letter stands for.
+/// Returns the channel frequency class of a letter.
 pub(super) fn class_of(letter: u8) -> Option<&'static str> {
     match letter {
         b'L' => Some("20"),
@@ -131,9 +130,9 @@ pub(super) fn class_of(letter: u8) -> Option<&'static str> {
     }
 }
 
-/// True if `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*`
-/// for any number of them. Case counts not.
+/// True if `text` fits a pattern: `?` for one character, `[Y2]` for one of several, `*` for any number
+/// of them. Case does not count.
 pub(super) fn fits(pattern: &str, text: &str) -> bool {
-    let [pattern, text] = [pattern, text].map(|one| one.trim().to_uppercase());
+    let [pattern, text] = [pattern, text].map(|text| text.trim().to_uppercase());
     glob::Pattern::new(&pattern).is_ok_and(|pattern| pattern.matches(&text))
 }

@@ -1,4 +1,4 @@
-//! A channel as a reader found it, made into one that is delivered: the last mile of all readers.
+//! The last step of all readers: from a channel as it was found to one that is delivered.
 
 use super::channel_name::{ChannelName, strip_brackets};
 use super::remarks::{self, Remark, Span};
@@ -15,14 +15,14 @@ pub(super) struct Draft {
     /// The samples on the file's own clock.
     pub(super) clock: UniformSamples,
     pub(super) stated: Stated,
-    /// What was found odd, each instant on the file's clock.
+    /// Findings, each with its instant on the file's clock.
     pub(super) findings: Vec<Finding>,
-    /// What was written of it in free words.
+    /// Free words on it.
     pub(super) remarks: Vec<Remark>,
 }
 
 impl Draft {
-    /// Takes a channel of which words say what it is.
+    /// Builds a draft of a channel that words describe.
     pub(super) fn of_words(
         words: &ChannelName,
         unit: Unit,
@@ -65,7 +65,7 @@ impl Draft {
                 *value *= scale;
             }
         }
-        // First what a person says.
+        // The remarks of people come first.
         let mut findings = remarks::findings(&self.remarks, &options.accepted_remarks, span);
         findings.append(&mut self.findings);
         move_instants(&mut findings, zero);
@@ -83,8 +83,8 @@ impl Draft {
     }
 }
 
-/// Times beyond which a clock is none [s]: near the largest number there is, so that no sum of
-/// them runs over it.
+/// Time beyond which a clock is refused [s]: near the largest number, so that no sum of times
+/// overflows.
 const LONGEST_S: f64 = 1e300;
 
 /// Moves the instants of findings to a clock on which `zero_s` is 0.
@@ -94,27 +94,27 @@ pub(super) fn move_instants(findings: &mut [Finding], zero_s: f64) {
     }
 }
 
-/// The unit of a channel, and what states it.
+/// The unit of a channel, with its source.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Unit {
     pub(super) unit: Option<AccelerationUnit>,
     pub(super) source: &'static str,
-    /// What one of the file's numbers is [`unit`]; 1 unless they are another quantity.
+    /// Acceleration of one of the file's numbers [`unit`]; 1 unless they are another quantity.
     scale: f64,
 }
 
-/// What a file states of a channel's unit.
+/// A file's statement of a channel's unit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct UnitStatement<'a> {
-    /// The unit, if it is one of acceleration beyond doubt.
+    /// The unit, if it is certainly one of acceleration.
     pub(super) unit: Option<AccelerationUnit>,
-    /// What states it, as documents have it.
+    /// Source of it, as documents name it.
     pub(super) source: &'static str,
-    /// The unit as it is written, be it one of acceleration or not.
+    /// The unit as written, of acceleration or not.
     pub(super) text: Option<&'a str>,
-    /// What stands in a unit's place and is none that is read.
+    /// Text in the place of a unit that is not read as one.
     pub(super) unread: Option<&'a str>,
-    /// Where that stands, in a message.
+    /// Place of that text, in a message.
     pub(super) place: &'a str,
 }
 
@@ -129,7 +129,7 @@ impl UnitStatement<'_> {
             .filter(is_other)
     }
 
-    /// Refuses to take another quantity for an acceleration; `by` says who wants that.
+    /// Refuses to read another quantity as an acceleration; `context` is appended to the place.
     fn refused(&self, quantity: &str, by: &str) -> Error {
         let quantity = text::shown(quantity);
         Error::malformed(
@@ -142,7 +142,7 @@ impl UnitStatement<'_> {
         )
     }
 
-    /// Says that the stated sensitivity is that of another quantity than the file's.
+    /// Returns the error of a sensitivity for another quantity than the file's.
     fn not_of(&self, found: &str, sensitivity: &SensorSensitivity) -> Error {
         Error::malformed(
             format!(
@@ -155,7 +155,7 @@ impl UnitStatement<'_> {
     }
 }
 
-/// True if a cell for a unit says that nothing is known of it.
+/// True if a cell for a unit is empty or a placeholder.
 fn says_nothing(text: &str) -> bool {
     let small = text.to_lowercase();
     let word = small.trim_matches(|c: char| !c.is_alphanumeric() && c != '%' && c != '°');
@@ -163,7 +163,7 @@ fn says_nothing(text: &str) -> bool {
 }
 
 impl Unit {
-    /// Finds the unit of a channel of words; `source` states it, and it stands in `place`.
+    /// Finds the unit of a channel of words; `source` states it, in `place`.
     pub(super) fn of_words(
         column: &ChannelName,
         (source, place): (&'static str, &str),
@@ -182,8 +182,8 @@ impl Unit {
         Self::find(statement, options, selection, findings)
     }
 
-    /// Takes the unit that option or card state, else that of the file, which `statement` tells. The
-    /// one channel that is meant needs a unit.
+    /// Returns the unit of option or card, else that of the file in `statement`. The one channel that is
+    /// meant needs a unit.
     pub(super) fn find(
         statement: UnitStatement<'_>,
         options: &ReadOptions,
@@ -191,7 +191,7 @@ impl Unit {
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
         let is_meant = selection == Selection::Lateral;
-        let other = statement.other_quantity();
+        let other_quantity = statement.other_quantity();
         let from_file = Self {
             unit: statement.unit,
             source: statement.unit.map_or("none", |_| statement.source),
@@ -202,14 +202,19 @@ impl Unit {
             false => "option",
         };
         if let Some(sensitivity) = &options.sensitivity {
-            let found = other.or(statement.unit.map(AccelerationUnit::name));
-            let scale = match found {
+            let file_unit = other_quantity.or(statement.unit.map(AccelerationUnit::name));
+            let scale = match file_unit {
                 None => Some(sensitivity.scale()),
-                Some(found) => sensitivity.scale_of(found),
+                Some(file_unit) => sensitivity.scale_of(file_unit),
             };
-            return match (scale, found) {
-                (Some(scale), found) => {
-                    findings.push(sensitivity_finding(sensitivity, source, found, &statement));
+            return match (scale, file_unit) {
+                (Some(scale), file_unit) => {
+                    findings.push(sensitivity_finding(
+                        sensitivity,
+                        source,
+                        file_unit,
+                        &statement,
+                    ));
                     let unit = Some(sensitivity.unit());
                     Ok(Self {
                         unit,
@@ -217,37 +222,39 @@ impl Unit {
                         scale,
                     })
                 }
-                (None, Some(found)) if is_meant => Err(statement.not_of(found, sensitivity)),
+                (None, Some(file_unit)) if is_meant => {
+                    Err(statement.not_of(file_unit, sensitivity))
+                }
                 (None, _) => Ok(from_file),
             };
         }
-        match (options.unit, other) {
-            (Some(said), None) => {
+        match (options.unit, other_quantity) {
+            (Some(unit), None) => {
                 let text = statement.text.or(statement.unread);
-                let is_same = |text: &&str| AccelerationUnit::from_spelling(text) == Some(said);
+                let is_same = |text: &&str| AccelerationUnit::from_spelling(text) == Some(unit);
                 if let Some(text) = text.filter(|text| !says_nothing(text) && !is_same(text))
-                    && statement.unit != Some(said)
+                    && statement.unit != Some(unit)
                 {
                     let text = format!(
                         "{} states `{}`, but the {source} states `{}`. The {source} was used. \
                          Check which is right",
                         statement.place,
                         text::shown(text),
-                        said.name()
+                        unit.name()
                     );
                     findings.push(Finding::warning("unit-overridden", text));
                 }
                 Ok(Self {
-                    unit: Some(said),
+                    unit: Some(unit),
                     source,
                     scale: 1.0,
                 })
             }
-            (said, Some(quantity)) if is_meant => {
-                let by = said.map_or(String::new(), |said| {
+            (stated_unit, Some(quantity)) if is_meant => {
+                let context = stated_unit.map_or(String::new(), |said| {
                     format!(", though the {source} states {}", said.name())
                 });
-                Err(statement.refused(quantity, &by))
+                Err(statement.refused(quantity, &context))
             }
             _ if is_meant && statement.unit.is_none() => Err(ErrorKind::MissingUnit.into()),
             _ => Ok(from_file),
@@ -255,7 +262,7 @@ impl Unit {
     }
 }
 
-/// Checks the unit of the channel that is meant, read before it was known which one that is.
+/// Checks the unit of the channel that is meant, which was read before it was chosen.
 pub(super) fn check_unit(channel: &Channel, options: &ReadOptions) -> Result<(), Error> {
     let is_overridden = matches!(channel.unit_source, "option" | "card");
     if options.sensitivity.is_none() && options.unit.is_none() {
@@ -280,15 +287,15 @@ pub(super) fn check_unit(channel: &Channel, options: &ReadOptions) -> Result<(),
     })
 }
 
-/// Says by which sensitivity samples became accelerations.
+/// Returns the finding that names the sensitivity by which samples became accelerations.
 fn sensitivity_finding(
     sensitivity: &SensorSensitivity,
     source: &str,
-    found: Option<&str>,
+    file_unit: Option<&str>,
     statement: &UnitStatement<'_>,
 ) -> Finding {
-    let stated = found.map_or("no unit".to_string(), |found| {
-        format!("`{}`", text::shown(found))
+    let stated = file_unit.map_or("no unit".to_string(), |unit| {
+        format!("`{}`", text::shown(unit))
     });
     let text = format!(
         "{} states {stated}. The numbers were converted by {sensitivity}, as the {source} states. \
@@ -307,7 +314,7 @@ pub(super) struct UniformSamples {
 }
 
 impl UniformSamples {
-    /// Takes the clock that stamps give [s], as printed to `digit_s` [s].
+    /// Fits a clock to stamps [s], as printed to `digit_s` [s].
     pub(super) fn by_stamps(
         stamps_s: &[f64],
         digit_s: f64,
@@ -324,7 +331,7 @@ impl UniformSamples {
         })
     }
 
-    /// Takes a clock that is stated.
+    /// Builds a clock that is stated.
     pub(super) fn stated(start_s: f64, rate: SampleRate, values: Vec<f64>) -> Result<Self, Error> {
         if values.len() < 2 {
             return Err(Error::too_short("a recording", 2, values.len()));
@@ -342,29 +349,29 @@ impl UniformSamples {
 }
 
 /// Delivers the channels of a selection. `channel` reads one; its error comes with the channel's name.
-/// Together they hold at most as many samples as the limit `most` says.
+/// `limit` is the name of a limit, and `sample_limit` its value, on the samples of all channels together.
 pub(super) fn deliver(
     selection: Selection,
-    wanted: Vec<usize>,
+    indices: Vec<usize>,
     mut outcome: ReadOutcome,
-    (limit, most): (&'static str, u64),
+    (limit, sample_limit): (&'static str, u64),
     mut channel: impl FnMut(usize, &mut ReadOutcome) -> Result<Option<Channel>, (String, Error)>,
 ) -> Result<ReadOutcome, Error> {
     let mut samples = 0;
-    for index in wanted {
+    for index in indices {
         let (name, error) = match channel(index, &mut outcome) {
             Ok(None) => continue,
-            Ok(Some(read)) => {
-                samples += read.values.len() as u64;
-                let name = read.name.clone();
-                outcome.channels.push(read);
-                if samples <= most {
+            Ok(Some(channel)) => {
+                samples += channel.values.len() as u64;
+                let name = channel.name.clone();
+                outcome.channels.push(channel);
+                if samples <= sample_limit {
                     continue;
                 }
-                let error = Error::over(limit, most, "more samples in all channels");
+                let error = Error::over(limit, sample_limit, "more samples in all channels");
                 (name, error)
             }
-            Err(failed) => failed,
+            Err(failure) => failure,
         };
         let ends = matches!(error.kind(), ErrorKind::LimitExceeded { .. });
         if selection == Selection::Lateral || ends {
@@ -375,7 +382,7 @@ pub(super) fn deliver(
     Ok(outcome)
 }
 
-/// Says that a channel is not among those delivered.
+/// Returns the finding on a channel that is not delivered.
 pub(super) fn left_out(name: &str, error: &impl std::fmt::Display) -> Finding {
     Finding::warning("channel-left-out", format!("{name} was left out: {error}"))
 }

@@ -16,7 +16,7 @@ pub(super) fn looks_like_text(head: &[u8]) -> bool {
     !body.iter().any(is_control)
 }
 
-/// Returns the start of a file as text, as its mark says, else as UTF-8.
+/// Returns the start of a file as text, by its byte order mark, else as UTF-8.
 pub(super) fn head_of(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
     encoding_rs::UTF_8.decode(bytes).0
 }
@@ -74,7 +74,8 @@ pub(super) fn text_of(bytes: Vec<u8>, limits: &Limits) -> Result<(String, Vec<Fi
         start += line.len() as u64 + 1;
     }
     let text = String::from_utf8(bytes);
-    let lossy = |bad: std::string::FromUtf8Error| String::from_utf8_lossy(bad.as_bytes()).into();
+    let lossy =
+        |error: std::string::FromUtf8Error| String::from_utf8_lossy(error.as_bytes()).into();
     Ok((text.unwrap_or_else(lossy), findings))
 }
 
@@ -82,7 +83,8 @@ fn is_utf_16(bytes: &[u8]) -> bool {
     bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF")
 }
 
-/// Decodes what stands behind a mark of so many bytes. The text is held beside the bytes while it is made.
+/// Decodes the text after a byte order mark of `mark` bytes. The result and the bytes are both in memory
+/// until it is complete, so that the limit counts both.
 fn decoded(
     bytes: &[u8],
     encoding: &'static Encoding,
@@ -92,8 +94,8 @@ fn decoded(
     let room = limits.text_bytes.saturating_sub(bytes.len() as u64);
     let room = usize::try_from(room).unwrap_or(usize::MAX);
     let mut decoder = encoding.new_decoder_without_bom_handling();
-    let most = decoder.max_utf8_buffer_length_without_replacement(bytes.len());
-    let mut text = vec![0; most.map_or(room, |most| most.min(room))];
+    let longest = decoder.max_utf8_buffer_length_without_replacement(bytes.len());
+    let mut text = vec![0; longest.map_or(room, |longest| longest.min(room))];
     let (result, _, written) =
         decoder.decode_to_utf8_without_replacement(&bytes[mark..], &mut text, true);
     text.truncate(written);
@@ -107,15 +109,14 @@ fn decoded(
     }
 }
 
-/// Turns a carriage return that stands alone, the line end of old Macintosh files, into a
-/// line feed.
+/// Turns a lone carriage return, the line end of old Macintosh files, into a line feed.
 fn end_lines_with_line_feeds(text: &mut [u8]) {
     if memchr::memchr(b'\r', text).is_none() {
         return;
     }
     let mut from = 0;
-    while let Some(found) = memchr::memchr(b'\r', &text[from..]) {
-        let index = from + found;
+    while let Some(offset) = memchr::memchr(b'\r', &text[from..]) {
+        let index = from + offset;
         if text.get(index + 1) != Some(&b'\n') {
             text[index] = b'\n';
         }

@@ -1,7 +1,7 @@
 //! One error for all that reads, judges and reports: what was expected, what was found, where, and what to try.
 //!
-//! A kind says what is wrong, a place says where, and candidates are what there was to choose
-//! from. All messages stand here, so that they are worded alike and name settings, never options.
+//! A kind is the fault, a place is its position in the input, and candidates are the choices. All
+//! messages are in this file, so that they are worded alike and name settings, never options.
 
 use crate::setting::Setting;
 use latchgate_kernel::error::Error as KernelError;
@@ -15,11 +15,11 @@ use std::path::Path;
 pub struct Candidate {
     /// Name under which the recording lists it.
     pub name: String,
-    /// What tells it from others of its name, such as `column 2`.
+    /// Distinction from others of its name, such as `column 2`.
     pub twin: Option<String>,
-    /// What the setting `channel` takes for it; `None` where nothing singles it out.
-    pub asked_as: Option<String>,
-    /// What keeps it from being taken unasked: a word of its name, or what no word says.
+    /// Value of the setting `channel` for it; `None` if no value singles it out.
+    pub setting_value: Option<String>,
+    /// Reason why it is not chosen unless it is named: a word of its name, or a missing word.
     pub doubt: Option<String>,
 }
 
@@ -28,25 +28,25 @@ impl Candidate {
     pub fn named(name: impl Into<String>) -> Self {
         let name = name.into();
         Self {
-            asked_as: Some(name.clone()),
+            setting_value: Some(name.clone()),
             name,
             twin: None,
             doubt: None,
         }
     }
 
-    /// Returns one of several channels of a name, told from them by its number; `what` says what
-    /// is counted.
+    /// Returns one of several channels of a name, distinguished by its number; `what` is the thing
+    /// that is counted.
     pub fn numbered(name: impl Into<String>, what: &str, number: usize) -> Self {
         Self {
             name: name.into(),
             twin: Some(format!("{what} {number}")),
-            asked_as: Some(number.to_string()),
+            setting_value: Some(number.to_string()),
             doubt: None,
         }
     }
 
-    /// Adds what keeps it from being taken unasked.
+    /// Adds the reason why it is not chosen unless it is named.
     pub fn doubted(self, doubt: Option<String>) -> Self {
         Self { doubt, ..self }
     }
@@ -62,7 +62,7 @@ impl Candidates {
         Self(names.into_iter().map(Candidate::named).collect())
     }
 
-    /// Says why there is a choice.
+    /// Returns the reason for the choice.
     fn why(&self) -> &'static str {
         if self.0.iter().all(|candidate| candidate.doubt.is_some()) {
             "no channel is clearly the lateral acceleration of the struck vehicle's structure; \
@@ -92,12 +92,12 @@ impl fmt::Display for Candidates {
         }
         match self.0.len() {
             ..=LISTED => Ok(()),
-            all => write!(f, ", {} more", all - LISTED),
+            count => write!(f, ", {} more", count - LISTED),
         }
     }
 }
 
-/// Where in the input something went wrong; every part is optional.
+/// Position of a fault in the input; every part is optional.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Place {
     /// File name, `-` for standard input.
@@ -174,14 +174,14 @@ impl Place {
         self
     }
 
-    /// Names the line of `text` in which a span of bytes begins: the first where none is known.
+    /// Names the line of `text` in which a span of bytes begins: the first line without a span.
     pub fn of_span(text: &str, span: Option<Range<usize>>) -> Self {
         let start = span.map_or(0, |span| span.start);
         let before = text.as_bytes().iter().take(start);
         Self::default().line(1 + before.filter(|byte| **byte == b'\n').count() as u64)
     }
 
-    /// Names the line of a TOML text on which `key` stands, below the line of its `[section]` if it has one.
+    /// Names the line of `key` in a TOML text, below the line of its `[section]` if it has one.
     pub fn of_key(text: &str, section: Option<&str>, key: &str) -> Self {
         let names = |line: &str, name: &str| {
             let line = line.trim_start_matches(['[', '"', '\'', ' ']);
@@ -195,13 +195,13 @@ impl Place {
                 .map(|(_, number)| number)
         });
         // A table written in one line, or a dotted key, holds its keys on the line of its name.
-        let found = match (section, start) {
+        let line = match (section, start) {
             (Some(section), None) => lines().find(|(line, _)| names(line, section)),
             (_, start) => {
                 lines().find(|(line, number)| *number > start.unwrap_or(0) && names(line, key))
             }
         };
-        found.map_or_else(Self::default, |(_, number)| Self::default().line(number))
+        line.map_or_else(Self::default, |(_, number)| Self::default().line(number))
     }
 
     fn is_empty(&self) -> bool {
@@ -209,7 +209,7 @@ impl Place {
     }
 }
 
-/// What went wrong. Each message states what was expected, what was found and what to try.
+/// Kind of a fault. Each message states what was expected, what was found and what to try.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ErrorKind {
@@ -333,10 +333,10 @@ pub enum ErrorKind {
          `rate_hz` = HZ"
     )]
     MissingTime,
-    /// A channel that was asked for does not exist.
+    /// A channel that was requested does not exist.
     #[error("no channel `{requested}`; the recording holds: {known}")]
     NoSuchChannel {
-        /// The name asked for.
+        /// The name requested.
         requested: String,
         /// The names there are.
         known: String,
@@ -363,9 +363,9 @@ pub enum ErrorKind {
         "the file is cut or damaged: expected {expected}, found {found}; copy or record it again"
     )]
     Truncated {
-        /// What should stand there.
+        /// What was expected.
         expected: String,
-        /// What does.
+        /// What was found.
         found: String,
     },
     /// A limit on input was crossed.
@@ -408,7 +408,7 @@ struct Inner {
 }
 
 impl Error {
-    /// Says that content contradicts its format: what was expected and found, and what to try.
+    /// Returns the error of content that contradicts its format, with a remedy.
     pub fn malformed(
         expected: impl Into<String>,
         found: impl Into<String>,
@@ -422,7 +422,7 @@ impl Error {
         })
     }
 
-    /// Says that a quantity lies outside its permitted range: what was expected and found.
+    /// Returns the error of a quantity outside its permitted range.
     pub fn out_of_range(
         what: impl Into<String>,
         expected: impl Into<String>,
@@ -431,18 +431,18 @@ impl Error {
         KernelError::out_of_range(what, expected, found).into()
     }
 
-    /// Says that the operating system refused what was tried, and its reason.
+    /// Returns the error of an action that the operating system refused, with its reason.
     pub fn io(action: &'static str, reason: &dyn fmt::Display) -> Self {
         let reason = reason.to_string();
         Self::from(ErrorKind::Io { action, reason })
     }
 
-    /// Says that the operating system refused what was tried with that file, and its reason.
+    /// Returns the error of an action on a file that the operating system refused.
     pub fn io_at(action: &'static str, path: &Path, reason: &dyn fmt::Display) -> Self {
         Self::io(action, reason).at(Place::path(path))
     }
 
-    /// Says that a limit of that name and value was crossed by what was found.
+    /// Returns the error of a crossed limit.
     pub fn over(limit: &'static str, value: u64, found: impl Into<String>) -> Self {
         let found = found.into();
         Self::from(ErrorKind::LimitExceeded {
@@ -452,19 +452,19 @@ impl Error {
         })
     }
 
-    /// Says that the input holds nothing of what was expected.
+    /// Returns the error of an input without content.
     pub fn empty(found: impl Into<String>, expected: impl Into<String>) -> Self {
         let (found, expected) = (found.into(), expected.into());
         Self::from(ErrorKind::Empty { found, expected })
     }
 
-    /// Says that the file ends, or contradicts itself, before its own end.
+    /// Returns the error of a file that ends, or contradicts itself, before its own end.
     pub fn truncated(expected: impl Into<String>, found: impl Into<String>) -> Self {
         let (expected, found) = (expected.into(), found.into());
         Self::from(ErrorKind::Truncated { expected, found })
     }
 
-    /// Says that there are fewer samples than something needs.
+    /// Returns the error of fewer samples than `what` needs.
     pub fn too_short(what: &'static str, needed: usize, found: usize) -> Self {
         KernelError::TooShort {
             what,
@@ -474,7 +474,7 @@ impl Error {
         .into()
     }
 
-    /// Says that a name of that kind is none of those `known`; the nearest of them is named.
+    /// Returns the error of a name that is not `known`, with the nearest that is.
     pub fn unknown(what: &'static str, found: impl Into<String>, known: &[&str]) -> Self {
         let found = found.into();
         Self::from(ErrorKind::UnknownName {
@@ -502,15 +502,15 @@ impl Error {
 
     /// Puts the error at `place`, keeping the parts that are already known.
     pub fn at(mut self, place: Place) -> Self {
-        let known = std::mem::take(&mut self.0.place);
-        // A line of one file is none of another.
-        let one_file = known.file.is_none() || place.file.is_none() || known.file == place.file;
+        let inner = std::mem::take(&mut self.0.place);
+        // Line, column and byte of an outer file must not join the name of an inner one.
+        let one_file = inner.file.is_none() || place.file.is_none() || inner.file == place.file;
         self.0.place = Place {
-            file: known.file.or(place.file),
-            line: known.line.or(place.line.filter(|_| one_file)),
-            column: known.column.or(place.column.filter(|_| one_file)),
-            byte: known.byte.or(place.byte.filter(|_| one_file)),
-            channel: known.channel.or(place.channel),
+            file: inner.file.or(place.file),
+            line: inner.line.or(place.line.filter(|_| one_file)),
+            column: inner.column.or(place.column.filter(|_| one_file)),
+            byte: inner.byte.or(place.byte.filter(|_| one_file)),
+            channel: inner.channel.or(place.channel),
         };
         self
     }
@@ -528,12 +528,12 @@ impl From<ErrorKind> for Error {
 impl From<KernelError> for Error {
     fn from(error: KernelError) -> Self {
         match error {
-            // Beside the known names stands the nearest one.
+            // This crate's error adds the nearest name.
             KernelError::UnknownName { what, found, known } => {
                 let known: Vec<&str> = known.iter().map(String::as_str).collect();
                 Self::unknown(what, found, &known)
             }
-            other => Self::from(ErrorKind::Kernel(other)),
+            error => Self::from(ErrorKind::Kernel(error)),
         }
     }
 }
@@ -563,13 +563,13 @@ pub fn with_article(kind: &str) -> String {
 
 /// Lists settings with the values of which one is meant.
 fn stated_in_words(settings: &[(Setting, Vec<String>)]) -> String {
-    let one = |(setting, values): &(Setting, Vec<String>)| {
+    let words = |(setting, values): &(Setting, Vec<String>)| {
         const LISTED: usize = 8;
         let more = if values.len() > LISTED { "|…" } else { "" };
         let values = values[..values.len().min(LISTED)].join("|");
         format!("{setting} = {values}{more}")
     };
-    let settings: Vec<String> = settings.iter().map(one).collect();
+    let settings: Vec<String> = settings.iter().map(words).collect();
     match settings.split_last() {
         Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
         _ => settings.concat(),

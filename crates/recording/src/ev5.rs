@@ -1,11 +1,11 @@
 //! NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, in a folder or an archive, or one
 //! curve file.
 //!
-//! A curve file (`v01234.146`, or `v01234_146.tsv`) holds stamps and values, nothing else. What a curve is stands in
-//! one line of the `.EV5` beside it, whose second field is the curve's number, the file's
-//! extension. First and last sample index and interval state the clock; time 0 is first
-//! contact. They are preferred to the printed stamps, which are rounded to a microsecond, and
-//! held against them. The laboratory's status and comment decide what the samples are worth.
+//! A curve file (`v01234.146`, or `v01234_146.tsv`) holds stamps and values, nothing else. One line of
+//! the `.EV5` beside it describes the curve: its second field is the curve's number, the file's
+//! extension. First and last sample index and interval state the clock; time 0 is first contact. They
+//! are preferred to the printed stamps, which are rounded to a microsecond, and compared with them. The
+//! laboratory's status and comment decide if the samples can be used.
 //!
 //! # Source
 //!
@@ -70,23 +70,23 @@ fn is_header(head: &[u8]) -> bool {
 /// - [`ErrorKind::Malformed`], [`NonFinite`](latchgate_kernel::error::Error::NonFinite) or [`ErrorKind::TimeNotIncreasing`] at
 ///   the first bad line, [`ErrorKind::MissingUnit`] where nothing states a unit,
 /// - [`ErrorKind::LimitExceeded`] beyond a limit.
-pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
+pub fn read(source: &mut Reader, task: ReadTask) -> Result<Outcomes, Error> {
     let head = source.head()?;
     if source.is_folder() || source.is_archive() {
-        let names = source.list(true, asked.limits)?;
+        let names = source.list(true, task.limits)?;
         let absent = || missing("the test's .EV5 file");
         let name = names.into_iter().find(|name| is_header_name(name));
         let name = name.ok_or_else(absent)?;
-        let bytes = source.read_beside(&name, asked.limits)?;
+        let bytes = source.read_beside(&name, task.limits)?;
         let parts = BTreeSet::from([name.clone()]);
-        return read_test(source, (&name, bytes.ok_or_else(absent)?), parts, asked);
+        return read_test(source, (&name, bytes.ok_or_else(absent)?), parts, task);
     }
     if curve::looks_like_curve(&head) && !is_header(&head) {
-        return read_bare(source, asked);
+        return read_bare(source, task);
     }
     let name = source.name().to_string();
-    let bytes = source.read_text(asked.limits)?;
-    read_test(source, (&name, bytes), BTreeSet::new(), asked)
+    let bytes = source.read_text(task.limits)?;
+    read_test(source, (&name, bytes), BTreeSet::new(), task)
 }
 
 fn missing(what: &str) -> Error {
@@ -94,8 +94,8 @@ fn missing(what: &str) -> Error {
 }
 
 /// Reads a curve file, with the `.EV5` beside it if there is one.
-fn read_bare(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
-    let (options, limits) = (asked.options, asked.limits);
+fn read_bare(source: &mut Reader, task: ReadTask) -> Result<Outcomes, Error> {
+    let (options, limits) = (task.options, task.limits);
     let mut outcome = ReadOutcome::default();
     let name = source.name().to_string();
     let bytes = source.read_text(limits)?;
@@ -127,24 +127,24 @@ fn read_bare(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
         "a curve file of NHTSA",
         ", or read the file as a table with the setting `input_format` = csv",
     )?;
-    if let Some(wanted) = &options.channel {
+    if let Some(requested) = &options.channel {
         let fits = match &entry {
-            Some(entry) => entry.answers_to(wanted),
-            None => number.is_some() && wanted.trim().parse::<u32>().ok() == number,
+            Some(entry) => entry.answers_to(requested),
+            None => number.is_some() && requested.trim().parse::<u32>().ok() == number,
         };
-        if !fits && *wanted != name {
-            let (wanted, known) = (wanted.clone(), label);
+        if !fits && *requested != name {
+            let (requested, known) = (requested.clone(), label);
             return Err(ErrorKind::NoSuchChannel {
-                requested: wanted,
-                known,
+                requested: requested,
+                known: known,
             }
             .into());
         }
     }
     let place = Place::default().channel(label.clone());
     let curve = Curve::read(bytes, limits).map_err(|error| error.at(place.clone()))?;
-    Ok(asked.each(|selection| {
-        let channel = channel(&curve, entry.as_ref(), &label, asked, selection)
+    Ok(task.each(|selection| {
+        let channel = channel(&curve, entry.as_ref(), &label, task, selection)
             .map_err(|error| error.at(place.clone()))?;
         Ok(ReadOutcome {
             channels: vec![channel],
@@ -162,11 +162,12 @@ fn header_beside(
     let Some((stem, _)) = curve.rsplit_once('.') else {
         return Ok(None);
     };
-    // The stem may be in other letters, as after a copy through a DOS disk. A folder too large to look
-    // through holds no test.
+    // The stem may differ in case, as after a copy through a DOS disk. A folder too large to list holds no
+    // test.
     let is_alike = |name: &String| {
-        let other = name.rsplit_once('.').map(|(other, _)| other);
-        is_header_name(name) && other.is_some_and(|other| other.eq_ignore_ascii_case(stem))
+        let name_stem = name.rsplit_once('.').map(|(name_stem, _)| name_stem);
+        is_header_name(name)
+            && name_stem.is_some_and(|name_stem| name_stem.eq_ignore_ascii_case(stem))
     };
     let mut names = source.list(false, limits).unwrap_or_default().into_iter();
     let Some(name) = names.find(is_alike) else {
@@ -178,14 +179,14 @@ fn header_beside(
     Ok(Some((name, test)))
 }
 
-/// Reads a test from its `.EV5`; `parts` names that file where it is a part of the recording.
+/// Reads a test from its `.EV5`; `parts` has that file's name where it is a part of the recording.
 fn read_test(
     source: &mut Reader,
     (header_name, bytes): (&str, Vec<u8>),
     parts: BTreeSet<String>,
-    asked: ReadTask,
+    task: ReadTask,
 ) -> Result<Outcomes, Error> {
-    let (options, limits) = (asked.options, asked.limits);
+    let (options, limits) = (task.options, task.limits);
     let test = TestInstruments::read(bytes, limits)
         .map_err(|error| error.at(Place::file(header_name.to_string())))?;
     if test.entries.is_empty() {
@@ -193,19 +194,19 @@ fn read_test(
         return Err(Error::empty(found, "one line for each curve"));
     }
     let files = CurveFiles::find(source, header_name, limits)?;
-    // The hash of an archive is that of all its files.
+    // The hash of an archive covers all its files already.
     let are_parts = !source.is_archive();
-    Ok(asked.each(|selection| {
+    Ok(task.each(|selection| {
         let mut outcome = ReadOutcome {
             parts: parts.iter().filter(|_| are_parts).cloned().collect(),
             ..ReadOutcome::default()
         };
-        let wanted = selected(&test, &files, options, selection, &mut outcome.findings)?;
-        let most = ("table_cells", limits.table_cells);
-        draft::deliver(selection, wanted, outcome, most, |index, outcome| {
+        let indices = selected(&test, &files, options, selection, &mut outcome.findings)?;
+        let limit = ("table_cells", limits.table_cells);
+        draft::deliver(selection, indices, outcome, limit, |index, outcome| {
             let entry = &test.entries[index];
             let name = entry.name();
-            let read = files.only_name_of(entry.number).and_then(|file| {
+            let channel = files.only_name_of(entry.number).and_then(|file| {
                 let absent = || missing(&format!("the {file}"));
                 let bytes = source.read_beside(&file, limits)?.ok_or_else(absent)?;
                 let place = Place::file(file.clone());
@@ -213,9 +214,9 @@ fn read_test(
                     outcome.parts.insert(file);
                 }
                 let curve = Curve::read(bytes, limits).map_err(|error| error.at(place))?;
-                channel(&curve, Some(entry), &name, asked, selection)
+                channel(&curve, Some(entry), &name, task, selection)
             });
-            read.map(Some).map_err(|error| (name, error))
+            channel.map(Some).map_err(|error| (name, error))
         })
     }))
 }
@@ -233,31 +234,31 @@ fn selected(
         findings.extend(finding);
         return Ok(vec![index]);
     }
-    let all = test.entries.len();
+    let count = test.entries.len();
     let is_there = |index: &usize| files.has(test.entries[*index].number);
-    let there: Vec<usize> = (0..all).filter(is_there).collect();
-    if there.len() < all {
-        let absent = all - there.len();
+    let available: Vec<usize> = (0..count).filter(is_there).collect();
+    if available.len() < count {
+        let absent = count - available.len();
         let text = format!(
-            "{absent} of {all} curves have no file beside the .EV5. Fetch those of interest"
+            "{absent} of {count} curves have no file beside the .EV5. Fetch those of interest"
         );
         findings.push(Finding::info("curves-without-file", text));
     }
-    Ok(there)
+    Ok(available)
 }
 
 /// Returns the number of the curve that a file of the test with this stem holds: its suffix, or
 /// the digits before `.tsv` (`v01234_146.tsv`, `v01234.146.tsv`).
 fn curve_number(name: &str, stem: &str) -> Option<u32> {
     let (file_stem, suffix) = name.rsplit_once('.')?;
-    let (start, rest) = file_stem.split_at_checked(stem.len())?;
-    if is_shadow(name) || !start.eq_ignore_ascii_case(stem) {
+    let (front, after_stem) = file_stem.split_at_checked(stem.len())?;
+    if is_shadow(name) || !front.eq_ignore_ascii_case(stem) {
         return None;
     }
     if !suffix.eq_ignore_ascii_case("tsv") {
-        return number_of(name).filter(|_| rest.is_empty());
+        return number_of(name).filter(|_| after_stem.is_empty());
     }
-    let digits = rest.trim_start_matches(['.', '_', '-', ' ']);
+    let digits = after_stem.trim_start_matches(['.', '_', '-', ' ']);
     let is_number = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
     digits.parse().ok().filter(|_| is_number)
 }
@@ -282,7 +283,7 @@ impl CurveFiles {
         self.0.contains_key(&number)
     }
 
-    /// Returns the name of a curve's file, whether it is there or not.
+    /// Returns the name of a curve's file, existing or not.
     fn only_name_of(&self, number: u32) -> Result<String, Error> {
         match self.0.get(&number).map_or(&[][..], Vec::as_slice) {
             [] => Ok(format!("curve file .{number:03}")),
@@ -305,35 +306,35 @@ fn choose(
     let is_there = |entry: &CurveEntry| files.has(entry.number);
     // A redundant channel counts only where its place has no primary one.
     let is_second = |entry: &CurveEntry| {
-        let primary = |other: &CurveEntry| !other.is_redundant() && other.place() == entry.place();
-        let mut others = test.entries.iter().filter(|other| is_there(other));
-        entry.is_redundant() && others.any(primary)
+        let primary = |rival: &CurveEntry| !rival.is_redundant() && rival.place() == entry.place();
+        let mut rivals = test.entries.iter().filter(|rival| is_there(rival));
+        entry.is_redundant() && rivals.any(primary)
     };
-    let one = |entry: &CurveEntry| {
+    let offer = |entry: &CurveEntry| {
         let second = || "it is redundant; its place has a primary one".to_string();
         let doubt = entry.doubt();
         let doubt = doubt.or_else(|| is_second(entry).then(second));
         let is_acceleration = entry.of(header::SENSOR) == "AC" && is_there(entry);
         ChannelOffer::of_code(entry.name(), is_acceleration, doubt)
     };
-    let coded: Vec<ChannelOffer> = test.entries.iter().map(one).collect();
-    if let Some(wanted) = &options.channel {
-        let fits = |index: &usize| test.entries[*index].answers_to(wanted);
-        let found: Vec<usize> = (0..coded.len()).filter(fits).collect();
-        return Ok((lateral::named(wanted, &found, &coded)?, None));
+    let offers: Vec<ChannelOffer> = test.entries.iter().map(offer).collect();
+    if let Some(requested) = &options.channel {
+        let fits = |index: &usize| test.entries[*index].answers_to(requested);
+        let matches: Vec<usize> = (0..offers.len()).filter(fits).collect();
+        return Ok((lateral::named(requested, &matches, &offers)?, None));
     }
-    Ok(lateral::take(&coded, lateral::listed(&coded))?)
+    Ok(lateral::take(&offers, lateral::listed(&offers))?)
 }
 
-/// Turns a curve file into a channel, with what its line of the `.EV5` says.
+/// Builds a channel from a curve file and its line of the `.EV5`.
 fn channel(
     curve: &Curve,
     entry: Option<&CurveEntry>,
     label: &str,
-    asked: ReadTask,
+    task: ReadTask,
     selection: Selection,
 ) -> Result<Channel, Error> {
-    let options = asked.options;
+    let options = task.options;
     let mut findings = Vec::new();
     let statement = UnitStatement {
         unit: entry.and_then(CurveEntry::unit),
@@ -348,9 +349,11 @@ fn channel(
     {
         findings.extend(entry.not_lateral_finding());
     }
-    let clock = UniformSamples::find(curve, entry, asked, &mut findings)?;
+    let clock = UniformSamples::find(curve, entry, task, &mut findings)?;
     if let Some(entry) = entry {
-        let contradicted = findings.iter().any(|one| one.code == "time-contradicted");
+        let contradicted = findings
+            .iter()
+            .any(|finding| finding.code == "time-contradicted");
         let confirmed = entry.clock().is_some() && !contradicted;
         findings.extend(entry.time_unit_finding(confirmed));
         let span = clock.span();
@@ -362,10 +365,12 @@ fn channel(
     let end_s = clock.span().end_s;
     findings.extend(curve.cut.clone().map(|cut| cut.at(end_s)));
     let mut stated = entry.map(CurveEntry::stated).unwrap_or_default();
-    let of_header = entry.and_then(CurveEntry::clock);
+    let stated_clock = entry.and_then(CurveEntry::clock);
     let agrees = |rate: SampleRate| (rate.hertz() / clock.rate.hertz() - 1.0).abs() < 1e-3;
-    let contradicted = findings.iter().any(|one| one.code == "time-contradicted");
-    if of_header.is_some_and(|(_, rate)| agrees(rate)) && !contradicted {
+    let contradicted = findings
+        .iter()
+        .any(|finding| finding.code == "time-contradicted");
+    if stated_clock.is_some_and(|(_, rate)| agrees(rate)) && !contradicted {
         stated.clock_confirmed_by = Some("the .EV5".into());
     }
     findings.extend(stated.findings(clock.rate));
@@ -381,20 +386,20 @@ fn channel(
 }
 
 impl UniformSamples {
-    /// Takes the clock that the `.EV5` states where the stamps agree with it, else theirs.
+    /// Returns the clock that the `.EV5` states where the stamps agree with it, else theirs.
     fn find(
         curve: &Curve,
         entry: Option<&CurveEntry>,
-        asked: ReadTask,
+        task: ReadTask,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
         let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);
         let values = curve.values.clone();
         let clock = entry.and_then(CurveEntry::clock);
         let stated = clock.map(|(start_s, rate)| {
-            // An interval is printed in whole microseconds; a rate that a person states may be the
-            // same with more digits, but stands in for no other one.
-            let finer = asked.options.rate_hz;
+            // The .EV5 prints the interval in whole microseconds. A rate that a person states may be the same
+            // with more digits, but does not replace another one.
+            let finer = task.options.rate_hz;
             let finer = finer.filter(|hertz| time_base::rates_agree(*hertz, rate.hertz()));
             (start_s, finer.unwrap_or(rate.hertz()))
         });
@@ -405,11 +410,11 @@ impl UniformSamples {
             }
             (_, contradicted) => {
                 findings.extend(contradicted);
-                Self::by_stamps(stamps_s, digit_s, values, asked.limits, findings)?
+                Self::by_stamps(stamps_s, digit_s, values, task.limits, findings)?
             }
         };
-        let by = ("the stamps", false);
-        findings.extend(asked.options.check_rate(clock.rate.hertz(), by, MEND)?);
+        let source = ("the stamps", false);
+        findings.extend(task.options.check_rate(clock.rate.hertz(), source, MEND)?);
         Ok(clock)
     }
 }

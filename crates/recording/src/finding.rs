@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// What a finding does to a verdict.
+/// Effect of a finding on a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
@@ -31,13 +31,13 @@ impl Severity {
 pub struct Finding {
     /// Stable name, listed in `docs/findings.md`.
     pub code: Cow<'static, str>,
-    /// What it does to a verdict.
+    /// Effect on a verdict.
     pub severity: Severity,
-    /// One or two sentences: what was seen, what it means.
+    /// One or two sentences: the observation and its meaning.
     pub text: String,
     /// The instant from which it holds, on the recording's clock [s]; `None` for the whole record.
     pub at_s: Option<f64>,
-    /// A pass needs a person's word on it, and is undecided without; nothing else changes.
+    /// True if a pass needs a person's confirmation, and is undecided without; nothing else changes.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub needs_word: bool,
 }
@@ -70,7 +70,7 @@ impl Finding {
         self
     }
 
-    /// Says from which instant on it holds, if that is known [s].
+    /// Sets the instant from which it holds, if that is known [s].
     pub(super) fn since(self, at_s: Option<f64>) -> Self {
         Self { at_s, ..self }
     }
@@ -84,10 +84,10 @@ impl Finding {
         Self::warning("channel-not-lateral", text)
     }
 
-    /// Warns of a channel that was filtered before it was stored, as `by` says.
-    pub(super) fn filtered(by: &str) -> Self {
+    /// Warns of a channel that was filtered before it was stored; `reason` is the evidence.
+    pub(super) fn filtered(reason: &str) -> Self {
         let text = format!(
-            "{by}. No filter setting brings back what that removed. Use the unfiltered channel"
+            "{reason}. No filter setting brings back what that removed. Use the unfiltered channel"
         );
         Self::warning("already-filtered", text)
     }

@@ -1,11 +1,11 @@
-//! What a file states of its own samples, held against them: one rule for every format.
+//! Comparison of a file's statements with its samples: one rule for every format.
 //!
-//! A statement that the samples contradict blocks, for nobody knows which of the two is right. One
-//! that is there and cannot be read is told, since what it would have shown stays unseen.
+//! A statement that the samples contradict blocks: nothing shows which of the two is right. One that
+//! cannot be read warns, since its contradiction would stay hidden.
 
 use super::{Finding, Severity, text};
 
-/// Something that a header states: its key, as the format has it, and the text.
+/// A statement of a header: its key, as the format has it, and the text.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Statement<'a> {
     pub(super) key: &'a str,
@@ -13,7 +13,7 @@ pub(super) struct Statement<'a> {
 }
 
 impl Statement<'_> {
-    /// Reads a number that `fits`; says so of one that cannot be read or does not.
+    /// Reads a number that `fits`; a finding names one that cannot be read or does not fit.
     pub(super) fn number(
         self,
         fits: impl Fn(f64) -> bool,
@@ -26,30 +26,30 @@ impl Statement<'_> {
         number
     }
 
-    /// Says that the statement is there and says nothing that is understood here.
+    /// Returns the finding on a statement that cannot be read.
     pub(super) fn unread(self) -> Finding {
-        let said = format!(
+        let text = format!(
             "{} in the header is `{}`, which latchgate cannot read. It was not compared with the \
              samples. Check it",
             self.key,
             text::shown(self.text)
         );
-        Finding::warning("statement-unread", said)
+        Finding::warning("statement-unread", text)
     }
 
-    /// Says that another statement of the file contradicts this one.
-    pub(super) fn contradicts(self, other: &str) -> Finding {
-        let said = format!(
-            "{} in the header is `{}`, but {other}. What the channel measured is unknown. Find out \
+    /// Returns the finding on a statement that another one of the file contradicts.
+    pub(super) fn contradicts(self, other_statement: &str) -> Finding {
+        let text = format!(
+            "{} in the header is `{}`, but {other_statement}. What the channel measured is unknown. Find out \
              which is right",
             self.key,
             text::shown(self.text)
         );
-        Finding::blocking("header-contradicted", said)
+        Finding::blocking("header-contradicted", text)
     }
 
-    /// Holds a number of samples against those that the file holds, which end at `end_s` [s];
-    /// `stamped` if each has a stamp of its own, so that none can be missing between others.
+    /// Compares a number of samples with those of the file, which end at `end_s` [s]; `stamped` is true if
+    /// each has a stamp, so that none can be missing between others.
     pub(super) fn count(
         self,
         found: usize,
@@ -57,76 +57,79 @@ impl Statement<'_> {
         end_s: f64,
         findings: &mut Vec<Finding>,
     ) {
-        let whole = |number: f64| number >= 0.0 && number.fract().total_cmp(&0.0).is_eq();
-        let Some(stated) = self.number(whole, findings) else {
+        let is_count = |number: f64| number >= 0.0 && number.fract().total_cmp(&0.0).is_eq();
+        let Some(stated) = self.number(is_count, findings) else {
             // Nothing else would show a sample that is missing.
             if let (Some(unread), false) = (findings.last_mut(), stamped) {
                 unread.severity = Severity::Blocking;
             }
             return;
         };
-        let by = format!("the header ({})", self.key);
-        findings.extend(count(&by, stated, found, stamped, end_s));
+        let source = format!("the header ({})", self.key);
+        findings.extend(count(&source, stated, found, stamped, end_s));
     }
 
-    /// Holds an extreme of the samples, printed as the file has it, against the one `found`;
-    /// `slack` is what the statement may be off beside its last digit.
+    /// Compares an extreme, printed as the file has it, with that of the samples, `found`; `slack` is the
+    /// allowed difference besides the last digit.
     pub(super) fn extreme(self, found: f64, slack: f64, findings: &mut Vec<Finding>) {
         let Some(stated) = self.number(f64::is_finite, findings) else {
             return;
         };
         if (found - stated).abs() > slack + text::last_digit(self.text) {
-            let said = format!(
+            let text = format!(
                 "{} in the header is {stated}, but the samples have {found}. Unit or scale is \
                  wrong, or samples are cut off or not of this header. Check unit and files",
                 self.key
             );
-            findings.push(Finding::blocking("peak-contradicted", said));
+            findings.push(Finding::blocking("peak-contradicted", text));
         }
     }
 }
 
-/// Holds the number of samples that `by` states against those that the file holds, as
+/// Compares the number of samples that `source` states with those of the file, as
 /// [`Statement::count`] does.
 pub(super) fn count(
-    by: &str,
+    source: &str,
     stated: f64,
     found: usize,
     stamped: bool,
     end_s: f64,
 ) -> Option<Finding> {
-    let holds = found as f64;
-    let text = format!("{by} states {stated} samples, but the file holds {found}");
-    if holds < stated {
-        let said = format!("{text}. The others are missing. Copy or export the file again");
-        let missing = Finding::blocking("samples-missing", said);
+    let held_samples = found as f64;
+    let text = format!("{source} states {stated} samples, but the file holds {found}");
+    if held_samples < stated {
+        let text = format!("{text}. The others are missing. Copy or export the file again");
+        let missing = Finding::blocking("samples-missing", text);
         // Without stamps they may be missing anywhere.
         return Some(if stamped { missing.at(end_s) } else { missing });
     }
     let unknown =
         format!("{text}. No stamp tells which of them belong to the record. Export again");
-    (holds > stated).then(|| match stamped {
+    (held_samples > stated).then(|| match stamped {
         true => Finding::warning("count-contradicted", text),
         false => Finding::blocking("count-contradicted", unknown),
     })
 }
 
-/// Holds a clock that `by` states, from `start_s` [s] on at a rate [Hz], against stamps [s], as printed to
-/// `digit_s`.
+/// Compares a clock that `source` states, from `start_s` [s] on at a rate [Hz], with stamps [s], as
+/// printed to `digit_s`.
 pub(super) fn clock(
-    by: &str,
+    source: &str,
     start_s: f64,
     hertz: f64,
     stamps_s: &[f64],
     digit_s: f64,
 ) -> Option<Finding> {
     let interval_s = 1.0 / hertz;
+    // Half a digit of rounding, which is exact but for last bits; a picosecond for stamps printed in full;
+    // and the jitter of a recorder.
     let slack = 0.5 * digit_s * (1.0 + 1e-6) + 1e-12 + STAMP_SLACK * interval_s;
-    let off = |(index, stamp): (usize, &f64)| (stamp - (start_s + index as f64 * interval_s)).abs();
-    let off_s = stamps_s.iter().enumerate().map(off).fold(0.0, f64::max);
+    let error_s =
+        |(index, stamp): (usize, &f64)| (stamp - (start_s + index as f64 * interval_s)).abs();
+    let off_s = stamps_s.iter().enumerate().map(error_s).fold(0.0, f64::max);
     (off_s > slack).then(|| {
         let text = format!(
-            "the stamps differ by up to {off_s:.3e} s from the clock that {by} states (first \
+            "the stamps differ by up to {off_s:.3e} s from the clock that {source} states (first \
              sample at {start_s} s, {hertz} Hz). One of the two is wrong. Find out which, and \
              export again"
         );
@@ -134,11 +137,11 @@ pub(super) fn clock(
     })
 }
 
-/// Share of the interval by which a stamp may be off the clock that is stated [-].
+/// Share of the interval by which a stamp may differ from the stated clock [-].
 const STAMP_SLACK: f64 = 0.01;
 
-/// Says that a text ends in the middle of its last line: without the line's end, and with fewer
-/// decimals, or cells, than every line before it has.
+/// Returns the finding that a text ends in the middle of its last line: without the line's end, and
+/// with fewer decimals, or cells, than every line before it.
 pub(super) fn cut_line(content: &str) -> Option<Finding> {
     let lines: Vec<&str> = content.lines().rev().take(LOOKED_AT).collect();
     let (last, before) = lines.split_first()?;
@@ -155,7 +158,7 @@ pub(super) fn cut_line(content: &str) -> Option<Finding> {
         (cells, decimals)
     };
     let (cells, decimals) = shape(last);
-    let least = |of: fn((usize, usize)) -> usize| before.iter().map(shape).map(of).min();
+    let least = |part: fn((usize, usize)) -> usize| before.iter().map(shape).map(part).min();
     let cut = Some(cells) < least(|(cells, _)| cells) || Some(decimals) < least(|(_, d)| d);
     cut.then(|| {
         let shown = text::shown(last);

@@ -1,4 +1,4 @@
-//! Which of several named columns is the lateral acceleration.
+//! The choice of the lateral acceleration among several named columns.
 
 use super::channel_name::ChannelName;
 use super::{Channel, Finding};
@@ -23,10 +23,10 @@ pub fn is_lateral(channel: &Channel) -> bool {
             || place.is_some_and(|place| axis(place) || named(place)))
 }
 
-/// What tells the channels of a topic that was recorded twice from one another.
+/// Mark by which the channels of a topic that was recorded twice are distinguished.
 const TWIN: &str = " (channel id ";
 
-/// Returns what stands behind the name of a topic that was recorded twice.
+/// Returns the mark after the name of a topic that was recorded twice.
 pub(super) fn twin_mark(id: u16) -> String {
     format!("{TWIN}{id})")
 }
@@ -34,21 +34,22 @@ pub(super) fn twin_mark(id: u16) -> String {
 /// Returns a name without the mark of a twin; `None` if it is that of another channel id.
 pub(super) fn without_twin_mark(name: &str, id: u16) -> Option<&str> {
     match name.rsplit_once(TWIN) {
-        Some((start, rest)) => (*rest == format!("{id})")).then_some(start),
+        Some((start, tail)) => (*tail == format!("{id})")).then_some(start),
         None => Some(name),
     }
 }
 
 /// A channel to choose from, as its words or its codes describe it.
 pub(super) struct ChannelOffer {
-    /// How it is offered, with what keeps it from being taken unasked.
+    /// The candidate, with the reason why it is not chosen unless it is named.
     candidate: Candidate,
-    /// True if unit or code say another quantity.
+    /// True if unit or code state another quantity.
     is_foreign: bool,
-    /// True if something speaks against it, not only nothing for it.
+    /// True if there is evidence against it, not only none for it.
     contradicted: bool,
-    /// True if a word, unit or code says acceleration or the axis, and both.
+    /// True if a word, unit or code says acceleration or names the axis.
     hints: bool,
+    /// True if it says both.
     is_lateral: bool,
     is_filtered: bool,
 }
@@ -66,10 +67,10 @@ impl ChannelOffer {
         }
     }
 
-    /// Describes columns by their words, each with its number, which counts what `counted` says.
+    /// Describes columns by their words, each with its number, of the things that `counted` names.
     pub(super) fn of_words(columns: &[(usize, &ChannelName)], counted: &str) -> Vec<Self> {
-        let one = |(number, column): &(usize, &ChannelName)| {
-            let same = |(_, other): &&(usize, &ChannelName)| other.name == column.name;
+        let offer = |(number, column): &(usize, &ChannelName)| {
+            let same = |(_, twin): &&(usize, &ChannelName)| twin.name == column.name;
             let candidate = match columns.iter().filter(same).count() {
                 1 => Candidate::named(&column.name),
                 _ => Candidate::numbered(&column.name, counted, *number),
@@ -83,41 +84,41 @@ impl ChannelOffer {
                 is_filtered: column.says_filtered(),
             }
         };
-        columns.iter().map(one).collect()
+        columns.iter().map(offer).collect()
     }
 }
 
-/// Takes the one channel that is plainly a lateral acceleration of the structure, or the only one if
-/// nothing speaks against it; a filtered one only where nothing else could be meant. Anything else
-/// that is an acceleration, or could be one, is offered with what raises the doubt.
+/// Chooses the one channel that is plainly a lateral acceleration of the structure, or the only one if
+/// there is no evidence against it; a filtered one only where no other could be meant. Any other channel
+/// that is an acceleration, or could be one, is offered with the reason for its doubt.
 pub(super) fn take(
-    all: &[ChannelOffer],
+    offers: &[ChannelOffer],
     known: String,
 ) -> Result<(usize, Option<Finding>), ErrorKind> {
-    if let [only] = all
+    if let [only] = offers
         && !only.contradicted
     {
         return Ok((0, None));
     }
-    let of = |wanted: &dyn Fn(&ChannelOffer) -> bool| -> Vec<usize> {
-        let fits = |index: &usize| !all[*index].is_foreign && wanted(&all[*index]);
-        (0..all.len()).filter(fits).collect()
+    let accelerations = |matches: &dyn Fn(&ChannelOffer) -> bool| -> Vec<usize> {
+        let fits = |index: &usize| !offers[*index].is_foreign && matches(&offers[*index]);
+        (0..offers.len()).filter(fits).collect()
     };
-    let rivals = of(&|_| true).len();
-    let plain = of(&|one| one.candidate.doubt.is_none());
-    let mut offered = of(&|one| one.candidate.doubt.is_some());
-    // Without a unit a column could be anything, so that those that say more come alone.
-    if offered.iter().any(|index| all[*index].hints) {
-        offered.retain(|index| all[*index].hints);
+    let rivals = accelerations(&|_| true).len();
+    let plain = accelerations(&|offer| offer.candidate.doubt.is_none());
+    let mut offered = accelerations(&|offer| offer.candidate.doubt.is_some());
+    // Without a unit a column could be anything, so that those with a hint are offered alone.
+    if offered.iter().any(|index| offers[*index].hints) {
+        offered.retain(|index| offers[*index].hints);
     }
-    let filtered = |index: &usize| all[*index].is_filtered;
+    let filtered = |index: &usize| offers[*index].is_filtered;
     match plain.as_slice() {
-        // What was filtered does not stand in for what was not.
+        // A filtered channel must not replace an unfiltered one in silence.
         [only] if !filtered(only) || offered.iter().all(filtered) => {
             let text = format!(
                 "`{}` was chosen of {rivals} channels: it alone is clearly a lateral acceleration \
                  of the structure",
-                all[*only].candidate.name
+                offers[*only].candidate.name
             );
             let finding = (rivals > 1).then(|| Finding::info("channel-chosen", text));
             return Ok((*only, finding));
@@ -126,7 +127,7 @@ pub(super) fn take(
         _ => offered = plain,
     }
     if offered.is_empty() {
-        let why = match all {
+        let why = match offers {
             [] => "",
             _ => {
                 " (by unit or code none is an acceleration; for volts, counts and the like, state \
@@ -136,33 +137,37 @@ pub(super) fn take(
         let known = format!("{known}{why}");
         return Err(ErrorKind::NoChannel { known });
     }
-    offered.sort_unstable_by_key(|index| (!all[*index].is_lateral, *index));
-    Err(ambiguous(all, &offered))
+    offered.sort_unstable_by_key(|index| (!offers[*index].is_lateral, *index));
+    Err(ambiguous(offers, &offered))
 }
 
-/// Returns the one channel among those `found` for the name that was `wanted`.
-pub(super) fn named(wanted: &str, found: &[usize], all: &[ChannelOffer]) -> Result<usize, Error> {
-    match found {
+/// Returns the one channel among the `matches` of the `requested` name.
+pub(super) fn named(
+    requested: &str,
+    matches: &[usize],
+    offers: &[ChannelOffer],
+) -> Result<usize, Error> {
+    match matches {
         [only] => Ok(*only),
         [] => Err(ErrorKind::NoSuchChannel {
-            requested: wanted.to_string(),
-            known: listed(all),
+            requested: requested.to_string(),
+            known: listed(offers),
         }
         .into()),
-        several => Err(ambiguous(all, several).into()),
+        several => Err(ambiguous(offers, several).into()),
     }
 }
 
 /// Lists the accelerations, or all channels where there is none.
-pub(super) fn listed(all: &[ChannelOffer]) -> String {
-    let none = all.iter().all(|one| one.is_foreign);
-    let shown = all.iter().filter(|one| none || !one.is_foreign);
-    let plain = |one: &ChannelOffer| one.candidate.clone().doubted(None);
+pub(super) fn listed(offers: &[ChannelOffer]) -> String {
+    let none = offers.iter().all(|offer| offer.is_foreign);
+    let shown = offers.iter().filter(|offer| none || !offer.is_foreign);
+    let plain = |offer: &ChannelOffer| offer.candidate.clone().doubted(None);
     Candidates(shown.map(plain).collect()).to_string()
 }
 
-fn ambiguous(all: &[ChannelOffer], several: &[usize]) -> ErrorKind {
-    let candidates = several.iter().map(|index| all[*index].candidate.clone());
+fn ambiguous(offers: &[ChannelOffer], several: &[usize]) -> ErrorKind {
+    let candidates = several.iter().map(|index| offers[*index].candidate.clone());
     ErrorKind::AmbiguousChannel {
         candidates: Candidates(candidates.collect()),
     }

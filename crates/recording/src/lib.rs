@@ -5,32 +5,30 @@
 //! return as a [`Finding`] beside the channel.
 //!
 //! - `archive`: archives: .zip, .tar.gz and .tar, unpacked within limits;
-//! - `card`: cards: a recording's full name plus `.toml`, saying what the file itself does not;
-//! - `channel_name`: what the name of a channel says: words, unit, time, filter, gravity; all readers ask it;
-//! - `code`: channel codes of ISO/TS 13499: 16 characters that say what was measured where;
+//! - `card`: cards: a recording's full name plus `.toml`, with facts that the file itself lacks;
+//! - `channel_name`: the meaning of a channel's name: words, unit, time, filter, gravity;
+//! - `code`: channel codes of ISO/TS 13499: 16 characters for place and quantity of a channel;
 //! - `csv`: text tables: CSV and its relatives;
-//! - `draft`: a channel as a reader found it, made into one that is delivered: the last mile of
-//!   all readers;
+//! - `draft`: the last step of all readers: from a channel as it was found to one that is delivered;
 //! - `encoding`: encodings: from a file's bytes to UTF-8 text whose lines end with a line feed;
 //! - `error`: what was expected, what was found, where, and what to type next;
 //! - `ev5`: NHTSA EV5 ASCII X-Y: a test's `.EV5` with its curve files, or one curve file;
-//! - `finding`: findings: something odd in usable data, with what it means for a verdict;
-//! - `held`: what a file states of its own samples, held against them: one rule for every format;
-//! - `lateral`: which of several named columns is the lateral acceleration;
-//! - `limits`: limits on input: what a reader refuses to take in, so that memory stays bounded;
+//! - `finding`: findings: something odd in usable data, with its effect on a verdict;
+//! - `held`: comparison of a file's statements with its samples: one rule for every format;
+//! - `lateral`: the choice of the lateral acceleration among several named columns;
+//! - `limits`: limits on input, so that memory stays bounded;
 //! - `lvm`: LabVIEW measurement files (.lvm): text in two headers and a table;
 //! - `mcap`: MCAP logs: messages of ROS 2 (CDR) and ROS 1, protobuf by its own descriptor, and
 //!   JSON;
 //! - `mme`: ISO/TS 13499 (ISO-MME): a test as folder, .zip, .tar.gz or .tar, or one channel of
 //!   it;
 //! - `number`: numbers in cells: decimal point or comma, and the digits they were printed with;
-//! - `pulse`: pulses by formula, where a recording may stand;
-//! - `remarks`: remarks: what laboratories and operators write in free words, for a person to read;
-//! - `setting`: the settings of a question, by the names that every door uses for them;
-//! - `source`: where the bytes come from: a file, standard input or memory, hashed while they are
-//!   read;
+//! - `pulse`: pulses by formula, in place of a recording;
+//! - `remarks`: remarks: free words of laboratories and operators, for a person to read;
+//! - `setting`: the settings of a question, by the names that every interface uses for them;
+//! - `source`: the source of the bytes: a file, standard input or memory, hashed while it is read;
 //! - `tdms`: NI TDMS (.tdms), as LabVIEW and DIAdem write it;
-//! - `text`: what readers of text share: lines within limits, decimal numbers as the file writes
+//! - `text`: tools of all readers of text: lines within limits, decimal numbers as the file writes
 //!   them;
 //! - `time_base`: time bases: from printed stamps to a uniform rate, or to a resampled one with a
 //!   finding;
@@ -88,7 +86,7 @@ use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use words::{Words, word_list};
 
-/// What the user says about a recording, from options and card (option before card).
+/// Settings of a person for one recording, from options and card (option before card).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
     /// Column name or 1-based number, MCAP `topic:field.path`, EV5 curve number, or ISO-MME
@@ -98,17 +96,17 @@ pub struct ReadOptions {
     pub time_column: Option<String>,
     /// Unit of the time column.
     pub time_unit: Option<TimeUnit>,
-    /// Whose clock tells the time of a log's messages.
+    /// Clock of a log's messages that gives the time.
     pub time_source: Option<MessageClock>,
     /// Name of the sheet of a workbook.
     pub sheet: Option<String>,
-    /// Line of a text table that names its columns, counted from 1; what stands above is no sample.
+    /// Line of a text table that names its columns, counted from 1; lines above hold no samples.
     pub header_line: Option<u32>,
     /// Line of a text table that holds the units of its columns.
     pub unit_line: Option<u32>,
-    /// Last line of a text table; what stands below is no sample.
+    /// Last line of a text table; lines below hold no samples.
     pub last_line: Option<u32>,
-    /// Lines at the start of a text table that are passed over.
+    /// Lines at the start of a text table that are skipped.
     pub skip_lines: Option<u32>,
     /// Decimal mark of a text table.
     pub decimal: Option<DecimalMark>,
@@ -118,7 +116,7 @@ pub struct ReadOptions {
     pub time_zero_s: Option<f64>,
     /// Unit of acceleration.
     pub unit: Option<AccelerationUnit>,
-    /// What one of the samples means as an acceleration, where they are another quantity.
+    /// Acceleration that one of the samples means, where they are another quantity.
     pub sensitivity: Option<SensorSensitivity>,
     /// True if a card, not an option, states `unit` or `sensitivity`.
     pub unit_from_card: bool,
@@ -134,9 +132,9 @@ impl ReadOptions {
         self.time_zero_s.unwrap_or(0.0)
     }
 
-    /// Refuses settings that say how a text table is laid out, for a format that is none, and whose
-    /// clock counts in a log, for a format that is no log.
-    fn refuse_settings_of_others(&self, format: &str) -> Result<(), Error> {
+    /// Refuses settings of the layout of a text table and of the clock of a log, for a format that has
+    /// neither.
+    fn refuse_foreign_settings(&self, format: &str) -> Result<(), Error> {
         if format != "mcap" && self.time_source.is_some() {
             return Err(Error::malformed(
                 format!("a log of messages, as {} needs", Setting::TimeSource),
@@ -170,22 +168,20 @@ impl ReadOptions {
         ))
     }
 
-    /// Refuses a column of times for a format that says itself where its times are; `format` names it.
+    /// Refuses a column of times for a format that states where its times are; `format` names it.
     fn refuse_time_column(&self, format: &str) -> Result<(), Error> {
         if self.time_column.is_none() {
             return Ok(());
         }
-        let expected = format!("{format}, which states where its times are");
-        let (found, setting) = ("another statement", Setting::TimeColumn);
         Err(Error::malformed(
-            expected,
-            found,
-            format!("leave out {setting}"),
+            format!("{format}, which states where its times are"),
+            "another statement",
+            format!("leave out {}", Setting::TimeColumn),
         ))
     }
 
-    /// Refuses options that say where times stand, or in which unit, for a format that says so
-    /// itself and in seconds; `format` names it and `way_out` what else could be done.
+    /// Refuses settings of the place or unit of times for a format that states the place and has
+    /// seconds; `format` names it and `way_out` is another remedy.
     fn refuse_other_clock(&self, format: &str, way_out: &str) -> Result<(), Error> {
         let other_unit = self.time_unit.is_some_and(|unit| unit != TimeUnit::SECOND);
         if self.time_column.is_none() && !other_unit {
@@ -199,7 +195,7 @@ impl ReadOptions {
     }
 }
 
-/// Which channels a reader shall deliver.
+/// The channels that a reader delivers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Selection {
     /// The one that `ReadOptions::channel` names, or the one lateral acceleration.
@@ -209,23 +205,23 @@ pub enum Selection {
     Every,
 }
 
-/// What is asked of a reader.
+/// Task of a reader.
 #[derive(Debug, Clone, Copy)]
 pub struct ReadTask<'a> {
-    /// What the user says.
+    /// Settings of a person.
     pub options: &'a ReadOptions,
-    /// The selections to deliver; what holds one up leaves the others alone.
+    /// The selections to deliver; an error of one does not touch the others.
     pub selections: &'a [Selection],
-    /// What is refused beyond.
+    /// Limits beyond which input is refused.
     pub limits: &'a Limits,
 }
 
 impl ReadTask<'_> {
     /// Delivers each selection.
-    fn each(self, mut one: impl FnMut(Selection) -> Result<ReadOutcome, Error>) -> Outcomes {
+    fn each(self, mut read: impl FnMut(Selection) -> Result<ReadOutcome, Error>) -> Outcomes {
         self.selections
             .iter()
-            .map(|selection| one(*selection))
+            .map(|selection| read(*selection))
             .collect()
     }
 }
@@ -237,7 +233,7 @@ pub struct Channel {
     pub name: String,
     /// Unit of the values; `None` only under [`Selection::Every`].
     pub unit: Option<AccelerationUnit>,
-    /// What states the unit: `option`, `card`, `header`, `units row`, `format`.
+    /// Source of the unit: `option`, `card`, `header`, `units row`, `format`.
     pub unit_source: &'static str,
     /// Time of the first sample, after `time_zero_s` was subtracted [s].
     pub start_s: f64,
@@ -245,9 +241,9 @@ pub struct Channel {
     pub rate: SampleRate,
     /// The samples, in `unit`.
     pub values: Vec<f64>,
-    /// What the file says of the channel beside its samples.
+    /// Facts that the file states of the channel beside its samples.
     pub stated: Stated,
-    /// What was found odd while reading.
+    /// Findings made while reading.
     pub findings: Vec<Finding>,
     /// The formula that gave the samples, of a pulse.
     pub pulse: Option<ExactPulse>,
@@ -262,7 +258,7 @@ pub struct ExactPulse {
     pub opens_when: CardPolarity,
 }
 
-/// What file or card says of the test and of the sensor; `None` where they say nothing.
+/// Facts that file or card state of the test and of the sensor; `None` where they state none.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct TestFacts {
@@ -283,7 +279,7 @@ pub struct TestFacts {
 }
 
 impl TestFacts {
-    /// Returns these facts, and those of `other` where these say nothing.
+    /// Returns these facts, with those of `other` where these are missing.
     pub fn or(self, other: Self) -> Self {
         Self {
             test: self.test.or(other.test),
@@ -306,7 +302,7 @@ impl TestFacts {
         self.filtered(|fact| fact(self) != fact(other))
     }
 
-    /// Returns the facts that are kept, each by the field it is.
+    /// Returns the facts that `keeps` accepts, each passed to it by its field.
     fn filtered(&self, keeps: impl Fn(fn(&Self) -> &Option<String>) -> bool) -> Self {
         let kept = |fact: fn(&Self) -> &Option<String>| fact(self).clone().filter(|_| keeps(fact));
         Self {
@@ -341,7 +337,7 @@ impl TestFacts {
     }
 }
 
-/// Returns what the value of a head's key says of the test; `None` where it only fills the place.
+/// Returns the fact in the value of a header's key; `None` for a placeholder.
 fn fact(value: &str) -> Option<String> {
     const PLACEHOLDERS: [&str; 4] = ["N/A", "NA", "NONE", "NOVALUE"];
     let value = value.trim();
@@ -358,7 +354,7 @@ fn joined_facts<const N: usize>(facts: [Option<String>; N]) -> Option<String> {
     (!facts.is_empty()).then(|| facts.join(", "))
 }
 
-/// What a file says of a channel beside its samples; `None` where it says nothing.
+/// Facts that a file states of a channel beside its samples; `None` where it states none.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stated {
     /// Place and axis of the sensor, in the format's own codes.
@@ -369,24 +365,24 @@ pub struct Stated {
     pub prefilter_hz: Option<f64>,
     /// Channel frequency class that the laboratory has already applied.
     pub filter_class: Option<String>,
-    /// It is said that the channel was not filtered.
+    /// True if the file states that the channel was not filtered.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unfiltered: bool,
-    /// The samples hold gravity, by the type of the message or by words.
+    /// True if the samples hold gravity, by the type of the message or by words.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub gravity: bool,
-    /// The laboratory's word on the data, in the format's own codes.
+    /// The laboratory's judgement of the data, in the format's own codes.
     pub status: Option<String>,
-    /// What states the clock beside what it was taken from, and agrees with that.
+    /// A second source of the clock, which agrees with the one that is used.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock_confirmed_by: Option<String>,
-    /// What speaks against the clock and proves nothing.
+    /// An observation against the clock that proves nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock_doubt: Option<String>,
-    /// What was written of the channel in free words, as it is shown.
+    /// Free words on the channel, as they are shown.
     #[serde(default)]
     pub remarks: Vec<String>,
-    /// What is said of the test and of the sensor.
+    /// Facts of the test and of the sensor.
     #[serde(default)]
     pub test: TestFacts,
 }
@@ -422,30 +418,30 @@ impl Channel {
     }
 }
 
-/// Channel frequency classes below that of a latch's gate.
+/// Channel frequency classes below CFC 1000, which a latch needs.
 const HEAVY_CLASSES: [&str; 4] = ["20", "60", "180", "600"];
 
-/// Corner frequency below which an analogue filter takes from a latch's excitation [Hz].
+/// Corner frequency below which an analogue filter weakens a latch's excitation [Hz].
 const LEAST_PREFILTER_HZ: f64 = 1000.0;
 
 impl Stated {
-    /// Says that a channel frequency class was applied before the samples were stored.
+    /// Returns the finding that a channel frequency class was applied before the samples were stored.
     fn class_finding(class: &str) -> Finding {
-        let by = format!("the laboratory filtered the channel with CFC {class}");
-        let mut finding = Finding::filtered(&by);
+        let reason = format!("the laboratory filtered the channel with CFC {class}");
+        let mut finding = Finding::filtered(&reason);
         if !HEAVY_CLASSES.contains(&class) {
             finding.severity = Severity::Info;
         }
         finding
     }
 
-    /// Returns what the statements mean at a sample rate: filters that were applied before
-    /// the samples were stored cannot be taken back.
+    /// Returns the findings of the statements at a sample rate: filters that were applied before the
+    /// samples were stored cannot be undone.
     pub fn findings(&self, rate: SampleRate) -> Vec<Finding> {
         let class = self.filter_class.iter();
-        let mut found: Vec<Finding> = class.map(|class| Self::class_finding(class)).collect();
+        let mut findings: Vec<Finding> = class.map(|class| Self::class_finding(class)).collect();
         let Some(corner) = self.prefilter_hz else {
-            return found;
+            return findings;
         };
         if corner >= 0.5 * rate.hertz() {
             let text = format!(
@@ -453,13 +449,13 @@ impl Stated {
                  Motion above that half shows as a slower one. Record at a higher rate",
                 rate.hertz()
             );
-            found.push(Finding::warning("aliasing-suspected", text));
+            findings.push(Finding::warning("aliasing-suspected", text));
         } else if corner < LEAST_PREFILTER_HZ {
-            found.push(Finding::filtered(&format!(
+            findings.push(Finding::filtered(&format!(
                 "the analogue filter ends at {corner} Hz, below what CFC 1000 lets through"
             )));
         }
-        found
+        findings
     }
 }
 
@@ -470,19 +466,19 @@ pub struct Recording {
     pub file: String,
     /// SHA-256 of the file's bytes, lower-case hexadecimal; of a folder, that of its list of parts.
     pub sha256: String,
-    /// Further files that were read with it.
+    /// Further files that were read for it.
     pub parts: Vec<Part>,
     /// Format name of [`FORMATS`].
     pub format: &'static str,
     /// The channels delivered: exactly one under [`Selection::Lateral`].
     pub channels: Vec<Channel>,
-    /// What was found odd in the file as a whole.
+    /// Findings on the file as a whole.
     pub findings: Vec<Finding>,
-    /// How a text table or a sheet was understood, under [`Selection::Every`].
+    /// Mapping of a text table or a sheet, under [`Selection::Every`].
     pub table: Option<csv::TableMapping>,
 }
 
-/// What a format is recognised from.
+/// Start and names of a file, by which its format is recognised.
 #[derive(Debug, Clone, Copy)]
 pub struct Head<'a> {
     /// The first bytes, up to 4096; none of a folder.
@@ -497,7 +493,7 @@ pub struct Head<'a> {
     pub entries: &'a [String],
 }
 
-/// A reader: how its files are recognised and how they are read.
+/// A reader: a test for its files, and the function that reads them.
 #[derive(Debug)]
 pub struct Format {
     /// Name for the setting and for verdicts.
@@ -505,7 +501,7 @@ pub struct Format {
     /// True if the file is of this format.
     pub recognises: fn(head: &Head<'_>) -> bool,
     /// Reads the channels of each selection in one pass over the bytes that `source` streams.
-    pub read: fn(source: &mut source::Reader, asked: ReadTask) -> Result<Outcomes, Error>,
+    pub read: fn(source: &mut source::Reader, task: ReadTask) -> Result<Outcomes, Error>,
 }
 
 impl Format {
@@ -522,10 +518,10 @@ impl Format {
     }
 }
 
-/// What a reader delivers for each selection, in their order.
+/// Result of a reader for each selection, in their order.
 pub type Outcomes = Vec<Result<ReadOutcome, Error>>;
 
-/// What a reader delivers for one selection.
+/// Result of a reader for one selection.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOutcome {
     /// The channels.
@@ -534,29 +530,33 @@ pub struct ReadOutcome {
     pub findings: Vec<Finding>,
     /// Names of the further files that were read for them.
     pub parts: BTreeSet<String>,
-    /// How a text table or a sheet was understood, under [`Selection::Every`].
+    /// Mapping of a text table or a sheet, under [`Selection::Every`].
     pub table: Option<csv::TableMapping>,
-    /// What was written of the file as a whole in free words.
+    /// Free words on the file as a whole.
     remarks: Vec<Remark>,
 }
 
 impl ReadOutcome {
-    /// Makes findings of the remarks on the file as a whole.
-    fn tell_remarks(&mut self, options: &ReadOptions, selection: Selection) {
+    /// Adds the findings that the remarks on the file as a whole make.
+    fn add_remark_findings(&mut self, options: &ReadOptions, selection: Selection) {
         let zero_s = options.zero_s();
-        let span = |one: &Channel| Span::new(one.start_s + zero_s, one.rate, one.values.len());
+        let span = |channel: &Channel| {
+            Span::new(channel.start_s + zero_s, channel.rate, channel.values.len())
+        };
         let spans = self.channels.iter().map(span);
         let accepted = &options.accepted_remarks;
         if let Some(span) = spans.reduce(Span::with) {
-            let mut told = remarks::findings(&self.remarks, accepted, span);
-            draft::move_instants(&mut told, zero_s);
-            self.findings.extend(told);
+            let mut remark_findings = remarks::findings(&self.remarks, accepted, span);
+            draft::move_instants(&mut remark_findings, zero_s);
+            self.findings.extend(remark_findings);
         }
         if selection == Selection::Lateral {
             let channels = self.channels.iter();
-            let of_channels = channels.flat_map(|channel| channel.stated.remarks.clone());
-            let all: Vec<String> = of_channels.chain(remarks::shown(&self.remarks)).collect();
-            self.findings.extend(remarks::not_found(accepted, &all));
+            let channel_remarks = channels.flat_map(|channel| channel.stated.remarks.clone());
+            let remarks: Vec<String> = channel_remarks
+                .chain(remarks::shown(&self.remarks))
+                .collect();
+            self.findings.extend(remarks::not_found(accepted, &remarks));
         }
     }
 }
@@ -588,18 +588,17 @@ pub fn read(
     recording
 }
 
-/// What one reading of a file gives under either [`Selection`].
+/// Result of one reading of a file under either [`Selection`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
-    /// The one channel that is meant, alone, as [`Selection::Lateral`] delivers it.
+    /// The one channel that is meant, as [`Selection::Lateral`] delivers it.
     pub chosen: Result<Recording, Error>,
     /// Every channel that carries numbers, as [`Selection::Every`] delivers them.
     pub every: Result<Recording, Error>,
 }
 
-/// Reads the channel that is meant and its neighbours in one pass over the bytes. Whatever is
-/// wrong with one of the two does not touch the other. Where `control` stops the reading, both are
-/// errors.
+/// Reads the channel that is meant and its neighbours in one pass over the bytes. An error of one of
+/// the two does not touch the other. Where `control` stops the reading, both are errors.
 pub fn read_both(
     source: &Source,
     options: &ReadOptions,
@@ -619,13 +618,13 @@ fn read_each<const N: usize>(
     limits: &Limits,
     control: Control<'_>,
 ) -> [Result<Recording, Error>; N] {
-    let asked = ReadTask {
+    let task = ReadTask {
         options,
         selections: &selections,
         limits,
     };
-    // What is wrong with the whole is wrong with each.
-    let outcomes = outcomes(source, asked, control)
+    // An error of the whole file is an error of each selection.
+    let outcomes = outcomes(source, task, control)
         .unwrap_or_else(|error| selections.map(|_| Err(error.clone())).into());
     let mut outcomes = outcomes.into_iter();
     selections.map(|_| {
@@ -635,18 +634,19 @@ fn read_each<const N: usize>(
     })
 }
 
-/// Finds the format of what a reader has before it.
-fn format_of(reader: &mut source::Reader, asked: ReadTask) -> Result<&'static Format, Error> {
+/// Finds the format of a reader's file, and unpacks an archive.
+fn format_of(reader: &mut source::Reader, task: ReadTask) -> Result<&'static Format, Error> {
     let bytes = reader.head()?;
-    let named = asked.options.input_format.as_deref();
+    let named = task.options.input_format.as_deref();
+    // Other formats are no archives, and a named one must see the bytes as they are.
     let may_be_archive = named.is_none_or(|name| ["ev5", "iso-mme", "workbook"].contains(&name));
     if may_be_archive && archive::is_archive(&bytes) {
-        let packed = reader.read_all("archive_bytes", asked.limits.archive_bytes)?;
-        let files = archive::unpack(reader.name(), packed, asked.limits)?;
+        let packed = reader.read_all("archive_bytes", task.limits.archive_bytes)?;
+        let files = archive::unpack(reader.name(), packed, task.limits)?;
         reader.lay_beside(files);
     }
     let entries = match reader.is_folder() || reader.is_archive() {
-        true => reader.list(true, asked.limits)?,
+        true => reader.list(true, task.limits)?,
         false => Vec::new(),
     };
     let head = Head {
@@ -661,20 +661,20 @@ fn format_of(reader: &mut source::Reader, asked: ReadTask) -> Result<&'static Fo
 
 fn outcomes(
     source: &Source,
-    asked: ReadTask,
+    task: ReadTask,
     control: Control<'_>,
 ) -> Result<Vec<Result<Recording, Error>>, Error> {
     let mut reader = source.open_watched(control)?;
-    let format = format_of(&mut reader, asked)?;
-    asked.options.refuse_settings_of_others(format.name)?;
-    let mut outcomes = (format.read)(&mut reader, asked)?;
-    for (outcome, selection) in outcomes.iter_mut().zip(asked.selections) {
+    let format = format_of(&mut reader, task)?;
+    task.options.refuse_foreign_settings(format.name)?;
+    let mut outcomes = (format.read)(&mut reader, task)?;
+    for (outcome, selection) in outcomes.iter_mut().zip(task.selections) {
         if let Ok(read) = outcome {
-            read.tell_remarks(asked.options, *selection);
+            read.add_remark_findings(task.options, *selection);
         }
     }
     if outcomes.iter().all(Result::is_err) {
-        // Nothing is delivered, so that the rest of the file is not waited for.
+        // Nothing is delivered, so the rest of the file need not be read for its hash.
         let failed = outcomes.into_iter().filter_map(Result::err);
         return Ok(failed.map(Err).collect());
     }
@@ -696,8 +696,8 @@ fn outcomes(
     Ok(read.collect())
 }
 
-/// Says how a text table was understood, or seems to be; `None` of another format, and where nothing
-/// like a table is found.
+/// Returns the mapping of a text table or a sheet, which is a guess where a setting is missing; `None`
+/// of another format, and where nothing like a table is found.
 pub fn table_mapping(
     source: &Source,
     options: &ReadOptions,
@@ -705,44 +705,46 @@ pub fn table_mapping(
     control: &Control<'_>,
 ) -> Option<csv::TableMapping> {
     let mut reader = source.open_watched(*control).ok()?;
-    let asked = ReadTask {
+    let task = ReadTask {
         options,
         selections: &[],
         limits,
     };
-    let format = format_of(&mut reader, asked).ok()?;
+    let format = format_of(&mut reader, task).ok()?;
     match format.name {
-        "csv" => csv::mapping(&mut reader, asked).ok(),
-        "workbook" => workbook::mapping(&mut reader, asked).ok(),
+        "csv" => csv::mapping(&mut reader, task).ok(),
+        "workbook" => workbook::mapping(&mut reader, task).ok(),
         _ => None,
     }
 }
 
-/// Formats that are known but not read: first bytes or suffix, name, way out.
+/// Formats that are known but not read: first bytes or suffix, name, remedy.
 static REFUSED: Words = word_list!("refused-formats");
 
-/// Recognises a format that is not read: name, way out.
+/// Recognises a format that is not read: name, remedy.
 fn refused(head: &Head<'_>) -> Option<(&'static str, &'static str)> {
     let is_text = encoding::looks_like_text(head.bytes);
-    let own = head.file_name.rsplit_once('.').map_or("", |(_, own)| own);
+    let extension = head
+        .file_name
+        .rsplit_once('.')
+        .map_or("", |(_, extension)| extension);
     let fits = |mark: &str| match mark.as_bytes()[0] {
-        b'.' => !is_text && mark[1..].eq_ignore_ascii_case(own),
+        b'.' => !is_text && mark[1..].eq_ignore_ascii_case(extension),
         b'+' => begins_with(head.bytes, &mark[1..]),
-        // The names of a table's columns may begin so.
+        // A table may have column names that begin like a mark.
         _ => begins_with(head.bytes, mark) && !(is_text && csv::looks_like_table(head.bytes)),
     };
     let entries = REFUSED.iter().filter_map(|line| {
-        let (mark, rest) = line.split_once('\t')?;
-        Some((mark, rest.split_once('\t')?))
+        let (mark, name_and_hint) = line.split_once('\t')?;
+        Some((mark, name_and_hint.split_once('\t')?))
     });
     let listed = entries.filter(|(mark, _)| fits(mark));
     let longest = listed.max_by_key(|(mark, _)| mark.len());
-    let found = longest.map(|(_, found)| found);
-    found.or_else(|| refused_by_content(head, is_text))
+    let refusal = longest.map(|(_, name_and_hint)| name_and_hint);
+    refusal.or_else(|| refused_by_content(head, is_text))
 }
 
-/// True if bytes begin as a mark says, in which `\xNN` stands for a byte, `\d` for a digit and
-/// `\?` for any byte.
+/// True if bytes begin with a mark, in which `\xNN` is a byte, `\d` a digit and `\?` any byte.
 fn begins_with(bytes: &[u8], mark: &str) -> bool {
     let (mut bytes, mut letters) = (bytes.iter(), mark.bytes());
     while let Some(letter) = letters.next() {
@@ -772,7 +774,7 @@ fn begins_with(bytes: &[u8], mark: &str) -> bool {
     true
 }
 
-/// Recognises formats that are not read and whose first bytes alone do not say it: name, way out.
+/// Recognises formats that are not read and that the first bytes alone do not show: name, remedy.
 fn refused_by_content(head: &Head<'_>, is_text: bool) -> Option<(&'static str, &'static str)> {
     let text = head.bytes.strip_prefix(b"\xEF\xBB\xBF");
     let text = text.unwrap_or(head.bytes);
@@ -824,27 +826,27 @@ fn refused_by_content(head: &Head<'_>, is_text: bool) -> Option<(&'static str, &
 /// True if a text is JSON. A bracket may begin a unit or a date in a table.
 fn is_json(text: &[u8]) -> bool {
     let text = text.trim_ascii_start();
-    let rest = text.get(1..).unwrap_or_default().trim_ascii_start();
+    let inside = text.get(1..).unwrap_or_default().trim_ascii_start();
     matches!(
-        (text.first(), rest.first()),
+        (text.first(), inside.first()),
         (Some(b'{'), Some(b'"' | b'}')) | (Some(b'['), Some(b'{' | b'[' | b'"'))
     )
 }
 
 fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, Error> {
-    let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+    let names: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
     let mut formats = FORMATS.iter();
     if let Some(name) = named {
         let format = formats.find(|format| format.name == name);
-        return format.ok_or_else(|| Error::unknown("input format", name, &known));
+        return format.ok_or_else(|| Error::unknown("input format", name, &names));
     }
     if head.bytes.is_empty() && !head.is_folder {
         return Err(Error::empty("the file is empty", "a recording"));
     }
     let format = formats.find(|format| (format.recognises)(head));
-    // Any text may be a table, which only means that nothing more is known of it.
-    let is_told = format.is_some_and(|format| format.name != "csv") || head.is_folder;
-    if let Some((format, way_out)) = refused(head).filter(|_| !is_told) {
+    // Any text may be a table, so `csv` only means that no other reader recognises it.
+    let is_certain = format.is_some_and(|format| format.name != "csv") || head.is_folder;
+    if let Some((format, way_out)) = refused(head).filter(|_| !is_certain) {
         return Err(ErrorKind::RefusedFormat { format, way_out }.into());
     }
     format.ok_or_else(|| {
@@ -859,7 +861,7 @@ fn find_format(head: &Head<'_>, named: Option<&str>) -> Result<&'static Format, 
         } else {
             ErrorKind::UnknownFormat {
                 found: format!("first bytes {start:02x?}"),
-                expected: known.join(", "),
+                expected: names.join(", "),
             }
         })
     })

@@ -1,4 +1,4 @@
-//! Words that say that a channel was filtered before it was stored.
+//! Words for a filter that was applied before a channel was stored.
 
 use super::words;
 use crate::code::CLASSES;
@@ -9,7 +9,7 @@ static FILTERS: Words = word_list!("name-filters");
 static UNFILTERED: Words = word_list!("name-unfiltered");
 static NEGATIONS: Words = word_list!("name-negations");
 
-/// What a text says of a filter.
+/// A filter that a text states.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Filtered {
     /// A channel frequency class.
@@ -33,7 +33,7 @@ pub(crate) fn filter_in(text: &str) -> Option<Filtered> {
         ["cfc", "sae", "class", "klasse", "filterklasse"]
             .iter()
             .filter_map(|start| word.strip_prefix(start))
-            .find_map(|rest| match rest {
+            .find_map(|suffix| match suffix {
                 "" => class(words.get(index + 1)?),
                 number => class(number),
             })

@@ -1,4 +1,4 @@
-//! Words that say that an acceleration holds gravity, as that of an accelerometer at rest does.
+//! Words for gravity in an acceleration, as an accelerometer at rest measures it.
 
 use super::words;
 use crate::words::{Words, word_list};
@@ -12,7 +12,7 @@ static NEGATIONS: Words = word_list!("name-negations");
 /// True if a name or a comment says that gravity is in the samples: `including gravity`, `with g`,
 /// `mit Erdbeschleunigung`, `specific force`.
 pub(crate) fn says_gravity(text: &str) -> bool {
-    // The message of ROS whose accelerations hold it.
+    // The message of ROS whose accelerations include gravity.
     let small = text.to_lowercase();
     if ["sensor_msgs/imu", "sensor_msgs/msg/imu"]
         .iter()
@@ -23,10 +23,10 @@ pub(crate) fn says_gravity(text: &str) -> bool {
     let words = words(text);
     let listed = |list: &Words, word: &String| list.contains(&word.as_str());
     let pair = |pair: &[String]| match pair {
-        [with, what] => {
-            (listed(&WITH, with) && what == "g")
-                || (with == "specific" && what == "force")
-                || (with == "proper" && what.starts_with("accel"))
+        [with, noun] => {
+            (listed(&WITH, with) && noun == "g")
+                || (with == "specific" && noun == "force")
+                || (with == "proper" && noun.starts_with("accel"))
         }
         _ => false,
     };

@@ -117,7 +117,7 @@ impl Preamble {
             for (_, unit) in units {
                 *column = std::mem::take(column).with_unit(unit, SOURCE);
             }
-            column.say(self.stated(index, column));
+            column.state(self.stated(index, column));
         }
     }
 

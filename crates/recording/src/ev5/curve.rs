@@ -12,7 +12,7 @@ pub(super) struct Curve {
     pub(super) values: Vec<f64>,
     /// Size of the last printed digit of a stamp [s].
     pub(super) printed_digit_s: f64,
-    /// That the file ends in the middle of a line, if it does.
+    /// The finding that the file ends in the middle of a line.
     pub(super) cut: Option<Finding>,
 }
 
@@ -35,7 +35,7 @@ impl Curve {
         };
         let mut digits = PrintedDigits::new();
         for (number, line) in text::lines(&text_of_file) {
-            let at = |column: u64| Place::default().line(number).column(column);
+            let place = |column: u64| Place::default().line(number).column(column);
             let mut cells = line.split_whitespace();
             let Some(stamp) = cells.next() else { continue };
             let (Some(value), None) = (cells.next(), cells.next()) else {
@@ -44,18 +44,18 @@ impl Curve {
                     format!("`{}`", text::shown(line)),
                     "the curve file is damaged; fetch it again",
                 )
-                .at(at(1)));
+                .at(place(1)));
             };
             // The format writes decimal points, so that a comma is damage.
             let mut point = Decimal::PointOnly;
-            let second = text::sample(stamp, &mut point).map_err(|error| error.at(at(1)))?;
+            let second = text::sample(stamp, &mut point).map_err(|error| error.at(place(1)))?;
             digits.count(stamp.as_bytes());
-            let sample = text::sample(value, &mut point).map_err(|error| error.at(at(2)))?;
+            let sample = text::sample(value, &mut point).map_err(|error| error.at(place(2)))?;
             curve.stamps_s.push(second);
-            time_base::check_rising(&curve.stamps_s).map_err(|error| error.at(at(1)))?;
+            time_base::check_rising(&curve.stamps_s).map_err(|error| error.at(place(1)))?;
             curve.values.push(sample);
             if curve.values.len() as u64 > limits.samples {
-                return Err(limits.over("samples", "more samples").at(at(1)));
+                return Err(limits.over("samples", "more samples").at(place(1)));
             }
         }
         if curve.values.is_empty() {

@@ -12,10 +12,10 @@ use std::rc::Rc;
 /// Fields of a line of instrumentation.
 const FIELDS: usize = 20;
 
-/// What stands in for a sensor without a seat: the vehicle itself.
+/// Seat field of a sensor on the vehicle itself.
 const NO_SEAT: &[&str] = &["", "NA", "N/A", "0", "00"];
 
-/// Attachments to a vehicle's structure that are plain, by what they begin with.
+/// Beginnings of the attachments that are plainly on a vehicle's structure.
 static STRUCTURE: Words = word_list!("nhtsa-structure");
 
 /// The instrumentation of a test.
@@ -29,14 +29,14 @@ pub(super) struct TestInstruments {
 pub(super) struct CurveEntry {
     vehicle: u32,
     pub(super) number: u32,
-    /// Its line, codes in capitals, and where in it each field stands.
+    /// Its line, codes in capitals, and the range of each field in it.
     line: String,
     fields: [Range<usize>; FIELDS],
-    /// What is said of the test.
+    /// Facts of the test.
     test: Rc<TestSections>,
 }
 
-// Places of fields in a line.
+// Positions of fields in a line.
 /// Type of sensor: `AC` for acceleration.
 pub(super) const SENSOR: usize = 2;
 const SEAT: usize = 3;
@@ -85,7 +85,7 @@ impl TestInstruments {
             }
             let place = Place::default().line(number);
             let entry = CurveEntry::read(line).map_err(|error| error.at(place.clone()))?;
-            if entries.iter().any(|known| known.number == entry.number) {
+            if entries.iter().any(|earlier| earlier.number == entry.number) {
                 return Err(Error::malformed(
                     "one line for each curve",
                     format!("curve {} twice", entry.number),
@@ -110,7 +110,7 @@ impl TestInstruments {
     }
 }
 
-/// What the sections before the instrumentation say.
+/// Facts from the sections before the instrumentation.
 #[derive(Debug, Default, PartialEq)]
 struct TestSections {
     number: Option<String>,
@@ -120,7 +120,7 @@ struct TestSections {
 }
 
 impl TestSections {
-    /// Takes in a comment: the database writes the test's number there.
+    /// Reads a comment: the database writes the test's number there.
     fn comment(&mut self, line: &str) {
         if let Some((_, number)) = line.split_once("Test Number:") {
             let number = number.trim().trim_start_matches('0');
@@ -128,7 +128,7 @@ impl TestSections {
         }
     }
 
-    /// Takes in a line of another section.
+    /// Reads a line of another section.
     fn line(&mut self, section: &str, line: &str) {
         let fields: Vec<&str> = line.split('|').map(str::trim).collect();
         let field = |index: usize| {
@@ -159,18 +159,18 @@ impl TestSections {
         }
     }
 
-    /// Returns what is said of the test of a curve and of its sensor.
+    /// Returns the facts of the test of a curve and of its sensor.
     fn of(&self, entry: &CurveEntry) -> TestFacts {
         let mut vehicles = self.vehicles.iter();
         let vehicle = vehicles.find(|(number, _)| *number == entry.vehicle);
-        let said = |name: &str, text: &str| {
+        let labelled = |name: &str, text: &str| {
             let empty = text.is_empty() || text == "0";
             (!empty).then(|| format!("{name}{text}"))
         };
         let range = |rating| format!("range {rating} {}", entry.of(Y_UNIT));
         let sensor = [
-            said("", entry.of(MAKE)),
-            said("calibrated ", entry.of(CALIBRATED)),
+            labelled("", entry.of(MAKE)),
+            labelled("calibrated ", entry.of(CALIBRATED)),
             entry.rating().map(range),
         ];
         let sensor: Vec<String> = sensor.into_iter().flatten().collect();
@@ -189,12 +189,11 @@ impl CurveEntry {
         let mut fields = [const { 0..0 }; FIELDS];
         let mut count = 0;
         let mut from = 0;
-        // The comment stands last and may hold a `|` of its own; other sections' lines end
-        // with one.
+        // The comment is the last field and may hold a `|` itself; lines of other sections end with one.
         for text in line.splitn(FIELDS, '|') {
-            let own = text.trim();
+            let trimmed = text.trim();
             let start = from + text.len() - text.trim_start().len();
-            fields[count] = start..start + own.len();
+            fields[count] = start..start + trimmed.len();
             count += 1;
             from += text.len() + 1;
         }
@@ -258,13 +257,12 @@ impl CurveEntry {
         name
     }
 
-    /// True if a user's word means this curve: its number, its name, or attachment and
-    /// axis.
-    pub(super) fn answers_to(&self, wanted: &str) -> bool {
-        let wanted = wanted.trim().to_ascii_uppercase();
-        wanted.parse() == Ok(self.number)
-            || wanted == self.name().to_ascii_uppercase()
-            || wanted == format!("{} {}", self.of(ATTACHMENT), self.of(AXIS))
+    /// True if a requested name means this curve: its number, its name, or attachment and axis.
+    pub(super) fn answers_to(&self, requested: &str) -> bool {
+        let requested = requested.trim().to_ascii_uppercase();
+        requested.parse() == Ok(self.number)
+            || requested == self.name().to_ascii_uppercase()
+            || requested == format!("{} {}", self.of(ATTACHMENT), self.of(AXIS))
     }
 
     /// True if the sensor has no seat, as one in a dummy has.
@@ -272,12 +270,12 @@ impl CurveEntry {
         NO_SEAT.contains(&self.of(SEAT))
     }
 
-    /// True if a second sensor at a place that has one.
+    /// True if it is a second sensor at a place that has one.
     pub(super) fn is_redundant(&self) -> bool {
         self.of(RANK) == "R"
     }
 
-    /// Returns what primary and redundant sensors share.
+    /// Returns the key that primary and redundant sensors of one place share.
     pub(super) fn place(&self) -> (u32, &str, &str) {
         (self.vehicle, self.of(ATTACHMENT), self.of(AXIS))
     }
@@ -296,8 +294,8 @@ impl CurveEntry {
         let interval_us = text::header_number(self.of(INTERVAL_US)).filter(|us| *us > 0.0)?;
         let digit = text::last_digit(self.of(INTERVAL_US));
         let rate = time_base::rate_of_interval(interval_us / 1e6, digit / 1e6).ok()?;
-        let whole = |number: &f64| number.fract().total_cmp(&0.0).is_eq();
-        let first = text::header_number(self.of(FIRST)).filter(whole)?;
+        let is_whole = |number: &f64| number.fract().total_cmp(&0.0).is_eq();
+        let first = text::header_number(self.of(FIRST)).filter(is_whole)?;
         // The product of whole microseconds is exact, and so is the nearest double to its
         // quotient; index over rate may be off by a last bit.
         let product = first * interval_us;
@@ -311,23 +309,23 @@ impl CurveEntry {
         Some((start, rate))
     }
 
-    /// Says that the stated unit of time is not that of the stamps, which are seconds;
-    /// `confirmed` if indices and interval agree with them.
+    /// Returns the finding that the stated unit of time is not seconds, as this format's stamps are;
+    /// `confirmed` is true if indices and interval agree with seconds.
     pub(super) fn time_unit_finding(&self, confirmed: bool) -> Option<Finding> {
         const SECONDS: [&str; 6] = ["", "S", "SEC", "SECS", "SECOND", "SECONDS"];
         if SECONDS.contains(&self.of(X_UNIT)) {
             return None;
         }
-        let seen = format!(
+        let text = format!(
             "the header states `{}` as the unit of time (XUNITS), but this format has seconds. The \
              stamps were read as seconds. Indices and interval",
             text::shown(self.of(X_UNIT))
         );
         Some(match confirmed {
-            true => Finding::warning("time-unit-overridden", format!("{seen} confirm that")),
+            true => Finding::warning("time-unit-overridden", format!("{text} confirm that")),
             false => Finding::blocking(
                 "time-contradicted",
-                format!("{seen} do not confirm that. Correct the .EV5"),
+                format!("{text} do not confirm that. Correct the .EV5"),
             ),
         })
     }
@@ -344,8 +342,8 @@ impl CurveEntry {
         }
     }
 
-    /// Says what keeps the curve from being taken unasked as a lateral acceleration of the
-    /// vehicle's structure.
+    /// Returns the reason why the curve is not chosen as a lateral acceleration of the vehicle's structure
+    /// unless it is named.
     pub(super) fn doubt(&self) -> Option<String> {
         let is_plain = |start: &&str| self.of(ATTACHMENT).starts_with(*start);
         let sensor = self.of(SENSOR);
@@ -367,12 +365,12 @@ impl CurveEntry {
         Some(Finding::not_lateral(&self.name(), &self.doubt()?))
     }
 
-    /// Returns what the laboratory says of the curve in free words.
+    /// Returns the laboratory's free words on the curve.
     pub(super) fn remark(&self) -> Remark {
         Remark::of_channel(&[self.of(COMMENT)])
     }
 
-    /// Returns what the status says of the samples; from when on, the comment may say.
+    /// Returns the finding on the status of the samples; the comment may state its instant.
     pub(super) fn status_finding(&self, span: Span) -> Option<Finding> {
         let (word, part_way) = match self.of(STATUS) {
             "" | "AM" => return None,
@@ -396,37 +394,37 @@ impl CurveEntry {
         Some(Finding::blocking("invalid-by-laboratory", text).since(from))
     }
 
-    /// Says which of the fields that are held against the samples cannot be read.
+    /// Returns the findings on compared fields that cannot be read.
     pub(super) fn unread_findings(&self) -> Vec<Finding> {
-        let mut found = Vec::new();
+        let mut findings = Vec::new();
         type Fits = fn(f64) -> bool;
-        let whole: Fits = |number| number.fract().total_cmp(&0.0).is_eq();
-        let positive: Fits = |number| number > 0.0;
-        // A rating or a filter of 0 is none.
-        let zero: Fits = |number| number >= 0.0;
+        let is_whole: Fits = |number| number.fract().total_cmp(&0.0).is_eq();
+        let is_positive: Fits = |number| number > 0.0;
+        // A rating or a filter of 0 means none.
+        let is_rating: Fits = |number| number >= 0.0;
         let fields = [
-            ("NFP", FIRST, whole),
-            ("NLP", LAST, whole),
-            ("DELT", INTERVAL_US, positive),
-            ("INSRAT", RATING, zero),
-            ("CHLMAX", PEAK_PERCENT, zero),
-            ("PREFIL", PREFILTER, zero),
+            ("NFP", FIRST, is_whole),
+            ("NLP", LAST, is_whole),
+            ("DELT", INTERVAL_US, is_positive),
+            ("INSRAT", RATING, is_rating),
+            ("CHLMAX", PEAK_PERCENT, is_rating),
+            ("PREFIL", PREFILTER, is_rating),
         ];
         for (key, field, fits) in fields {
             let text = self.of(field);
             if !text.is_empty() || matches!(field, FIRST | LAST | INTERVAL_US) {
-                Statement { key, text }.number(fits, &mut found);
+                Statement { key, text }.number(fits, &mut findings);
             }
         }
-        found
+        findings
     }
 
-    /// Holds the stated peak, in percent of the rating, against the samples.
+    /// Compares the stated peak, in percent of the rating, with the samples.
     pub(super) fn peak_finding(&self, values: &[f64]) -> Option<Finding> {
         let (rating, stated) = (self.rating()?, text::header_number(self.of(PEAK_PERCENT))?);
         let peak = values.iter().copied().map(f64::abs).fold(0.0, f64::max);
         let found = 100.0 * peak / rating;
-        // The percentage is printed whole; a shortened or filtered copy is further off.
+        // The percentage is printed whole; a shortened or filtered copy differs by more.
         ((found - stated).abs() > 1.0 + 0.02 * stated.abs()).then(|| {
             let text = format!(
                 "the header states a peak of {stated} % of the range of {rating} (CHLMAX), but the \
@@ -437,7 +435,7 @@ impl CurveEntry {
         })
     }
 
-    /// Holds the stated number of samples against the file.
+    /// Compares the stated number of samples with the file.
     pub(super) fn count_finding(&self, found: usize, end_s: f64) -> Option<Finding> {
         let stated =
             text::header_number(self.of(LAST))? - text::header_number(self.of(FIRST))? + 1.0;
