@@ -57,7 +57,7 @@ impl Draft {
         }
         self.stated.remarks = remarks::shown(&self.remarks);
         self.stated.test = self.stated.test.shortened();
-        remarks::tell_of_filters(&self.remarks, &mut self.stated, &mut self.findings);
+        remarks::add_stated_filters(&self.remarks, &mut self.stated, &mut self.findings);
         let scale = self.unit.scale;
         if scale.total_cmp(&1.0).is_ne() {
             self.stated.full_scale = self.stated.full_scale.map(|full| full * scale);

@@ -643,7 +643,7 @@ fn format_of(reader: &mut source::Reader, task: ReadTask) -> Result<&'static For
     if may_be_archive && archive::is_archive(&bytes) {
         let packed = reader.read_all("archive_bytes", task.limits.archive_bytes)?;
         let files = archive::unpack(reader.name(), packed, task.limits)?;
-        reader.lay_beside(files);
+        reader.set_siblings(files);
     }
     let entries = match reader.is_folder() || reader.is_archive() {
         true => reader.list(true, task.limits)?,
@@ -681,7 +681,7 @@ fn outcomes(
     let hashes = reader.finish_hashes()?;
     let recording = |outcome: ReadOutcome| {
         tracing::info!(file = %source.name(), format = format.name, channels = outcome.channels.len(), "recording read");
-        let (sha256, parts) = hashes.of(&outcome.parts);
+        let (sha256, parts) = hashes.with_parts(&outcome.parts);
         Recording {
             file: source.name(),
             sha256,

@@ -1,14 +1,14 @@
 //! Limits on input: what a reader refuses to take in, so that memory stays bounded.
 //!
-//! One table lists them with unit and meaning; `latchgate limits` prints it, and
-//! An assignment `KEY=VALUE` changes an entry.
+//! One table lists them with unit and meaning, which `latchgate limits` prints. An assignment `KEY=VALUE`
+//! changes an entry.
 
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// A limit as it stands.
+/// A limit with its present value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Limit {
     /// Name, as messages and assignments use it.
@@ -17,9 +17,9 @@ pub struct Limit {
     pub value: u64,
     /// The value unless changed.
     pub default: u64,
-    /// What it counts, for example `bytes`.
+    /// Unit of the value, for example `bytes`.
     pub unit: Cow<'static, str>,
-    /// What is counted where.
+    /// Meaning of the limit.
     pub meaning: Cow<'static, str>,
 }
 
@@ -61,7 +61,7 @@ macro_rules! limits {
                     .collect()
             }
 
-            /// Says that the limit of that name was crossed by what was found.
+            /// Returns the error of the crossed limit of that name.
             pub(super) fn over(&self, limit: &'static str, found: impl Into<String>) -> Error {
                 let value = match limit {
                     $(stringify!($name) => self.$name,)*

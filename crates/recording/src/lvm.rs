@@ -1,9 +1,8 @@
 //! LabVIEW measurement files (.lvm): text in two headers and a table.
 //!
-//! The header says much that the table does not keep: a number of samples, an interval where a
-//! time column runs otherwise, a decimal mark. What the table shows counts; where the two
-//! differ a finding says so. Words in the Comment column are the operator's, and count as a
-//! laboratory's do.
+//! The header states much that the table does not show: a number of samples, an interval where a
+//! time column runs differently, a decimal mark. The table counts; where the two differ, a finding
+//! says so. Words in the Comment column are the operator's, and count as a laboratory's do.
 //!
 //! # Source
 //!
@@ -44,44 +43,44 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::MissingTime`] and [`ErrorKind::MissingUnit`] where nothing says,
 /// - [`ErrorKind::NoSuchChannel`], [`ErrorKind::AmbiguousChannel`], [`ErrorKind::NoChannel`],
 /// - [`ErrorKind::Empty`] without samples, [`ErrorKind::LimitExceeded`] beyond a limit.
-pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
-    asked.options.refuse_time_column("a LabVIEW file")?;
-    let bytes = source.read_text(asked.limits)?;
-    let (content, mut findings) = encoding::text_of(bytes, asked.limits)?;
-    let (mut header, first_row) = Header::read(&content, asked.limits)?;
-    header.take_time_units(asked.options.time_unit)?;
+pub fn read(source: &mut Reader, task: ReadTask) -> Result<Outcomes, Error> {
+    task.options.refuse_time_column("a LabVIEW file")?;
+    let bytes = source.read_text(task.limits)?;
+    let (content, mut findings) = encoding::text_of(bytes, task.limits)?;
+    let (mut header, first_row) = Header::read(&content, task.limits)?;
+    header.take_time_units(task.options.time_unit)?;
     let columns = header
         .channels
         .iter_mut()
         .map(|channel| &mut channel.column);
-    mark_columns(columns.collect(), asked.options);
+    mark_columns(columns.collect(), task.options);
     findings.extend(header.findings.iter().cloned());
     let file = LabviewFile {
         content: &content,
         header: &header,
         first_row,
         findings,
-        asked,
+        task,
     };
-    Ok(asked.each(|selection| file.outcome(selection)))
+    Ok(task.each(|selection| file.outcome(selection)))
 }
 
 /// A file whose headers are read.
 struct LabviewFile<'a> {
     content: &'a str,
     header: &'a Header,
-    /// Line on which the table begins.
+    /// Line on which the table begins, counted from 1.
     first_row: u64,
     findings: Vec<Finding>,
-    asked: ReadTask<'a>,
+    task: ReadTask<'a>,
 }
 
 impl LabviewFile<'_> {
-    /// Reads what a selection asks for.
+    /// Reads the channels of a selection.
     fn outcome(&self, selection: Selection) -> Result<ReadOutcome, Error> {
-        let (header, options) = (self.header, self.asked.options);
+        let (header, options) = (self.header, self.task.options);
         let named = match (&options.channel, selection) {
-            (Some(wanted), Selection::Lateral) => Some(header.named(wanted)?),
+            (Some(requested), Selection::Lateral) => Some(header.named(requested)?),
             _ => None,
         };
         let mut table = ChannelTable::read(self, named)?;
@@ -90,15 +89,15 @@ impl LabviewFile<'_> {
             remarks: header.remarks.clone(),
             ..ReadOutcome::default()
         };
-        let said = table.words.remarks("Comment", |at_s| (at_s, String::new()));
-        outcome.remarks.extend(said);
+        let comments = table.words.remarks("Comment", |at_s| (at_s, String::new()));
+        outcome.remarks.extend(comments);
         outcome
             .findings
             .extend(header.decimal_finding(table.decimal));
         outcome.findings.extend(table.silent_finding(header));
         let filled = (0..header.channels.len()).filter(|index| !table.channels[*index].is_silent());
         let filled: Vec<usize> = filled.collect();
-        let wanted = match (selection, named) {
+        let indices = match (selection, named) {
             (Selection::Every, _) => filled,
             (_, Some(index)) => {
                 let column = &header.channels[index].column;
@@ -106,8 +105,12 @@ impl LabviewFile<'_> {
                 vec![index]
             }
             (_, None) => {
-                // Where nobody has said which channel is meant, the whole table has to be in order.
-                if let Some(error) = table.channels.iter().find_map(|one| one.error.clone()) {
+                // Any column could be the channel that is meant, so a fault in one must not hide it.
+                if let Some(error) = table
+                    .channels
+                    .iter()
+                    .find_map(|numbers| numbers.error.clone())
+                {
                     return Err(error);
                 }
                 let choices = header.offers(filled.iter().copied());
@@ -116,8 +119,8 @@ impl LabviewFile<'_> {
                 vec![filled[index]]
             }
         };
-        let most = ("table_cells", self.asked.limits.table_cells);
-        draft::deliver(selection, wanted, outcome, most, |index, _| {
+        let limit = ("table_cells", self.task.limits.table_cells);
+        draft::deliver(selection, indices, outcome, limit, |index, _| {
             let name = || header.channels[index].column.name.clone();
             let channel = self.channel(&mut table, index, selection);
             channel.map(Some).map_err(|error| (name(), error))
@@ -129,20 +132,20 @@ impl LabviewFile<'_> {
 #[derive(Default)]
 struct ColumnNumbers {
     values: Vec<f64>,
-    /// How many cells hold something, kept or not.
+    /// Number of cells with content, kept or not.
     count: usize,
     marks: ColumnMarks,
-    /// The first thing wrong; nothing is taken after it.
+    /// The first fault; nothing is read after it.
     error: Option<Error>,
 }
 
 impl ColumnNumbers {
-    /// True if the column holds nothing, not even something wrong.
+    /// True if the column is empty: neither a number nor a fault.
     fn is_silent(&self) -> bool {
         self.count == 0 && self.error.is_none()
     }
 
-    /// Takes in a cell that holds something.
+    /// Reads a cell with content.
     fn take(&mut self, cell: &str, decimal: &mut Decimal, place: Place) -> Result<(), Error> {
         let number = text::sample(cell, decimal).map_err(|error| error.at(place.clone()))?;
         self.marks.look(cell.as_bytes(), || place);
@@ -150,8 +153,8 @@ impl ColumnNumbers {
         Ok(())
     }
 
-    /// Refuses numbers whose mark may separate thousands or decimals. One that the header declares
-    /// is the decimal one; another must prove to be.
+    /// Refuses numbers whose mark may separate thousands or decimals. A mark that the header declares is
+    /// the decimal one; any other must prove to be.
     fn check_marks(&self, declared: Option<char>) -> Result<(), Error> {
         let is_clear = |cell: &str, marks: Marks| match declared.map(|mark| cell.contains(mark)) {
             Some(declared) => declared || marks.decimal,
@@ -163,33 +166,33 @@ impl ColumnNumbers {
     }
 }
 
-/// The table of a file, while its rows are read and after.
+/// The table of a file, during and after the reading of its rows.
 struct ChannelTable {
     channels: Vec<ColumnNumbers>,
     /// The columns of stamps, with the digits that they were printed with.
     stamps: Vec<(ColumnNumbers, PrintedDigits)>,
     decimal: Decimal,
-    /// What the Comment column says, by the instant of each row.
+    /// Words of the Comment column, by the instant of each row.
     words: Cells<Option<f64>>,
-    /// That the file ends in the middle of a row, if it does.
+    /// The finding that the file ends in the middle of a row.
     cut: Option<Finding>,
-    /// Rows so far, those without a cell among them, for without stamps each takes its time.
+    /// Number of rows so far. One without a cell counts, since without stamps each row takes its time.
     row: usize,
     /// Cells kept.
     cells: u64,
-    /// The one channel that is kept, if not all are.
+    /// The one channel whose numbers are kept, if not all are.
     only: Option<usize>,
 }
 
 /// Returns the place of a cell.
-fn at(line: u64, column: usize) -> Place {
+fn cell_place(line: u64, column: usize) -> Place {
     Place::default().line(line).column(column as u64 + 1)
 }
 
 impl ChannelTable {
     /// Reads the rows.
     fn read(file: &LabviewFile<'_>, only: Option<usize>) -> Result<Self, Error> {
-        let (header, limits) = (file.header, file.asked.limits);
+        let (header, limits) = (file.header, file.task.limits);
         let fresh = |_| (ColumnNumbers::default(), PrintedDigits::new());
         let channels = header.channels.iter();
         let mut table = Self {
@@ -206,7 +209,9 @@ impl ChannelTable {
         for (number, line) in lines.filter(|(number, _)| *number >= file.first_row) {
             table.take(header, number, line, limits)?;
             if table.cells > limits.table_cells {
-                return Err(limits.over("table_cells", "more cells").at(at(number, 0)));
+                return Err(limits
+                    .over("table_cells", "more cells")
+                    .at(cell_place(number, 0)));
             }
         }
         if table.channels.iter().all(ColumnNumbers::is_silent) {
@@ -216,7 +221,7 @@ impl ChannelTable {
         Ok(table)
     }
 
-    /// Names the channels without a sample.
+    /// Returns the finding on channels without a sample.
     fn silent_finding(&self, header: &Header) -> Option<Finding> {
         let channels = header.channels.iter().zip(&self.channels);
         let silent = channels.filter(|(_, numbers)| numbers.is_silent());
@@ -227,7 +232,7 @@ impl ChannelTable {
         (count > 0).then(|| Finding::info("channels-empty", text))
     }
 
-    /// Takes in a line.
+    /// Reads a line.
     fn take(
         &mut self,
         header: &Header,
@@ -236,7 +241,7 @@ impl ChannelTable {
         limits: &Limits,
     ) -> Result<(), Error> {
         if line.trim().is_empty() {
-            // An empty line before the table is none of its rows.
+            // An empty line before the table is not one of its rows.
             self.row += usize::from(self.row > 0 || !line.is_empty());
             return Ok(());
         }
@@ -247,40 +252,42 @@ impl ChannelTable {
         let columns = header.time_columns().into_iter().zip(&header.channels);
         for ((stamps, digits), (column, channel)) in self.stamps.iter_mut().zip(columns) {
             let Some(cell) = cell(column) else { continue };
-            stamps.take(cell, &mut self.decimal, at(number, column))?;
+            stamps.take(cell, &mut self.decimal, cell_place(number, column))?;
             if let Some(stamp) = stamps.values.last_mut() {
                 *stamp = channel.time_unit.to_seconds(*stamp);
             }
-            time_base::check_rising(&stamps.values).map_err(|e| e.at(at(number, column)))?;
+            time_base::check_rising(&stamps.values)
+                .map_err(|e| e.at(cell_place(number, column)))?;
             stamps.count += 1;
             digits.count(cell.as_bytes());
             instant = instant.or(stamps.values.last().copied());
         }
-        for (index, described) in header.channels.iter().enumerate() {
-            let Some(cell) = cell(described.index) else {
+        for (index, channel) in header.channels.iter().enumerate() {
+            let Some(cell) = cell(channel.index) else {
                 continue;
             };
             let numbers = &mut self.channels[index];
-            let place = at(number, described.index);
+            let place = cell_place(number, channel.index);
             // A sample without the stamp of its row, or after a row without one.
-            let before = match header.time_slot(index) {
+            let rows_before = match header.time_slot(index) {
                 Some(slot) => self.stamps[slot].0.count.checked_sub(1),
                 None => Some(self.row),
             };
-            let is_next = before == Some(numbers.count);
+            let is_next = rows_before == Some(numbers.count);
             numbers.count += 1;
+            // Cells after a fault, and those of channels that are not requested, are only counted.
             if numbers.error.is_some() || self.only.is_some_and(|only| only != index) {
                 continue;
             }
             if numbers.count as u64 > limits.samples {
                 return Err(limits.over("samples", "more samples").at(place));
             }
-            let taken = match is_next {
+            let outcome = match is_next {
                 true => numbers.take(cell, &mut self.decimal, place),
-                false => Err(missing_cell(&described.column.name, place)),
+                false => Err(missing_cell(&channel.column.name, place)),
             };
             self.cells += 1;
-            numbers.error = taken.err();
+            numbers.error = outcome.err();
         }
         self.row += 1;
         let words = cell(header.comment_column).unwrap_or_default();
@@ -289,11 +296,11 @@ impl ChannelTable {
     }
 }
 
-/// Refuses a second header, cells after the Comment column, and a column of times that there
-/// should not be.
+/// Refuses a second header, cells after the Comment column, and a column of times that the header
+/// excludes.
 fn check_shape(header: &Header, number: u64, cells: &[&str]) -> Result<(), Error> {
     let malformed = |expected: &str, found: String, hint: &str, column: usize| {
-        Err(Error::malformed(expected, found, hint).at(at(number, column)))
+        Err(Error::malformed(expected, found, hint).at(cell_place(number, column)))
     };
     let shown = |cell: &str| format!("`{}`", text::shown(cell));
     if Header::begins_again(cells) {
@@ -306,12 +313,16 @@ fn check_shape(header: &Header, number: u64, cells: &[&str]) -> Result<(), Error
                     `input_format` = csv";
         return malformed(expected, shown(cells[0]), hint, 0);
     }
-    let beyond = header.comment_column + 1;
-    match cells.iter().skip(beyond).find(|cell| !cell.is_empty()) {
+    let first_beyond = header.comment_column + 1;
+    match cells
+        .iter()
+        .skip(first_beyond)
+        .find(|cell| !cell.is_empty())
+    {
         None => Ok(()),
         Some(cell) => {
             let expected = "nothing after the Comment column";
-            malformed(expected, shown(cell), "export again", beyond)
+            malformed(expected, shown(cell), "export again", first_beyond)
         }
     }
 }
@@ -332,9 +343,9 @@ impl LabviewFile<'_> {
         index: usize,
         selection: Selection,
     ) -> Result<Channel, Error> {
-        let (header, options) = (self.header, self.asked.options);
-        let described = &header.channels[index];
-        let column = &described.column;
+        let (header, options) = (self.header, self.task.options);
+        let channel = &header.channels[index];
+        let column = &channel.column;
         let mut findings = Vec::new();
         let numbers = std::mem::take(&mut table.channels[index]);
         if let Some(error) = numbers.error {
@@ -345,7 +356,7 @@ impl LabviewFile<'_> {
             return Err(Error::empty(found, "a channel with samples"));
         }
         let stamps = header.time_slot(index).map(|slot| &table.stamps[slot].0);
-        // A mark among the stamps that can only be a decimal one tells for the samples, too.
+        // A clear decimal mark among the stamps decides for the samples as well.
         if !stamps.is_some_and(|stamps| stamps.marks.marks.decimal) {
             stamps.map_or(Ok(()), |stamps| stamps.check_marks(header.decimal))?;
             numbers.check_marks(header.decimal)?;
@@ -355,21 +366,21 @@ impl LabviewFile<'_> {
         let count = numbers.values.len();
         let clock = self.on_clock(table, index, numbers.values, &mut findings)?;
         let end_s = clock.span().end_s;
-        if let Some(stated) = described.stated("Samples", &described.samples) {
+        if let Some(stated) = channel.stated("Samples", &channel.samples) {
             stated.count(count, header.time != TimeColumns::No, end_s, &mut findings);
         }
         findings.extend(table.cut.clone().map(|cut| cut.at(end_s)));
         let confirmed = header.time_slot(index).is_some()
-            && described.interval().is_some()
-            && described.interval_finding(clock.rate).is_none();
+            && channel.interval().is_some()
+            && channel.interval_finding(clock.rate).is_none();
         let mut draft = Draft::of_words(column, unit, clock, findings);
         draft.stated.test = header.test.clone();
         draft.stated.clock_confirmed_by = confirmed.then(|| "Delta_X".into());
         draft.finish(options.zero_s(), options)
     }
 
-    /// Puts the samples of a channel on its uniform clock: by its column of stamps, else as the
-    /// header or the rate that was asked for has it.
+    /// Puts the samples of a channel on its uniform clock: by its column of stamps, else by the header or
+    /// the requested rate.
     fn on_clock(
         &self,
         table: &ChannelTable,
@@ -377,17 +388,18 @@ impl LabviewFile<'_> {
         values: Vec<f64>,
         findings: &mut Vec<Finding>,
     ) -> Result<UniformSamples, Error> {
-        let (header, options) = (self.header, self.asked.options);
-        let described = &header.channels[index];
+        let (header, options) = (self.header, self.task.options);
+        let channel = &header.channels[index];
         let check = |rate: SampleRate, by| options.check_rate(rate.hertz(), (by, false), MEND);
         if let Some(slot) = header.time_slot(index) {
             let (numbers, digits) = &table.stamps[slot];
             let stamps = &numbers.values[..values.len().min(numbers.values.len())];
-            let digit = described.time_unit.to_seconds(digits.last_digit());
-            let mut odd = Vec::new();
-            let limits = self.asked.limits;
-            let mut clock = UniformSamples::by_stamps(stamps, digit, values, limits, &mut odd)?;
-            if described.counts_samples(clock.rate) {
+            let digit = channel.time_unit.to_seconds(digits.last_digit());
+            let mut stamp_findings = Vec::new();
+            let limits = self.task.limits;
+            let mut clock =
+                UniformSamples::by_stamps(stamps, digit, values, limits, &mut stamp_findings)?;
+            if channel.counts_samples(clock.rate) {
                 let (rate, finding) = options.untimed(clock.rate, "Delta_X in the header")?;
                 clock.start_s *= clock.rate.hertz() / rate.hertz();
                 clock.rate = rate;
@@ -395,17 +407,17 @@ impl LabviewFile<'_> {
                 return Ok(clock);
             }
             findings.extend(check(clock.rate, "the file's time column")?);
-            findings.append(&mut odd);
-            let stated = described.stated("Delta_X", &described.interval);
+            findings.append(&mut stamp_findings);
+            let stated = channel.stated("Delta_X", &channel.interval);
             if let Some(stated) = stated
                 && stated.number(|interval| interval > 0.0, findings).is_some()
             {
-                findings.extend(described.interval_finding(clock.rate));
+                findings.extend(channel.interval_finding(clock.rate));
             }
             return Ok(clock);
         }
-        let rate = match (described.interval(), options.rate_hz) {
-            (Some(rate), _) if described.counts_samples(rate) => {
+        let rate = match (channel.interval(), options.rate_hz) {
+            (Some(rate), _) if channel.counts_samples(rate) => {
                 let (rate, finding) = options.untimed(rate, "Delta_X in the header")?;
                 findings.push(finding);
                 rate
@@ -417,16 +429,16 @@ impl LabviewFile<'_> {
             (None, Some(hertz)) => SampleRate::from_hertz(hertz)?,
             (None, None) => return Err(ErrorKind::MissingTime.into()),
         };
-        let start_s = match described.counts_samples(described.interval().unwrap_or(rate)) {
-            true => described.start / rate.hertz(),
-            false => described.time_unit.to_seconds(described.start),
+        let start_s = match channel.counts_samples(channel.interval().unwrap_or(rate)) {
+            true => channel.start / rate.hertz(),
+            false => channel.time_unit.to_seconds(channel.start),
         };
         UniformSamples::stated(start_s, rate, values)
     }
 }
 
 impl Header {
-    /// Returns channels as they are offered.
+    /// Returns channels to choose from.
     fn offers(&self, indices: impl IntoIterator<Item = usize>) -> Vec<ChannelOffer> {
         let column = |index: usize| (index + 1, &self.channels[index].column);
         let columns: Vec<(usize, &ChannelName)> = indices.into_iter().map(column).collect();
@@ -434,11 +446,11 @@ impl Header {
     }
 
     /// Returns the one channel of a name or number.
-    fn named(&self, wanted: &str) -> Result<usize, Error> {
-        let all = 0..self.channels.len();
-        let fits = |index: &usize| self.channels[*index].answers_to(wanted, *index);
-        let found: Vec<usize> = all.clone().filter(fits).collect();
-        lateral::named(wanted, &found, &self.offers(all))
+    fn named(&self, requested: &str) -> Result<usize, Error> {
+        let indices = 0..self.channels.len();
+        let fits = |index: &usize| self.channels[*index].answers_to(requested, *index);
+        let matches: Vec<usize> = indices.clone().filter(fits).collect();
+        lateral::named(requested, &matches, &self.offers(indices))
     }
 
     fn time_columns(&self) -> Vec<usize> {
@@ -458,21 +470,21 @@ impl Header {
     }
 }
 
-impl header::Described {
+impl header::ChannelDescription {
     /// Returns a statement of the header on this channel, if there is one.
     fn stated<'a>(&self, key: &'a str, text: &'a Option<String>) -> Option<Statement<'a>> {
         let text = text.as_deref()?;
         Some(Statement { key, text })
     }
 
-    /// Says where `Delta_X` is not the interval of the time column.
-    fn interval_finding(&self, found: SampleRate) -> Option<Finding> {
-        let (stated, found) = (self.interval()?.hertz(), found.hertz());
+    /// Returns the finding that `Delta_X` is not the interval of the time column.
+    fn interval_finding(&self, measured: SampleRate) -> Option<Finding> {
+        let (stated_hz, measured_hz) = (self.interval()?.hertz(), measured.hertz());
         let text = format!(
-            "Delta_X in the header means {stated} Hz, but the time column runs at {found} Hz. The \
+            "Delta_X in the header means {stated_hz} Hz, but the time column runs at {measured_hz} Hz. The \
              time column was used. Check the rate"
         );
-        let differs = (stated - found).abs() > 0.01 * found;
+        let differs = (stated_hz - measured_hz).abs() > 0.01 * measured_hz;
         differs.then(|| Finding::warning("rate-contradicted", text))
     }
 
@@ -483,10 +495,10 @@ impl header::Described {
         time_base::rate_of_interval(self.time_unit.to_seconds(interval), digit).ok()
     }
 
-    /// True if header and table, at that rate, only count the samples: by ones of no stated unit, or of
-    /// seconds, in which nobody samples a crash.
+    /// True if header and table, at that rate, only count the samples: by ones without a unit, or in
+    /// seconds, at which no crash is sampled.
     fn counts_samples(&self, rate: SampleRate) -> bool {
-        let is_one = |one: f64| (one - 1.0).abs() < 1e-9;
+        let is_one = |number: f64| (number - 1.0).abs() < 1e-9;
         let stated = self.interval.as_deref().and_then(text::header_number);
         self.time_unit == TimeUnit::SECOND && stated.is_some_and(is_one) && is_one(rate.hertz())
     }

@@ -1,19 +1,17 @@
 //! ISO/TS 13499 (ISO-MME): a test as folder, .zip, .tar.gz or .tar, or one channel of it.
 //!
-//! A channel is a file of its own: header lines `Key :value`, then one value a line. Its code
-//! of 16 characters says where it was measured, in which direction and how it was filtered.
-//! Codes may come twice, so channels are told apart by file. What the header states of the
-//! samples (their number, extremes and the times of these) serves as a checksum.
+//! A channel is a separate file: header lines `Key :value`, then one value a line. Its code of 16
+//! characters states place, direction and filter. Codes may occur twice, so channels are distinguished by
+//! file. The header's statements on the samples (number, extremes and their times) serve as a checksum.
 //!
 //! # Source
 //!
 //! ISO/TS 13499 and its related electronic document B (codes), as far as they show in the files.
 //!
 //! - `channel`: channel files: header and samples;
-//! - `header`: the test's own header: what was tested where, and which side was struck;
-//! - `names`: names of a test's files: which are its header, its list and its channels;
-//! - `package`: the files of a test, wherever they are: in a folder, in an archive, or beside the
-//!   one given.
+//! - `header`: the test's header: test objects, and the side that was struck;
+//! - `names`: names of a test's files: header, list and channels;
+//! - `package`: the files of a test: in a folder, in an archive, or beside the recording.
 
 mod channel;
 mod header;
@@ -41,12 +39,12 @@ use std::collections::BTreeMap;
 pub fn recognises(head: &Head<'_>) -> bool {
     let mut entries = head.entries.iter();
     if head.is_archive {
-        // The curves of NHTSA's tests have such names, too.
-        let is_other = head
+        // The curves of NHTSA's tests have such names as well.
+        let is_nhtsa = head
             .entries
             .iter()
             .any(|name| names::has_suffix(name, "ev5"));
-        return !is_other && entries.any(|name| names::is_channel_file(name));
+        return !is_nhtsa && entries.any(|name| names::is_channel_file(name));
     }
     if head.is_folder {
         return entries.any(|name| names::is_test_file(name));
@@ -67,8 +65,8 @@ pub fn recognises(head: &Head<'_>) -> bool {
 /// - [`ErrorKind::MissingTime`], [`ErrorKind::MissingUnit`] where header and options say nothing,
 /// - [`ErrorKind::Malformed`], [`ErrorKind::Truncated`] or [`NonFinite`](latchgate_kernel::error::Error::NonFinite) for damage,
 ///   [`ErrorKind::LimitExceeded`] beyond a limit, at the byte where it was crossed.
-pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
-    let (options, limits) = (asked.options, asked.limits);
+pub fn read(source: &mut Reader, task: ReadTask) -> Result<Outcomes, Error> {
+    let (options, limits) = (task.options, task.limits);
     options.refuse_other_clock("an ISO-MME package", "")?;
     let mut package = Package::open(source, limits)?;
     let mut findings = Vec::new();
@@ -78,7 +76,7 @@ pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     }
     findings.extend(package.list_finding(&channels, source, limits)?);
     let header = package.test_header(source, limits, &mut findings)?;
-    // What it says is shown, so that it belongs to the recording.
+    // The header is shown with the result, so that its file is hashed as a part of the recording.
     let file = header.file.clone();
     let part = file.filter(|file| file != source.name() && package.is_part(file));
     if let Some(file) = &part {
@@ -92,8 +90,8 @@ pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
         options,
         limits,
     };
-    Ok(asked.each(|selection| {
-        let (wanted, found) = selected(
+    Ok(task.each(|selection| {
+        let (indices, choice_findings) = selected(
             test.package,
             &channels,
             &header.struck_sides,
@@ -101,20 +99,20 @@ pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
             selection,
         )?;
         let outcome = ReadOutcome {
-            findings: findings.iter().cloned().chain(found).collect(),
+            findings: findings.iter().cloned().chain(choice_findings).collect(),
             remarks: header.remarks.clone(),
             parts: part.iter().cloned().collect(),
             ..ReadOutcome::default()
         };
-        let most = ("test_samples", limits.test_samples);
-        draft::deliver(selection, wanted, outcome, most, |index, outcome| {
-            let read = test.channel(index, selection, outcome);
-            read.map_err(|error| (channels[index].label.clone(), error))
+        let limit = ("test_samples", limits.test_samples);
+        draft::deliver(selection, indices, outcome, limit, |index, outcome| {
+            let channel = test.channel(index, selection, outcome);
+            channel.map_err(|error| (channels[index].label.clone(), error))
         })
     }))
 }
 
-/// Returns the channels to read, and what is to be said about the choice.
+/// Returns the channels to read, with the findings on their choice.
 fn selected(
     package: &Package,
     channels: &[ChannelEntry],
@@ -122,65 +120,69 @@ fn selected(
     options: &ReadOptions,
     selection: Selection,
 ) -> Result<(Vec<usize>, Vec<Finding>), Error> {
-    let given = channels
+    let opened = channels
         .iter()
-        .position(|entry| package.given() == Some(&entry.file));
+        .position(|entry| package.opened_file() == Some(&entry.file));
     if selection == Selection::Every {
-        let all = || (0..channels.len()).collect();
-        return Ok((given.map_or_else(all, |index| vec![index]), Vec::new()));
+        let every = || (0..channels.len()).collect();
+        return Ok((opened.map_or_else(every, |index| vec![index]), Vec::new()));
     }
-    let (index, finding) = match (&options.channel, given) {
-        (Some(wanted), _) => (named(channels, given, wanted)?, None),
-        (None, Some(given)) => (given, None),
+    let (index, finding) = match (&options.channel, opened) {
+        (Some(requested), _) => (named(channels, opened, requested)?, None),
+        (None, Some(opened)) => (opened, None),
         (None, None) => {
-            let all = coded(channels);
-            lateral::take(&all, lateral::listed(&all))?
+            let offers = offers(channels);
+            lateral::take(&offers, lateral::listed(&offers))?
         }
     };
     let header = &channels[index].header;
     let side = header
         .code()
         .and_then(|code| sides.get(&code.object()).zip(code.side()));
-    let far = side.filter(|(struck, own)| *struck != own).map(|_| {
+    let far_side_finding = side.filter(|(struck, side)| *struck != side).map(|_| {
         let text = "the test's header says that the other side was struck. Choose a channel there \
                     with the setting `channel` = NAME, or confirm that this side is meant";
-        let said = format!("{}: {text}", channels[index].label);
-        Finding::warning("side-not-struck", said)
+        let text = format!("{}: {text}", channels[index].label);
+        Finding::warning("side-not-struck", text)
     });
     let findings = header
         .not_lateral_finding()
         .into_iter()
         .chain(finding)
-        .chain(far);
+        .chain(far_side_finding);
     Ok((vec![index], findings.collect()))
 }
 
-/// Returns the channels as they are offered.
-fn coded(channels: &[ChannelEntry]) -> Vec<ChannelOffer> {
-    let one = |entry: &ChannelEntry| {
+/// Returns channels to choose from.
+fn offers(channels: &[ChannelEntry]) -> Vec<ChannelOffer> {
+    let offer = |entry: &ChannelEntry| {
         let (label, header) = (entry.label.clone(), &entry.header);
         ChannelOffer::of_code(label, header.is_acceleration(), header.doubt())
     };
-    channels.iter().map(one).collect()
+    channels.iter().map(offer).collect()
 }
 
-/// Finds the channel of a name or pattern; `given` is the one file that was named itself.
-fn named(channels: &[ChannelEntry], given: Option<usize>, wanted: &str) -> Result<usize, Error> {
-    let of = |fits: &dyn Fn(&ChannelEntry) -> bool| -> Vec<usize> {
+/// Finds the channel of a name or pattern; `opened` is the one file that is the recording.
+fn named(
+    channels: &[ChannelEntry],
+    opened: Option<usize>,
+    requested: &str,
+) -> Result<usize, Error> {
+    let entries_where = |fits: &dyn Fn(&ChannelEntry) -> bool| -> Vec<usize> {
         (0..channels.len())
-            .filter(|index| given.is_none_or(|given| given == *index) && fits(&channels[*index]))
+            .filter(|index| opened.is_none_or(|opened| opened == *index) && fits(&channels[*index]))
             .collect()
     };
-    // A literal name comes before a pattern: codes may hold question marks.
-    let mut found = of(&|entry| entry.is_named(wanted));
-    if found.is_empty() {
-        found = of(&|entry| entry.answers_to(wanted));
+    // A literal name comes before a pattern, since codes may hold question marks.
+    let mut matches = entries_where(&|entry| entry.is_named(requested));
+    if matches.is_empty() {
+        matches = entries_where(&|entry| entry.answers_to(requested));
     }
-    let mut coded = coded(channels);
-    if let Some(given) = given {
-        coded = vec![coded.swap_remove(given)];
+    let mut offers = offers(channels);
+    if let Some(opened) = opened {
+        offers = vec![offers.swap_remove(opened)];
     }
-    lateral::named(wanted, &found, &coded)
+    lateral::named(requested, &matches, &offers)
 }
 
 /// A test whose channels are read.
@@ -194,7 +196,7 @@ struct TestReader<'a, 'r> {
 }
 
 impl TestReader<'_, '_> {
-    /// Reads one channel; `None` for a channel of times, which serves others.
+    /// Reads one channel; `None` for a channel of times, which serves the others.
     fn channel(
         &mut self,
         index: usize,
@@ -259,15 +261,15 @@ impl TestReader<'_, '_> {
 /// Returns the channel of times that a header names; `None` if there is none of that name.
 fn channel_of_times<'a>(
     channels: &'a [ChannelEntry],
-    own: usize,
+    channel: usize,
     name: &str,
 ) -> Result<Option<&'a ChannelEntry>, Error> {
-    let others = channels
+    let entries = channels
         .iter()
         .enumerate()
-        .filter(|(index, _)| *index != own);
-    let others = others.map(|(_, entry)| entry);
-    let mut named: Vec<&ChannelEntry> = others.filter(|entry| entry.is_named(name)).collect();
+        .filter(|(index, _)| *index != channel);
+    let entries = entries.map(|(_, entry)| entry);
+    let mut named: Vec<&ChannelEntry> = entries.filter(|entry| entry.is_named(name)).collect();
     if named.iter().any(|entry| entry.header.is_time()) {
         named.retain(|entry| entry.header.is_time());
     }
@@ -284,11 +286,11 @@ fn channel_of_times<'a>(
 }
 
 impl UniformSamples {
-    /// Says that samples are missing, from the last one that is there on.
+    /// Returns the finding on missing samples, from the last one before them on.
     fn hole(&self, (from, to): (usize, usize)) -> Finding {
-        let all = self.values.len();
+        let count = self.values.len();
         let text = format!(
-            "samples {} to {to} of {all} are NOVALUE: they are missing. Record or export again",
+            "samples {} to {to} of {count} are NOVALUE: they are missing. Record or export again",
             from + 1
         );
         let last = from.saturating_sub(1) as f64;
@@ -297,18 +299,18 @@ impl UniformSamples {
 }
 
 impl TestReader<'_, '_> {
-    /// Finds the clock of a channel: a channel of times, else what its header states; tells whether
-    /// each sample has a stamp.
+    /// Returns the clock of a channel, by a channel of times, else by its header; and true if each sample has
+    /// a stamp.
     fn clock(
         &mut self,
-        own: usize,
+        channel: usize,
         samples: &Samples,
         outcome: &mut ReadOutcome,
         findings: &mut Vec<Finding>,
     ) -> Result<(UniformSamples, bool), Error> {
-        let header = &self.channels[own].header;
+        let header = &self.channels[channel].header;
         if let Some(name) = header.reference_channel()? {
-            if let Some(times) = channel_of_times(self.channels, own, name)? {
+            if let Some(times) = channel_of_times(self.channels, channel, name)? {
                 let clock = self.explicit_clock(times, header, samples, outcome, findings)?;
                 let assumed = times.header.value("Unit").is_none();
                 if assumed {
@@ -316,9 +318,9 @@ impl TestReader<'_, '_> {
                                 the rate";
                     findings.push(Finding::info("time-unit-assumed", text));
                 }
-                let by = ("the channel of times", assumed);
-                let odd = self.options.check_rate(clock.rate.hertz(), by, MEND)?;
-                findings.extend(odd);
+                let source = ("the channel of times", assumed);
+                let finding = self.options.check_rate(clock.rate.hertz(), source, MEND)?;
+                findings.extend(finding);
                 return Ok((clock, true));
             }
             let text = format!(
@@ -329,8 +331,8 @@ impl TestReader<'_, '_> {
         }
         let stated = header.interval()?;
         if let Some(hertz) = stated.map(SampleRate::hertz) {
-            let by = ("the channel's header", false);
-            findings.extend(self.options.check_rate(hertz, by, MEND)?);
+            let source = ("the channel's header", false);
+            findings.extend(self.options.check_rate(hertz, source, MEND)?);
         }
         let rate = match (self.options.rate_hz, stated) {
             (Some(hertz), _) => SampleRate::from_hertz(hertz)?,
@@ -350,7 +352,7 @@ impl TestReader<'_, '_> {
         Ok((clock, false))
     }
 
-    /// Takes the clock that a channel of times gives.
+    /// Returns the clock that a channel of times gives.
     fn explicit_clock(
         &mut self,
         times: &ChannelEntry,

@@ -19,7 +19,7 @@ pub(super) enum Decimal {
     Stated(DecimalMark),
 }
 
-/// Why a cell holds no usable number.
+/// Reason why a cell holds no usable number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum NumberFault {
     /// Nothing in it.
@@ -33,10 +33,10 @@ pub(super) enum NumberFault {
     OtherMark,
 }
 
-/// Longest number with a decimal comma [bytes]; 17 digits carry all of an `f64`.
+/// Longest number with a decimal comma [bytes]; 17 digits determine an `f64`.
 const LONGEST: usize = 64;
 
-/// Reads a cell, and learns the decimal mark from the first number that has one.
+/// Reads a cell, and sets the decimal mark by the first number that has one.
 pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, NumberFault> {
     let cell = &*bare(cell);
     if cell.is_empty() {
@@ -79,31 +79,32 @@ pub(super) fn parse(cell: &[u8], decimal: &mut Decimal) -> Result<f64, NumberFau
     Ok(value)
 }
 
-/// Reads a number whose decimal mark is known, so that the other can only separate thousands.
+/// Reads a number whose decimal mark is stated, so that the other can only separate thousands.
 fn stated(cell: &[u8], mark: DecimalMark) -> Result<f64, NumberFault> {
-    let (mark, other) = match mark {
+    let (mark, group_mark) = match mark {
         DecimalMark::Point => (b'.', b','),
         DecimalMark::Comma => (b',', b'.'),
     };
-    let whole = cell.split(|byte| *byte == mark).next().unwrap_or_default();
-    let mut groups = whole.split(|byte| *byte == other);
+    let integer_part = cell.split(|byte| *byte == mark).next().unwrap_or_default();
+    let mut groups = integer_part.split(|byte| *byte == group_mark);
     let first = groups.next().unwrap_or_default();
     let first = first.strip_prefix(b"-").unwrap_or(first);
     let three = |group: &[u8]| group.len() == 3 && group.iter().all(u8::is_ascii_digit);
-    if whole.contains(&other) && !((1..=3).contains(&first.len()) && groups.all(three)) {
+    if integer_part.contains(&group_mark) && !((1..=3).contains(&first.len()) && groups.all(three))
+    {
         return Err(NumberFault::OtherMark);
     }
-    let digits = cell.iter().filter(|byte| **byte != other);
+    let digits = cell.iter().filter(|byte| **byte != group_mark);
     let point = |byte: &u8| if *byte == mark { b'.' } else { *byte };
     let digits: Vec<u8> = digits.map(point).collect();
-    if cell[whole.len()..].contains(&other) || digits.len() > LONGEST {
+    if cell[integer_part.len()..].contains(&group_mark) || digits.len() > LONGEST {
         return Err(NumberFault::OtherMark);
     }
     plain(&digits)
 }
 
-/// Returns a cell without the blanks around it, those that do not break a line among them, and
-/// with a plain hyphen for the minus of typesetters.
+/// Returns a cell without the blanks around it, non-breaking ones included, and with a plain hyphen for a
+/// typographic minus.
 fn bare(cell: &[u8]) -> Cow<'_, [u8]> {
     const BLANKS: [char; 7] = [
         '\u{a0}', '\u{2009}', '\u{200a}', '\u{200b}', '\u{202f}', '\u{2060}', '\u{feff}',
@@ -117,7 +118,7 @@ fn bare(cell: &[u8]) -> Cow<'_, [u8]> {
     };
     let text = text.trim_matches(|c: char| c == ' ' || c == '\t' || BLANKS.contains(&c));
     match text.strip_prefix('\u{2212}') {
-        Some(rest) => Cow::Owned(format!("-{rest}").into_bytes()),
+        Some(digits) => Cow::Owned(format!("-{digits}").into_bytes()),
         None => Cow::Borrowed(text.as_bytes()),
     }
 }
@@ -131,9 +132,9 @@ fn plain(cell: &[u8]) -> Result<f64, NumberFault> {
     }
 }
 
-/// True if somebody meant a number here, be it a bad one.
+/// True if a cell is meant as a number, even a bad one.
 pub(super) fn is_numeric(cell: &[u8]) -> bool {
-    // Digits and a point need no reading.
+    // Digits and a point need no parser.
     let digits = cell.strip_prefix(b"-").unwrap_or(cell);
     let points = digits.iter().filter(|byte| **byte == b'.').count();
     let bare = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
@@ -146,27 +147,27 @@ pub(super) fn is_numeric(cell: &[u8]) -> bool {
     )
 }
 
-/// What the marks in the numbers of a column may be: `6,158` is a little more than six, or six
-/// thousand, and only its neighbours tell.
+/// Meaning of the marks in the numbers of a column: `6,158` is a little more than six, or six thousand,
+/// and only its neighbours decide.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Marks {
-    /// True if a number was there whose mark separates no thousands, such as `0,5` or `12.25`.
+    /// True if some number has a mark that separates no thousands, such as `0,5` or `12.25`.
     pub(super) decimal: bool,
-    /// True if one was there whose mark may separate thousands.
+    /// True if some number has a mark that may separate thousands.
     pub(super) doubtful: bool,
-    /// True if one was there that is whole and has no mark.
+    /// True if some number is whole and has no mark.
     pub(super) whole: bool,
 }
 
 impl Marks {
-    /// Takes in a cell that [`parse`] accepted; returns whether its mark is the first doubtful one.
+    /// Reads a cell that [`parse`] accepted; true if its mark is the first doubtful one.
     pub(super) fn look(&mut self, cell: &[u8]) -> bool {
         if self.decimal {
             return false;
         }
         let cell = &*bare(cell);
         let digits = match cell {
-            [b'-' | b'+', rest @ ..] => rest,
+            [b'-' | b'+', digits @ ..] => digits,
             _ => cell,
         };
         let Some(mark) = digits.iter().position(|byte| matches!(byte, b',' | b'.')) else {
@@ -174,7 +175,7 @@ impl Marks {
             return false;
         };
         let (before, after) = (&digits[..mark], &digits[mark + 1..]);
-        // Nobody writes a zero before the first group of thousands.
+        // The first group of thousands never begins with zero.
         let thousands = (1..=3).contains(&before.len())
             && before[0] != b'0'
             && after.len() == 3
@@ -188,22 +189,22 @@ impl Marks {
         false
     }
 
-    /// True if the marks may separate thousands: all of them could, and whole numbers
-    /// without a mark stand beside them.
+    /// True if the marks may separate thousands: all of them could, and there are whole numbers without a
+    /// mark.
     pub(super) fn may_be_thousands(self) -> bool {
         !self.decimal && self.doubtful && self.whole
     }
 }
 
-/// Powers of ten of first digits that are told apart.
+/// Powers of ten of first digits that are distinguished.
 const DECADES: Range<i32> = -24..24;
 
 /// The digits that a column of stamps was printed with.
 ///
 /// A fixed number of decimals is one power of ten throughout. Where a number of significant
 /// digits is printed, the last one depends on the size of the number, and trailing zeros may
-/// be left out; so each decade keeps its finest digit, and the coarsest decade that holds
-/// enough stamps to trust counts.
+/// be omitted; so each decade keeps its finest digit, and the coarsest decade with enough
+/// stamps to trust counts.
 pub(super) struct PrintedDigits {
     decades: [(i32, u32); 48],
 }
@@ -215,7 +216,7 @@ impl Default for PrintedDigits {
 }
 
 impl PrintedDigits {
-    /// Stamps below which a decade is not trusted.
+    /// Fewest stamps of a decade that is trusted.
     const ENOUGH: u32 = 10;
 
     pub(super) fn new() -> Self {
@@ -224,7 +225,7 @@ impl PrintedDigits {
         }
     }
 
-    /// Takes in a cell that [`parse`] accepted.
+    /// Counts the digits of a cell that [`parse`] accepted.
     pub(super) fn count(&mut self, cell: &[u8]) {
         let mut parts = cell.splitn(2, |byte| matches!(byte, b'e' | b'E'));
         let digits = parts.next().unwrap_or_default();
@@ -235,15 +236,15 @@ impl PrintedDigits {
         let exponent = exponent.clamp(-400, 400);
         let mark = digits.iter().position(|byte| matches!(byte, b'.' | b','));
         let count = |part: &[u8]| part.iter().filter(|byte| byte.is_ascii_digit()).count() as i32;
-        let whole = count(&digits[..mark.unwrap_or(digits.len())]);
-        // Zero says nothing about the digits of other numbers.
+        let integer_digits = count(&digits[..mark.unwrap_or(digits.len())]);
+        // Zero does not show the digits of other numbers.
         let Some(first) = digits.iter().position(|byte| matches!(byte, b'1'..=b'9')) else {
             return;
         };
         let before = count(&digits[..first]);
-        let decade = (whole - before - 1 + exponent).clamp(DECADES.start, DECADES.end - 1);
+        let decade = (integer_digits - before - 1 + exponent).clamp(DECADES.start, DECADES.end - 1);
         let slot = &mut self.decades[(decade - DECADES.start) as usize];
-        slot.0 = slot.0.min(exponent - (count(digits) - whole));
+        slot.0 = slot.0.min(exponent - (count(digits) - integer_digits));
         slot.1 = slot.1.saturating_add(1);
     }
 
@@ -256,12 +257,12 @@ impl PrintedDigits {
 
     /// Returns the size of the last printed digit, in the column's unit; 0 if unknown.
     pub(super) fn last_digit(&self) -> f64 {
-        let those = |least: u32| {
+        let digits_of = |least_count: u32| {
             let decades = self.decades.iter();
-            let those = decades.filter(move |(_, count)| *count >= least);
-            those.map(|(digit, _)| *digit)
+            let trusted = decades.filter(move |(_, count)| *count >= least_count);
+            trusted.map(|(digit, _)| *digit)
         };
-        let digit = those(Self::ENOUGH).max().or_else(|| those(1).min());
+        let digit = digits_of(Self::ENOUGH).max().or_else(|| digits_of(1).min());
         let digit = digit.and_then(|digit| format!("1e{digit}").parse().ok());
         digit.unwrap_or(0.0)
     }

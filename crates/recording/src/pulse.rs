@@ -1,7 +1,7 @@
-//! Pulses by formula, where a recording may stand: `pulse:half-sine,peak=30g,duration=11ms`.
+//! Pulses by formula, in place of a recording: `pulse:half-sine,peak=30g,duration=11ms`.
 //!
-//! The text is the recording: its canonical form, defaults written out, is what is hashed and kept. The samples
-//! lie so that every vertex falls on one, and the channel carries the formula's own reading between them.
+//! The text is the recording: its canonical form, defaults written out, is hashed and kept. The clock has a
+//! sample at every vertex, and the channel carries the formula's own values between samples.
 //!
 //! # Source
 //!
@@ -19,16 +19,19 @@ use latchgate_kernel::pulse::{Pulse, Vertex};
 use latchgate_kernel::units::{AccelerationUnit, SampleRate, TimeUnit};
 use std::path::Path;
 
-/// What the word of a pulse begins with.
+/// Prefix of the word of a pulse.
 pub use super::source::PULSE_PREFIX as PREFIX;
 
 /// Longest sample interval that is chosen, that of 20 kHz [ns].
 const INTERVAL_MAX_NS: u64 = 50_000;
 
-/// Intervals of a curved pulse that are chosen, and that are needed at a stated rate.
-const CURVED_INTERVALS: (u64, u64) = (400, 200);
+/// Fewest intervals of a curved pulse at a chosen rate.
+const CURVED_INTERVALS: u64 = 400;
 
-/// Time without acceleration behind a pulse [ns], in which a lever that it pushed still crosses.
+/// Fewest intervals of a curved pulse at a stated rate.
+const CURVED_INTERVALS_MIN: u64 = 200;
+
+/// Time without acceleration after a pulse [ns]: a lever that the pulse pushed may still cross the limit.
 const TAIL_NS: u64 = 200_000_000;
 
 /// Samples of a pulse with its tail, at most.
@@ -43,7 +46,7 @@ const TIME_MAX_NS: u64 = 100_000_000_000;
 /// Bytes of a file of vertices, at most.
 const VERTICES_BYTES: (&str, u64) = ("vertices_bytes", 64 << 10);
 
-/// Named pulses: name, points in ms and a unit, and whether somebody has seen the source.
+/// Named pulses: name, `verified` if the points were compared with the source, points in ms and a unit.
 static NAMED: Words = word_list!("named-pulses");
 
 /// True if the text of a recording is the word of a pulse.
@@ -74,7 +77,7 @@ pub fn canonical(word: &str, folder: Option<&Path>) -> Result<String, Error> {
     Ok(parsed.text())
 }
 
-/// Returns what a path names: a file or folder, or a pulse by its word.
+/// Returns the source of a path: a file or folder, or a pulse by its word.
 ///
 /// # Errors
 ///
@@ -94,14 +97,14 @@ pub fn source_at(path: &Path) -> Result<Source, Error> {
 ///
 /// # Errors
 ///
-/// As [`canonical`]; [`ErrorKind::Malformed`] for settings that say what the word says itself.
-pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
-    let bytes = source.read_all("text_bytes", asked.limits.text_bytes)?;
+/// As [`canonical`]; [`ErrorKind::Malformed`] for settings that the word states itself.
+pub fn read(source: &mut Reader, task: ReadTask) -> Result<Outcomes, Error> {
+    let bytes = source.read_all("text_bytes", task.limits.text_bytes)?;
     let text = String::from_utf8_lossy(&bytes);
     let word = PulseWord::parse(text.trim_end(), None)?;
-    refuse_settings(asked)?;
+    refuse_settings(task)?;
     let channel = word.channel()?;
-    Ok(asked.each(|_| {
+    Ok(task.each(|_| {
         Ok(ReadOutcome {
             channels: vec![channel.clone()],
             ..ReadOutcome::default()
@@ -109,9 +112,9 @@ pub fn read(source: &mut Reader, asked: ReadTask) -> Result<Outcomes, Error> {
     }))
 }
 
-/// Refuses settings that say what a pulse says itself.
-fn refuse_settings(asked: ReadTask) -> Result<(), Error> {
-    let options = asked.options;
+/// Refuses settings that a pulse states itself.
+fn refuse_settings(task: ReadTask) -> Result<(), Error> {
+    let options = task.options;
     let stated = [
         (Setting::Channel, options.channel.is_some()),
         (Setting::TimeColumn, options.time_column.is_some()),
@@ -138,7 +141,7 @@ struct Point {
     value: f64,
 }
 
-/// A shape that a peak and a duration say all of.
+/// A shape that peak and duration determine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum PlainShape {
     HalfSine,
@@ -166,7 +169,7 @@ enum Shape {
 /// A pulse as its word states it.
 #[derive(Debug, Clone, PartialEq)]
 struct PulseWord {
-    /// Its name, of one that has one.
+    /// Its name; `None` of a pulse by shape.
     named: Option<NamedPulse>,
     shape: Shape,
     unit: AccelerationUnit,
@@ -186,8 +189,8 @@ struct NamedPulse {
 impl NamedPulse {
     fn all() -> impl Iterator<Item = Self> {
         NAMED.iter().filter_map(|line| {
-            let (name, rest) = line.split_once('\t')?;
-            let (verified, word) = rest.split_once('\t')?;
+            let (name, columns) = line.split_once('\t')?;
+            let (verified, word) = columns.split_once('\t')?;
             let is_verified = verified == "verified";
             Some(Self {
                 name,
@@ -216,17 +219,17 @@ impl PlainShape {
     }
 }
 
-/// The keys of a word, each taken once.
+/// The keys of a word; each is removed when it is read.
 struct Keys<'a>(Vec<(&'a str, &'a str)>);
 
 impl<'a> Keys<'a> {
-    fn of(text: &'a str) -> Result<Self, Error> {
+    fn parse(text: &'a str) -> Result<Self, Error> {
         let mut keys: Vec<(&str, &str)> = Vec::new();
         for part in text.split(',').filter(|part| !part.is_empty()) {
             let Some((key, value)) = part.split_once('=') else {
                 return Err(malformed("KEY=VALUE after the name of a pulse", part));
             };
-            if keys.iter().any(|(known, _)| *known == key) {
+            if keys.iter().any(|(earlier, _)| *earlier == key) {
                 return Err(malformed("each key once", part));
             }
             keys.push((key, value));
@@ -235,7 +238,7 @@ impl<'a> Keys<'a> {
     }
 
     fn take(&mut self, key: &str) -> Option<&'a str> {
-        let place = self.0.iter().position(|(known, _)| *known == key)?;
+        let place = self.0.iter().position(|(entry, _)| *entry == key)?;
         Some(self.0.remove(place).1)
     }
 
@@ -253,16 +256,16 @@ impl<'a> Keys<'a> {
         acceleration(self.needed("peak", "30g")?)
     }
 
-    /// Refuses a key that nobody took.
-    fn end(self, known: &[&str]) -> Result<(), Error> {
+    /// Refuses a key that was not read.
+    fn end(self, names: &[&str]) -> Result<(), Error> {
         match self.0.first() {
-            Some((key, _)) => Err(Error::unknown("key of this pulse", *key, known)),
+            Some((key, _)) => Err(Error::unknown("key of this pulse", *key, names)),
             None => Ok(()),
         }
     }
 }
 
-/// Keys that every pulse takes.
+/// Keys of every pulse.
 const COMMON: [&str; 3] = ["rate", "tail", "opens-when"];
 
 /// Shapes, each with its keys.
@@ -283,14 +286,14 @@ impl PulseWord {
                 word,
             ));
         };
-        let (name, rest) = text.split_once(',').unwrap_or((text, ""));
-        let mut keys = Keys::of(rest)?;
+        let (name, parameters) = text.split_once(',').unwrap_or((text, ""));
+        let mut keys = Keys::parse(parameters)?;
         let named = NamedPulse::all().find(|named| named.name == name);
         let (shape, unit) = match named {
             None => shape(name, &mut keys, folder)?,
             Some(NamedPulse { word, .. }) => {
-                let (name, rest) = word.split_once(',').unwrap_or((word, ""));
-                shape(name, &mut Keys::of(rest)?, None)?
+                let (name, parameters) = word.split_once(',').unwrap_or((word, ""));
+                shape(name, &mut Keys::parse(parameters)?, None)?
             }
         };
         let tail_ns = keys
@@ -305,9 +308,9 @@ impl PulseWord {
             Some(rate) => stated_rate(&shape, rate)?,
             None => chosen_rate(&shape)?,
         };
-        let own = SHAPES.iter().find(|(shape, _)| *shape == name);
-        let own = own.map_or(&[][..], |(_, keys)| keys);
-        keys.end(&[own, &COMMON].concat())?;
+        let shape_keys = SHAPES.iter().find(|(shape, _)| *shape == name);
+        let shape_keys = shape_keys.map_or(&[][..], |(_, keys)| keys);
+        keys.end(&[shape_keys, &COMMON].concat())?;
         let pulse = Self {
             named,
             shape,
@@ -326,7 +329,7 @@ impl PulseWord {
         Ok(pulse)
     }
 
-    /// Returns intervals of the tail.
+    /// Returns the number of intervals of the tail.
     fn tail(&self) -> usize {
         (self.tail_ns as f64 / 1e9 * self.rate.hertz() - 1e-6)
             .ceil()
@@ -421,7 +424,7 @@ impl PulseWord {
     }
 }
 
-/// Reads what a shape of a name states.
+/// Reads the shape of a name.
 fn shape(
     name: &str,
     keys: &mut Keys<'_>,
@@ -451,12 +454,12 @@ fn shape(
             (Shape::Trapezoid { peak, sides_ns }, unit)
         }
         "polyline" => polyline(keys, folder)?,
-        other => {
+        name => {
             let shapes = SHAPES.iter().map(|(name, _)| *name);
-            let known: Vec<&str> = shapes
+            let names: Vec<&str> = shapes
                 .chain(NamedPulse::all().map(|named| named.name))
                 .collect();
-            return Err(Error::unknown("pulse", other, &known));
+            return Err(Error::unknown("pulse", name, &names));
         }
     })
 }
@@ -539,8 +542,8 @@ fn checked(points: Vec<Point>) -> Result<Vec<Point>, Error> {
     let later = points
         .windows(2)
         .all(|pair| pair[0].time_ns < pair[1].time_ns);
-    let jumps = points[0].time_ns > 0 && points[0].value.abs() > 0.0;
-    if !moves || !later || jumps {
+    let starts_late = points[0].time_ns > 0 && points[0].value.abs() > 0.0;
+    if !moves || !later || starts_late {
         let expected =
             "points in order of time that begin at 0, or at a value of 0, and are not all 0";
         return Err(malformed(expected, "others"));
@@ -548,11 +551,11 @@ fn checked(points: Vec<Point>) -> Result<Vec<Point>, Error> {
     Ok(points)
 }
 
-/// What a clock must bring to a sample.
+/// Requirements of a shape on its clock.
 struct Grid {
     /// The longest interval at which every vertex falls on a sample [ns].
     common_ns: u64,
-    /// Intervals that this one is to be divided in, or a multiple of it.
+    /// Divisor that the number of intervals in `common_ns` must have.
     multiple: u64,
     is_curved: bool,
 }
@@ -590,18 +593,14 @@ fn chosen_rate(shape: &Shape) -> Result<SampleRate, Error> {
     let fewest = grid
         .common_ns
         .div_ceil(INTERVAL_MAX_NS)
-        .max(if grid.is_curved {
-            CURVED_INTERVALS.0
-        } else {
-            1
-        });
+        .max(if grid.is_curved { CURVED_INTERVALS } else { 1 });
     let count = fewest.next_multiple_of(grid.multiple);
     Ok(SampleRate::from_hertz(
         count as f64 * 1e9 / grid.common_ns as f64,
     )?)
 }
 
-/// Returns a stated rate, at which every vertex is to fall on a sample.
+/// Reads a stated rate, at which every vertex must fall on a sample.
 fn stated_rate(shape: &Shape, text: &str) -> Result<SampleRate, Error> {
     let (value, unit) = quantity(text);
     let hertz = match unit {
@@ -617,10 +616,10 @@ fn stated_rate(shape: &Shape, text: &str) -> Result<SampleRate, Error> {
         let expected = format!("a rate with a sample at every vertex, such as rate={fitting}Hz");
         return Err(malformed(&expected, text));
     }
-    if grid.is_curved && count < CURVED_INTERVALS.1 as f64 {
+    if grid.is_curved && count < CURVED_INTERVALS_MIN as f64 {
         let expected = format!(
             "a rate of {} samples a duration, or more",
-            CURVED_INTERVALS.1
+            CURVED_INTERVALS_MIN
         );
         return Err(malformed(&expected, text));
     }
@@ -644,19 +643,19 @@ fn unit_of(text: &str) -> Result<AccelerationUnit, Error> {
         AccelerationUnit::StandardGravity,
         AccelerationUnit::MetrePerSecondSquared,
     ];
-    let found = units.into_iter().find(|unit| unit.name() == text);
-    found.ok_or_else(|| malformed("an acceleration in g or m/s2", text))
+    let unit = units.into_iter().find(|unit| unit.name() == text);
+    unit.ok_or_else(|| malformed("an acceleration in g or m/s2", text))
 }
 
-/// Parts a number from its unit.
+/// Splits a number and its unit.
 fn quantity(text: &str) -> (&str, &str) {
-    // The e of an exponent stands before a digit or sign, a unit begins with another letter.
+    // The e of an exponent is before a digit or sign; a unit begins with another letter.
     let is_unit =
         |(_, letter): &(usize, char)| letter.is_alphabetic() && !matches!(letter, 'e' | 'E');
     let end = text
         .char_indices()
         .find(is_unit)
-        .map_or(text.len(), |(at, _)| at);
+        .map_or(text.len(), |(index, _)| index);
     text.split_at(end)
 }
 
@@ -701,7 +700,7 @@ fn whole_ns(key: &'static str, text: &str, power: i32) -> Result<u64, Error> {
     Ok(ns as u64)
 }
 
-/// Reads a number times a power of ten, rounded once.
+/// Reads a number times a power of ten, rounded only once.
 fn shifted(key: &'static str, text: &str, power: i32) -> Result<f64, Error> {
     let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let exponent: i32 = exponent
@@ -715,7 +714,7 @@ fn shifted(key: &'static str, text: &str, power: i32) -> Result<f64, Error> {
 
 fn number(key: &'static str, text: &str) -> Result<f64, Error> {
     let value = text.parse().ok().filter(|value: &f64| value.is_finite());
-    // A negative zero says nothing else than a plain one.
+    // A negative zero means a plain one.
     value
         .map(|value| value + 0.0)
         .ok_or_else(|| malformed(&format!("{key} as a number"), text))

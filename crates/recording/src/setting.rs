@@ -1,7 +1,7 @@
-//! The settings of a question, by the names that every door uses for them.
+//! The settings of a question, by the names that every interface uses for them.
 //!
-//! Errors, findings and reasons name a setting; how it is given, as an option of a command line,
-//! a key of a file or a field of a page, is worded where it is given.
+//! Errors, findings and reasons name a setting. Each interface words how it is given: as an option of
+//! a command line, a key of a file or a field of a page.
 
 use std::fmt;
 
@@ -38,7 +38,7 @@ settings! {
     TimeColumn = "time_column",
     /// Unit of that column.
     TimeUnit = "time_unit",
-    /// Whose clock tells the time of a log's messages.
+    /// Clock of a log's messages that gives the time.
     TimeSource = "time_source",
     /// Sheet of a workbook.
     Sheet = "sheet",
@@ -48,7 +48,7 @@ settings! {
     UnitLine = "unit_line",
     /// Last line of a text table.
     LastLine = "last_line",
-    /// Lines of a text table that are passed over.
+    /// Lines of a text table that are skipped.
     SkipLines = "skip_lines",
     /// Decimal mark of a text table.
     Decimal = "decimal",
@@ -58,15 +58,15 @@ settings! {
     TimeZero = "time_zero",
     /// Unit of acceleration.
     Unit = "unit",
-    /// What one of the samples means as an acceleration, where they are another quantity.
+    /// Acceleration that one of the samples means, where they are another quantity.
     Sensitivity = "sensitivity",
     /// Remarks that a person has read and accepts.
     AcceptedRemarks = "accepted_remarks",
     /// Velocity change that a person knows from another source [m/s].
     VelocityChange = "velocity_change",
-    /// What a person accepts of a recording that is unlike a crash.
+    /// Doubts about a recording unlike a crash that a person settles.
     Accept = "accept",
-    /// True if the recording is checked as a sled pulse.
+    /// Check of the recording as a sled pulse.
     Sled206 = "sled206",
     /// Sign of the recorded acceleration that opens the lever.
     OpensWhen = "opens_when",
@@ -76,7 +76,7 @@ settings! {
     Filter = "filter",
     /// Standard of the filter.
     FilterStandard = "filter_standard",
-    /// How the acceleration runs between samples.
+    /// Course of the acceleration between samples.
     Between = "between",
     /// Rate fed to the model.
     Resample = "resample",
@@ -92,7 +92,7 @@ settings! {
     Method = "method",
     /// Steps of a fixed-step integrator per natural period.
     StepsPerPeriod = "steps_per_period",
-    /// Error that an integrator lets pass in a step [rad].
+    /// Error that an integrator allows in a step [rad].
     Tolerance = "tolerance",
     /// Largest ensemble.
     Members = "members",
@@ -106,7 +106,7 @@ settings! {
     Limit = "limit",
     /// Distance of a counterweight from the pivot [m].
     CounterweightRadius = "counterweight_radius",
-    /// True if pairs of a gate's baseline may be gone.
+    /// Permission for pairs of a gate's baseline to be missing.
     AllowRemoved = "allow_removed",
     /// Folder of a report.
     Out = "out",

@@ -1,7 +1,8 @@
-//! Where the bytes come from: a file, standard input or memory, hashed while they are read.
+//! The source of the bytes: a file, standard input or memory, hashed while it is read.
 //!
-//! A reader hashes all that it hands out, files beside the recording too, so that the hashes in a
-//! verdict are those of the very bytes that were judged. No other file of `recording` opens one.
+//! A reader hashes all bytes that it hands out, those of files beside the recording included, so that the
+//! hashes in a verdict are those of the very bytes that were judged. No other file of this crate opens a
+//! file.
 
 use super::Limits;
 use crate::error::{Error, Place};
@@ -14,7 +15,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What the word of a pulse begins with, which is a recording's name and content as a whole.
+/// Prefix of the word of a pulse, which is name and content of a recording at once.
 pub const PULSE_PREFIX: &str = "pulse:";
 
 /// Bytes of the head from which a format is recognised.
@@ -31,8 +32,8 @@ pub enum Source {
     Memory(Memory),
 }
 
-/// Reads a file that is no recording, of at most as many bytes as the named limit says; errors name
-/// the file `shown` and say what was to be done, as in "read the design file".
+/// Reads a file that is no recording, of at most the size of the named limit. Errors name the file `shown`
+/// and the action, as in "read the design file".
 ///
 /// # Errors
 ///
@@ -53,10 +54,10 @@ pub fn read_within(
     Ok(bytes)
 }
 
-/// Reads up to `most` bytes from the start of a file.
-fn start_of(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+/// Reads up to `limit` bytes from the start of a file.
+fn start_of(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(most).read_to_end(&mut bytes)?;
+    File::open(path)?.take(limit).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -82,7 +83,7 @@ impl std::fmt::Debug for Memory {
 }
 
 impl Source {
-    /// Takes one file from memory.
+    /// Builds a source of one file in memory.
     ///
     /// # Examples
     ///
@@ -98,9 +99,9 @@ impl Source {
         Self::files(name.clone(), [(name, bytes.into())])
     }
 
-    /// Takes a set of files from memory. `name` is the one to read, the others lying beside it,
-    /// or, where no file bears it, the name of the folder that they form. A file `name.toml` among
-    /// them is the card.
+    /// Builds a source of a set of files in memory. `name` is the one to read, with the others beside it;
+    /// if no file has that name, it is the name of the folder that they form. A file `name.toml` among them
+    /// is the card.
     ///
     /// # Examples
     ///
@@ -126,8 +127,8 @@ impl Source {
         })
     }
 
-    /// Gives a recording in memory the card that would lie beside a file; one on disk or from
-    /// standard input is left as it is.
+    /// Sets the card of a recording in memory, as one beside a file; a source on disk or from standard input
+    /// is not changed.
     pub fn with_card(mut self, card: impl Into<Arc<[u8]>>) -> Self {
         if let Self::Memory(memory) = &mut self {
             memory.card = Some(card.into());
@@ -150,26 +151,26 @@ impl Source {
         }
     }
 
-    /// Returns the bytes of the card beside the recording, at most `most` of them; `None` if
-    /// there is none. Standard input has none.
-    pub(super) fn read_card(&self, most: u64) -> Result<Option<Vec<u8>>, Error> {
+    /// Returns the bytes of the card beside the recording, at most `limit` of them; `None` if there is none.
+    /// Standard input has none.
+    pub(super) fn read_card(&self, limit: u64) -> Result<Option<Vec<u8>>, Error> {
         let path = match self {
             Self::Stdin => return Ok(None),
             Self::Memory(memory) => {
-                let most = usize::try_from(most).unwrap_or(usize::MAX);
-                let cut = |card: &Arc<[u8]>| card[..card.len().min(most)].to_vec();
-                let beside = || memory.files.get(&format!("{}.toml", memory.name));
-                return Ok(memory.card.as_ref().or_else(beside).map(cut));
+                let length = usize::try_from(limit).unwrap_or(usize::MAX);
+                let cut = |card: &Arc<[u8]>| card[..card.len().min(length)].to_vec();
+                let listed = || memory.files.get(&format!("{}.toml", memory.name));
+                return Ok(memory.card.as_ref().or_else(listed).map(cut));
             }
             Self::File(path) => path,
         };
         // A folder may be named with a slash at its end.
         let mut name = path.components().as_path().as_os_str().to_os_string();
         name.push(".toml");
-        match start_of(Path::new(&name), most) {
+        match start_of(Path::new(&name), limit) {
             Ok(bytes) => Ok(Some(bytes)),
             Err(error) => match error.kind() {
-                // No file has a name that is too long for one.
+                // A name that is too long for a file names none.
                 io::ErrorKind::NotFound
                 | io::ErrorKind::NotADirectory
                 | io::ErrorKind::InvalidFilename => Ok(None),
@@ -178,17 +179,17 @@ impl Source {
         }
     }
 
-    /// Returns the SHA-256 of a file that was refused before its end was read, if it is there and
-    /// no longer than `most`: one beyond the limits is not worth the wait.
-    pub fn sha256_within(&self, most: u64) -> Option<String> {
+    /// Returns the SHA-256 of a file that was refused before its end was read, if it exists and is no longer
+    /// than `limit`: hashing a larger one would take too long.
+    pub fn sha256_within(&self, limit: u64) -> Option<String> {
         let short = match self {
             Self::File(path) => std::fs::metadata(path)
-                .is_ok_and(|metadata| metadata.is_file() && metadata.len() <= most),
+                .is_ok_and(|metadata| metadata.is_file() && metadata.len() <= limit),
             Self::Stdin => false,
             Self::Memory(memory) => memory
                 .files
                 .get(&memory.name)
-                .is_some_and(|bytes| bytes.len() as u64 <= most),
+                .is_some_and(|bytes| bytes.len() as u64 <= limit),
         };
         short.then(|| self.open().ok()?.finish().ok()).flatten()
     }
@@ -209,7 +210,7 @@ impl Source {
     ///
     /// As [`Self::open`].
     pub fn open_watched<'a>(&self, control: Control<'a>) -> Result<Reader<'a>, Error> {
-        let mut beside = Beside::files(Files::new());
+        let mut siblings = Siblings::files(Files::new());
         let mut is_folder = false;
         let mut size = None;
         let failed = |error: io::Error| Error::io("open the file", &error);
@@ -218,12 +219,12 @@ impl Source {
                 let metadata = std::fs::metadata(path).map_err(failed)?;
                 is_folder = metadata.is_dir();
                 if is_folder {
-                    beside = Beside::Folder(path.clone());
+                    siblings = Siblings::Folder(path.clone());
                     Box::new(io::empty())
                 } else {
                     size = Some(metadata.len()).filter(|_| metadata.is_file());
                     if let Some(folder) = path.parent() {
-                        beside = Beside::Folder(folder.to_path_buf());
+                        siblings = Siblings::Folder(folder.to_path_buf());
                     }
                     Box::new(File::open(path).map_err(failed)?)
                 }
@@ -233,7 +234,7 @@ impl Source {
                 let bytes = memory.files.get(&memory.name);
                 is_folder = bytes.is_none();
                 let above = memory.name.rfind('/').filter(|_| !is_folder);
-                beside = Beside::Memory {
+                siblings = Siblings::Memory {
                     files: Arc::clone(&memory.files),
                     folder: memory.name[..above.map_or(0, |slash| slash + 1)].to_string(),
                 };
@@ -244,7 +245,7 @@ impl Source {
         Ok(Reader {
             inner,
             name: self.name(),
-            beside,
+            siblings,
             is_folder,
             is_archive: false,
             size,
@@ -257,15 +258,15 @@ impl Source {
     }
 }
 
-/// Where the files that belong to a recording are: in its folder, or in itself if it is one.
-enum Beside {
+/// The files that belong to a recording: those of its folder, or of the recording if it is a folder.
+enum Siblings {
     /// In a folder.
     Folder(PathBuf),
     /// In memory, below a folder that is empty or ends with `/`.
     Memory { files: Arc<Files>, folder: String },
 }
 
-impl Beside {
+impl Siblings {
     fn files(files: Files) -> Self {
         Self::Memory {
             files: Arc::new(files),
@@ -291,13 +292,13 @@ impl Beside {
         }
     }
 
-    /// Reads up to `most` bytes of a file that is listed; `None` if there is no such file.
-    fn read(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Error> {
+    /// Reads up to `limit` bytes of a file that is listed; `None` if there is no such file.
+    fn read(&self, name: &str, limit: u64) -> Result<Option<Vec<u8>>, Error> {
         let folder = match self {
             Self::Memory { files, folder } => {
-                let most = usize::try_from(most).unwrap_or(usize::MAX);
+                let length = usize::try_from(limit).unwrap_or(usize::MAX);
                 let bytes = files.get(&format!("{folder}{name}"));
-                return Ok(bytes.map(|bytes| bytes[..bytes.len().min(most)].to_vec()));
+                return Ok(bytes.map(|bytes| bytes[..bytes.len().min(length)].to_vec()));
             }
             Self::Folder(folder) => folder,
         };
@@ -305,13 +306,13 @@ impl Beside {
         if !std::fs::metadata(&path).is_ok_and(|metadata| metadata.is_file()) {
             return Ok(None);
         }
-        let bytes = start_of(&path, most)
+        let bytes = start_of(&path, limit)
             .map_err(|error| Error::io("read the file", &error).at(Place::file(name)))?;
         Ok(Some(bytes))
     }
 }
 
-/// A further file that belongs to a recording and was read with it.
+/// Another file that belongs to a recording and was read with it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     /// File name, relative to the recording's folder.
@@ -320,21 +321,21 @@ pub struct Part {
     pub sha256: String,
 }
 
-/// A stream of a recording's bytes that hashes what passes.
+/// A stream of a recording's bytes that hashes them as they pass.
 pub struct Reader<'a> {
     inner: Box<dyn Read>,
     name: String,
-    beside: Beside,
+    siblings: Siblings,
     is_folder: bool,
     is_archive: bool,
-    /// Bytes in all, where they are known beforehand.
+    /// Size in bytes, where it is known beforehand.
     size: Option<u64>,
-    /// Hashes of the further files that were read.
+    /// Hashes of the other files that were read.
     parts: BTreeMap<String, String>,
     hasher: Sha256,
     head: Vec<u8>,
     consumed: usize,
-    /// Says whether to read on.
+    /// The caller's wish to stop.
     control: Control<'a>,
 }
 
@@ -357,7 +358,7 @@ impl Reader<'_> {
         Ok(self.head.clone())
     }
 
-    /// Reads what is left, up to `limit` bytes.
+    /// Reads the remaining bytes, up to `limit`.
     ///
     /// # Errors
     ///
@@ -367,8 +368,8 @@ impl Reader<'_> {
         self.read_checked(limit_name, limit, |_, _| Ok(()))
     }
 
-    /// Reads what is left of a text within `text_bytes`, `line_bytes` and `lines`. Lines are
-    /// measured while they come, so that one without an end is not waited for.
+    /// Reads the remaining bytes of a text within `text_bytes`, `line_bytes` and `lines`. Lines are measured as
+    /// they arrive, so that one without an end is refused early.
     ///
     /// # Errors
     ///
@@ -384,21 +385,21 @@ impl Reader<'_> {
             let place = Place::default().line(line).byte(byte);
             limits.over("line_bytes", "a longer line").at(place)
         };
-        self.read_checked("text_bytes", limits.text_bytes, |offset, new| {
-            // Where no line of a block can be too long, counting them is all there is to do.
-            let feeds = memchr::memchr_iter(b'\n', new).count() as u64;
-            if let Some(first) = memchr::memchr(b'\n', new)
-                && let Some(last) = memchr::memrchr(b'\n', new)
+        self.read_checked("text_bytes", limits.text_bytes, |offset, block| {
+            // In a block without a line that is too long, the lines need only be counted.
+            let feeds = memchr::memchr_iter(b'\n', block).count() as u64;
+            if let Some(first) = memchr::memchr(b'\n', block)
+                && let Some(last) = memchr::memrchr(b'\n', block)
                 && offset + first as u64 - start <= longest
-                && new.len() as u64 <= longest
+                && block.len() as u64 <= longest
                 && line + feeds <= limits.lines
-                && memchr::memchr(b'\r', new).is_none()
+                && memchr::memchr(b'\r', block).is_none()
             {
                 line += feeds;
                 start = offset + last as u64 + 1;
                 return Ok(());
             }
-            for position in memchr::memchr2_iter(b'\n', b'\r', new) {
+            for position in memchr::memchr2_iter(b'\n', b'\r', block) {
                 let end = offset + position as u64;
                 if end - start > longest {
                     return Err(too_long(line, start + longest));
@@ -406,21 +407,21 @@ impl Reader<'_> {
                 start = end + 1;
                 // A carriage return before a line feed counts with it, give or take one at the
                 // border of two blocks.
-                let pair = new[position] == b'\r' && new.get(position + 1) == Some(&b'\n');
+                let pair = block[position] == b'\r' && block.get(position + 1) == Some(&b'\n');
                 line += u64::from(!pair);
                 if line > limits.lines.saturating_add(1) {
                     let place = Place::default().line(line).byte(end);
                     return Err(limits.over("lines", "more lines").at(place));
                 }
             }
-            if offset + new.len() as u64 - start > longest {
+            if offset + block.len() as u64 - start > longest {
                 return Err(too_long(line, start + longest));
             }
             Ok(())
         })
     }
 
-    /// Reads what is left block by block, each shown to `check` with its offset.
+    /// Reads the remaining bytes block by block; `check` sees each block with its offset.
     fn read_checked(
         &mut self,
         limit_name: &'static str,
@@ -438,7 +439,7 @@ impl Reader<'_> {
             bytes.reserve_exact(usize::try_from(size).unwrap_or(0) + 1);
         }
         loop {
-            let old = bytes.len();
+            let length_before = bytes.len();
             let count = self
                 .by_ref()
                 .take(BLOCK)
@@ -448,7 +449,7 @@ impl Reader<'_> {
             if bytes.len() as u64 > limit {
                 return Err(crossed());
             }
-            check(old as u64, &bytes[old..])?;
+            check(length_before as u64, &bytes[length_before..])?;
             if count == 0 {
                 return Ok(bytes);
             }
@@ -479,11 +480,11 @@ impl Reader<'_> {
     /// [`crate::error::ErrorKind::Io`] if a folder cannot be listed,
     /// [`crate::error::ErrorKind::LimitExceeded`] beyond `limits.archive_entries`.
     pub fn list(&self, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
-        match &self.beside {
-            Beside::Memory { files, .. } if self.is_archive && deep => {
+        match &self.siblings {
+            Siblings::Memory { files, .. } if self.is_archive && deep => {
                 Ok(files.keys().cloned().collect())
             }
-            beside => beside.list(deep, limits),
+            siblings => siblings.list(deep, limits),
         }
     }
 
@@ -506,28 +507,28 @@ impl Reader<'_> {
         Ok(Some(bytes))
     }
 
-    /// Lays the files of the archive that the recording is in place of those that are beside it; they
-    /// are no further parts of it.
-    pub(super) fn lay_beside(&mut self, files: Files) {
-        self.beside = Beside::files(files);
+    /// Replaces the files beside the recording by those of the archive that the recording is; they are not
+    /// separate parts of it.
+    pub(super) fn set_siblings(&mut self, files: Files) {
+        self.siblings = Siblings::files(files);
         self.is_archive = true;
     }
 
-    /// Reads up to `most` bytes from the start of a file that [`Self::list`] names, only to see
-    /// what it is. `None` if there is no such file.
+    /// Reads up to `limit` bytes from the start of a file that [`Self::list`] names, to recognise it. `None`
+    /// if there is no such file.
     ///
     /// # Errors
     ///
     /// [`crate::error::ErrorKind::Io`] if reading fails.
-    pub fn read_head_of(&self, name: &str, most: u64) -> Result<Option<Vec<u8>>, Error> {
-        self.beside.read(name, most)
+    pub fn read_head_of(&self, name: &str, limit: u64) -> Result<Option<Vec<u8>>, Error> {
+        self.siblings.read(name, limit)
     }
 
-    /// Reads to the end and returns the hashes of all that was read.
+    /// Reads to the end and returns the hashes of all bytes that were read.
     pub(super) fn finish_hashes(mut self) -> Result<Hashes, Error> {
         let parts = std::mem::take(&mut self.parts);
-        let own = (!self.is_folder).then(|| self.finish()).transpose()?;
-        Ok(Hashes { own, parts })
+        let content = (!self.is_folder).then(|| self.finish()).transpose()?;
+        Ok(Hashes { content, parts })
     }
 
     /// Reads to the end and returns the SHA-256 of all bytes, lower-case hexadecimal.
@@ -542,18 +543,18 @@ impl Reader<'_> {
     }
 }
 
-/// Hashes of a recording and of the further files that were read with it.
+/// Hashes of a recording and of the other files that were read with it.
 pub(super) struct Hashes {
-    /// Of the recording's own bytes, which a folder has not.
-    own: Option<String>,
+    /// Hash of the recording's bytes; `None` for a folder.
+    content: Option<String>,
     parts: BTreeMap<String, String>,
 }
 
 impl Hashes {
-    /// Returns the SHA-256 of what `parts` and the recording itself hold, lower-case hexadecimal,
-    /// with the parts. The hash of a folder is that of a list of its files that were read: hash,
-    /// two blanks, name and line feed each.
-    pub(super) fn of(&self, parts: &BTreeSet<String>) -> (String, Vec<Part>) {
+    /// Returns the SHA-256 of the recording with those `parts`, lower-case hexadecimal, and the parts. The
+    /// hash of a folder is that of a list of its files that were read: hash, two blanks, name and line feed
+    /// each.
+    pub(super) fn with_parts(&self, parts: &BTreeSet<String>) -> (String, Vec<Part>) {
         let part = |file: &String| {
             let (file, sha256) = (file.clone(), self.parts.get(file)?.clone());
             Some(Part { file, sha256 })
@@ -563,16 +564,16 @@ impl Hashes {
             let line = |part: &Part| format!("{}  {}\n", part.sha256, part.file);
             sha256(parts.iter().map(line).collect::<String>().as_bytes())
         };
-        (self.own.clone().unwrap_or_else(listed), parts)
+        (self.content.clone().unwrap_or_else(listed), parts)
     }
 }
 
 impl Read for Reader<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.consumed < self.head.len() {
-            let left = &self.head[self.consumed..];
-            let count = left.len().min(buffer.len());
-            buffer[..count].copy_from_slice(&left[..count]);
+            let head_left = &self.head[self.consumed..];
+            let count = head_left.len().min(buffer.len());
+            buffer[..count].copy_from_slice(&head_left[..count]);
             self.consumed += count;
             return Ok(count);
         }
@@ -590,31 +591,32 @@ pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
-/// What is found where a folder crosses a limit.
+/// Text of the error where a folder crosses a limit.
 const MORE_FILES: &str = "a folder of more files";
 
 fn list_folder(folder: &Path, deep: bool, limits: &Limits) -> Result<Vec<String>, Error> {
-    let here = folder.as_os_str().is_empty();
-    let folder = if here { Path::new(".") } else { folder };
-    let (mut names, mut seen) = (Vec::new(), 0);
-    list_into(&mut names, folder, "", (deep, &mut seen), limits)?;
+    let is_current = folder.as_os_str().is_empty();
+    let folder = if is_current { Path::new(".") } else { folder };
+    let (mut names, mut entries) = (Vec::new(), 0);
+    list_into(&mut names, folder, "", deep, &mut entries, limits)?;
     names.sort();
     Ok(names)
 }
 
-/// Lists the files of a folder behind `prefix`; if `deep`, with those in its folders.
+/// Lists the files of a folder, each after `prefix`; if `deep`, with those in its folders.
 fn list_into(
     names: &mut Vec<String>,
     folder: &Path,
     prefix: &str,
-    (deep, seen): (bool, &mut u64),
+    deep: bool,
+    entries: &mut u64,
     limits: &Limits,
 ) -> Result<(), Error> {
     let failed = |error: io::Error| Error::io("list the folder", &error);
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
-        *seen += 1;
-        if *seen > limits.archive_entries {
+        *entries += 1;
+        if *entries > limits.archive_entries {
             return Err(limits.over("archive_entries", MORE_FILES));
         }
         let Some(name) = path.file_name().and_then(|name| name.to_str()) else {
@@ -623,7 +625,9 @@ fn list_into(
         let name = format!("{prefix}{name}");
         match path.is_dir() {
             false => names.push(name),
-            true if deep => list_into(names, &path, &format!("{name}/"), (false, seen), limits)?,
+            true if deep => {
+                list_into(names, &path, &format!("{name}/"), false, entries, limits)?;
+            }
             true => {}
         }
     }

@@ -1,10 +1,10 @@
-//! What readers of text share: lines within limits, decimal numbers as the file writes them.
+//! Tools of all readers of text: lines within limits, decimal numbers as the file writes them.
 
 use super::number::{self, Decimal, Marks, NumberFault, PrintedDigits};
 use crate::error::{Error, Place};
 use latchgate_kernel::error::Error as KernelError;
 
-/// Returns the line, counted from 1, in which the byte at `position` stands.
+/// Returns the line of the byte at `position`, counted from 1.
 pub(super) fn line_at(text: &[u8], position: usize) -> u64 {
     let before = &text[..position.min(text.len())];
     memchr::memchr_iter(b'\n', before).count() as u64 + 1
@@ -33,7 +33,7 @@ pub(super) fn sample(cell: &str, decimal: &mut Decimal) -> Result<f64, Error> {
     number::parse(cell, decimal).map_err(|fault| bad_cell(cell, fault))
 }
 
-/// Says what is wrong with a cell that should hold a number.
+/// Returns the error of a cell that should hold a number.
 pub(super) fn bad_cell(cell: &[u8], fault: NumberFault) -> Error {
     let found = shown(cell);
     match fault {
@@ -55,7 +55,7 @@ pub(super) fn bad_cell(cell: &[u8], fault: NumberFault) -> Error {
     }
 }
 
-/// Returns what to do about a cell that is no number.
+/// Returns the remedy for a cell that is no number.
 fn hint_for(cell: &str) -> &'static str {
     let digits = cell.chars().any(|c| c.is_ascii_digit());
     if digits && (cell.contains(':') || cell.matches('/').count() == 2) {
@@ -69,15 +69,15 @@ fn hint_for(cell: &str) -> &'static str {
     }
 }
 
-/// What to do where a stamp is of a form that is not read.
+/// The remedy for a stamp of a form that is not read.
 pub(super) const STAMPS: &str = "export times as seconds, 10:00:00.0001 or \
                                  2024-05-01T10:00:00.0001, with date and time in one column";
 
-/// What to do where a row is one cell.
+/// The remedy for a row that is one cell.
 pub(super) const ONE_CELL: &str = "the row is one cell; export with a comma, semicolon or tab \
                                    between cells, and no quotes around rows";
 
-/// Names the characters of a cell that cannot be seen or are taken for others.
+/// Names the characters of a cell that are invisible or look like others.
 fn hidden(cell: &str) -> String {
     let mut names: Vec<String> = cell
         .chars()
@@ -92,7 +92,7 @@ fn hidden(cell: &str) -> String {
     format!(", which holds {}", names.join(", "))
 }
 
-/// Says that a cell of a column of stamps as words holds none.
+/// Returns the error of a cell that should hold a stamp.
 pub(super) fn no_stamp(cell: &[u8]) -> Error {
     Error::malformed(
         "a time that latchgate reads",
@@ -112,8 +112,8 @@ pub(super) fn shown(text: impl AsRef<[u8]>) -> String {
     }
 }
 
-/// What the marks in the numbers of a column may be, with the first that may separate thousands
-/// and where it stands.
+/// Meaning of the marks in the numbers of a column, with the first that may separate thousands and its
+/// place.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ColumnMarks {
     pub(super) marks: Marks,
@@ -121,14 +121,14 @@ pub(super) struct ColumnMarks {
 }
 
 impl ColumnMarks {
-    /// Takes in a number that was read.
+    /// Reads a number that was accepted.
     pub(super) fn look(&mut self, cell: &[u8], place: impl FnOnce() -> Place) {
         if self.marks.look(cell) {
             self.first = Some((place(), shown(cell)));
         }
     }
 
-    /// Refuses a column whose marks are not clear by that number and all marks.
+    /// Refuses a column whose marks are not clear, by that number and all marks.
     pub(super) fn check(
         &self,
         is_clear: impl FnOnce(&str, Marks) -> bool,

@@ -3,14 +3,14 @@
 //! Stamps are rounded where they are printed: at 12 kHz and microseconds they step by 83 and
 //! 84 µs. A clock is therefore taken as uniform if a line t0 + n·dt passes within half a last
 //! printed digit of every stamp, or within 1 % of the interval, whichever is larger. Among
-//! the lines that fit, the one with the plainest number is meant: an interval of 80 µs, a
+//! the lines that fit, the one with the plainest number is chosen: an interval of 80 µs, a
 //! rate of 9600 Hz, and only then the least-squares line.
 //!
 //! Where no line fits, rows may be missing from a uniform clock (a gap, which blocks), or the
 //! clock is irregular (a warning): the samples are then interpolated at the median rate.
 //!
-//! Interpolation between irregular stamps is linear. It damps what lies near half the
-//! sampling rate, so it is right for a recording sampled well above what matters in it.
+//! Interpolation between irregular stamps is linear. It damps frequencies near half the sampling rate, so it
+//! suits a recording sampled well above its relevant frequencies.
 
 use super::{Finding, Limits, ReadOptions};
 use crate::error::{Error, ErrorKind};
@@ -19,13 +19,13 @@ use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::range::Range;
 use latchgate_kernel::units::SampleRate;
 
-/// Share of the sample interval by which a stamp of a uniform clock may be off [-].
+/// Share of the sample interval by which a stamp of a uniform clock may differ [-].
 const JITTER: f64 = 0.01;
 
 /// Steps beyond this multiple of the median are gaps [-].
 const GAP: f64 = 1.5;
 
-/// Significant digits up to which a number counts as one that somebody chose.
+/// Most significant digits of a number that a person chose.
 const CHOSEN_DIGITS: usize = 3;
 
 /// Significant digits beyond which rounding to a plain number gains nothing.
@@ -47,8 +47,8 @@ pub fn rate_of_interval(interval_s: f64, printed_digit_s: f64) -> Result<SampleR
     )?)
 }
 
-/// Returns the last printed digit that is believed [s]: one coarser than the step would print the same
-/// stamp twice, so such a claim is wrong and must not turn any clock into a uniform one.
+/// Returns the last printed digit [s], bounded by the step. A digit coarser than the step would print the
+/// same stamp twice, so it is wrong and must not turn any clock into a uniform one.
 fn believed_digit(printed_s: f64, step_s: f64) -> f64 {
     match printed_s.is_finite() {
         true => printed_s.clamp(0.0, step_s),
@@ -65,14 +65,14 @@ pub struct TimeBase {
     pub rate: SampleRate,
     /// Samples on the uniform base.
     pub samples: usize,
-    /// What was found odd in the stamps.
+    /// Findings on the stamps.
     pub findings: Vec<Finding>,
-    way: Way,
+    resampling: Resampling,
 }
 
-/// How samples at stamps become samples on the base.
+/// Conversion of samples at stamps to samples on the base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
+enum Resampling {
     /// One for one.
     Keep,
     /// Each stays at its place; the missing ones between are interpolated.
@@ -102,7 +102,7 @@ impl TimeBase {
         if clock.long_steps == 0 || clock.long_steps >= 3 {
             let indices = (0..stamps_s.len()).map(|count| count as f64);
             if let Some(line) = clock.fit_line(stamps_s, indices) {
-                return line.into_base(stamps_s.len(), Way::Keep, Vec::new(), limits);
+                return line.into_base(stamps_s.len(), Resampling::Keep, Vec::new(), limits);
             }
         }
         let mut findings: Vec<Finding> = clock.gap_finding(stamps_s).into_iter().collect();
@@ -110,7 +110,7 @@ impl TimeBase {
             let indices = clock.indices_with_gaps(stamps_s);
             if let Some(line) = clock.fit_line(stamps_s, indices.iter().copied()) {
                 let last = indices.last().copied().unwrap_or(0.0);
-                return line.into_base(count_samples(last)?, Way::Fill, findings, limits);
+                return line.into_base(count_samples(last)?, Resampling::Fill, findings, limits);
             }
         }
         findings.push(clock.irregular_finding());
@@ -119,10 +119,15 @@ impl TimeBase {
             rate: clock.rate_to_resample(),
         };
         let steps = (clock.span * line.rate * (1.0 + 4.0 * f64::EPSILON)).floor();
-        line.into_base(count_samples(steps)?, Way::Interpolate, findings, limits)
+        line.into_base(
+            count_samples(steps)?,
+            Resampling::Interpolate,
+            findings,
+            limits,
+        )
     }
 
-    /// Takes a base that is stated: so many samples from `start_s` [s] on.
+    /// Builds a base that is stated: `samples` samples from `start_s` [s] on.
     pub(super) fn stated(
         start_s: f64,
         rate: SampleRate,
@@ -134,20 +139,20 @@ impl TimeBase {
             rate,
             samples,
             findings,
-            way: Way::Keep,
+            resampling: Resampling::Keep,
         }
     }
 
-    /// Brings the values at `stamps_s`, those the base was found in, to the base; one that is stated
-    /// needs none.
+    /// Converts the values at `stamps_s`, to which the base was fitted, to the base; a stated base needs no
+    /// stamps.
     ///
     /// # Errors
     ///
     /// [`ErrorKind::Malformed`] if there are not as many values as stamps.
     pub fn apply(&self, stamps_s: &[f64], values: Vec<f64>) -> Result<Vec<f64>, Error> {
-        let count = match self.way {
-            Way::Keep => self.samples,
-            Way::Fill | Way::Interpolate => stamps_s.len(),
+        let count = match self.resampling {
+            Resampling::Keep => self.samples,
+            Resampling::Fill | Resampling::Interpolate => stamps_s.len(),
         };
         if values.len() != count {
             return Err(Error::malformed(
@@ -158,10 +163,10 @@ impl TimeBase {
         }
         let place = |stamp: &f64| (stamp - self.start_s) * self.rate.hertz();
         let places = stamps_s.iter().map(place);
-        Ok(match self.way {
-            Way::Keep => values,
-            Way::Fill => interpolate(places.map(f64::round), &values, self.samples),
-            Way::Interpolate => interpolate(places, &values, self.samples),
+        Ok(match self.resampling {
+            Resampling::Keep => values,
+            Resampling::Fill => interpolate(places.map(f64::round), &values, self.samples),
+            Resampling::Interpolate => interpolate(places, &values, self.samples),
         })
     }
 }
@@ -201,18 +206,18 @@ const PLAUSIBLE_STATED: Range = Range::new(1.0, 200e3);
 /// Rates outside of which an assumed unit of time is doubted [Hz]; no crash recording is slower.
 const PLAUSIBLE_ASSUMED: Range = Range::new(250.0, 200e3);
 
-/// Rate from which on only the user's word for the unit of time counts [Hz]: a header that says
-/// milliseconds over seconds makes 1 MHz of 1 kHz, and the pulse a thousandth of its length.
+/// Rate from which on a person must confirm the unit of time [Hz]: a header that states milliseconds for
+/// seconds makes 1 MHz of 1 kHz, and the pulse a thousandth of its length.
 const INCREDIBLE: f64 = 500e3;
 
-/// Rate below which seconds are not assumed [Hz]: nanoseconds and microseconds taken for them make
-/// such.
+/// Rate below which seconds are not assumed [Hz]: nanoseconds and microseconds read as seconds give such
+/// rates.
 const LEAST_ASSUMED: f64 = 0.2;
 
 /// Largest relative difference between a stated rate and that of the file [-].
 const RATE_AGREEMENT: f64 = 1e-3;
 
-/// What to do where a file of which the format fixes the unit of times gives a wrong rate.
+/// The remedy for a wrong rate of a file whose format fixes the unit of times.
 pub(super) const MEND: &str = "correct the file";
 
 /// True if a stated rate is that of the file, but for its digits.
@@ -221,22 +226,22 @@ pub(super) fn rates_agree(stated_hz: f64, hertz: f64) -> bool {
 }
 
 impl ReadOptions {
-    /// Holds a rate that the file gives [Hz] against the one that option or card state, and doubts
-    /// one that crash recordings do not have; one beyond all belief is refused unless a person has
-    /// stated it. `by` names what gives it, and whether seconds are `assumed` because nothing says
-    /// in which unit its times are; `mend` says what to do if it is wrong.
+    /// Compares a rate that the file gives [Hz] with the one that option or card state, and warns of one that
+    /// crash recordings do not have; an incredible one is refused unless a person has stated it. `source` is
+    /// the file's source of the rate, with true if seconds are `assumed` because the unit of its times is not
+    /// stated; `mend` is the remedy.
     pub(super) fn check_rate(
         &self,
         rate: f64,
-        (by, assumed): (&str, bool),
+        (source, assumed): (&str, bool),
         mend: &str,
     ) -> Result<Option<Finding>, Error> {
-        let by = if assumed {
-            &format!("{by}, seconds assumed")
+        let source = if assumed {
+            &format!("{source}, seconds assumed")
         } else {
-            by
+            source
         };
-        let found = format!("{rate} Hz by {by}");
+        let found = format!("{rate} Hz by {source}");
         if let Some(stated) = self.rate_hz
             && !rates_agree(stated, rate)
         {
@@ -255,27 +260,27 @@ impl ReadOptions {
             return Err(Error::malformed(expected, found, hint));
         }
         let text = format!("{found}, which no crash recording has. If that is wrong, {mend}");
-        let odd = !plausible.contains(rate);
-        Ok(odd.then(|| Finding::warning("time-unit-implausible", text)))
+        let is_implausible = !plausible.contains(rate);
+        Ok(is_implausible.then(|| Finding::warning("time-unit-implausible", text)))
     }
 
-    /// Returns the rate of a LabVIEW file that has none, as a person states it, else the one sample a
-    /// second that the file has, and says so; `interval` names what states that.
+    /// Returns the rate of a LabVIEW file without timing, as a person states it, else the one sample a second
+    /// of the file, with a finding; `interval` names the file's statement.
     pub(super) fn untimed(
         &self,
-        by_file: SampleRate,
+        file_rate: SampleRate,
         interval: &str,
     ) -> Result<(SampleRate, Finding), Error> {
         let setting = Setting::RateHz;
-        let (rate, used) = match self.rate_hz {
+        let (rate, remedy) = match self.rate_hz {
             Some(hertz) => {
-                let used = format!("The stated {hertz} Hz was used");
-                (SampleRate::from_hertz(hertz)?, used)
+                let remedy = format!("The stated {hertz} Hz was used");
+                (SampleRate::from_hertz(hertz)?, remedy)
             }
-            None => (by_file, format!("State the rate with {setting} = HZ")),
+            None => (file_rate, format!("State the rate with {setting} = HZ")),
         };
         let text = format!(
-            "{interval} is 1, as LabVIEW writes it where the samples have no timing. {used}"
+            "{interval} is 1, as LabVIEW writes it where the samples have no timing. {remedy}"
         );
         Ok((rate, Finding::warning("timing-absent", text)))
     }
@@ -287,7 +292,7 @@ fn half_digit(digit: f64, first: f64, last: f64) -> f64 {
     0.5 * digit * (1.0 + 1e-9) + 8.0 * f64::EPSILON * largest
 }
 
-/// What the stamps say about their clock before a line is fitted.
+/// Estimate of a clock from its stamps, before a line is fitted.
 struct ClockEstimate {
     /// Last stamp less the first [s].
     span: f64,
@@ -310,7 +315,7 @@ impl ClockEstimate {
         let (first, last) = (stamps_s[0], stamps_s[stamps_s.len() - 1]);
         let span = last - first;
         let mut steps: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        // Of two middle steps the shorter: it takes the longer for a gap, not for the clock.
+        // Of two middle steps the shorter is chosen, so that the longer counts as a gap, not as the clock.
         let middle = (steps.len() - 1) / 2;
         let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
         let longest = GAP * median;
@@ -362,8 +367,8 @@ impl ClockEstimate {
         }
         let jitter = JITTER * interval;
         if jitter > self.half_digit {
-            // Here the clock itself trembles. A chosen number is taken if it drifts from the
-            // stamps by no more than the trembling over the whole record.
+            // The clock itself has jitter. A number that a person chose is accepted if its drift over the whole
+            // record is within the jitter.
             let slack = 2.0 * jitter / steps;
             let mut chosen = plain_rates(interval, slack, CHOSEN_DIGITS);
             let line = chosen.find_map(|rate| try_rate(rate, jitter));
@@ -391,8 +396,8 @@ impl ClockEstimate {
     }
 
     /// Returns the rate for interpolated samples: that of the median step, to three digits
-    /// where these say the same within 0.1 %. The rate of a resampled base is ours to choose,
-    /// and 9999.98 Hz would fall short of what a filter class asks for.
+    /// where these agree within 0.1 %. The rate of a resampled base is free, and 9999.98 Hz would be
+    /// below the 10 kHz that a filter class needs.
     fn rate_to_resample(&self) -> f64 {
         let is_rounded = (self.mean - self.median).abs() <= self.digit;
         let step = if is_rounded { self.mean } else { self.median };
@@ -462,13 +467,13 @@ impl ClockLine {
     fn into_base(
         self,
         samples: usize,
-        way: Way,
+        resampling: Resampling,
         findings: Vec<Finding>,
         limits: &Limits,
     ) -> Result<TimeBase, Error> {
         if samples as u64 > limits.samples {
-            let odd = findings.first().map_or("", |finding| finding.text.as_str());
-            let found = format!("{samples} samples on a uniform time base ({odd})");
+            let reason = findings.first().map_or("", |finding| finding.text.as_str());
+            let found = format!("{samples} samples on a uniform time base ({reason})");
             return Err(limits.over("samples", found));
         }
         Ok(TimeBase {
@@ -476,7 +481,7 @@ impl ClockLine {
             rate: SampleRate::from_hertz(self.rate)?,
             samples,
             findings,
-            way,
+            resampling,
         })
     }
 }
@@ -529,9 +534,9 @@ fn residual_range(
 /// Returns a start from which every stamp lies within `tolerance` of the line: the first
 /// stamp if it serves, else a whole number of intervals from zero, else the middle.
 fn start_within(range: Range, first: f64, rate: f64, tolerance: f64) -> f64 {
-    let serves = |start: &f64| range.high - start <= tolerance && start - range.low <= tolerance;
+    let fits = |start: &f64| range.high - start <= tolerance && start - range.low <= tolerance;
     let on_grid = (first * rate).round() / rate;
-    let plain = [first, on_grid].into_iter().find(serves);
+    let plain = [first, on_grid].into_iter().find(fits);
     plain.unwrap_or(0.5 * (range.low + range.high))
 }
 
@@ -564,8 +569,8 @@ fn minimax_interval(
 
 /// Returns the rates [Hz] within `slack` [s] of `interval` [s] that have a plain number, as
 /// an interval or as a rate, the plainest first.
-fn plain_rates(interval: f64, slack: f64, most_digits: usize) -> impl Iterator<Item = f64> {
-    (1..=most_digits)
+fn plain_rates(interval: f64, slack: f64, max_digits: usize) -> impl Iterator<Item = f64> {
+    (1..=max_digits)
         .flat_map(move |digits| {
             [
                 // The reciprocal of a plain decimal is cleaned of the rounding of division, so
@@ -593,18 +598,18 @@ pub(super) fn brief(value: f64) -> String {
 /// 0, 1, 2 …; before the first and after the last place the value stays.
 fn interpolate(places: impl Iterator<Item = f64>, values: &[f64], samples: usize) -> Vec<f64> {
     let mut result = Vec::with_capacity(samples);
-    let mut before: Option<(f64, f64)> = None;
+    let mut previous: Option<(f64, f64)> = None;
     for (place, value) in places.zip(values.iter().copied()) {
         while result.len() < samples && (result.len() as f64) <= place {
-            let wanted = result.len() as f64;
-            result.push(match before {
-                Some((from, start)) if wanted < place && place > from => {
-                    start + (value - start) * ((wanted - from) / (place - from))
+            let target = result.len() as f64;
+            result.push(match previous {
+                Some((from, start)) if target < place && place > from => {
+                    start + (value - start) * ((target - from) / (place - from))
                 }
                 _ => value,
             });
         }
-        before = Some((place, value));
+        previous = Some((place, value));
     }
     let last = values.last().copied().unwrap_or(0.0);
     result.resize(samples, last);

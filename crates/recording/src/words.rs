@@ -1,12 +1,12 @@
-//! Lists of words that readers know, each in a file of its own in `words/`, where words are added
-//! without a look at the program.
+//! Lists of words that readers know, each in its own file in `words/`, where words are added without a
+//! change of the program.
 
 use std::sync::LazyLock;
 
 /// A list of words or phrases, read at its first use.
 pub(super) type Words = LazyLock<Vec<&'static str>>;
 
-/// Takes a list from the file of that name in `words/`.
+/// Builds a list from the file of that name in `words/`.
 macro_rules! word_list {
     ($name:literal) => {
         std::sync::LazyLock::new(|| $crate::words::list(word_list!(@text $name)))

@@ -10,29 +10,29 @@ use crate::{Finding, Limits, TestFacts, fact, joined_facts, text};
 use latchgate_kernel::units::TimeUnit;
 use std::collections::BTreeMap;
 
-/// What closes each header.
+/// Line that closes each header.
 const END: &str = "***End_of_Header***";
 
-/// What may stand between cells.
+/// Separators of cells.
 const SEPARATORS: [char; 3] = ['\t', ',', ';'];
 
-/// Keys of both headers whose values are no words of the operator's.
+/// Keys of both headers whose values are not the operator's words.
 static KEYS: Words = word_list!("lvm-keys");
 
-/// Where the times of the samples stand.
+/// Position of the times of the samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum TimeColumns {
-    /// Nowhere: start and interval are in the header.
+    /// None: start and interval are in the header.
     No,
-    /// In the first column, for all channels.
+    /// The first column, for all channels.
     One,
-    /// In a column before each channel.
+    /// A column before each channel.
     Multi,
 }
 
-/// A channel as the second header describes it.
+/// Description of a channel in the second header.
 #[derive(Debug)]
-pub(super) struct Described {
+pub(super) struct ChannelDescription {
     /// Column of the table, counted from 0.
     pub(super) index: usize,
     pub(super) column: ChannelName,
@@ -42,20 +42,20 @@ pub(super) struct Described {
     pub(super) start: f64,
     /// Interval as printed.
     pub(super) interval: Option<String>,
-    /// What the header calls the unit of both and of stamps.
+    /// Name that the header gives to the unit of both and of stamps.
     pub(super) time_label: Option<String>,
     /// The unit of both and of stamps.
     pub(super) time_unit: TimeUnit,
 }
 
-impl Described {
-    /// True if a user's word means this channel: its name, with or without unit, or its
-    /// number, counted from 1.
-    pub(super) fn answers_to(&self, wanted: &str, index: usize) -> bool {
-        let wanted = wanted.trim();
-        self.column.name == wanted
-            || (!self.column.label.trim().is_empty() && self.column.label.trim() == wanted)
-            || wanted.parse() == Ok(index + 1)
+impl ChannelDescription {
+    /// True if a requested name means this channel: its name, with or without unit, or its number, counted
+    /// from 1.
+    pub(super) fn answers_to(&self, requested: &str, index: usize) -> bool {
+        let requested = requested.trim();
+        self.column.name == requested
+            || (!self.column.label.trim().is_empty() && self.column.label.trim() == requested)
+            || requested.parse() == Ok(index + 1)
     }
 }
 
@@ -64,16 +64,16 @@ impl Described {
 pub(super) struct Header {
     pub(super) separator: char,
     pub(super) time: TimeColumns,
-    pub(super) channels: Vec<Described>,
+    pub(super) channels: Vec<ChannelDescription>,
     /// Column of the Comment, counted from 0; beyond the last one if there is none.
     pub(super) comment_column: usize,
-    /// What was written in words.
+    /// Words of the operator.
     pub(super) remarks: Vec<Remark>,
-    /// What the first header says of the test.
+    /// Facts of the test in the first header.
     pub(super) test: TestFacts,
     /// The decimal mark that the header declares.
     pub(super) decimal: Option<char>,
-    /// What in it cannot be read.
+    /// Findings on entries that cannot be read.
     pub(super) findings: Vec<Finding>,
 }
 
@@ -102,14 +102,14 @@ impl Header {
             header
                 .take(key.trim(), value, line)
                 .map_err(|error| error.at(Place::default().line(number)))?;
-            // Empty cells may stand behind the value.
+            // Empty cells may follow the value.
             if let Some(value) = fact(value.trim_matches([' ', '\t', ',', ';'])) {
                 facts.entry(key.trim()).or_insert(value);
             }
         }
         header.test = TestFacts {
             test: joined_facts([facts.remove("Project"), facts.remove("Description")]),
-            // LabVIEW names the person alone.
+            // LabVIEW names only the person.
             laboratory: facts
                 .remove("Operator")
                 .map(|name| format!("operator {name}")),
@@ -121,7 +121,7 @@ impl Header {
         for (number, line) in lines {
             last = number;
             if line.starts_with(END) {
-                // An empty line may stand between the two headers.
+                // An empty line between the two headers does not end the second one.
                 ended |= rows.iter().any(|(_, cells)| !cells[0].is_empty());
                 continue;
             }
@@ -135,22 +135,23 @@ impl Header {
                 names = Some((number, cells));
                 break;
             }
+            // A header is short; more lines than this are a table without headings.
             if rows.len() > 64 {
                 break;
             }
             rows.push((number, cells));
         }
         let is_number = |cell: &String| text::header_number(cell).is_some();
-        let (line, found) = match &names {
+        let (line, found_after) = match &names {
             Some((line, cells)) if cells.iter().any(is_number) => (*line, "a row of numbers"),
             Some((line, _)) => (*line, ""),
             None if ended => (last, "the end of the file"),
             None => (closed + 1, "no second header that is closed"),
         };
-        let Some((_, names)) = names.filter(|_| found.is_empty()) else {
+        let Some((_, names)) = names.filter(|_| found_after.is_empty()) else {
             return Err(Error::malformed(
                 "a second header, and after it a line X_Value with the channels' names",
-                found,
+                found_after,
                 "the file does not name its columns; write it again with headings, or read its \
                  rows as a table with the setting `input_format` = csv",
             )
@@ -162,16 +163,16 @@ impl Header {
         Ok((header, line + 1))
     }
 
-    /// Takes the unit of times that the header states, or the one that a person does.
+    /// Sets the unit of times to the stated one, else to that of the header.
     pub(super) fn take_time_units(&mut self, stated: Option<TimeUnit>) -> Result<(), Error> {
         let mut overridden = None;
         for channel in &mut self.channels {
-            // `Samples` is what is counted where no timing is attached.
+            // `Samples` is the label where no timing is attached.
             let counts = |label: &String| ChannelName::from_header(label, 1).says_index();
             channel.time_label = channel.time_label.take().filter(|label| !counts(label));
             let label = channel.time_label.as_deref();
-            let own = label.and_then(TimeUnit::from_spelling);
-            channel.time_unit = match (stated, own, label) {
+            let label_unit = label.and_then(TimeUnit::from_spelling);
+            channel.time_unit = match (stated, label_unit, label) {
                 (Some(stated), ..) => stated,
                 (None, Some(own), _) => own,
                 (None, None, None) => TimeUnit::SECOND,
@@ -181,16 +182,16 @@ impl Header {
                     return Err(Error::malformed("a unit of time", found, hint));
                 }
             };
-            if let Some(label) = label.filter(|_| own != Some(channel.time_unit)) {
+            if let Some(label) = label.filter(|_| label_unit != Some(channel.time_unit)) {
                 overridden.get_or_insert_with(|| (label.to_string(), channel.time_unit));
             }
         }
-        self.findings.extend(overridden.map(|(label, used)| {
+        self.findings.extend(overridden.map(|(label, used_unit)| {
             let text = format!(
                 "X_Unit_Label is `{}`, but the setting `time_unit` is `{}`. The setting was used. \
                  Check which is right",
                 text::shown(&label),
-                used
+                used_unit
             );
             Finding::warning("time-unit-overridden", text)
         }));
@@ -206,8 +207,8 @@ impl Header {
     }
 
     fn take(&mut self, key: &str, value: &str, line: &str) -> Result<(), Error> {
-        let found = || format!("`{}`", text::shown(line));
-        let unknown = |expected| Error::malformed(expected, found(), "export the file as CSV");
+        let quoted = || format!("`{}`", text::shown(line));
+        let unknown = |expected| Error::malformed(expected, quoted(), "export the file as CSV");
         match key {
             "Separator" => {
                 let word = value.trim_matches([' ', '\t']);
@@ -230,23 +231,23 @@ impl Header {
                 };
             }
             "Decimal_Separator" => self.decimal = value.trim_start().chars().next(),
-            _ => self.listen(key, value),
+            _ => self.keep_words(key, value),
         }
         Ok(())
     }
 
-    /// Keeps what is no entry of the format's own: notes, and lines of any other key, for a note
-    /// may go on on the next line.
-    fn listen(&mut self, key: &str, value: &str) {
-        if KEYS.iter().any(|known| known.eq_ignore_ascii_case(key)) {
+    /// Keeps entries that are not the format's: notes, and lines of any other key, since a note may go on
+    /// on the next line.
+    fn keep_words(&mut self, key: &str, value: &str) {
+        if KEYS.iter().any(|entry| entry.eq_ignore_ascii_case(key)) {
             return;
         }
-        let (said, place) = match remarks::is_key(key) {
+        let (text, place) = match remarks::is_key(key) {
             true => (value.to_string(), RemarkPlace::Channel),
             false => (format!("{key} {value}"), RemarkPlace::Apart),
         };
         self.remarks
-            .push(Remark::new(&said, place, "the file's header says"));
+            .push(Remark::new(&text, place, "the file's header says"));
     }
 
     fn describe(&mut self, names: &[String], rows: &[(u64, Vec<String>)]) -> Result<(), Error> {
@@ -255,7 +256,7 @@ impl Header {
             row.get(index).filter(|cell| !cell.is_empty()).cloned()
         };
         for (_, cells) in rows {
-            self.listen(&cells[0], &cells[1..].join(" "));
+            self.keep_words(&cells[0], &cells[1..].join(" "));
         }
         let comment = names.iter().rposition(|name| name == "Comment");
         let filled = names.iter().rposition(|name| !name.is_empty()).unwrap_or(0);
@@ -276,7 +277,7 @@ impl Header {
                     "correct the header",
                 ));
             };
-            self.channels.push(Described {
+            self.channels.push(ChannelDescription {
                 index,
                 column,
                 samples: cell("Samples", index),
@@ -288,8 +289,10 @@ impl Header {
             });
         }
         let mut dimensions = (1..columns).filter_map(|index| cell("X_Dimension", index));
-        if let Some(other) = dimensions.find(|one| !one.eq_ignore_ascii_case("Time")) {
-            let found = format!("`{}`", text::shown(&other));
+        if let Some(dimension) =
+            dimensions.find(|dimension| !dimension.eq_ignore_ascii_case("Time"))
+        {
+            let found = format!("`{}`", text::shown(&dimension));
             let hint = "export a signal over time";
             return Err(Error::malformed("X_Dimension Time", found, hint));
         }
@@ -298,22 +301,22 @@ impl Header {
             let text = &*text;
             Statement { key, text }.number(|_| true, &mut self.findings)
         });
-        let found = self.channels.len();
-        if let Some(stated) = stated.filter(|stated| stated.total_cmp(&(found as f64)).is_ne()) {
+        let count = self.channels.len();
+        if let Some(stated) = stated.filter(|stated| stated.total_cmp(&(count as f64)).is_ne()) {
             let expected = format!("{stated} channel names, as the header states");
             let hint = "correct the names in the header";
-            return Err(Error::malformed(expected, found.to_string(), hint));
+            return Err(Error::malformed(expected, count.to_string(), hint));
         }
-        if found == 0 {
-            let known = "no channel".into();
-            return Err(ErrorKind::NoChannel { known }.into());
+        if count == 0 {
+            let names = "no channel".into();
+            return Err(ErrorKind::NoChannel { known: names }.into());
         }
         Ok(())
     }
 
-    /// Says what the numbers' decimal mark is, where it is a comma or not the declared one.
-    pub(super) fn decimal_finding(&self, found: Decimal) -> Option<Finding> {
-        let mark = match found {
+    /// Returns the finding on the numbers' decimal mark, where it is a comma or not the declared one.
+    pub(super) fn decimal_finding(&self, used: Decimal) -> Option<Finding> {
+        let mark = match used {
             Decimal::Comma => ',',
             Decimal::Point | Decimal::PointOnly | Decimal::Stated(_) => '.',
             Decimal::Unknown => return None,

@@ -1,7 +1,7 @@
 //! Channel files: header and samples.
 //!
-//! The header is read by its keys, the samples line by line; both stand here since what the header
-//! states (extremes, times, count) is held against the samples.
+//! The header is read by its keys, the samples line by line. Both are in this file since the header's
+//! statements (extremes, times, count) are compared with the samples.
 
 use crate::TestFacts;
 use crate::channel_name::ChannelName;
@@ -15,7 +15,7 @@ use crate::words::{Words, word_list};
 use crate::{Finding, Limits, Stated, encoding, fact, joined_facts, text, time_base};
 use latchgate_kernel::units::{AccelerationUnit, SampleRate};
 
-/// What stands for "nothing" as a value.
+/// Value that means "nothing".
 const NOTHING: &str = "NOVALUE";
 
 // The head of each list explains it.
@@ -23,32 +23,32 @@ static STATED_ONCE: Words = word_list!("iso-mme-once");
 static MEASURED: Words = word_list!("iso-mme-measured");
 static COMPUTED: Words = word_list!("iso-mme-computed");
 
-/// Channel frequency classes that are none.
+/// Values of the channel frequency class that mean no filter.
 const UNFILTERED: [&str; 3] = ["0", "NONE", "UNFILTERED"];
 
-/// Part of the largest magnitude by which a stated extreme may be off [-].
+/// Part of the largest magnitude by which a stated extreme may differ [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;
 
-/// Part by which two statements of a rate may differ and agree [-].
+/// Part by which two statements of a rate may differ and still agree [-].
 const CLOCK_AGREEMENT: f64 = 1e-3;
 
-/// Samples from the first one to an instant that tells the interval.
+/// Fewest samples from the first one to an instant that can confirm the interval.
 const FAR_SAMPLES: f64 = 20.0;
 
-/// Words from which on a line is text that goes on, where it has no key.
+/// Fewest words of a line without a key that continues the text before it.
 const WORDS_OF_TEXT: usize = 3;
 
-/// What a line of a channel file is, up to its first sample.
+/// Kind of a line of a channel file, up to its first sample.
 enum HeaderLine<'a> {
     Key(&'a str, &'a str),
     /// Text that was cut at a fixed width and goes on.
     Continued(&'a str),
-    /// A sample, or what stands in its place.
+    /// A sample, or a text in its place.
     Sample,
 }
 
-/// Tells header from samples. Only text of several words goes on without a key: anything shorter
-/// may stand for a sample, and is refused as one.
+/// Distinguishes header from samples. Only text of several words continues a line without a key: anything
+/// shorter may be meant as a sample, and is refused as one.
 fn header_line(line: &str) -> HeaderLine<'_> {
     if let Some((key, value)) = line.split_once(':')
         && key.chars().any(char::is_alphabetic)
@@ -100,8 +100,8 @@ impl ChannelHeader {
                 }
                 HeaderLine::Sample => {
                     header.is_whole = true;
-                    // What is no number ends no header: the reading of samples refuses it, and
-                    // what stands behind it may say which channel this is.
+                    // A text that is no number does not end the header: the reading of samples refuses it, and the lines
+                    // after it may still name the channel.
                     if text::header_number(line).is_some() || line == NOTHING {
                         break;
                     }
@@ -113,7 +113,7 @@ impl ChannelHeader {
         header
     }
 
-    /// Returns the bytes of keys and values, and of what keeping each takes.
+    /// Returns the bytes of keys and values, with the memory that each entry takes.
     pub(super) fn bytes(&self) -> u64 {
         const KEPT_WITH_EACH: usize = 64;
         self.lines
@@ -122,34 +122,34 @@ impl ChannelHeader {
             .sum()
     }
 
-    /// True if a sample stood behind the header, so that all of it was read.
+    /// True if a sample follows the header, so that all of it was read.
     pub(super) fn is_whole(&self) -> bool {
         self.is_whole
     }
 
-    /// Returns a value that says something.
+    /// Returns a value other than a placeholder.
     pub(super) fn value(&self, key: &str) -> Option<&str> {
         self.values(key).next()
     }
 
-    /// Returns all values of a key that say something.
+    /// Returns all values of a key, without placeholders.
     fn values<'a>(&'a self, key: &str) -> impl Iterator<Item = &'a str> + use<'a> {
         let key = key.to_ascii_lowercase();
         self.lines
             .iter()
-            .filter(move |(known, _)| known.eq_ignore_ascii_case(&key))
+            .filter(move |(line_key, _)| line_key.eq_ignore_ascii_case(&key))
             .map(|(_, value)| &**value)
             .filter(|value| !value.is_empty() && *value != NOTHING)
     }
 
-    /// Refuses a header that states twice, and differently, what channel, time or unit rest on.
+    /// Refuses a header that states channel, time or unit twice and differently.
     pub(super) fn check_repeated_keys(&self) -> Result<(), Error> {
         for key in STATED_ONCE.iter() {
             let mut values = self.values(key);
             let Some(first) = values.next() else { continue };
-            let other = values.find(|other| {
-                !other.eq_ignore_ascii_case(first)
-                    && match (text::header_number(first), text::header_number(other)) {
+            let other = values.find(|value| {
+                !value.eq_ignore_ascii_case(first)
+                    && match (text::header_number(first), text::header_number(value)) {
                         (Some(first), Some(other)) => first.total_cmp(&other).is_ne(),
                         _ => true,
                     }
@@ -169,7 +169,7 @@ impl ChannelHeader {
         self.code.as_ref()
     }
 
-    /// Returns what the channel is called: its code, else its name.
+    /// Returns the name of the channel: its code, else its name.
     pub(super) fn label(&self) -> Option<String> {
         let code = self.value("Channel code");
         let label = code.or_else(|| self.value("Name of the channel"));
@@ -188,7 +188,7 @@ impl ChannelHeader {
         }
     }
 
-    /// Returns the unit, if it is one of acceleration; it may stand in square brackets.
+    /// Returns the unit, if it is one of acceleration; it may be in square brackets.
     pub(super) fn unit_of_acceleration(&self) -> Option<AccelerationUnit> {
         let text = self.value("Unit")?;
         let inner = text
@@ -197,8 +197,8 @@ impl ChannelHeader {
         AccelerationUnit::from_spelling(inner.unwrap_or(text).trim())
     }
 
-    /// Says what keeps the channel from being taken unasked as a lateral acceleration of a
-    /// vehicle's structure.
+    /// Returns the reason why the channel is not chosen as a lateral acceleration of a vehicle's structure
+    /// unless it is named.
     pub(super) fn doubt(&self) -> Option<String> {
         let named = ["Channel code", "Name of the channel"].map(|key| self.value(key));
         let words = named.into_iter().flatten();
@@ -211,18 +211,18 @@ impl ChannelHeader {
             let doubt = words.iter().find_map(ChannelName::contradiction);
             return doubt.or_else(|| (!says).then(silent));
         };
-        let said = if !code.is_acceleration() {
+        let reason = if !code.is_acceleration() {
             "its dimension is not AC (acceleration)"
         } else if !code.is_lateral() {
             "its direction is not Y"
         } else if !code.is_structure() {
             "its place is not known as part of the vehicle's structure"
         } else {
-            // What stands for the code is the code, in whichever letters.
+            // A header cell that is a code repeats the code, which was judged above.
             let named = |word: &ChannelName| Code::new(&word.label).is_none();
             return words.filter(named).find_map(|word| word.contradiction());
         };
-        Some(said.into())
+        Some(reason.into())
     }
 
     pub(super) fn not_lateral_finding(&self) -> Option<Finding> {
@@ -251,7 +251,7 @@ impl ChannelHeader {
         }
     }
 
-    /// Returns a number that the clock rests on; one that cannot be read is no number to guess.
+    /// Returns a number of the clock. One that cannot be read is an error: it must not be guessed.
     fn clock_number(&self, key: &str, hint: &str) -> Result<Option<(f64, &str)>, Error> {
         let Some(printed) = self.value(key) else {
             return Ok(None);
@@ -277,25 +277,25 @@ impl ChannelHeader {
         Ok(stated.map(|(first_s, _)| first_s))
     }
 
-    /// Holds the clock that the header states of itself against the stamps of the channel of
-    /// times [s], printed to `digit_s`.
+    /// Compares the header's statements of the clock with the stamps of the channel of times [s], printed to
+    /// `digit_s`.
     pub(super) fn clock_finding(&self, stamps_s: &[f64], digit_s: f64) -> Option<Finding> {
-        let (own_s, last_s) = (*stamps_s.first()?, *stamps_s.last()?);
+        let (first_stamp_s, last_s) = (*stamps_s.first()?, *stamps_s.last()?);
         let printed = self.statement("Time of first sample");
         let first_s = printed.and_then(|stated| text::header_number(stated.text));
         let first_digit = printed.map_or(0.0, |stated| text::last_digit(stated.text));
-        // What is no interval states none; 0 stands for none beside explicit times.
+        // Beside explicit times, an interval of 0 or a text means that none is stated.
         let rate = self.interval().ok().flatten();
         let steps = stamps_s.len().saturating_sub(1).max(1) as f64;
-        let hertz = rate.map_or(steps / (last_s - own_s), SampleRate::hertz);
+        let hertz = rate.map_or(steps / (last_s - first_stamp_s), SampleRate::hertz);
         let compared = if rate.is_some() {
             stamps_s
         } else {
             &stamps_s[..1]
         };
-        let by = "the channel's header, beside its channel of times,";
-        let start_s = first_s.unwrap_or(own_s);
-        held::clock(by, start_s, hertz, compared, digit_s + first_digit)
+        let source = "the channel's header, beside its channel of times,";
+        let start_s = first_s.unwrap_or(first_stamp_s);
+        held::clock(source, start_s, hertz, compared, digit_s + first_digit)
     }
 
     /// Returns the channel frequency class that the header states, `CFC` before it or not.
@@ -312,14 +312,14 @@ impl ChannelHeader {
         Some(letter.unwrap_or(class).to_string()).filter(|class| !class.is_empty())
     }
 
-    /// Returns what the header says of sensor and place.
+    /// Returns the facts of sensor and place.
     fn test_facts(&self) -> TestFacts {
-        let one = |key: &str| self.value(key).and_then(fact);
+        let value_of = |key: &str| self.value(key).and_then(fact);
         TestFacts {
-            sensor: joined_facts(["Transducer type", "Transducer id"].map(one)),
-            location: one("Channel code")
-                .or_else(|| one("Location"))
-                .or_else(|| one("Name of the channel")),
+            sensor: joined_facts(["Transducer type", "Transducer id"].map(value_of)),
+            location: value_of("Channel code")
+                .or_else(|| value_of("Location"))
+                .or_else(|| value_of("Name of the channel")),
             ..TestFacts::default()
         }
     }
@@ -331,7 +331,7 @@ impl ChannelHeader {
         stated.or_else(by_code)
     }
 
-    /// Returns what the header states beside the samples, and says what of it cannot be read.
+    /// Returns the facts beside the samples; findings name entries that cannot be read.
     pub(super) fn stated(&self, findings: &mut Vec<Finding>) -> Stated {
         let mut positive = |key: &str| {
             let number = self
@@ -342,29 +342,29 @@ impl ChannelHeader {
         let full_scale = positive("Channel amplitude class");
         let prefilter_hz = positive("Pre-filter type");
         let class = self.stated_class();
-        let is_one = |class: &String| CLASSES.contains(&class.as_str());
+        let is_class = |class: &String| CLASSES.contains(&class.as_str());
         let unfiltered = |class: &String| UNFILTERED.contains(&class.as_str());
         if let (Some(class), Some(stated)) = (&class, self.statement("Channel frequency class"))
-            && !is_one(class)
+            && !is_class(class)
             && !unfiltered(class)
         {
             findings.push(stated.unread());
         }
-        let of_code = || self.code?.filter_class().map(ToString::to_string);
+        let code_class = || self.code?.filter_class().map(ToString::to_string);
         Stated {
             location: self.value("Name of the channel").map(ToString::to_string),
             full_scale,
             prefilter_hz,
             unfiltered: class.as_ref().is_some_and(unfiltered)
                 || self.code.is_some_and(|code| code.says_unfiltered()),
-            filter_class: class.filter(is_one).or_else(of_code),
+            filter_class: class.filter(is_class).or_else(code_class),
             status: self.value("Data status").map(ToString::to_string),
             test: self.test_facts(),
             ..Stated::default()
         }
     }
 
-    /// Returns what the laboratory says of the channel in free words.
+    /// Returns the laboratory's free words on the channel.
     pub(super) fn remark(&self) -> Remark {
         let comments = self.lines.iter();
         let comments = comments.filter(|(key, value)| remarks::is_key(key) && &**value != NOTHING);
@@ -372,20 +372,20 @@ impl ChannelHeader {
         Remark::of_channel(&comments)
     }
 
-    /// Returns what the status says of the samples; from when on, a comment may say.
+    /// Returns the findings on the status of the samples; a comment may state its instant.
     pub(super) fn status_findings(&self, span: Span) -> Vec<Finding> {
         let from = remarks::plainly_bad_from(&[self.remark()]).filter(|at_s| span.holds(*at_s));
         let statuses = self.values("Data status");
-        let found = statuses.filter_map(|status| status_finding(status, from));
-        found.collect()
+        let findings = statuses.filter_map(|status| status_finding(status, from));
+        findings.collect()
     }
 
-    /// Returns a statement of the header, if it says something.
+    /// Returns a statement of the header, unless it is a placeholder.
     fn statement<'a>(&'a self, key: &'a str) -> Option<Statement<'a>> {
         self.value(key).map(|text| Statement { key, text })
     }
 
-    /// Names what states the clock beside what it was taken from, and agrees with it: the interval
+    /// Returns the name of a second source of the clock, which agrees with the one in use: the interval
     /// beside a channel of times, the instant of an extreme beside the interval.
     pub(super) fn clock_confirmed_by(
         &self,
@@ -397,6 +397,7 @@ impl ChannelHeader {
             let agrees = (rate.hertz() / clock.rate.hertz() - 1.0).abs() < CLOCK_AGREEMENT;
             return agrees.then(|| "Sampling interval".into());
         }
+        // Near the first sample, an instant would agree with nearly any interval.
         let far_s = FAR_SAMPLES / clock.rate.hertz();
         [("maximum", 1.0), ("minimum", -1.0)]
             .into_iter()
@@ -406,28 +407,28 @@ impl ChannelHeader {
                 let time_s = text::header_number(time.text)?;
                 let signed = clock.values.iter().map(|value| sign * value);
                 let extreme = sign * signed.fold(f64::MIN, f64::max);
-                let there = instant_finding(time, clock, extreme, 0.0).is_none();
-                (there && (time_s - clock.start_s).abs() >= far_s).then_some(key)
+                let is_confirmed = instant_finding(time, clock, extreme, 0.0).is_none();
+                (is_confirmed && (time_s - clock.start_s).abs() >= far_s).then_some(key)
             })
     }
 
-    /// Holds what the header states of the samples against them; `stamped` if a channel of times
-    /// has a stamp for each.
+    /// Compares the header's statements on the samples with them; `stamped` is true if a channel of times has
+    /// a stamp for each.
     pub(super) fn held_findings(
         &self,
         clock: &UniformSamples,
         count: usize,
         stamped: bool,
     ) -> Vec<Finding> {
-        let mut found = Vec::new();
+        let mut findings = Vec::new();
         if let Some(stated) = self.statement("Number of samples") {
-            stated.count(count, stamped, clock.span().end_s, &mut found);
+            stated.count(count, stamped, clock.span().end_s, &mut findings);
         }
         let values = &clock.values;
         let largest = values.iter().copied().map(f64::abs).fold(0.0, f64::max);
         let slack = EXTREME_AGREEMENT * largest;
         if let Some(stated) = self.statement("Maximum absolute value") {
-            stated.extreme(largest, slack, &mut found);
+            stated.extreme(largest, slack, &mut findings);
         }
         for (word, sign) in [("maximum", 1.0), ("minimum", -1.0)] {
             let signed = values.iter().map(|value| sign * value);
@@ -436,21 +437,21 @@ impl ChannelHeader {
             let Some(stated) = self.statement(&key) else {
                 continue;
             };
-            let before = found.len();
-            stated.extreme(extreme, slack, &mut found);
+            let before = findings.len();
+            stated.extreme(extreme, slack, &mut findings);
             let key = format!("Time of {word} value");
-            let Some(time) = self.statement(&key).filter(|_| found.len() == before) else {
+            let Some(time) = self.statement(&key).filter(|_| findings.len() == before) else {
                 continue;
             };
             let tolerance = slack + text::last_digit(stated.text);
-            found.extend(instant_finding(time, clock, extreme, tolerance));
+            findings.extend(instant_finding(time, clock, extreme, tolerance));
         }
-        found
+        findings
     }
 
-    /// Holds what the header says of the channel against its code, and refuses what is computed.
+    /// Compares the header's statements on the channel with its code, and blocks computed samples.
     pub(super) fn contradictions(&self) -> Vec<Finding> {
-        let mut found = Vec::new();
+        let mut findings = Vec::new();
         let starts = |statement: &Statement, words: &[&str]| {
             let text = statement.text.to_ascii_uppercase();
             words.iter().any(|word| text.starts_with(word))
@@ -458,43 +459,46 @@ impl ChannelHeader {
         if let Some(source) = self.statement("Data source") {
             let text = source.text.to_ascii_lowercase();
             if COMPUTED.iter().any(|word| text.contains(word)) {
-                found.push(source.contradicts("replay needs samples that were measured"));
+                findings.push(source.contradicts("replay needs samples that were measured"));
             } else if !MEASURED.iter().any(|word| text.contains(word)) {
-                found.push(source.unread());
+                findings.push(source.unread());
             }
         }
-        let Some(code) = self.code else { return found };
+        let Some(code) = self.code else {
+            return findings;
+        };
         let says = |part: &str| format!("the code {} says {part}", code.text());
         if let Some(stated) = self.statement("Dimension")
             && code.is_acceleration()
             && !starts(&stated, &["AC", "BESCHL"])
         {
-            found.push(stated.contradicts(&says("AC, acceleration")));
+            findings.push(stated.contradicts(&says("AC, acceleration")));
         }
         if let Some(stated) = self.statement("Direction")
             && let Some(axis) = code.axis()
             && !starts(&stated, &[axis, &format!("+{axis}"), &format!("-{axis}")])
         {
-            found.push(stated.contradicts(&says(axis)));
+            findings.push(stated.contradicts(&says(axis)));
         }
-        found.extend(self.filter_contradiction(code));
-        found
+        findings.extend(self.filter_contradiction(code));
+        findings
     }
 
-    /// Holds class and cut-off of the filter against the last letter of the code.
+    /// Compares class and cut-off of the filter with the last letter of the code.
     fn filter_contradiction(&self, code: Code) -> Option<Finding> {
-        let of_code = code.filter_class()?;
-        let says = || format!("the code {} says CFC {of_code}", code.text());
+        let code_class = code.filter_class()?;
+        let says = || format!("the code {} says CFC {code_class}", code.text());
         if let Some(stated) = self.statement("Channel frequency class")
-            && let Some(own) = self.stated_class()
-            && own != of_code
-            && CLASSES.contains(&own.as_str())
+            && let Some(stated_class) = self.stated_class()
+            && stated_class != code_class
+            && CLASSES.contains(&stated_class.as_str())
         {
             return Some(stated.contradicts(&says()));
         }
-        // A class or its corner frequency: both are written there, and far from other classes'.
+        // Some write the class there, others its corner frequency, about 1.65 times the class. Other
+        // classes are outside this range.
         let stated = self.statement("Cut off frequency")?;
-        let class: f64 = of_code.parse().ok()?;
+        let class: f64 = code_class.parse().ok()?;
         let Some(hertz) = text::header_number(stated.text) else {
             return Some(stated.unread());
         };
@@ -502,7 +506,7 @@ impl ChannelHeader {
     }
 }
 
-/// Holds the instant at which the header places an extreme against the samples.
+/// Compares the instant at which the header places an extreme with the samples.
 fn instant_finding(
     stated: Statement<'_>,
     clock: &UniformSamples,
@@ -514,22 +518,22 @@ fn instant_finding(
     };
     let interval_s = 1.0 / clock.rate.hertz();
     let slack = 1.5 * interval_s + text::last_digit(stated.text);
-    let there = clock.values.iter().enumerate().any(|(index, value)| {
+    let has_extreme = clock.values.iter().enumerate().any(|(index, value)| {
         (value - extreme).abs() <= tolerance
             && (clock.start_s + index as f64 * interval_s - time_s).abs() <= slack
     });
-    (!there).then(|| {
-        let said = format!(
+    (!has_extreme).then(|| {
+        let text = format!(
             "{} in the header is {time_s} s, but the samples differ there. The time base is wrong, \
              or samples are missing. Check header and file",
             stated.key
         );
-        Finding::blocking("peak-contradicted", said)
+        Finding::blocking("peak-contradicted", text)
     })
 }
 
-/// Returns what a status says of the samples; `from` is the instant from which on a comment says
-/// that they are bad [s].
+/// Returns the finding on a status of the samples; `from` is the instant from which a comment says that
+/// they are bad [s].
 fn status_finding(status: &str, from: Option<f64>) -> Option<Finding> {
     let text = format!("the laboratory's data status is: {}", text::shown(status));
     match status.to_ascii_lowercase().as_str() {
@@ -547,11 +551,11 @@ fn status_finding(status: &str, from: Option<f64>) -> Option<Finding> {
 /// The samples of a channel file.
 #[derive(Debug)]
 pub(super) struct Samples {
-    /// Samples; each that is missing stands at the value before it.
+    /// Samples; a missing one repeats the value before it.
     pub(super) values: Vec<f64>,
     /// First and one past the last index of each run of missing samples.
     pub(super) holes: Vec<(usize, usize)>,
-    /// That the file ends in the middle of a line, if it does.
+    /// The finding that the file ends in the middle of a line.
     pub(super) cut: Option<Finding>,
     /// Size of the last printed digit; 0 if unknown.
     pub(super) last_digit: f64,

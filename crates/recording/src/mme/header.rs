@@ -1,4 +1,4 @@
-//! The test's own header, the `.mme`: what was tested where, and which side was struck.
+//! The test's header, the `.mme`: test objects, and the side that was struck.
 
 use super::channel::ChannelHeader;
 use crate::code::VehicleSide;
@@ -7,17 +7,17 @@ use crate::remarks::{self, Remark, RemarkPlace};
 use crate::{Finding, TestFacts, fact, joined_facts, text};
 use std::collections::BTreeMap;
 
-/// What the test's own header says.
+/// Content of the test's header.
 #[derive(Debug, Default)]
 pub(super) struct TestHeader {
     /// Its file; `None` where the test has none.
     pub(super) file: Option<String>,
-    /// Which side of each test object was struck, by the character that codes have for the object.
+    /// The side of each test object that was struck, by the character that codes have for the object.
     pub(super) struck_sides: BTreeMap<u8, VehicleSide>,
-    /// What people wrote there; it is of the whole test.
+    /// Free words on the whole test.
     pub(super) remarks: Vec<Remark>,
-    /// Values that say something, by their keys in small words without points; of a key that comes
-    /// twice the first.
+    /// Values other than placeholders, by their keys in small words without points; of a key that occurs
+    /// twice, the first.
     facts: BTreeMap<String, String>,
 }
 
@@ -27,8 +27,8 @@ impl TestHeader {
         let mut header = Self::default();
         for (key, value) in text::lines(content).filter_map(|(_, line)| line.split_once(':')) {
             if remarks::is_key(key) {
-                let teller = "the test's header says";
-                let remark = Remark::new(value, RemarkPlace::Apart, teller);
+                let source = "the test's header says";
+                let remark = Remark::new(value, RemarkPlace::Apart, source);
                 header.remarks.push(remark);
             }
             if let Some(value) = fact(value) {
@@ -39,7 +39,7 @@ impl TestHeader {
         header
     }
 
-    /// Takes in which side of a test object was struck, if a line says that.
+    /// Reads the side of a test object that was struck, if a line states it.
     fn take_side(&mut self, key: &str, value: &str, findings: &mut Vec<Finding>) {
         let key = key.trim().to_ascii_uppercase();
         let object = key.strip_prefix("IMPACT SIDE TEST OBJECT").map(str::trim);
@@ -53,28 +53,28 @@ impl TestHeader {
             && self
                 .struck_sides
                 .insert(object, side)
-                .is_some_and(|known| known != side)
+                .is_some_and(|earlier| earlier != side)
         {
             let (key, text) = (&*key, &*value);
             findings.push(Statement { key, text }.contradicts("another line says the other"));
         }
     }
 
-    /// Returns what it says of the test and of the test object to which a channel belongs.
+    /// Returns the facts of the test and of the test object to which a channel belongs.
     pub(super) fn test_facts(&self, channel: &ChannelHeader) -> TestFacts {
-        let one = |key: &str| self.facts.get(key).cloned();
-        let number = one("laboratory test ref number")
-            .or_else(|| one("test number"))
-            .or_else(|| one("customer test ref number"));
+        let value_of = |key: &str| self.facts.get(key).cloned();
+        let number = value_of("laboratory test ref number")
+            .or_else(|| value_of("test number"))
+            .or_else(|| value_of("customer test ref number"));
         let object = channel.object().unwrap_or_default().to_lowercase();
         TestFacts {
-            test: joined_facts([number, one("title"), one("type of the test")]),
+            test: joined_facts([number, value_of("title"), value_of("type of the test")]),
             vehicle: joined_facts([
-                one(&format!("name of test object {object}")),
-                one(&format!("ref number of test object {object}")),
+                value_of(&format!("name of test object {object}")),
+                value_of(&format!("ref number of test object {object}")),
             ]),
-            laboratory: one("laboratory name"),
-            date: one("date of the test"),
+            laboratory: value_of("laboratory name"),
+            date: value_of("date of the test"),
             ..TestFacts::default()
         }
     }

@@ -1,4 +1,4 @@
-//! Names of a test's files: which are its header, its list and its channels.
+//! Names of a test's files: header, list and channels.
 
 /// True if a name is that of a test's header or channel list.
 pub(crate) fn is_test_file(name: &str) -> bool {
@@ -7,10 +7,10 @@ pub(crate) fn is_test_file(name: &str) -> bool {
 
 /// True if a file's name has a suffix, in capitals or small letters.
 pub(crate) fn has_suffix(name: &str, suffix: &str) -> bool {
-    suffix_of(name).is_some_and(|own| own.eq_ignore_ascii_case(suffix))
+    suffix_of(name).is_some_and(|extension| extension.eq_ignore_ascii_case(suffix))
 }
 
-/// Returns what follows the last point of a file's name.
+/// Returns the part of a file's name after its last point.
 pub(super) fn suffix_of(name: &str) -> Option<&str> {
     let file = name.rsplit('/').next()?;
     let (stem, suffix) = file.rsplit_once('.')?;
@@ -28,8 +28,8 @@ pub(crate) fn number_of(name: &str) -> Option<u32> {
     suffix_of(name).filter(digits)?.parse().ok()
 }
 
-/// Returns what the files of one test share: their folder, without the `Channel` in it, and
-/// their stem in small letters.
+/// Returns the key that the files of one test share: their folder, without the `Channel` in it, and their
+/// stem in small letters.
 pub(super) fn test_of(name: &str) -> (String, String) {
     let (folder, file) = name.rsplit_once('/').unwrap_or(("", name));
     let (above, last) = folder.rsplit_once('/').unwrap_or(("", folder));
@@ -39,7 +39,7 @@ pub(super) fn test_of(name: &str) -> (String, String) {
     (folder.to_string(), stem.to_lowercase())
 }
 
-/// Keeps the names of the test's header, list and channels; not those of shadows.
+/// Keeps the names of the test's header, list and channels, without shadows.
 pub(super) fn kept(mut names: Vec<String>) -> Vec<String> {
     names.retain(|name| (is_test_file(name) || is_channel_file(name)) && !is_shadow(name));
     names.sort();

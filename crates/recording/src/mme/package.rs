@@ -1,4 +1,4 @@
-//! The files of a test, wherever they are: in a folder, in an archive, or beside the one given.
+//! The files of a test: in a folder, in an archive, or beside the recording.
 
 use super::channel::{ChannelHeader, Samples, looks_like_channel};
 use super::header::TestHeader;
@@ -21,42 +21,42 @@ pub(super) struct ChannelEntry {
 }
 
 impl ChannelEntry {
-    /// True if a word is the channel's name, code or file number.
-    pub(super) fn is_named(&self, wanted: &str) -> bool {
-        let wanted = wanted.trim();
-        let number = wanted.parse::<u32>().ok();
+    /// True if a requested name is the channel's name, code or file number.
+    pub(super) fn is_named(&self, requested: &str) -> bool {
+        let requested = requested.trim();
+        let number = requested.parse::<u32>().ok();
         let code = self.header.value("Channel code");
-        self.label == wanted
-            || code.is_some_and(|code| code.eq_ignore_ascii_case(wanted))
-            || self.header.value("Name of the channel") == Some(wanted)
+        self.label == requested
+            || code.is_some_and(|code| code.eq_ignore_ascii_case(requested))
+            || self.header.value("Name of the channel") == Some(requested)
             || (number.is_some() && number == number_of(&self.file))
     }
 
-    /// True if a word means this channel, a pattern of codes included.
-    pub(super) fn answers_to(&self, wanted: &str) -> bool {
+    /// True if a requested name means this channel, a pattern of codes included.
+    pub(super) fn answers_to(&self, requested: &str) -> bool {
         let code = self.header.value("Channel code");
-        self.is_named(wanted) || code.is_some_and(|code| code::fits(wanted, code))
+        self.is_named(requested) || code.is_some_and(|code| code::fits(requested, code))
     }
 }
 
-/// Refuses files that are not of one test: which channel goes with which clock would be a guess.
+/// Refuses files that are not of one test: the clock of each channel would be a guess.
 fn check_one_test(names: &[String]) -> Result<(), Error> {
     const LISTED: usize = 8;
-    // Of each test, one file that shows it; its own header, if there is one.
+    // For each test, one file that names it: its header, if there is one.
     let mut tests: BTreeMap<(String, String), &str> = BTreeMap::new();
     let mut numbers: BTreeMap<u32, &str> = BTreeMap::new();
     for name in names {
-        let shows = tests.entry(test_of(name)).or_insert(name);
+        let shown_file = tests.entry(test_of(name)).or_insert(name);
         if has_suffix(name, "mme") {
-            *shows = name;
+            *shown_file = name;
         }
         if let Some(number) = number_of(name)
-            && let Some(other) = numbers.insert(number, name)
-            && test_of(other) == test_of(name)
+            && let Some(twin) = numbers.insert(number, name)
+            && test_of(twin) == test_of(name)
         {
             return Err(Error::malformed(
                 "one file for each channel's number",
-                format!("{} and {}", text::shown(other), text::shown(name)),
+                format!("{} and {}", text::shown(twin), text::shown(name)),
                 "keep the one that belongs to the test",
             ));
         }
@@ -74,11 +74,11 @@ fn check_one_test(names: &[String]) -> Result<(), Error> {
     ))
 }
 
-/// Returns the files of the test to which the one of a name belongs, itself included.
+/// Returns the files of the test to which the file `name` belongs, itself included.
 fn files_of_test(beside: Vec<String>, name: &str) -> Vec<String> {
     let mut names = kept(beside);
-    names.retain(|other| test_of(other) == test_of(name));
-    if !names.iter().any(|other| other == name) {
+    names.retain(|file| test_of(file) == test_of(name));
+    if !names.iter().any(|file| file == name) {
         names.push(name.to_string());
     }
     names
@@ -91,12 +91,12 @@ pub(super) struct Package {
     names: Vec<String>,
     /// Name of the archive that holds them.
     archive: Option<String>,
-    /// The one channel file that was given, with its bytes until they are read.
-    given: Option<(String, Vec<u8>)>,
+    /// The one channel file that is the recording, with its bytes until they are read.
+    opened: Option<(String, Vec<u8>)>,
     /// Bytes of headers read so far.
     header_bytes: u64,
-    /// The two files that were used last, a channel and its times, with their samples or what is
-    /// wrong with these.
+    /// The two files that were used last, a channel and its times, with their samples or the error of
+    /// reading them. More would fill memory, and fewer would read the times again for each channel.
     recent: Vec<(String, Result<Rc<Samples>, Error>)>,
 }
 
@@ -110,10 +110,10 @@ impl Package {
             package.archive = Some(name);
         } else if !is_folder && looks_like_channel(&head) {
             let bytes = source.read_text(limits)?;
-            // Others are of use only for an explicit time, so that a large folder does no harm.
+            // Other files are needed only for an explicit time, so a folder too large to list is no error.
             let beside = source.list(false, limits).unwrap_or_default();
             package.names = files_of_test(beside, &name);
-            package.given = Some((name, bytes));
+            package.opened = Some((name, bytes));
             return Ok(package);
         } else if is_folder {
             package.names = kept(source.list(true, limits)?);
@@ -132,32 +132,31 @@ impl Package {
         })
     }
 
-    /// Returns the name of the one channel file that was given.
-    pub(super) fn given(&self) -> Option<&str> {
-        self.given.as_ref().map(|(name, _)| name.as_str())
+    /// Returns the name of the one channel file that is the recording.
+    pub(super) fn opened_file(&self) -> Option<&str> {
+        self.opened.as_ref().map(|(name, _)| name.as_str())
     }
 
-    /// True if the files are parts of the recording: not those of an archive, nor the one
-    /// that was given.
+    /// True if a file is a part of the recording: not one of an archive, nor the recording itself.
     pub(super) fn is_part(&self, name: &str) -> bool {
-        self.archive.is_none() && self.given() != Some(name)
+        self.archive.is_none() && self.opened_file() != Some(name)
     }
 
-    /// Reads the samples of a channel file; within, what is wrong with the samples themselves.
+    /// Reads the samples of a channel file. The inner error is one of the samples themselves.
     pub(super) fn samples(
         &mut self,
         name: &str,
         source: &mut Reader,
         limits: &Limits,
     ) -> Result<Result<Rc<Samples>, Error>, Error> {
-        if let Some(at) = self.recent.iter().position(|(file, _)| file == name) {
-            let used = self.recent.remove(at);
-            self.recent.push(used.clone());
-            return Ok(used.1);
+        if let Some(position) = self.recent.iter().position(|(file, _)| file == name) {
+            let entry = self.recent.remove(position);
+            self.recent.push(entry.clone());
+            return Ok(entry.1);
         }
-        let given = self.given.as_mut().filter(|(given, _)| given == name);
-        let bytes = match given {
-            // It is needed once, for it is no channel of times of its own.
+        let opened = self.opened.as_mut().filter(|(file, _)| file == name);
+        let bytes = match opened {
+            // Its bytes are needed only once: it is not its own channel of times.
             Some((_, bytes)) => std::mem::take(bytes),
             None => {
                 let absent = || Error::io("read the test", &format!("{name} is missing"));
@@ -172,7 +171,7 @@ impl Package {
         Ok(samples)
     }
 
-    /// Reads up to `most` bytes from the start of a file, and decodes them; tells whether there is
+    /// Reads up to `limit` bytes from the start of a file, and decodes them; the result is true if there are
     /// more.
     fn head(
         &self,
@@ -183,8 +182,8 @@ impl Package {
         findings: &mut Vec<Finding>,
     ) -> Result<(String, bool), Error> {
         let room = most.saturating_add(1);
-        let mut bytes = match &self.given {
-            Some((given, bytes)) if given == name => {
+        let mut bytes = match &self.opened {
+            Some((file, bytes)) if file == name => {
                 let room = usize::try_from(room).unwrap_or(usize::MAX);
                 bytes[..bytes.len().min(room)].to_vec()
             }
@@ -197,9 +196,9 @@ impl Package {
         if is_cut {
             bytes.truncate(whole_lines(&bytes));
         }
-        let (bytes, found) =
+        let (bytes, decoding_findings) =
             encoding::decode(bytes, limits).map_err(|error| error.at(self.place_of(name)))?;
-        for finding in found {
+        for finding in decoding_findings {
             if !findings.contains(&finding) {
                 findings.push(finding);
             }
@@ -207,7 +206,7 @@ impl Package {
         Ok((String::from_utf8_lossy(&bytes).into_owned(), is_cut))
     }
 
-    /// Reads the test's own file with a suffix, its header or its list, if there is one.
+    /// Reads the test's file with a suffix, its header or its list, if there is one.
     fn test_file(
         &self,
         suffix: &str,
@@ -217,10 +216,10 @@ impl Package {
         let Some(name) = self.names.iter().find(|name| has_suffix(name, suffix)) else {
             return Ok(None);
         };
-        let most = limits.headers_bytes;
-        let (content, is_cut) = self.head(name, most, source, limits, &mut Vec::new())?;
+        let limit = limits.headers_bytes;
+        let (content, is_cut) = self.head(name, limit, source, limits, &mut Vec::new())?;
         if is_cut {
-            let place = self.place_of(name).byte(most);
+            let place = self.place_of(name).byte(limit);
             return Err(limits.over("headers_bytes", ENDLESS).at(place));
         }
         Ok(Some((name.clone(), content)))
@@ -233,15 +232,15 @@ impl Package {
         limits: &Limits,
         findings: &mut Vec<Finding>,
     ) -> Result<Vec<ChannelEntry>, Error> {
-        let is_channel = |name: &&String| is_channel_file(name) || self.given() == Some(name);
+        let is_channel = |name: &&String| is_channel_file(name) || self.opened_file() == Some(name);
         let files: Vec<String> = self.names.iter().filter(is_channel).cloned().collect();
         let mut entries: Vec<ChannelEntry> = Vec::with_capacity(files.len());
         for file in files {
-            let most = limits.header_bytes;
-            let (content, is_cut) = self.head(&file, most, source, limits, findings)?;
+            let limit = limits.header_bytes;
+            let (content, is_cut) = self.head(&file, limit, source, limits, findings)?;
             let header = ChannelHeader::read(&content);
             if is_cut && !header.is_whole() {
-                let place = self.place_of(&file).byte(most);
+                let place = self.place_of(&file).byte(limit);
                 return Err(limits.over("header_bytes", ENDLESS).at(place));
             }
             self.header_bytes += header.bytes();
@@ -249,8 +248,8 @@ impl Package {
                 let place = self.place_of(&file).byte(header.bytes());
                 return Err(limits.over("headers_bytes", ENDLESS).at(place));
             }
-            let own = || file.rsplit('/').next().unwrap_or(&file).to_string();
-            let label = text::shown(header.label().unwrap_or_else(own));
+            let file_name = || file.rsplit('/').next().unwrap_or(&file).to_string();
+            let label = text::shown(header.label().unwrap_or_else(file_name));
             entries.push(ChannelEntry {
                 label,
                 file,
@@ -261,7 +260,7 @@ impl Package {
         Ok(entries)
     }
 
-    /// Says why a test without a channel file cannot be read.
+    /// Returns the error of a test without a channel file.
     pub(super) fn without_channels(&self) -> Error {
         let inner = self.names.iter().find_map(|name| name.split_once('/'));
         let inner = inner.filter(|(folder, _)| !folder.eq_ignore_ascii_case("channel"));
@@ -275,7 +274,7 @@ impl Package {
         ErrorKind::NoChannel { known }.into()
     }
 
-    /// Holds the test's list of channels, the `.chn`, against the channel files.
+    /// Compares the test's list of channels, the `.chn`, with the channel files.
     pub(super) fn list_finding(
         &self,
         channels: &[ChannelEntry],
@@ -301,7 +300,7 @@ impl Package {
         }))
     }
 
-    /// Reads the test's own header, the `.mme`; one that is not there says nothing.
+    /// Reads the test's header, the `.mme`; an empty one if there is none.
     pub(super) fn test_header(
         &self,
         source: &Reader,
@@ -330,10 +329,10 @@ fn name_twins(channels: &mut [ChannelEntry]) {
     }
 }
 
-/// What is found where a header crosses a limit.
+/// Text of the error where a header crosses a limit.
 const ENDLESS: &str = "no end of the header after as many bytes";
 
-/// Returns how many bytes of a text that was cut are whole lines, in its encoding.
+/// Returns the number of bytes in whole lines of a text that was cut, in its encoding.
 fn whole_lines(bytes: &[u8]) -> usize {
     let feed = match bytes {
         [0xFF, 0xFE, ..] => &[b'\n', 0],
@@ -341,14 +340,14 @@ fn whole_lines(bytes: &[u8]) -> usize {
         // Old Macintosh files have carriage returns alone.
         _ => {
             let end = |byte: &u8| matches!(byte, b'\n' | b'\r');
-            return bytes.iter().rposition(end).map_or(0, |at| at + 1);
+            return bytes.iter().rposition(end).map_or(0, |index| index + 1);
         }
     };
     let pairs = bytes.chunks_exact(2).rposition(|pair| pair == feed);
-    pairs.map_or(2, |at| 2 * (at + 1))
+    pairs.map_or(2, |index| 2 * (index + 1))
 }
 
-/// Lists what a test's list of channels says otherwise than its channel files.
+/// Lists the differences between a test's list of channels and its channel files.
 fn list_differences(content: &str, channels: &[ChannelEntry]) -> Vec<String> {
     let mut differences = Vec::new();
     let mut listed: BTreeMap<u32, Option<Code>> = BTreeMap::new();
@@ -371,8 +370,12 @@ fn list_differences(content: &str, channels: &[ChannelEntry]) -> Vec<String> {
     for number in numbers.into_iter().filter(|_| !listed.is_empty()) {
         match (listed.get(&number), files.get(&number)) {
             (Some(Some(code)), Some(entry)) => {
-                if let Some(own) = entry.header.code().filter(|own| !own.agrees_with(code)) {
-                    differences.push(format!("{number:03} ({} and {})", code.text(), own.text()));
+                if let Some(file_code) = entry.header.code().filter(|own| !own.agrees_with(code)) {
+                    differences.push(format!(
+                        "{number:03} ({} and {})",
+                        code.text(),
+                        file_code.text()
+                    ));
                 }
             }
             (Some(None), Some(_)) => {}
