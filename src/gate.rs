@@ -1,22 +1,23 @@
 //! Gates: every recording of a list judged with every design of another, one answer, one exit code.
 //!
-//! What cannot be read, matches nothing or was not judged is never taken for a pass.
+//! A recording that cannot be read, a pattern that matches nothing and a pair that was not judged
+//! never count as a pass.
 //!
 //! - `file`: the words of a gate file;
-//! - `init`: a first gate file, from what a folder holds;
-//! - `plan`: the words made plain: recordings in order, designs by name, what is required of each
+//! - `init`: a first gate file, from the recordings in a folder;
+//! - `plan`: the words looked up: recordings in order, designs by name, the required answer of each
 //!   pair;
 //! - `key`, `question`: the keys under which decisions are kept;
-//! - `store`: decisions kept for the next run, and for whoever collects them;
+//! - `store`: decisions kept for the next run and for collecting shares;
 //! - `run`: the decisions of all pairs;
 //! - `share`, `share_task`: one of several equal parts of a gate, and the process that judges it;
-//! - `submission`: what a gate was when its shares were submitted;
-//! - `collect`: what a store holds of all shares;
+//! - `submission`: recordings and designs as they were when shares were submitted;
+//! - `collect`: the shares of a gate as a store holds them;
 //! - `pairs`: the pairs of a gate, and their order;
-//! - `baseline`: what changed since another summary;
-//! - `rule`: the decisions held against what is required;
-//! - `summary`: what became of each pair and of the whole; the document of a gate;
-//! - `files`: the files of a gate, written whole or not at all;
+//! - `baseline`: changes since another summary;
+//! - `rule`: the decisions compared with the requirements;
+//! - `summary`: the document of a gate: each pair, and the answer of all;
+//! - `files`: the files of a gate, all written or none;
 //! - `text`, `junit`, `markdown`, `page`: the summary for terminals, CI and browsers;
 //! - `schema`: the words of a gate file for editors.
 
@@ -43,11 +44,11 @@ pub mod summary;
 pub mod text;
 
 pub use baseline::Baseline;
-pub use collect::{Collection, Standing};
-pub use file::{ERRORS_TOLD, GateFile};
+pub use collect::{Collection, SweepStatus};
+pub use file::{ERRORS_MAX, GateFile};
 pub use pairs::{Pair, PairStanding};
 pub use plan::Plan;
-pub use rule::{Asked, hold};
+pub use rule::{SummaryOptions, summarise};
 pub use run::{GateRun, JudgedRecording, run};
 pub use share::Share;
 pub use share_task::{ShareOutcome, ShareTask, judge_pair, judge_share};

@@ -1,9 +1,9 @@
 //! `latchgate gate`: many recordings and designs, one exit code.
 //!
-//! - `engine`: the programs of a batch system, called with a limit on time;
+//! - `engine`: the programs of a batch system, run with a time limit;
 //! - `slurm`: shares as job arrays of Slurm;
-//! - `supervise`: the process of a share, and what ended it;
-//! - `sweep`: the shares of a gate for a cluster: judged, handed out, watched and collected.
+//! - `supervise`: the worker process of a share, and the cause of its end;
+//! - `sweep`: the shares of a gate for a cluster: judging, submitting, watching and collecting.
 
 mod engine;
 mod slurm;
@@ -16,7 +16,7 @@ use super::output;
 use super::progress::Progress;
 use super::values::{OutputFormat, parse_date};
 use crate::gate::files::Reports;
-use crate::gate::{self, Asked, Baseline, ERRORS_TOLD, GateFile, GateSummary, Plan, Store};
+use crate::gate::{self, Baseline, ERRORS_MAX, GateFile, GateSummary, Plan, Store, SummaryOptions};
 use crate::pipeline::Request;
 use clap::{Args, ValueEnum};
 use latchgate_recording::error::{Error, Place};
@@ -79,7 +79,7 @@ pub struct GateArguments {
     pub sweep: SweepArguments,
 }
 
-/// Which pairs get a full report.
+/// Choice of the pairs that get a full report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ReportsArgument {
     /// None.
@@ -90,7 +90,7 @@ pub enum ReportsArgument {
     All,
 }
 
-/// Whose annotations.
+/// CI system of annotations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Annotations {
     /// GitHub Actions.
@@ -98,70 +98,73 @@ pub enum Annotations {
 }
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failure> {
+pub(super) fn command(arguments: &GateArguments, common: &Common) -> Result<u8, Failure> {
     let limits = common.limits().map_err(Failure::Usage)?;
-    if own.schema {
+    if arguments.schema {
         let text = format!("{:#}\n", gate::schema::schema());
         return output::document(&text).map(|()| 0).map_err(Failure::Data);
     }
-    if let Some(folder) = &own.init {
+    if let Some(folder) = &arguments.init {
         return init(folder, &limits, common);
     }
-    // clap asks for the file where none of the two is given.
-    let path = own.gate.as_deref().unwrap_or(Path::new(""));
-    let folder = own.out.clone().unwrap_or_else(|| default_folder(path));
-    let at = store_folder(own, path);
-    let ours = [folder.clone(), at.clone()];
-    let Some(mut plan) = plan(path, &ours, &limits)? else {
+    // clap requires the file where neither `--init` nor `--schema` is given.
+    let path = arguments.gate.as_deref().unwrap_or(Path::new(""));
+    let folder = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| default_folder(path));
+    let store_path = store_folder(arguments, path);
+    let output_folders = [folder.clone(), store_path.clone()];
+    let Some(mut plan) = plan(path, &output_folders, &limits)? else {
         return Ok(COULD_NOT);
     };
-    let all = plan.recordings.len() * plan.designs.len();
-    plan.only(&own.only_recording, &own.only_design)
+    let pairs_in_gate = plan.recordings.len() * plan.designs.len();
+    plan.only(&arguments.only_recording, &arguments.only_design)
         .map_err(Failure::Data)?;
-    if own.list {
+    if arguments.list {
         return list(&plan, common).map(|()| 0).map_err(Failure::Data);
     }
-    let sweep = own.sweep.is_asked().then(|| SweepCommand {
+    let sweep = arguments.sweep.is_requested().then(|| SweepCommand {
         gate: path,
         plan: &plan,
-        store: &at,
+        store: &store_path,
         limits: &limits,
-        own,
+        arguments,
         common,
     });
-    if let Some(sweep) = sweep.as_ref().filter(|_| !own.sweep.collect) {
-        return sweep.work();
+    if let Some(sweep) = sweep.as_ref().filter(|_| !arguments.sweep.collect) {
+        return sweep.run();
     }
-    let baseline = own
+    let baseline = arguments
         .baseline
         .as_deref()
         .map(|path| baseline(path, &limits))
         .transpose()
         .map_err(Failure::Data)?;
-    check_baseline(own, &folder)?;
-    let date = own.date.clone().unwrap_or_else(today);
-    let asked = Asked {
+    check_baseline(arguments, &folder)?;
+    let date = arguments.date.clone().unwrap_or_else(today);
+    let options = SummaryOptions {
         date: &date,
         baseline: baseline.as_ref(),
-        allow_removed: own.allow_removed,
-        no_worse: own.no_worse,
+        allow_removed: arguments.allow_removed,
+        no_worse: arguments.no_worse,
     };
     if let Some(sweep) = sweep {
-        let collected = sweep.collect(asked);
+        let collected = sweep.collect(options);
         if matches!(collected, Ok(Collected::SubmittedAgain)) {
-            // The job behind it has the answer.
+            // The next collecting job will keep the answer.
             return Ok(COULD_NOT);
         }
         let collected = collected.and_then(|collected| match collected {
-            Collected::Summary(summary) => answer(own, common, &plan, *summary, &folder),
+            Collected::Summary(summary) => answer(arguments, common, &plan, *summary, &folder),
             Collected::SubmittedAgain | Collected::Missing => Ok(COULD_NOT),
         });
         sweep.keep_answer(*collected.as_ref().unwrap_or(&COULD_NOT))?;
         return collected;
     }
-    let store = match own.no_store {
+    let store = match arguments.no_store {
         true => Store::unkept(),
-        false => Store::open(&at, "").map_err(Failure::Data)?,
+        false => Store::open(&store_path, "").map_err(Failure::Data)?,
     };
     let began = Instant::now();
     let progress = Progress::new("gate").that_keeps();
@@ -170,10 +173,10 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
     });
     drop(progress);
     let run = judged.map_err(Failure::of_data).inspect_err(|failure| {
-        if matches!(failure, Failure::Interrupted) && !own.no_store {
+        if matches!(failure, Failure::Interrupted) && !arguments.no_store {
             output::talk(&format!(
                 "latchgate: judged pairs are kept in {}; the same command continues from there",
-                at.display()
+                store_path.display()
             ));
         }
     })?;
@@ -181,12 +184,12 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
         output::talk(&format!("latchgate: store: {damage}"));
     }
     let cached: usize = run.recordings.iter().map(|judged| judged.cached).sum();
-    let summary = gate::hold(&plan, run.recordings, asked);
+    let summary = gate::summarise(&plan, run.recordings, options);
     let judged = summary.counts.pairs;
-    let code = answer(own, common, &plan, summary, &folder);
+    let code = answer(arguments, common, &plan, summary, &folder);
     if plan.part {
         output::talk(&format!(
-            "latchgate: judged the {judged} chosen of {all} pairs; the gate's answer needs all"
+            "latchgate: judged the {judged} chosen of {pairs_in_gate} pairs; the gate's answer needs all"
         ));
     }
     if cached > 0 {
@@ -198,19 +201,19 @@ pub(super) fn command(own: &GateArguments, common: &Common) -> Result<u8, Failur
 
 /// Writes the files of a gate and prints its answer; returns the exit code.
 fn answer(
-    own: &GateArguments,
+    arguments: &GateArguments,
     common: &Common,
     plan: &Plan,
     mut summary: GateSummary,
     folder: &Path,
 ) -> Result<u8, Failure> {
     if plan.part {
-        // Files of some pairs could be taken for those of all.
-        print(own, common, plan, &summary, None).map_err(Failure::Data)?;
+        // Files of chosen pairs could be mistaken for those of the whole gate.
+        print(arguments, common, plan, &summary, None).map_err(Failure::Data)?;
         return Ok(summary.exit_code);
     }
     let limits = common.limits().map_err(Failure::Usage)?;
-    let reports = match own.reports {
+    let reports = match arguments.reports {
         ReportsArgument::None => Reports::None,
         ReportsArgument::Failing => Reports::Failing,
         ReportsArgument::All => Reports::All,
@@ -224,7 +227,7 @@ fn answer(
         summary.add_problem("report-not-written", &error.to_string());
     }
     let shown = written.is_ok().then_some(folder);
-    let printed = print(own, common, plan, &summary, shown);
+    let printed = print(arguments, common, plan, &summary, shown);
     let left_out = written.map_err(Failure::of_data)?;
     printed.map_err(Failure::Data)?;
     if left_out > 0 {
@@ -236,14 +239,15 @@ fn answer(
     Ok(summary.exit_code)
 }
 
-/// Words the settings of a gate that are options of this command.
+/// Writes settings that are options of this command as options. The settings of a replay stay as
+/// they are: here they are keys of the gate file.
 fn worded(text: &str) -> String {
     output::with_options_but(text, &Request::keys().collect::<Vec<_>>())
 }
 
-/// Prints the answer, even where its report could not be written, or is none.
+/// Prints the answer, even without a report.
 fn print(
-    own: &GateArguments,
+    arguments: &GateArguments,
     common: &Common,
     plan: &Plan,
     summary: &GateSummary,
@@ -261,15 +265,15 @@ fn print(
         }
     }
     let annotations = || {
-        let path = own.gate.as_deref().unwrap_or(Path::new(""));
+        let path = arguments.gate.as_deref().unwrap_or(Path::new(""));
         let line_of = |name: &str| {
             let mut recordings = plan.recordings.iter();
-            recordings.find(|own| own.name == name)?.line
+            recordings.find(|recording| recording.name == name)?.line
         };
         gate::markdown::annotations(summary, &path.display().to_string(), line_of)
     };
-    match own.annotate {
-        // Workflow commands are read from either stream; a JSON document is to stay one.
+    match arguments.annotate {
+        // GitHub reads annotations from either stream; on stdout they would spoil the JSON document.
         Some(Annotations::Github) if common.format == OutputFormat::Json => {
             output::talk(annotations().trim_end());
             Ok(())
@@ -279,8 +283,9 @@ fn print(
     }
 }
 
-/// Reads and looks up a gate file; says everything that is wrong with it and returns `None`.
-fn plan(path: &Path, own: &[PathBuf], limits: &Limits) -> Result<Option<Plan>, Failure> {
+/// Reads a gate file and looks up its recordings and designs; shows all its errors and returns `None`
+/// if it has any.
+fn plan(path: &Path, output_folders: &[PathBuf], limits: &Limits) -> Result<Option<Plan>, Failure> {
     let name = file_name(path);
     let bytes = read(path, limits).map_err(Failure::Data)?;
     let text = String::from_utf8(bytes).map_err(|_| {
@@ -297,17 +302,17 @@ fn plan(path: &Path, own: &[PathBuf], limits: &Limits) -> Result<Option<Plan>, F
     };
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     let plan = GateFile::from_toml(&name, text, limits)
-        .and_then(|file| Plan::of(&name, &file, folder, own, limits));
+        .and_then(|file| Plan::of(&name, &file, folder, output_folders, limits));
     match plan {
         Ok(plan) => Ok(Some(plan)),
         Err(errors) => {
-            let told: BTreeSet<String> = errors.iter().map(ToString::to_string).collect();
-            for error in told {
+            let messages: BTreeSet<String> = errors.iter().map(ToString::to_string).collect();
+            for error in messages {
                 output::talk_plainly(&worded(&format!("latchgate: {error}")));
             }
-            if errors.len() >= ERRORS_TOLD {
+            if errors.len() >= ERRORS_MAX {
                 output::talk(&format!(
-                    "latchgate: {name}: there may be more; {ERRORS_TOLD} errors are told at a time"
+                    "latchgate: {name}: there may be more; {ERRORS_MAX} errors are told at a time"
                 ));
             }
             Ok(None)
@@ -316,28 +321,28 @@ fn plan(path: &Path, own: &[PathBuf], limits: &Limits) -> Result<Option<Plan>, F
 }
 
 fn read(path: &Path, limits: &Limits) -> Result<Vec<u8>, Error> {
-    let most = ("settings_bytes", limits.settings_bytes);
+    let limit = ("settings_bytes", limits.settings_bytes);
     read_within(
         path,
         &path.display().to_string(),
         "read the gate file",
-        most,
+        limit,
     )
 }
 
-/// A summary grows with its pairs, and so may be as large as a table of text.
 fn baseline(path: &Path, limits: &Limits) -> Result<Baseline, Error> {
     let shown = path.display().to_string();
-    let most = ("text_bytes", limits.text_bytes);
+    // A summary grows with its pairs, so the limit is that of tables.
+    let limit = ("text_bytes", limits.text_bytes);
     Baseline::from_json(
         &shown,
-        &read_within(path, &shown, "read the baseline", most)?,
+        &read_within(path, &shown, "read the baseline", limit)?,
     )
 }
 
-/// Refuses a baseline that the run would replace: what it lets stand would be lost for the next.
-fn check_baseline(own: &GateArguments, folder: &Path) -> Result<(), Failure> {
-    let above = own.baseline.as_deref().and_then(Path::parent);
+/// Refuses a baseline that this run would replace: the next run would then compare with this one.
+fn check_baseline(arguments: &GateArguments, folder: &Path) -> Result<(), Failure> {
+    let above = arguments.baseline.as_deref().and_then(Path::parent);
     let same = |above: &Path| {
         let above = if above.as_os_str().is_empty() {
             Path::new(".")
@@ -349,7 +354,7 @@ fn check_baseline(own: &GateArguments, folder: &Path) -> Result<(), Failure> {
             _ => false,
         }
     };
-    if !own.no_worse || !above.is_some_and(same) {
+    if !arguments.no_worse || !above.is_some_and(same) {
         return Ok(());
     }
     Err(Failure::Usage(
@@ -362,13 +367,13 @@ fn check_baseline(own: &GateArguments, folder: &Path) -> Result<(), Failure> {
     ))
 }
 
-fn store_folder(own: &GateArguments, gate: &Path) -> PathBuf {
+fn store_folder(arguments: &GateArguments, gate: &Path) -> PathBuf {
     let beside = || {
         gate.parent()
             .unwrap_or(Path::new(""))
             .join(gate::STORE_FOLDER)
     };
-    own.store.clone().unwrap_or_else(beside)
+    arguments.store.clone().unwrap_or_else(beside)
 }
 
 fn init(folder: &Path, limits: &Limits, common: &Common) -> Result<u8, Failure> {
@@ -419,7 +424,7 @@ fn default_folder(gate: &Path) -> PathBuf {
     Path::new("reports/out").join(format!("gate-{stem}"))
 }
 
-/// Returns the day of now, UTC, `YYYY-MM-DD`.
+/// Returns the present day, UTC, `YYYY-MM-DD`.
 fn today() -> String {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     let days = now.map_or(0, |since| since.as_secs() / 86_400) as i64;

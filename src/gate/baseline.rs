@@ -1,4 +1,4 @@
-//! What changed since another summary.
+//! Changes since another summary.
 
 use super::pairs::{Pair, PairStanding};
 use super::summary::{Changes, GateSummary, Moved, SCHEMA};
@@ -50,8 +50,8 @@ impl Baseline {
         self.pairs.get(&(recording.to_string(), design.to_string()))
     }
 
-    /// Tells whether a pair was not as required, and no better than it is now. What could not be
-    /// judged, then or now, is never let stand by it.
+    /// True if a pair was not as required in the baseline, and was no better than it is now. A pair
+    /// that could not be judged, then or now, never counts as no worse.
     pub fn was_no_better(
         &self,
         recording: &str,
@@ -77,8 +77,8 @@ impl Baseline {
     pub fn comparison(&self) -> BaselineComparison<'_> {
         BaselineComparison {
             baseline: self,
-            seen: BTreeSet::new(),
-            found: Changes {
+            compared: BTreeSet::new(),
+            changes: Changes {
                 numbers_revision: self.numbers_revision,
                 ..Changes::default()
             },
@@ -90,20 +90,20 @@ impl Baseline {
 #[derive(Debug)]
 pub struct BaselineComparison<'a> {
     baseline: &'a Baseline,
-    seen: BTreeSet<&'a (String, String)>,
-    found: Changes,
+    compared: BTreeSet<&'a (String, String)>,
+    changes: Changes,
 }
 
 impl BaselineComparison<'_> {
-    /// Holds a pair against that of the baseline.
-    pub fn see(&mut self, pair: &Pair) {
+    /// Compares a pair with that of the baseline.
+    pub fn add(&mut self, pair: &Pair) {
         let name = (pair.recording.clone(), pair.design.clone());
-        let found = &mut self.found;
-        let Some((known, before)) = self.baseline.pairs.get_key_value(&name) else {
-            found.added.push(name);
+        let changes = &mut self.changes;
+        let Some((baseline_name, before)) = self.baseline.pairs.get_key_value(&name) else {
+            changes.added.push(name);
             return;
         };
-        self.seen.insert(known);
+        self.compared.insert(baseline_name);
         let bad = |pair: &Pair| {
             matches!(
                 pair.standing,
@@ -111,8 +111,8 @@ impl BaselineComparison<'_> {
             )
         };
         match (bad(before), bad(pair)) {
-            (false, true) => found.newly_failing.push(name.clone()),
-            (true, false) => found.fixed.push(name.clone()),
+            (false, true) => changes.newly_failing.push(name.clone()),
+            (true, false) => changes.fixed.push(name.clone()),
             _ => {}
         }
         if let (Some(margin_before_rad), Some(margin_now_rad)) =
@@ -120,7 +120,7 @@ impl BaselineComparison<'_> {
             && (margin_now_rad - margin_before_rad).abs()
                 > uncertainty(&before.row) + uncertainty(&pair.row)
         {
-            found.moved.push(Moved {
+            changes.moved.push(Moved {
                 recording: name.0,
                 design: name.1,
                 margin_before_rad,
@@ -129,16 +129,16 @@ impl BaselineComparison<'_> {
         }
     }
 
-    /// Returns what changed.
+    /// Returns the changes.
     pub fn changes(mut self) -> Changes {
-        let all = self.baseline.pairs.keys();
-        let gone = all.filter(|name| !self.seen.contains(name));
-        self.found.removed = gone.cloned().collect();
-        self.found
+        let names = self.baseline.pairs.keys();
+        let gone = names.filter(|name| !self.compared.contains(name));
+        self.changes.removed = gone.cloned().collect();
+        self.changes
     }
 }
 
-/// Returns what is left of the limit at the peak [rad].
+/// Returns the distance from the peak to the limit [rad].
 fn margin(row: &DecisionRow) -> Option<f64> {
     row.peak_angle_rad.map(|peak| row.threshold_rad - peak)
 }
@@ -157,7 +157,7 @@ fn badness(verdict: Answer, required: Answer) -> u8 {
     }
 }
 
-/// Tells whether the margin went further from what is required, by more than its uncertainty.
+/// True if the margin moved away from the required answer by more than its uncertainty.
 fn is_further(before: &DecisionRow, now: &DecisionRow, required: Answer) -> bool {
     match (margin(before), margin(now)) {
         (Some(margin_before), Some(margin_now)) => {

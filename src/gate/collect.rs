@@ -1,11 +1,11 @@
-//! What a store holds of a gate's shares: what is done and missing, and all of it as decisions.
+//! The shares of a gate as a store holds them: what is done, what is missing, and the decisions.
 
 use super::key::Key;
 use super::plan::Plan;
 use super::run::JudgedRecording;
 use super::share::Share;
 use super::share_task::ShareDone;
-use super::store::{self, DesignKey, Known};
+use super::store::{self, DesignKey, StoredDecisions};
 use super::submission::Submission;
 use crate::pipeline::{Control, Limits};
 use latchgate_recording::error::{Error, Place};
@@ -13,12 +13,12 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Most recordings that are named.
+/// Largest number of recordings named in a status: a list to read, not the store's contents.
 const NAMED_MAX: usize = 1000;
 
-/// What stands where of the shares of a gate.
+/// Progress of the shares of a gate.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub struct Standing {
+pub struct SweepStatus {
     /// All pairs.
     pub pairs: usize,
     /// Pairs that were judged.
@@ -27,10 +27,11 @@ pub struct Standing {
     pub missing: usize,
     /// Recordings with the number of their pairs that are missing, a thousand at most.
     pub missing_of: Vec<(String, usize)>,
-    /// Those of them that shares pass over, since they were begun twice and never ended; a thousand at most.
+    /// Missing recordings that shares skip, since they were begun twice and never ended; a thousand
+    /// at most.
     pub never_ended: Vec<String>,
-    /// Numbers of the shares of which something is missing; none where it is not known how many
-    /// shares there are.
+    /// Numbers of the shares of which something is missing; empty where the number of shares is not
+    /// known.
     pub shares: Vec<u32>,
 }
 
@@ -39,16 +40,16 @@ pub struct Standing {
 pub struct Collection<'a> {
     plan: &'a Plan,
     shares: Option<u32>,
-    /// Files of shares that are said to be finished, with their bytes.
+    /// Files of shares that are marked as done, with their bytes.
     finished: BTreeMap<String, u64>,
     recordings: Vec<Key>,
     designs: Vec<DesignKey>,
-    known: Known,
+    stored: StoredDecisions,
 }
 
 impl<'a> Collection<'a> {
-    /// Looks through a store for the pairs of a plan: as they were submitted, or else as they lie
-    /// there now.
+    /// Collects the pairs of a plan from a store: of recordings as they were submitted, or else as
+    /// they are now.
     ///
     /// # Errors
     ///
@@ -73,7 +74,7 @@ impl<'a> Collection<'a> {
         let recordings = match submission {
             Some(submission) => {
                 submission.check(plan)?;
-                let names = plan.recordings.iter().map(|own| &own.name);
+                let names = plan.recordings.iter().map(|recording| &recording.name);
                 names
                     .filter_map(|name| submission.recording(name))
                     .collect()
@@ -81,34 +82,36 @@ impl<'a> Collection<'a> {
             None => plan.recording_keys(limits, control)?,
         };
         let shares = submission.map(|submission| submission.shares);
-        let of = shares.unwrap_or(0);
-        let mut finished = BTreeMap::new();
-        for number in 1..=of {
-            for (name, length) in ShareDone::read(folder, Share { number, of }).files {
-                let known: &mut u64 = finished.entry(name).or_default();
-                *known = length.max(*known);
+        let mut finished: BTreeMap<String, u64> = BTreeMap::new();
+        let count = shares.unwrap_or(0);
+        for number in 1..=count {
+            let share = Share { number, of: count };
+            for (name, length) in ShareDone::read(folder, share).files {
+                let longest = finished.entry(name).or_default();
+                *longest = length.max(*longest);
             }
         }
         let mut paths: BTreeSet<PathBuf> = store::files(folder)?.into_iter().collect();
-        // A shared file system may list a file late that it opens.
+        // A shared file system may open a file that it does not list yet.
         let named = finished.keys().map(|name| folder.join(name));
         paths.extend(named.filter(|path| path.is_file()));
         let paths: Vec<PathBuf> = paths.into_iter().collect();
-        let mut known = Known::read(&paths, recordings.iter().copied(), None)?;
-        // Nothing is read here that would tell which of several decisions holds.
-        known.contradict_doubles();
-        plan.check_agreement(recordings.iter().copied().enumerate(), &known)?;
+        let mut stored = StoredDecisions::read(&paths, recordings.iter().copied(), None)?;
+        // No recording is read here, so nothing says which of several decisions is that of its
+        // present content.
+        stored.contradict_doubles();
+        plan.check_agreement(recordings.iter().copied().enumerate(), &stored)?;
         Ok(Self {
             plan,
             shares,
             finished,
             recordings,
             designs: plan.design_keys(),
-            known,
+            stored,
         })
     }
 
-    /// Sees to it that the recordings are still what the collection is of.
+    /// Checks that the recordings are still those of the collection.
     ///
     /// # Errors
     ///
@@ -116,14 +119,14 @@ impl<'a> Collection<'a> {
     /// [`Stopped`](latchgate_kernel::error::Error::Stopped).
     pub fn check_unchanged(&self, limits: &Limits, control: &Control<'_>) -> Result<(), Error> {
         if self.shares.is_none() {
-            // They were read just now.
+            // Without a submission their keys were taken just now.
             return Ok(());
         }
         let now = self.plan.recording_keys(limits, control)?;
         let changed = now
             .iter()
             .zip(&self.recordings)
-            .position(|(now, then)| now != then);
+            .position(|(now, submitted)| now != submitted);
         if now.len() == self.recordings.len() && changed.is_none() {
             return Ok(());
         }
@@ -133,42 +136,42 @@ impl<'a> Collection<'a> {
         Err(error.at(Place::file(name)))
     }
 
-    /// Returns what is damaged in the store, one sentence each.
+    /// Returns the damage to the store, one sentence each.
     pub fn damages(&self) -> &[String] {
-        &self.known.damages
+        &self.stored.damages
     }
 
-    /// Returns what stands where.
-    pub fn standing(&self) -> Standing {
-        let mut standing = Standing::default();
+    /// Returns what is done and what is missing.
+    pub fn status(&self) -> SweepStatus {
+        let mut status = SweepStatus::default();
         let mut shares = BTreeSet::new();
         for (recording, key) in self.plan.recordings.iter().zip(&self.recordings) {
-            let is_missing = |design: &&DesignKey| self.known.row(*key, design).is_none();
+            let is_missing = |design: &&DesignKey| self.stored.row(*key, design).is_none();
             let missing = self.designs.iter().filter(is_missing).count();
-            standing.pairs += self.designs.len();
-            standing.missing += missing;
+            status.pairs += self.designs.len();
+            status.missing += missing;
             if missing == 0 {
                 continue;
             }
             let share = self.shares.map(|of| Share::number_of(&recording.name, of));
             shares.extend(share);
-            if standing.missing_of.len() < NAMED_MAX {
-                standing.missing_of.push((recording.name.clone(), missing));
+            if status.missing_of.len() < NAMED_MAX {
+                status.missing_of.push((recording.name.clone(), missing));
             }
-            if self.known.is_left(*key) && standing.never_ended.len() < NAMED_MAX {
-                standing.never_ended.push(recording.name.clone());
+            if self.stored.is_skipped(*key) && status.never_ended.len() < NAMED_MAX {
+                status.never_ended.push(recording.name.clone());
             }
         }
-        standing.done = standing.pairs - standing.missing;
-        standing.shares = shares.into_iter().collect();
-        standing
+        status.done = status.pairs - status.missing;
+        status.shares = shares.into_iter().collect();
+        status
     }
 
-    /// Returns the files of shares that are said to be finished and that are not there yet, or are
-    /// too short: a shared file system may show them late.
+    /// Returns the files of finished shares that are absent or too short: a shared file system may
+    /// show them late.
     pub fn late(&self) -> Vec<String> {
         let late = self.finished.iter().filter(|(name, length)| {
-            let read = self.known.files.get(*name).copied().unwrap_or(0);
+            let read = self.stored.files.get(*name).copied().unwrap_or(0);
             read < **length
         });
         late.map(|(name, _)| name.clone()).collect()
@@ -185,8 +188,8 @@ impl<'a> Collection<'a> {
             let rows = self
                 .designs
                 .iter()
-                .filter_map(|design| self.known.row(*key, design));
-            let read = self.known.facts(*key).cloned().unwrap_or_default();
+                .filter_map(|design| self.stored.row(*key, design));
+            let read = self.stored.facts(*key).cloned().unwrap_or_default();
             let judged = JudgedRecording {
                 sha256: read.sha256,
                 channel: read.channel,

@@ -1,7 +1,7 @@
-//! The words of a gate file: what is judged, and what is required of it.
+//! The words of a gate file: recordings, designs and required answers.
 //!
-//! Tables and keys are read one by one, so that all that is wrong is told at once, each at its
-//! place. What the words lead to, files and designs, is looked up by `plan`.
+//! Tables and keys are read one by one, so that one run reports every error, each with its line.
+//! Files and designs are looked up by `plan`.
 
 use crate::pipeline::{Answer, Limits, Request};
 use latchgate_recording::error::{Error, ErrorKind, Place, with_article};
@@ -11,11 +11,11 @@ use std::collections::BTreeMap;
 /// A gate file as it is written. Patterns are not yet looked up, design files not yet read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GateFile {
-    /// What is judged.
+    /// Recordings that are judged.
     pub recordings: Vec<RecordingsEntry>,
-    /// With which levers.
+    /// Levers with which they are judged.
     pub designs: Vec<DesignEntry>,
-    /// What is required; the last entry that matches a pair counts, a pass where none does.
+    /// Required answers; the last entry that matches a pair counts, a pass where none does.
     pub require: Vec<Requirement>,
     /// Undecided pairs that are let through for a time.
     pub allow: Vec<Exception>,
@@ -26,18 +26,18 @@ pub struct GateFile {
 /// Recordings that share their settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordingsEntry {
-    /// Where the entry stands.
+    /// Position of the entry in the gate file.
     pub place: Place,
     /// Paths or patterns, relative to the gate file's folder.
     pub files: Vec<String>,
-    /// How they are read, conditioned and judged.
+    /// Settings of reading, conditioning and judging.
     pub request: Request,
 }
 
 /// A lever.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DesignEntry {
-    /// Where the entry stands.
+    /// Position of the entry in the gate file.
     pub place: Place,
     /// Its name; that of the design file where none is given.
     pub name: Option<String>,
@@ -47,10 +47,10 @@ pub struct DesignEntry {
     pub set: Vec<String>,
 }
 
-/// What is required of the pairs that match.
+/// The required answer of the pairs that match.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Requirement {
-    /// Where the entry stands.
+    /// Position of the entry in the gate file.
     pub place: Place,
     /// Pattern of the recordings' names.
     pub recordings: String,
@@ -63,13 +63,13 @@ pub struct Requirement {
 /// An undecided pair that is let through for a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Exception {
-    /// Where the entry stands.
+    /// Position of the entry in the gate file.
     pub place: Place,
     /// Pattern of the recordings' names.
     pub recordings: String,
     /// Pattern of the designs' names.
     pub designs: String,
-    /// Why.
+    /// Reason for the exception.
     pub reason: String,
     /// Last day on which it holds, `YYYY-MM-DD`.
     pub until: String,
@@ -85,23 +85,23 @@ pub(super) const REQUIRE_STATIC: &str = "require_static_g";
 pub(super) const FILES: &str = "files";
 
 /// The keys of `[[designs]]`.
-pub(super) const OF_DESIGNS: [&str; 3] = ["name", "file", "set"];
+pub(super) const DESIGN_KEYS: [&str; 3] = ["name", "file", "set"];
 
 /// The keys of `[[require]]`.
-pub(super) const OF_REQUIRE: [&str; 3] = ["recordings", "designs", "verdict"];
+pub(super) const REQUIRE_KEYS: [&str; 3] = ["recordings", "designs", "verdict"];
 
 /// The keys of `[[allow]]`.
-pub(super) const OF_ALLOW: [&str; 4] = ["recordings", "designs", "reason", "until"];
+pub(super) const ALLOW_KEYS: [&str; 4] = ["recordings", "designs", "reason", "until"];
 
-/// Errors of a gate file that are told: after so many nobody reads on.
-pub const ERRORS_TOLD: usize = 20;
+/// Largest number of errors reported of a gate file: longer lists are not read.
+pub const ERRORS_MAX: usize = 20;
 
 impl GateFile {
-    /// Reads a gate file from its TOML text; `name` is told with errors.
+    /// Reads a gate file from its TOML text; errors carry `name`.
     ///
     /// # Errors
     ///
-    /// What is wrong with it, [`ERRORS_TOLD`] at most, each at its line: [`ErrorKind::Malformed`] where the text
+    /// All errors of the file, [`ERRORS_MAX`] at most, each at its line: [`ErrorKind::Malformed`] where the text
     /// is no TOML or a value of the wrong type, [`ErrorKind::UnknownName`] for an unknown key with
     /// the nearest known one, [`ErrorKind::BadSetting`] for a setting with a value that it does not
     /// take.
@@ -109,7 +109,7 @@ impl GateFile {
         let table: toml::Table = toml::from_str(text).map_err(|error: toml::de::Error| {
             let hint = match error.message() {
                 // A key and tables of the same name, which TOML does not allow.
-                said if said.contains("duplicate key") => {
+                message if message.contains("duplicate key") => {
                     "write each key of a table once; for all pairs, put a [[require]] with only \
                      its `verdict` before the others"
                 }
@@ -135,7 +135,7 @@ impl GateFile {
     }
 }
 
-/// A reading that goes on after an error, so that all are told at once.
+/// A reading that goes on after an error, so that one run reports all of them.
 struct FileReading<'a> {
     file: &'a str,
     text: &'a str,
@@ -163,13 +163,13 @@ impl FileReading<'_> {
     fn gate(&mut self, table: toml::Table, limits: &Limits) -> GateFile {
         let mut gate = GateFile::default();
         for (key, value) in table {
-            if self.errors.len() >= ERRORS_TOLD {
+            if self.errors.len() >= ERRORS_MAX {
                 break;
             }
             match (key.as_str(), value) {
                 ("require", toml::Value::String(word)) => {
                     let place = self.place_of("require", None);
-                    match required(&word) {
+                    match required_answer(&word) {
                         Ok(verdict) => gate.require.push(Requirement {
                             place,
                             recordings: "**".into(),
@@ -196,19 +196,19 @@ impl FileReading<'_> {
                 }
                 (kind, value) if TABLES.contains(&kind) => {
                     for (number, entry) in self.entries(kind, value) {
-                        if self.errors.len() >= ERRORS_TOLD {
+                        if self.errors.len() >= ERRORS_MAX {
                             break;
                         }
                         let place = self.place_of(kind, Some(number));
-                        if let Err(error) = entry_of(&mut gate, kind, entry, &place, limits) {
+                        if let Err(error) = add_entry(&mut gate, kind, entry, &place, limits) {
                             self.errors.push(error.at(place));
                         }
                     }
                 }
-                (other, _) => {
-                    let place = self.place_of(other, None);
-                    let known = [&TABLES[..], &[REQUIRE_STATIC]].concat();
-                    self.errors.push(unknown(other, &known).at(place));
+                (key, _) => {
+                    let place = self.place_of(key, None);
+                    let valid_keys = [&TABLES[..], &[REQUIRE_STATIC]].concat();
+                    self.errors.push(unknown(key, &valid_keys).at(place));
                 }
             }
         }
@@ -225,10 +225,10 @@ impl FileReading<'_> {
                 return Vec::new();
             }
         };
-        let mut found = Vec::new();
+        let mut tables = Vec::new();
         for (number, entry) in list.into_iter().enumerate() {
             match entry {
-                toml::Value::Table(table) => found.push((number, table)),
+                toml::Value::Table(table) => tables.push((number, table)),
                 other => {
                     let place = self.place_of(kind, Some(number));
                     self.errors.push(not_tables(kind, &other).at(place));
@@ -236,7 +236,7 @@ impl FileReading<'_> {
                 }
             }
         }
-        found
+        tables
     }
 
     /// Finds the line of a key, or of the numbered table of an array.
@@ -245,16 +245,16 @@ impl FileReading<'_> {
         if let Some(line) = head {
             return Place::file(self.file).line(*line);
         }
-        let plain = |line: &str| {
-            let rest = line.strip_prefix(key);
-            rest.is_some_and(|rest| rest.trim_start().starts_with('='))
+        let is_assignment = |line: &str| {
+            let value = line.strip_prefix(key);
+            value.is_some_and(|value| value.trim_start().starts_with('='))
         };
-        let mut lines = self.text.lines().map(str::trim_start).enumerate();
+        let mut lines = self.text.lines().map(str::trim_start);
         let head = format!("[{key}]");
-        let found = lines.find(|(_, line)| plain(line) || line.starts_with(&head));
+        let index = lines.position(|line| is_assignment(line) || line.starts_with(&head));
         let place = Place::file(self.file);
-        match found {
-            Some((index, _)) => place.line(index as u64 + 1),
+        match index {
+            Some(index) => place.line(index as u64 + 1),
             None => place,
         }
     }
@@ -272,8 +272,8 @@ fn not_tables(kind: &str, found: &toml::Value) -> Error {
     )
 }
 
-/// Takes one table in.
-fn entry_of(
+/// Adds the entry of one table.
+fn add_entry(
     gate: &mut GateFile,
     kind: &str,
     table: toml::Table,
@@ -285,18 +285,18 @@ fn entry_of(
         "recordings" => gate.recordings.push(recordings(table, place, limits)?),
         "designs" => gate.designs.push(design(table, place)?),
         "require" => {
-            let mut table = Entry::new(table, &OF_REQUIRE)?;
+            let mut table = Entry::new(table, &REQUIRE_KEYS)?;
             gate.require.push(Requirement {
                 place,
                 recordings: table.text("recordings")?.unwrap_or_else(|| "**".into()),
                 designs: table.text("designs")?.unwrap_or_else(|| "*".into()),
-                verdict: required(&table.needed("verdict")?)?,
+                verdict: required_answer(&table.required_text("verdict")?)?,
             });
         }
         _ => {
-            let mut table = Entry::new(table, &OF_ALLOW)?;
+            let mut table = Entry::new(table, &ALLOW_KEYS)?;
             let until = table.date("until")?;
-            let reason = table.needed("reason")?;
+            let reason = table.required_text("reason")?;
             if reason.trim().is_empty() {
                 return Err(Error::malformed(
                     "a `reason`",
@@ -306,8 +306,8 @@ fn entry_of(
             }
             gate.allow.push(Exception {
                 place,
-                recordings: table.needed("recordings")?,
-                designs: table.needed("designs")?,
+                recordings: table.required_text("recordings")?,
+                designs: table.required_text("designs")?,
                 reason,
                 until,
             });
@@ -336,10 +336,10 @@ fn recordings(
         .map(|(key, value)| (key, serde_json::to_value(value).unwrap_or(Value::Null)))
         .collect();
     let request = Request::from_entries(settings).map_err(|error| match error.kind() {
-        // Here `files` is a key, too.
+        // The request does not know `files`, which is a key of a gate file.
         ErrorKind::UnknownName { found, known, .. } => {
-            let known: Vec<&str> = std::iter::once(FILES).chain(known.split(", ")).collect();
-            unknown(found, &known)
+            let keys: Vec<&str> = std::iter::once(FILES).chain(known.split(", ")).collect();
+            unknown(found, &keys)
         }
         _ => error,
     })?;
@@ -353,7 +353,7 @@ fn recordings(
 }
 
 fn design(table: toml::Table, place: Place) -> Result<DesignEntry, Error> {
-    let mut table = Entry::new(table, &OF_DESIGNS)?;
+    let mut table = Entry::new(table, &DESIGN_KEYS)?;
     let name = table.text("name")?;
     if name.as_deref().is_some_and(|name| name.trim().is_empty()) {
         let hint = "name the design, or leave `name` out";
@@ -386,7 +386,7 @@ impl Entry {
         }
     }
 
-    fn needed(&mut self, key: &str) -> Result<String, Error> {
+    fn required_text(&mut self, key: &str) -> Result<String, Error> {
         self.text(key)?
             .ok_or_else(|| Error::malformed(format!("`{key}`"), "none", "add it to the table"))
     }
@@ -414,9 +414,9 @@ impl Entry {
         match self.0.remove(key) {
             None => Ok(Vec::new()),
             Some(toml::Value::Table(table)) => {
-                let mut found = Vec::new();
-                flatten("", table, &mut found)?;
-                Ok(found)
+                let mut assignments = Vec::new();
+                flatten("", table, &mut assignments)?;
+                Ok(assignments)
             }
             Some(list) => texts(key, list),
         }
@@ -424,13 +424,13 @@ impl Entry {
 }
 
 /// Writes a table of design keys, dotted or nested, as `key=value`.
-fn flatten(prefix: &str, table: toml::Table, found: &mut Vec<String>) -> Result<(), Error> {
+fn flatten(prefix: &str, table: toml::Table, assignments: &mut Vec<String>) -> Result<(), Error> {
     for (key, value) in table {
         let name = format!("{prefix}{key}");
         match value {
-            toml::Value::Table(inner) => flatten(&format!("{name}."), inner, found)?,
-            toml::Value::Integer(number) => found.push(format!("{name}={number}")),
-            toml::Value::Float(number) => found.push(format!("{name}={number}")),
+            toml::Value::Table(inner) => flatten(&format!("{name}."), inner, assignments)?,
+            toml::Value::Integer(number) => assignments.push(format!("{name}={number}")),
+            toml::Value::Float(number) => assignments.push(format!("{name}={number}")),
             other => return Err(wrong(&name, "a number without quotes", &other)),
         }
     }
@@ -452,7 +452,7 @@ fn texts(key: &str, value: toml::Value) -> Result<Vec<String>, Error> {
     }
 }
 
-fn required(word: &str) -> Result<Answer, Error> {
+fn required_answer(word: &str) -> Result<Answer, Error> {
     match word {
         "pass" => Ok(Answer::Pass),
         "fail" => Ok(Answer::Fail),
@@ -460,30 +460,31 @@ fn required(word: &str) -> Result<Answer, Error> {
     }
 }
 
-/// Tells whether a text is a day of the calendar, written as `YYYY-MM-DD`.
+/// True if a text is a day of the calendar, written as `YYYY-MM-DD`.
 pub fn is_day(text: &str) -> bool {
     let date = text.parse::<toml::value::Datetime>();
     date.is_ok_and(|date| date.date.is_some() && date.time.is_none())
 }
 
-/// Returns the day that lies so many days after 1970-01-01.
+/// Returns the date of a day that is counted from 1970-01-01.
 pub fn day(days: i64) -> String {
     // Years begin in March here, so that the day a leap year adds comes last (Hinnant,
     // "chrono-compatible low-level date algorithms", civil_from_days).
     let days = days + 719_468;
     let era = days.div_euclid(146_097);
-    let of_era = days.rem_euclid(146_097);
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
+    let day_of_era = days.rem_euclid(146_097);
+    let year_of_era =
+        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month + 2) / 5 + 1;
     let month = if month < 10 { month + 3 } else { month - 9 };
     let year = year_of_era + era * 400 + i64::from(month <= 2);
     format!("{year:04}-{month:02}-{day:02}")
 }
 
-fn wrong(key: &str, expected: &str, found: &toml::Value) -> Error {
-    let found = match found {
+fn wrong(key: &str, expected: &str, value: &toml::Value) -> Error {
+    let found = match value {
         toml::Value::String(text) => format!("\"{text}\""),
         other => with_article(other.type_str()),
     };

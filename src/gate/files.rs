@@ -1,4 +1,4 @@
-//! The files of a gate: summary, its renderings, and the full reports of what is not as required.
+//! The files of a gate: summary, its renderings, and full reports of pairs that are not as required.
 
 use super::pairs::Pair;
 use super::plan::Plan;
@@ -13,13 +13,14 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
-/// Most full reports, unless all are wanted: one costs as much time as a hundred rows, and a megabyte.
+/// Largest number of full reports, unless all are requested. One takes as much time as a hundred
+/// rows, and a megabyte.
 pub const REPORTS_MAX: usize = 5;
 
 /// Folder of the full reports.
 const REPORTS: &str = "reports";
 
-/// Which pairs get a full report.
+/// Choice of the pairs that get a full report.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Reports {
     /// None.
@@ -52,16 +53,16 @@ pub fn write(
         Reports::Failing => summary.worst(),
         Reports::All => (0..summary.pairs.len()).collect(),
     };
-    let all = numbers.len();
+    let requested = numbers.len();
     if reports == Reports::Failing {
         numbers.truncate(REPORTS_MAX);
     }
-    let left_out = all - numbers.len();
+    let left_out = requested - numbers.len();
     let beside = Unplaced::beside(folder)?;
     let folders = control.try_map(&numbers, |&number| {
         control.unmeasured(|control| {
             let control = control.with_threads(1);
-            full(
+            write_report(
                 beside.path(),
                 plan,
                 number,
@@ -77,6 +78,7 @@ pub fn write(
         let made = File::create(&path).map(BufWriter::new);
         made.map_err(|error| Error::io_at("write the gate's report", &path, &error))
     };
+    // A drop would flush as well, but swallow the error.
     let end = |mut out: BufWriter<File>| out.flush().map_err(unwritten);
     let mut out = file("summary.json")?;
     summary.write_json(&mut out).and_then(|()| end(out))?;
@@ -92,12 +94,12 @@ pub fn write(
         out.write_all(text.as_bytes()).map_err(unwritten)?;
         end(out)?;
     }
-    beside.settle(folder, |_| others(folder))?;
+    beside.settle(folder, |_| refuse_foreign_files(folder))?;
     Ok(left_out)
 }
 
 /// Writes the full report of a pair; returns its folder, relative to `folder`.
-fn full(
+fn write_report(
     folder: &Path,
     plan: &Plan,
     number: usize,
@@ -129,16 +131,16 @@ fn full(
         return Err(error.at(Place::file(pair.recording.as_str())));
     }
     let id: String = pair.row.report_id.chars().take(12).collect();
-    let own = format!("{REPORTS}/{id}");
+    let report_folder = format!("{REPORTS}/{id}");
     let files =
         latchgate_report::files_without_series(&outcome.document, outcome.evidence.as_ref());
     let path = (!recording.is_pulse()).then_some(&*recording.path);
-    latchgate_report::write(&folder.join(&own), files, path)?;
-    Ok(own)
+    latchgate_report::write(&folder.join(&report_folder), files, path)?;
+    Ok(report_folder)
 }
 
-/// Files and folders that a gate writes: all that may stand in a folder that is replaced.
-const OURS: [&str; 6] = [
+/// Files and folders that a gate writes. A folder with any other file is not replaced.
+const GATE_FILES: [&str; 6] = [
     "summary.json",
     "summary.csv",
     "junit.xml",
@@ -147,17 +149,19 @@ const OURS: [&str; 6] = [
     REPORTS,
 ];
 
-/// Refuses to replace a folder that holds what no gate wrote.
-fn others(folder: &Path) -> Option<Result<(), Error>> {
+/// Refuses to replace a folder with a file that no gate wrote; `None` if there is none.
+fn refuse_foreign_files(folder: &Path) -> Option<Result<(), Error>> {
     let names: BTreeSet<String> = fs::read_dir(folder)
         .ok()?
         .flatten()
         .map(|entry| entry.file_name().to_string_lossy().into_owned())
         .collect();
-    let other = names.iter().find(|name| !OURS.contains(&name.as_str()))?;
+    let foreign = names
+        .iter()
+        .find(|name| !GATE_FILES.contains(&name.as_str()))?;
     let error = Error::malformed(
         "a folder for the gate alone, since it is replaced",
-        format!("`{other}` in it"),
+        format!("`{foreign}` in it"),
         "state another folder with the setting `out` = DIR",
     );
     Some(Err(error.at(Place::path(folder))))

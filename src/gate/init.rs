@@ -1,4 +1,4 @@
-//! A first gate file, from what a folder holds.
+//! A first gate file, from the recordings in a folder.
 
 use super::plan::is_recording;
 use crate::pipeline::{Control, Limits, Prepared, Request, Source};
@@ -7,20 +7,20 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Most files that are looked at.
+/// Largest number of files that are opened.
 const FILES_MAX: usize = 10_000;
 
-/// Most folders below one another.
+/// Largest depth of folders.
 const DEPTH_MAX: usize = 16;
 
-/// What the file begins with.
+/// Beginning of the file.
 const HEAD: &str = "\
 # Recordings, designs and required answers; docs/gate.md lists the keys.
 
 require = \"pass\"
 ";
 
-/// What it ends with.
+/// End of the file.
 const TAIL: &str = "\
 [[designs]]                       # the paper's lever; file = \"designs/mine.toml\" for another
 name = \"paper\"
@@ -40,9 +40,8 @@ name = \"paper\"
 # until = 2027-03-31
 ";
 
-/// Returns the text of a gate file over the recordings in a folder: those that can be judged as they
-/// are, and the others as comments with the reason why not. A channel that is not plainly lateral is
-/// one of the others.
+/// Returns the text of a gate file for the recordings in a folder. Those that cannot be judged as
+/// they are become comments with the reason, and so do those whose channel is not plainly lateral.
 ///
 /// # Errors
 ///
@@ -70,30 +69,30 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
             }
         })
     })?;
-    let mut taken = String::new();
-    let mut left: BTreeMap<String, String> = BTreeMap::new();
+    let mut included = String::new();
+    let mut excluded: BTreeMap<String, String> = BTreeMap::new();
     for (path, reason) in paths.iter().zip(reasons) {
         let name = name_below(path, folder);
         match reason {
             None => {
-                let _ = writeln!(taken, "    {},", in_quotes(&name));
+                let _ = writeln!(included, "    {},", in_quotes(&name));
             }
             Some(reason) => {
-                left.insert(name, reason);
+                excluded.insert(name, reason);
             }
         }
     }
     let mut out = String::from(HEAD);
-    if !taken.is_empty() {
+    if !included.is_empty() {
         let _ = write!(
             out,
-            "\n[[recordings]]\nfiles = [\n{taken}]\n# opens_when = \"negative\"\n"
+            "\n[[recordings]]\nfiles = [\n{included}]\n# opens_when = \"negative\"\n"
         );
     }
-    if !left.is_empty() {
+    if !excluded.is_empty() {
         out.push_str("\n# Not judged as they are; include those that a setting fixes:\n");
     }
-    for (name, reason) in left {
+    for (name, reason) in excluded {
         let reason = reason.replace(|c: char| c.is_control(), " ");
         let name = in_quotes(&name);
         let _ = write!(out, "#\n# {reason}\n# [[recordings]]\n# files = [{name}]\n");
@@ -105,22 +104,22 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
 
 /// Writes a name as TOML has it.
 fn in_quotes(name: &str) -> String {
-    // What JSON escapes, TOML reads; one letter it leaves as it is.
+    // TOML reads every escape of JSON. It also requires one for U+007F, which JSON does not make.
     serde_json::Value::from(name)
         .to_string()
         .replace('\u{7f}', "\\u007F")
 }
 
 fn name_below(path: &Path, folder: &Path) -> String {
-    let own = path.strip_prefix(folder).unwrap_or(path);
-    let parts: Vec<_> = own
+    let relative = path.strip_prefix(folder).unwrap_or(path);
+    let parts: Vec<_> = relative
         .components()
         .map(|part| part.as_os_str().to_string_lossy())
         .collect();
     parts.join("/")
 }
 
-fn list(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), Error> {
+fn list(folder: &Path, depth: usize, recordings: &mut Vec<PathBuf>) -> Result<(), Error> {
     let failed = |error: std::io::Error| Error::io_at("list the folder", folder, &error);
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(failed)? {
@@ -131,13 +130,13 @@ fn list(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), Err
         let hidden = path
             .file_name()
             .is_some_and(|name| name.to_string_lossy().starts_with('.'));
-        if hidden || found.len() >= FILES_MAX {
+        if hidden || recordings.len() >= FILES_MAX {
             continue;
         }
         if is_recording(&path) {
-            found.push(path);
+            recordings.push(path);
         } else if path.is_dir() && depth < DEPTH_MAX && !path.is_symlink() {
-            list(&path, depth + 1, found)?;
+            list(&path, depth + 1, recordings)?;
         }
     }
     Ok(())

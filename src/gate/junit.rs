@@ -2,9 +2,9 @@
 //!
 //! # Source
 //!
-//! The schema `junit-10.xsd` of the Jenkins xUnit plugin, of which `timestamp` and `hostname` are left
-//! out: the same answers give the same bytes but for `time`. Writers for this format were not taken, since
-//! theirs does not fit that schema.
+//! The schema `junit-10.xsd` of the Jenkins xUnit plugin, without `timestamp` and `hostname`: the same
+//! answers give the same bytes except for `time`. It is written by hand, since the output of the
+//! libraries for this format does not fit that schema.
 
 use super::pairs::{Pair, PairStanding};
 use super::summary::{GateSummary, unwritten};
@@ -20,12 +20,12 @@ use std::time::Duration;
 /// Longest message [characters].
 const MESSAGE_MAX: usize = 2000;
 
-/// A test as it is written.
-struct Written {
+/// One `testcase` element.
+struct TestCase {
     name: String,
     outcome: TestOutcome,
     message: String,
-    /// What stands as text within it.
+    /// Text within the element.
     text: String,
     time: Option<Duration>,
 }
@@ -54,14 +54,14 @@ pub fn write(summary: &GateSummary, out: &mut dyn io::Write) -> Result<(), Error
         .map_err(unwritten)
 }
 
-/// Tests by their suite: its name, after whether it is a design's, for a design may have any name.
-type Suites<'a> = BTreeMap<(bool, &'a str), Vec<Written>>;
+/// Tests by suite. The flag is true for a design's suite: a design may be named `gate`, too.
+type Suites<'a> = BTreeMap<(bool, &'a str), Vec<TestCase>>;
 
 fn suites(summary: &GateSummary) -> Suites<'_> {
     let mut suites = Suites::new();
     for problem in &summary.problems {
         let suite = suites.entry((false, "gate")).or_default();
-        suite.push(Written {
+        suite.push(TestCase {
             name: problem.code.clone(),
             outcome: TestOutcome::Error,
             message: problem.text.clone(),
@@ -75,7 +75,7 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
             true => TestOutcome::Passed,
             false => TestOutcome::Failure,
         };
-        suite.push(Written {
+        suite.push(TestCase {
             name: "static".into(),
             outcome,
             message: standing.text(),
@@ -88,7 +88,10 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
     for number in numbers {
         let pair = &summary.pairs[number];
         let suite = suites.entry((true, &pair.design)).or_default();
-        suite.push(of_pair(pair, summary.times.get(number).copied().flatten()));
+        suite.push(pair_case(
+            pair,
+            summary.times.get(number).copied().flatten(),
+        ));
     }
     suites
 }
@@ -102,13 +105,13 @@ fn outcome(standing: PairStanding, verdict: Answer) -> TestOutcome {
     }
 }
 
-fn of_pair(pair: &Pair, time: Option<Duration>) -> Written {
-    let what = format!("{}: {}", pair.row.verdict.name(), text::what(pair));
-    Written {
+fn pair_case(pair: &Pair, time: Option<Duration>) -> TestCase {
+    let message = format!("{}: {}", pair.row.verdict.name(), text::describe(pair));
+    TestCase {
         name: pair.recording.clone(),
         outcome: outcome(pair.standing, pair.row.verdict),
-        message: what.clone(),
-        text: format!("{what}\nreport_id {}", pair.row.report_id),
+        text: format!("{message}\nreport_id {}", pair.row.report_id),
+        message,
         time,
     }
 }
@@ -122,9 +125,9 @@ fn document(
     summary: &GateSummary,
     suites: &Suites<'_>,
 ) -> io::Result<()> {
-    let count = |cases: &[Written], outcome: TestOutcome| {
-        let of = cases.iter().filter(|case| case.outcome == outcome);
-        of.count().to_string()
+    let count = |cases: &[TestCase], outcome: TestOutcome| {
+        let cases = cases.iter().filter(|case| case.outcome == outcome);
+        cases.count().to_string()
     };
     writer.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
     let root = writer
@@ -132,8 +135,8 @@ fn document(
         .with_attribute(("name", clean(&summary.gate).as_str()));
     root.write_inner_content(|writer| {
         for ((_, name), cases) in suites {
-            let known = cases.iter().filter_map(|case| case.time);
-            let time = known.reduce(|sum, time| sum + time).map(seconds);
+            let times = cases.iter().filter_map(|case| case.time);
+            let time = times.reduce(|sum, time| sum + time).map(seconds);
             let suite = writer
                 .create_element("testsuite")
                 .with_attribute(("name", clean(name).as_str()))
@@ -151,7 +154,7 @@ fn document(
     Ok(())
 }
 
-fn test(writer: &mut Writer<&mut dyn io::Write>, suite: &str, case: &Written) -> io::Result<()> {
+fn test(writer: &mut Writer<&mut dyn io::Write>, suite: &str, case: &TestCase) -> io::Result<()> {
     let time = case.time.map(seconds);
     let element = writer
         .create_element("testcase")
@@ -175,7 +178,7 @@ fn test(writer: &mut Writer<&mut dyn io::Write>, suite: &str, case: &Written) ->
                 .write_text_content(BytesText::new(&message))?;
         }
         if !text.is_empty() {
-            // Some readers show this and nothing else.
+            // Some CI systems show this element and not the message.
             writer
                 .create_element("system-out")
                 .write_text_content(BytesText::new(&text))?;
@@ -185,7 +188,7 @@ fn test(writer: &mut Writer<&mut dyn io::Write>, suite: &str, case: &Written) ->
     Ok(())
 }
 
-/// Replaces what XML 1.0 does not allow, and cuts what is too long.
+/// Replaces characters that XML 1.0 does not allow, and cuts a text that is too long.
 fn clean(text: &str) -> String {
     let allowed = |c: char| {
         matches!(c, '\t' | '\n') || (!c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}'))

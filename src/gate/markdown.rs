@@ -6,20 +6,25 @@ use super::text;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Most characters: comments end at 65 536.
+/// Largest number of characters: GitHub refuses a comment beyond 65 536.
 const CHARACTERS_MAX: usize = 60_000;
 
-/// Pairs that are listed.
+/// Largest number of pairs in a list.
 const LISTED: usize = 10;
 
-/// Recordings and designs up to which the matrix is shown.
-const MATRIX_MAX: (usize, usize) = (40, 20);
+/// Recordings up to which the matrix is shown.
+const MATRIX_RECORDINGS_MAX: usize = 40;
 
-/// Characters of a name, and of what is said of a pair.
+/// Designs up to which the matrix is shown.
+const MATRIX_DESIGNS_MAX: usize = 20;
+
+/// Largest number of characters of a name.
 const NAME_MAX: usize = 120;
+
+/// Largest number of characters of a sentence.
 const TEXT_MAX: usize = 400;
 
-/// Annotations that are printed: one CI system shows ten a step.
+/// Largest number of annotations: GitHub Actions shows ten a step.
 const ANNOTATIONS_MAX: usize = 10;
 
 /// Returns the summary: the answer, the matrix, the worst ten pairs, exceptions, changes, counts.
@@ -56,7 +61,7 @@ pub fn render(summary: &GateSummary) -> String {
         &mut out,
         summary,
         title,
-        &summary.standing(PairStanding::NoWorse),
+        &summary.with_standing(PairStanding::NoWorse),
     );
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(out, "\n### Since the baseline\n");
@@ -105,12 +110,14 @@ pub fn render(summary: &GateSummary) -> String {
 
 /// Writes the answers of all pairs, a row per recording, where there are few.
 fn matrix(out: &mut String, summary: &GateSummary) {
-    let (recordings, designs) = (summary.recordings.len(), summary.designs.len());
-    let few = recordings <= MATRIX_MAX.0 && designs <= MATRIX_MAX.1;
-    if !few || designs == 0 {
+    let designs = summary.designs.len();
+    if summary.recordings.len() > MATRIX_RECORDINGS_MAX
+        || !(1..=MATRIX_DESIGNS_MAX).contains(&designs)
+    {
         return;
     }
-    let heads: Vec<String> = summary.designs.iter().map(|own| code(&own.name)).collect();
+    let names = summary.designs.iter().map(|design| code(&design.name));
+    let heads: Vec<String> = names.collect();
     let _ = writeln!(out, "\n| | {} |", heads.join(" | "));
     let _ = writeln!(out, "| --- |{}", " :-: |".repeat(designs));
     let rows = summary.pairs.chunks(designs);
@@ -147,7 +154,7 @@ fn table(out: &mut String, summary: &GateSummary, title: &str, numbers: &[usize]
             "| {} | {} | {designs} | {} |",
             group.worst.row.verdict.name(),
             code(&group.worst.recording),
-            prose(&group.what(summary))
+            prose(&group.description(summary))
         );
         shown += group.numbers.len();
     }
@@ -157,22 +164,22 @@ fn table(out: &mut String, summary: &GateSummary, title: &str, numbers: &[usize]
     }
 }
 
-/// Lists every exception that lets pairs through, with how many and the first.
+/// Lists every exception that lets pairs through, with the number of pairs and the first of them.
 fn exceptions(out: &mut String, summary: &GateSummary) {
-    let mut found: BTreeMap<(String, String), (usize, String)> = BTreeMap::new();
-    for number in summary.standing(PairStanding::Allowed) {
+    let mut counts: BTreeMap<(String, String), (usize, String)> = BTreeMap::new();
+    for number in summary.with_standing(PairStanding::Allowed) {
         let pair = &summary.pairs[number];
         let first = || format!("{} with {}", code(&pair.recording), code(&pair.design));
         let exception = pair.exception.clone().unwrap_or_default();
-        found.entry(exception).or_insert_with(|| (0, first())).0 += 1;
+        counts.entry(exception).or_insert_with(|| (0, first())).0 += 1;
     }
-    if !found.is_empty() {
+    if !counts.is_empty() {
         let _ = writeln!(
             out,
             "\n### Let through by an exception\n\n| until | reason | pairs | the first |\n| --- | --- | --- | --- |"
         );
     }
-    for ((reason, until), (count, first)) in &found {
+    for ((reason, until), (count, first)) in &counts {
         let _ = writeln!(out, "| {until} | {} | {count} | {first} |", prose(reason));
     }
 }
@@ -212,7 +219,7 @@ fn prose(text: &str) -> String {
     out
 }
 
-/// Tells whether a character turns the direction of writing.
+/// True for a character that turns the direction of writing, with which a name can show as another.
 fn is_direction(c: char) -> bool {
     matches!(c, '\u{200e}' | '\u{200f}' | '\u{061c}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
@@ -225,13 +232,13 @@ fn cut(text: String) -> String {
     let end = text
         .char_indices()
         .nth(CHARACTERS_MAX - 100)
-        .map_or(text.len(), |(at, _)| at);
+        .map_or(text.len(), |(index, _)| index);
     let end = text[..end].rfind('\n').unwrap_or(end);
     format!("{}\n\nCut here; summary.json has the rest.\n", &text[..end])
 }
 
 /// Returns annotations as GitHub Actions reads them from a step's output, ten at most, in the gate file at
-/// `path`; `line_of` tells where a recording stands in it.
+/// `path`; `line_of` returns the line of a recording's entry.
 pub fn annotations(
     summary: &GateSummary,
     path: &str,
@@ -239,7 +246,7 @@ pub fn annotations(
 ) -> String {
     let problems = summary.problems.iter();
     let mut lines: Vec<String> = problems
-        .map(|problem| annotation((path, problem.line), &problem.code, &problem.text))
+        .map(|problem| annotation(path, problem.line, &problem.code, &problem.text))
         .take(ANNOTATIONS_MAX)
         .collect();
     let worst = summary.worst();
@@ -251,22 +258,22 @@ pub fn annotations(
             pair.recording,
             pair.design
         );
-        let place = (path, line_of(&pair.recording));
-        lines.push(annotation(place, &title, &text::what(pair)));
+        let line = line_of(&pair.recording);
+        lines.push(annotation(path, line, &title, &text::describe(pair)));
     }
-    let all = summary.problems.len() + worst.len();
-    if all > ANNOTATIONS_MAX {
+    let total = summary.problems.len() + worst.len();
+    if total > ANNOTATIONS_MAX {
         lines.truncate(ANNOTATIONS_MAX - 1);
         let more = format!(
             "{} of what is not as required; see summary.json",
-            text::counted(all - lines.len(), "further line")
+            text::counted(total - lines.len(), "further line")
         );
-        lines.push(annotation((path, None), "latchgate", &more));
+        lines.push(annotation(path, None, "latchgate", &more));
     }
     lines.concat()
 }
 
-fn annotation((path, line): (&str, Option<u64>), title: &str, message: &str) -> String {
+fn annotation(path: &str, line: Option<u64>, title: &str, message: &str) -> String {
     let escape = |text: &str, more: &[(&str, &str)]| {
         let mut text: String = text
             .chars()

@@ -22,7 +22,7 @@ const PRINTED_DESIGNS_MAX: usize = 20;
 /// Recordings up to which the matrix stands above the lists.
 const FIRST_RECORDINGS_MAX: usize = 100;
 
-/// Pairs that are listed.
+/// Largest number of pairs in a list.
 const LISTED: usize = 50;
 
 /// The page's own rules, beside those of a report.
@@ -42,7 +42,7 @@ pub fn render(summary: &GateSummary, reports: &ReportFolders) -> String {
         style: STYLE,
         script: SCRIPT,
     };
-    // A matrix that is seen at once is the answer; a long one is looked up.
+    // A short matrix is the answer at a glance; a long one is a table to look things up in.
     let matrix_first = summary.recordings.len() <= FIRST_RECORDINGS_MAX;
     let body = html! {
         main.wide {
@@ -81,15 +81,12 @@ fn answer(summary: &GateSummary) -> Markup {
 
 fn counts(summary: &GateSummary) -> Markup {
     let counts = &summary.counts;
-    // Of answers it is said how many there are, of things what they are.
-    let many =
-        |count: usize, one: &'static str, many: &'static str| if count == 1 { one } else { many };
     let (recordings, designs) = (summary.recordings.len(), summary.designs.len());
     html! {
         dl.key {
             @for (what, count) in [
-                (many(recordings, "recording", "recordings"), recordings),
-                (many(designs, "design", "designs"), designs),
+                (if recordings == 1 { "recording" } else { "recordings" }, recordings),
+                (if designs == 1 { "design" } else { "designs" }, designs),
                 ("as required", counts.as_required),
                 ("not as required", counts.not_as_required),
                 ("pass", counts.pass),
@@ -103,10 +100,10 @@ fn counts(summary: &GateSummary) -> Markup {
     }
 }
 
-/// Returns the pairs that stand out, a list for each way, and what changed since the baseline.
+/// Returns the pairs that need attention, a list for each kind, and the changes since the baseline.
 fn lists(summary: &GateSummary, reports: &ReportFolders) -> Markup {
-    let allowed = summary.standing(PairStanding::Allowed);
-    let no_worse = summary.standing(PairStanding::NoWorse);
+    let allowed = summary.with_standing(PairStanding::Allowed);
+    let no_worse = summary.with_standing(PairStanding::NoWorse);
     html! {
         (list(summary, reports, "worst", "Not as required, the worst first", &summary.worst()))
         (list(summary, reports, "exceptions", "Let through by an exception", &allowed))
@@ -125,16 +122,16 @@ fn list(
     if numbers.is_empty() {
         return html! {};
     }
-    let told = numbers.iter().filter(|number| reports.contains_key(number));
-    let told = told.count();
+    let numbers_reported = numbers.iter().filter(|number| reports.contains_key(number));
+    let reported = numbers_reported.count();
     let mut groups = text::grouped(&summary.pairs, numbers);
     groups.truncate(LISTED);
     let shown: usize = groups.iter().map(|group| group.numbers.len()).sum();
     html! {
         section id=(id) {
             h2 { (title) }
-            @if (1..numbers.len()).contains(&told) {
-                p.note { "The first " (told) " of " (numbers.len()) " have a full report." }
+            @if (1..numbers.len()).contains(&reported) {
+                p.note { "The first " (reported) " of " (numbers.len()) " have a full report." }
             }
             table.pairs {
                 thead { tr { th { "answer" } th { "recording" } th { "design" } th { "what" } th { "report" } } }
@@ -144,7 +141,7 @@ fn list(
                             td { (badge(group.worst.row.verdict)) }
                             td { (line(&group.worst.recording)) }
                             td { (line(&group.designs(summary))) }
-                            td { (line(&group.what(summary))) }
+                            td { (line(&group.description(summary))) }
                             td {
                                 @if let Some(folder) = group.numbers.iter().find_map(|number| reports.get(number)) {
                                     a href={ (folder) "/report.html" } { "open" }
@@ -161,7 +158,7 @@ fn list(
     }
 }
 
-/// An answer with its sign, so that colour is not all that tells.
+/// An answer with its sign, so that the page can be read without colours.
 fn badge(verdict: Answer) -> Markup {
     html! { span.badge.(verdict.name()) { (text::glyph(verdict)) " " (verdict.name()) } }
 }
@@ -280,7 +277,7 @@ fn cell(pair: &Pair, report: Option<&String>) -> Markup {
     let title = format!(
         "{recording} with {design}: {}, {}",
         verdict.name(),
-        text::what(pair)
+        text::describe(pair)
     );
     let inner = html! { span aria-hidden="true" { (text::glyph(verdict)) } " " (percent(pair)) };
     html! {
@@ -305,7 +302,7 @@ fn percent(pair: &Pair) -> String {
     match pair.row.margin() {
         Some(margin) if margin < -9.99 => "< \u{2212}999 %".into(),
         Some(margin) => {
-            // Away from the limit by rounding is no margin.
+            // Rounded down: a rounded-up margin would show a distance that is not there.
             let text = format!("{:.0}", (100.0 * margin).floor());
             format!("{} %", text.replace('-', "\u{2212}"))
         }

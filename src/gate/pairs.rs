@@ -7,7 +7,7 @@ use std::cmp::Reverse;
 /// Exit code of a gate of which something could not be done, or in which nothing was judged.
 pub const COULD_NOT: u8 = 4;
 
-/// Where a pair stands with what is required of it.
+/// Standing of a pair against its required answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PairStanding {
@@ -40,9 +40,9 @@ pub struct Pair {
     pub recording: String,
     /// Name of the design.
     pub design: String,
-    /// What is required.
+    /// The required answer.
     pub required: Answer,
-    /// Where it stands.
+    /// Standing against the required answer.
     pub standing: PairStanding,
     /// Reason and last day of the exception that lets it through.
     pub exception: Option<(String, String)>,
@@ -51,7 +51,7 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Returns the exit code that the pair alone would give: 0 where it stands.
+    /// Returns the exit code that the pair alone would give: 0 if as required or let through.
     pub fn exit_code(&self) -> u8 {
         match (self.standing, self.row.verdict) {
             (PairStanding::NotAsRequired, Answer::Unusable) => COULD_NOT,
@@ -76,7 +76,7 @@ impl Pair {
     }
 }
 
-/// Orders exit codes as contracts have it: 4 is worse than 1, 1 than 3, 3 than 0.
+/// Orders exit codes by severity: 4 is worse than 1, 1 than 3, 3 than 0. Their numbers do not.
 pub(super) fn severity(code: u8) -> u8 {
     match code {
         0 => 0,

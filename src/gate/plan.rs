@@ -1,9 +1,9 @@
 //! A gate's words made plain: recordings in order, designs by name, what is required of each pair.
 //!
-//! Patterns become files, files become names, and names meet what is required of them; each step
-//! needs the one before, and what matches nothing is an error. No recording is opened.
+//! Patterns become files, files become names, and names are matched with the requirements; each
+//! step needs the one before. A pattern that matches nothing is an error. No recording is opened.
 
-use super::file::{DesignEntry, ERRORS_TOLD, Exception, GateFile, RecordingsEntry};
+use super::file::{DesignEntry, ERRORS_MAX, Exception, GateFile, RecordingsEntry};
 use crate::pipeline::{Answer, Design, Limits, Request, Source, design_from_bytes, read_within};
 use glob::{MatchOptions, Pattern};
 use latchgate_document::design_file::apply_override;
@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What a gate judges, and what it requires.
+/// Recordings and designs of a gate with the answers that it requires.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Name of the gate file.
@@ -25,7 +25,7 @@ pub struct Plan {
     rules: Vec<Rule>,
     /// Exceptions, in the order of the file.
     pub exceptions: Vec<PlannedException>,
-    /// Only some of its pairs are asked for.
+    /// True if only some pairs of the gate are judged.
     pub part: bool,
     /// Static load in any direction that every design is to hold [g].
     pub require_static_g: Option<f64>,
@@ -39,14 +39,14 @@ pub struct PlannedRecording {
     pub name: String,
     /// Line of its entry in the gate file.
     pub line: Option<u64>,
-    /// Where it lies; of a pulse its canonical word.
+    /// Path of the file or folder; of a pulse its canonical word.
     pub path: PathBuf,
-    /// How it is read, conditioned and judged: that of all recordings of an entry.
+    /// Settings of reading, conditioning and judging, shared by all recordings of an entry.
     pub request: Arc<Request>,
 }
 
 impl PlannedRecording {
-    /// Returns what is read: a file or folder, or a pulse by its word.
+    /// Returns the source that is read: a file or folder, or a pulse by its word.
     pub fn source(&self) -> Source {
         match self.is_pulse() {
             true => {
@@ -57,7 +57,7 @@ impl PlannedRecording {
         }
     }
 
-    /// True of a pulse, whose `path` is its word.
+    /// True for a pulse, whose `path` is its word.
     pub(super) fn is_pulse(&self) -> bool {
         is_pulse(&self.path.to_string_lossy())
     }
@@ -77,10 +77,10 @@ struct Rule {
 /// An exception that matches pairs by name.
 #[derive(Debug, Clone)]
 pub struct PlannedException {
-    /// Where it stands in the gate file.
+    /// Position in the gate file.
     pub place: Place,
     pairs: PairPattern,
-    /// Why.
+    /// Reason, as the gate file states it.
     pub reason: String,
     /// Last day on which it holds, `YYYY-MM-DD`.
     pub until: String,
@@ -93,7 +93,7 @@ struct PairPattern {
     designs: Pattern,
 }
 
-/// A design's name is one word, whatever stands in it.
+/// A design's name is no path: `*` matches a `/` in it, too.
 const DESIGNS: MatchOptions = MatchOptions {
     require_literal_separator: false,
     ..NAMES
@@ -119,56 +119,57 @@ impl PairPattern {
     }
 }
 
-/// Tells whether a pattern names a recording: by its whole name, or by that of its file, which ends
+/// True if a pattern names a recording: by its full name, or by that of its file, which ends
 /// before the `#` of its channel.
 fn names_recording(pattern: &Pattern, name: &str) -> bool {
     if is_pulse(name) {
-        // Its word is one, whatever stands in it.
+        // A pulse's word is no path: a `/` in it separates nothing.
         return pattern.matches_with(name, DESIGNS);
     }
-    let mut files = name.match_indices('#').map(|(at, _)| &name[..at]);
+    // A file's name may hold a `#`, too, so each of them may begin the channel.
+    let mut files = name.match_indices('#').map(|(index, _)| &name[..index]);
     pattern.matches_with(name, NAMES) || files.any(|file| pattern.matches_with(file, NAMES))
 }
 
-/// Tells whether a pattern names a design.
+/// True if a pattern names a design.
 fn names_design(pattern: &Pattern, name: &str) -> bool {
     pattern.matches_with(name, DESIGNS)
 }
 
-/// Tells of each name whether one of the patterns means it, of all where there is no pattern; `key` says what the
-/// names are of.
+/// Marks each name that one of the patterns matches, or all where there is no pattern; `key` is the
+/// plural of the named things, for errors.
 fn chosen<'a>(
     names: impl Iterator<Item = &'a str>,
     key: &str,
     patterns: &[String],
-    means: fn(&Pattern, &str) -> bool,
+    matches: fn(&Pattern, &str) -> bool,
 ) -> Result<Vec<bool>, Error> {
     const HINT: &str = "correct the pattern; the list of pairs shows the names";
     let names: Vec<&str> = names.collect();
     let mut chosen = vec![patterns.is_empty(); names.len()];
     for text in patterns {
         let pattern = pattern(text)?;
-        let meant: Vec<bool> = names.iter().map(|name| means(&pattern, name)).collect();
-        if !meant.contains(&true) {
+        let matched: Vec<bool> = names.iter().map(|name| matches(&pattern, name)).collect();
+        if !matched.contains(&true) {
             return Err(matches_nothing("choice", key, text, HINT));
         }
-        for (chosen, meant) in chosen.iter_mut().zip(meant) {
-            *chosen |= meant;
+        for (chosen, matched) in chosen.iter_mut().zip(matched) {
+            *chosen |= matched;
         }
     }
     Ok(chosen)
 }
 
 impl PlannedException {
-    /// Tells whether it speaks of a pair.
+    /// True if the exception covers a pair.
     pub fn matches(&self, recording: &str, design: &str) -> bool {
         self.pairs.matches(recording, design)
     }
 }
 
 impl Plan {
-    /// Looks up what a gate file names, relative to `folder`. Patterns pass over the folders `own`,
-    /// where the gate writes.
+    /// Looks up the recordings and designs of a gate file, relative to `folder`. Patterns skip
+    /// `output_folders`, in which the gate writes.
     ///
     /// # Errors
     ///
@@ -179,22 +180,22 @@ impl Plan {
         gate: &str,
         file: &GateFile,
         folder: &Path,
-        own: &[PathBuf],
+        output_folders: &[PathBuf],
         limits: &Limits,
     ) -> Result<Self, Vec<Error>> {
         let mut errors = Vec::new();
-        let recordings = recordings(&file.recordings, folder, own, &mut errors);
+        let recordings = recordings(&file.recordings, folder, output_folders, &mut errors);
         let designs = designs(&file.designs, folder, limits, &mut errors);
-        Self::of_found(gate, file, recordings, designs, errors)
+        Self::from_parts(gate, file, recordings, designs, errors)
     }
 
-    /// Holds what a gate file requires against recordings and designs that were looked up
-    /// elsewhere, both in the order of their names; `errors` tells what was found wrong on the way.
+    /// Makes a plan of recordings and designs that are already looked up, both in the order of
+    /// their names; `errors` are those of the lookup.
     ///
     /// # Errors
     ///
     /// `errors`, and all that does not fit as in [`Self::of`].
-    pub fn of_found(
+    pub fn from_parts(
         gate: &str,
         file: &GateFile,
         recordings: Vec<PlannedRecording>,
@@ -220,7 +221,7 @@ impl Plan {
             require_static_g: file.require_static_g,
         };
         for entry in &file.require {
-            if errors.len() >= ERRORS_TOLD {
+            if errors.len() >= ERRORS_MAX {
                 break;
             }
             match plan.pairs(&entry.recordings, &entry.designs, "requirement") {
@@ -232,7 +233,7 @@ impl Plan {
             }
         }
         for entry in &file.allow {
-            if errors.len() >= ERRORS_TOLD {
+            if errors.len() >= ERRORS_MAX {
                 break;
             }
             match plan.exception(entry) {
@@ -248,38 +249,40 @@ impl Plan {
         }
     }
 
-    /// Leaves those recordings and designs alone that one of the patterns names, all where there is none.
+    /// Keeps only recordings and designs that one of the patterns names, or all where there is no
+    /// pattern.
     ///
     /// # Errors
     ///
     /// [`latchgate_recording::error::ErrorKind::Malformed`] for a pattern that is none, or that names nothing.
     pub fn only(&mut self, recordings: &[String], designs: &[String]) -> Result<(), Error> {
         let names = self.recordings.iter().map(|recording| &*recording.name);
-        let of_recordings = chosen(names, "recordings", recordings, names_recording)?;
+        let chosen_recordings = chosen(names, "recordings", recordings, names_recording)?;
         let names = self.designs.iter().map(|design| &*design.name);
-        let of_designs = chosen(names, "designs", designs, names_design)?;
-        self.part = of_recordings.contains(&false) || of_designs.contains(&false);
-        let mut is_chosen = of_recordings.into_iter();
+        let chosen_designs = chosen(names, "designs", designs, names_design)?;
+        self.part = chosen_recordings.contains(&false) || chosen_designs.contains(&false);
+        let mut is_chosen = chosen_recordings.into_iter();
         self.recordings
             .retain(|_| is_chosen.next().unwrap_or(false));
-        let mut is_chosen = of_designs.into_iter();
+        let mut is_chosen = chosen_designs.into_iter();
         self.designs.retain(|_| is_chosen.next().unwrap_or(false));
         Ok(())
     }
 
-    /// Holds the designs against the settings; an error that many designs share is told once.
+    /// Checks every design with every recording's settings; an error that many designs share is
+    /// reported once.
     fn check_designs(&self, errors: &mut Vec<Error>) {
-        let mut told: BTreeMap<String, (Error, BTreeSet<&str>)> = BTreeMap::new();
+        let mut by_message: BTreeMap<String, (Error, BTreeSet<&str>)> = BTreeMap::new();
         for recording in &self.recordings {
             for design in &self.designs {
                 if let Err(error) = recording.request.check_design(design) {
-                    let told = told.entry(error.to_string());
-                    let (_, names) = told.or_insert_with(|| (error, BTreeSet::new()));
+                    let entry = by_message.entry(error.to_string());
+                    let (_, names) = entry.or_insert_with(|| (error, BTreeSet::new()));
                     names.insert(&design.name);
                 }
             }
         }
-        for (error, names) in told.into_values() {
+        for (error, names) in by_message.into_values() {
             let first = names.first().copied().unwrap_or_default();
             let designs = match names.len() {
                 1 => format!("design {first}"),
@@ -289,7 +292,7 @@ impl Plan {
         }
     }
 
-    /// Returns what is required of a pair.
+    /// Returns the answer that is required of a pair: that of the last rule that matches it.
     pub fn required(&self, recording: &str, design: &str) -> Answer {
         self.rules
             .iter()
@@ -308,24 +311,25 @@ impl Plan {
 
     fn pairs(&self, recordings: &str, designs: &str, what: &str) -> Result<PairPattern, Error> {
         let pairs = PairPattern::new(recordings, designs)?;
-        let mut own = self.recordings.iter();
-        if !own.any(|recording| names_recording(&pairs.recordings, &recording.name)) {
-            return Err(matches_nothing(what, "recordings", recordings, OF_ENTRY));
+        let is_named =
+            |recording: &PlannedRecording| names_recording(&pairs.recordings, &recording.name);
+        if !self.recordings.iter().any(is_named) {
+            return Err(matches_nothing(what, "recordings", recordings, ENTRY_HINT));
         }
-        let mut own = self.designs.iter();
-        if !own.any(|design| names_design(&pairs.designs, &design.name)) {
-            return Err(matches_nothing(what, "designs", designs, OF_ENTRY));
+        let is_named = |design: &Design| names_design(&pairs.designs, &design.name);
+        if !self.designs.iter().any(is_named) {
+            return Err(matches_nothing(what, "designs", designs, ENTRY_HINT));
         }
         Ok(pairs)
     }
 }
 
-/// What to do about a pattern of an entry that names nothing.
-const OF_ENTRY: &str = "correct the pattern, or remove the entry";
+/// Remedy for a pattern of an entry that names nothing.
+const ENTRY_HINT: &str = "correct the pattern, or remove the entry";
 
-fn matches_nothing(what: &str, key: &str, pattern: &str, hint: &str) -> Error {
+fn matches_nothing(rule: &str, key: &str, pattern: &str, hint: &str) -> Error {
     Error::malformed(
-        format!("one of the {key} with the name `{pattern}` for this {what}"),
+        format!("one of the {key} with the name `{pattern}` for this {rule}"),
         "none",
         hint,
     )
@@ -333,10 +337,9 @@ fn matches_nothing(what: &str, key: &str, pattern: &str, hint: &str) -> Error {
 
 fn pattern(text: &str) -> Result<Pattern, Error> {
     Pattern::new(text).map_err(|error| {
-        let found = format!("`{text}` ({error})");
         Error::malformed(
             "a pattern of names",
-            &found,
+            format!("`{text}` ({error})"),
             "write * for any letters, ** for any folders",
         )
     })
@@ -346,18 +349,18 @@ fn pattern(text: &str) -> Result<Pattern, Error> {
 fn recordings(
     entries: &[RecordingsEntry],
     folder: &Path,
-    own: &[PathBuf],
+    output_folders: &[PathBuf],
     errors: &mut Vec<Error>,
 ) -> Vec<PlannedRecording> {
-    let mut found: BTreeMap<String, PlannedRecording> = BTreeMap::new();
+    let mut by_name: BTreeMap<String, PlannedRecording> = BTreeMap::new();
     let mut places: BTreeMap<(PathBuf, Option<String>), String> = BTreeMap::new();
     for entry in entries {
         let request = Arc::new(entry.request.clone());
         for files in &entry.files {
-            if errors.len() >= ERRORS_TOLD {
+            if errors.len() >= ERRORS_MAX {
                 break;
             }
-            let paths = match paths(files, folder, own) {
+            let paths = match paths(files, folder, output_folders) {
                 Ok(paths) => paths,
                 Err(error) => {
                     errors.push(error.at(entry.place.clone()));
@@ -365,11 +368,11 @@ fn recordings(
                 }
             };
             for path in paths {
-                // Of a pipe or a device nobody knows when it ends.
-                let known = path.metadata();
-                if known.is_ok_and(|known| !known.is_file() && !known.is_dir()) {
-                    let found = format!("`{}`, which is neither", path.display());
-                    let error = Error::malformed("a file or a folder", &found, "leave it out");
+                // A pipe or a device may never end, so it is refused before it is opened.
+                let metadata = path.metadata();
+                if metadata.is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
+                    let kind = format!("`{}`, which is neither", path.display());
+                    let error = Error::malformed("a file or a folder", &kind, "leave it out");
                     errors.push(error.at(entry.place.clone()));
                     continue;
                 }
@@ -383,12 +386,12 @@ fn recordings(
                     path,
                     request: Arc::clone(&request),
                 };
-                // One file may be named in two ways.
+                // Two entries may reach one file by different paths: a link, or `a/../b`.
                 let place = planned.path.canonicalize();
                 let place = place.unwrap_or_else(|_| planned.path.clone());
                 let key = (place, planned.request.channel.clone());
                 let earlier = places.get(&key).unwrap_or(&name);
-                match found.get(earlier) {
+                match by_name.get(earlier) {
                     Some(earlier) if !is_same(earlier, &planned) => {
                         let error = Error::malformed(
                             format!("`{name}` with one setting"),
@@ -400,23 +403,23 @@ fn recordings(
                     Some(_) => {}
                     None => {
                         places.insert(key, name.clone());
-                        found.insert(name, planned);
+                        by_name.insert(name, planned);
                     }
                 }
             }
         }
     }
-    found.into_values().collect()
+    by_name.into_values().collect()
 }
 
-/// Tells whether two entries mean one file, judged alike.
+/// True if two entries name one file and judge it by the same settings.
 fn is_same(one: &PlannedRecording, two: &PlannedRecording) -> bool {
     let place = |recording: &PlannedRecording| recording.path.canonicalize().ok();
     one.request == two.request && place(one) == place(two)
 }
 
 /// Returns the files and folders that a path or pattern names.
-fn paths(files: &str, folder: &Path, own: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
+fn paths(files: &str, folder: &Path, output_folders: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
     let nothing = || {
         Error::malformed(
             format!("a recording at `{files}`"),
@@ -436,40 +439,39 @@ fn paths(files: &str, folder: &Path, own: &[PathBuf]) -> Result<Vec<PathBuf>, Er
         return Err(nothing());
     }
     let root = Pattern::escape(&folder.to_string_lossy());
-    let whole = Path::new(&root).join(files);
-    let matches = glob::glob_with(&whole.to_string_lossy(), NAMES).map_err(|error| {
-        let found = format!("`{files}` ({error})");
+    let pattern = Path::new(&root).join(files);
+    let matches = glob::glob_with(&pattern.to_string_lossy(), NAMES).map_err(|error| {
         Error::malformed(
             "a pattern of files",
-            &found,
+            format!("`{files}` ({error})"),
             "write * for any letters, ** for any folders",
         )
     })?;
-    unnameable(folder, files)?;
-    let own: Vec<PathBuf> = own
+    refuse_other_than_utf8(folder, files)?;
+    let output_folders: Vec<PathBuf> = output_folders
         .iter()
         .filter_map(|folder| folder.canonicalize().ok())
         .collect();
-    let is_own = |path: &Path| {
+    let is_output = |path: &Path| {
         let path = path.canonicalize();
-        path.is_ok_and(|path| own.iter().any(|folder| path.starts_with(folder)))
+        path.is_ok_and(|path| output_folders.iter().any(|folder| path.starts_with(folder)))
     };
-    let mut found = BTreeSet::new();
+    let mut recordings = BTreeSet::new();
     for path in matches {
         let path = path.map_err(|error| Error::io("look for recordings", &error))?;
-        if is_recording(&path) && !is_own(&path) {
-            found.insert(path);
+        if is_recording(&path) && !is_output(&path) {
+            recordings.insert(path);
         }
     }
-    if found.is_empty() {
+    if recordings.is_empty() {
         return Err(nothing());
     }
-    Ok(found.into_iter().collect())
+    Ok(recordings.into_iter().collect())
 }
 
-/// Refuses a folder that a pattern looks through where a name in it is no UTF-8: no pattern matches
-/// it, and so it would be passed over without a word.
-fn unnameable(folder: &Path, files: &str) -> Result<(), Error> {
+/// Refuses a pattern that searches a folder in which a name is no UTF-8. No pattern matches such a
+/// name, so the recording would be left unjudged without a word.
+fn refuse_other_than_utf8(folder: &Path, files: &str) -> Result<(), Error> {
     let parts: Vec<&str> = files.split('/').collect();
     let plain = parts
         .iter()
@@ -485,10 +487,9 @@ fn unnameable(folder: &Path, files: &str) -> Result<(), Error> {
         for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten() {
             let name = entry.file_name();
             if name.to_str().is_none() {
-                let found = format!("`{}` in {}", name.to_string_lossy(), folder.display());
                 return Err(Error::malformed(
                     "names in UTF-8 where the pattern searches",
-                    &found,
+                    format!("`{}` in {}", name.to_string_lossy(), folder.display()),
                     "rename the file; no pattern matches this name",
                 ));
             }
@@ -500,8 +501,8 @@ fn unnameable(folder: &Path, files: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Tells whether a match is a recording: a file that is no card of another one, or the folder of
-/// an ISO-MME test.
+/// True if a match is a recording: a file that is no card of another one, or the folder of an
+/// ISO-MME test.
 pub(super) fn is_recording(path: &Path) -> bool {
     if path.is_dir() {
         let files = std::fs::read_dir(path).into_iter().flatten().flatten();
@@ -517,12 +518,12 @@ pub(super) fn is_recording(path: &Path) -> bool {
 }
 
 fn name_of(path: &Path, folder: &Path, channel: Option<&str>) -> String {
-    let own = path.strip_prefix(folder).unwrap_or(path);
-    let parts: Vec<_> = own
+    let relative = path.strip_prefix(folder).unwrap_or(path);
+    let parts: Vec<_> = relative
         .components()
         .map(|part| part.as_os_str().to_string_lossy())
         .collect();
-    // The root is a part of its own.
+    // An absolute path begins with the part `/`, which `join` doubles.
     let name = parts.join("/").replacen("//", "/", 1);
     match channel {
         Some(channel) => format!("{name}#{channel}"),
@@ -537,32 +538,32 @@ fn designs(
     limits: &Limits,
     errors: &mut Vec<Error>,
 ) -> Vec<Design> {
-    let mut found: BTreeMap<String, Design> = BTreeMap::new();
+    let mut by_name: BTreeMap<String, Design> = BTreeMap::new();
     for entry in entries {
-        if errors.len() >= ERRORS_TOLD {
+        if errors.len() >= ERRORS_MAX {
             break;
         }
         match design(entry, folder, limits) {
-            Ok(design) if found.contains_key(&design.name) => {
+            Ok(design) if by_name.contains_key(&design.name) => {
                 let what = format!("one design named `{}`", design.name);
                 let error = Error::malformed(&what, "two", "give one of them another `name`");
                 errors.push(error.at(entry.place.clone()));
             }
             Ok(design) => {
-                found.insert(design.name.clone(), design);
+                by_name.insert(design.name.clone(), design);
             }
             Err(error) => errors.push(error.at(entry.place.clone())),
         }
     }
-    found.into_values().collect()
+    by_name.into_values().collect()
 }
 
 fn design(entry: &DesignEntry, folder: &Path, limits: &Limits) -> Result<Design, Error> {
     let mut design = match &entry.file {
         None => Design::reference(),
         Some(file) => {
-            let most = ("settings_bytes", limits.settings_bytes);
-            let bytes = read_within(&folder.join(file), file, "read the design file", most)?;
+            let limit = ("settings_bytes", limits.settings_bytes);
+            let bytes = read_within(&folder.join(file), file, "read the design file", limit)?;
             design_from_bytes(file, &bytes, limits)?
         }
     };

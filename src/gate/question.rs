@@ -1,7 +1,8 @@
-//! What decisions are kept under: the key of a recording's question, and that of a design.
+//! The keys under which decisions are kept: of a recording with its settings, and of a design.
 //!
-//! A key is worked out from the bytes as they lie there, unread: of 100 000 recordings in the time it
-//! takes to read them. It covers whatever a reader may look at, rather too much than too little.
+//! A key is a hash of the raw bytes, without parsing: 100 000 recordings take the time that their
+//! reading from disk takes. It covers every file that a reader may look at. A file too many costs
+//! a second judgement; a file too few would return the decision of another recording.
 
 use super::key::Key;
 use super::plan::PlannedRecording;
@@ -18,19 +19,19 @@ use std::sync::{Arc, Mutex};
 /// Bytes of a file that are read at once.
 const READ_AT_ONCE: usize = 64 << 10;
 
-/// Folders within one another that are looked into, as deep as readers look.
+/// Depth of folders that are listed, the same as that of readers.
 const DEPTH_MAX: usize = 2;
 
-/// Works out the keys of recordings, each folder listed once.
+/// Computes the keys of recordings. Each folder is listed once.
 #[derive(Debug)]
 pub(super) struct Questions {
     limits: BTreeMap<String, u64>,
-    /// Most files of a folder that readers look at.
+    /// Largest number of files of a folder that readers look at.
     entries_max: u64,
     folders: Mutex<BTreeMap<PathBuf, Arc<Neighbours>>>,
 }
 
-/// What a folder holds: names in lower case, in order, each with its path.
+/// Entries of a folder: names in lower case, in order, each with its path.
 type Neighbours = Vec<(String, PathBuf)>;
 
 impl Questions {
@@ -42,22 +43,22 @@ impl Questions {
         }
     }
 
-    /// Returns the key of everything that an answer about the recording rests on but the design:
-    /// its files, their names, the settings, and the version. A file that cannot be read is part of it
-    /// as such.
+    /// Returns the key of everything that determines an answer about the recording except the
+    /// design: its files, their names, the settings, and the version. A file that cannot be read
+    /// enters with its error.
     pub(super) fn key(&self, recording: &PlannedRecording) -> Key {
         let files = match recording.is_pulse() {
             true => Vec::new(),
             false => self.files(&recording.path),
         };
-        let files = files.iter().map(|path| (path, told_of(path)));
         let files: Vec<(String, String)> = files
-            .map(|(path, told)| (below(path, recording.path.parent()), told))
+            .iter()
+            .map(|path| (below(path, recording.path.parent()), fingerprint(path)))
             .collect();
         let question = json!({
             "schema": "latchgate.store/1",
             "numbers_revision": NUMBERS_REVISION,
-            // Another version may read what this one refuses.
+            // Another version may read a file that this one refuses.
             "version": env!("CARGO_PKG_VERSION"),
             "recording": match recording.is_pulse() {
                 true => Some(recording.path.to_string_lossy()),
@@ -70,33 +71,38 @@ impl Questions {
         Key::of(question.to_string().as_bytes())
     }
 
-    /// Lists what a recording may be read from: of a folder what it holds; of a file all beside it that
-    /// bear its name, such as its card and its channels, also in a folder of channels.
+    /// Lists the files that a reader may open: of a folder its contents; of a file all files beside
+    /// it with its name, such as its card and its channels, also in a folder of channels.
     fn files(&self, path: &Path) -> Vec<PathBuf> {
-        let mut found = vec![path.to_path_buf()];
+        let mut files = vec![path.to_path_buf()];
         if path.is_dir() {
-            all_in(path, DEPTH_MAX, self.entries_max, &mut found);
+            list_folder(path, DEPTH_MAX, self.entries_max, &mut files);
         } else {
             let stem = path.file_stem().unwrap_or_default();
             let stem = stem.to_string_lossy().to_lowercase();
             let folder = path.parent().unwrap_or(Path::new(""));
             let neighbours = self.neighbours(folder);
-            found.extend(of_name(&neighbours, &stem));
-            for channels in exactly(&neighbours, "channel") {
-                found.extend(of_name(&self.neighbours(channels), &stem));
+            files.extend(with_stem(&neighbours, &stem));
+            // ISO-MME tests keep their channels in a folder `Channel`.
+            for (_, folder) in neighbours.iter().filter(|(name, _)| name == "channel") {
+                files.extend(with_stem(&self.neighbours(folder), &stem));
             }
         }
-        found.sort();
-        found.dedup();
-        found
+        files.sort();
+        files.dedup();
+        files
     }
 
     fn neighbours(&self, folder: &Path) -> Arc<Neighbours> {
-        // A thread that panicked has not left half a list.
-        let mut folders = self.folders.lock().unwrap_or_else(|held| held.into_inner());
+        // Poisoning is harmless: a list is inserted complete.
+        let mut folders = self
+            .folders
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner());
         let listed = folders.entry(folder.into()).or_insert_with(|| {
-            let here = folder.as_os_str().is_empty();
-            let place = if here { Path::new(".") } else { folder };
+            // The parent of a bare file name is the empty path, which cannot be listed.
+            let is_empty = folder.as_os_str().is_empty();
+            let place = if is_empty { Path::new(".") } else { folder };
             let entries = fs::read_dir(place).into_iter().flatten().flatten();
             let named = entries.map(|entry| {
                 let name = entry.file_name();
@@ -110,28 +116,22 @@ impl Questions {
     }
 }
 
-/// Returns what bears a name: the name itself, or the name before a sign that is no letter or digit; of an EV5
-/// test's curves as .tsv the number may follow at once.
-fn of_name<'a>(neighbours: &'a Neighbours, stem: &'a str) -> impl Iterator<Item = PathBuf> + 'a {
-    let from = neighbours.partition_point(|(name, _)| name.as_str() < stem);
-    let alike = neighbours[from..].iter().map_while(move |(name, path)| {
-        let rest = name.strip_prefix(stem)?;
-        Some((rest, path))
-    });
-    let bears = |rest: &str| !rest.starts_with(char::is_alphanumeric) || rest.ends_with(".tsv");
-    alike
-        .filter(move |(rest, _)| bears(rest))
+/// Returns the entries of a stem: the stem alone, or before a character that is no letter or digit.
+/// In the curves of an EV5 test as .tsv the number may follow the stem directly.
+fn with_stem<'a>(neighbours: &'a Neighbours, stem: &'a str) -> impl Iterator<Item = PathBuf> + 'a {
+    let start = neighbours.partition_point(|(name, _)| name.as_str() < stem);
+    neighbours[start..]
+        .iter()
+        .map_while(move |(name, path)| Some((name.strip_prefix(stem)?, path)))
+        .filter(|(suffix, _)| {
+            !suffix.starts_with(char::is_alphanumeric) || suffix.ends_with(".tsv")
+        })
         .map(|(_, path)| path.clone())
 }
 
-/// Returns what has that name in lower case, of which there may be several.
-fn exactly<'a>(neighbours: &'a Neighbours, name: &'a str) -> impl Iterator<Item = &'a PathBuf> {
-    let alike = neighbours.iter().filter(move |(own, _)| own == name);
-    alike.map(|(_, path)| path)
-}
-
-/// Lists what is in a folder, at most `most` files and folders in all; a store of decisions is passed over.
-fn all_in(folder: &Path, depth: usize, most: u64, found: &mut Vec<PathBuf>) {
+/// Lists the contents of a folder, about `entries_max` files and folders in all; a store in it is
+/// not entered.
+fn list_folder(folder: &Path, depth: usize, entries_max: u64, paths: &mut Vec<PathBuf>) {
     let mut entries: Vec<PathBuf> = fs::read_dir(folder)
         .into_iter()
         .flatten()
@@ -140,35 +140,36 @@ fn all_in(folder: &Path, depth: usize, most: u64, found: &mut Vec<PathBuf>) {
         .collect();
     entries.sort();
     for path in entries {
-        if found.len() as u64 > most {
+        if paths.len() as u64 > entries_max {
             return;
         }
+        // A store below a recording's folder grows with each decision; the key must not.
         let deeper = path.is_dir() && depth > 1 && !is_store(&path);
-        found.push(path.clone());
+        paths.push(path.clone());
         if deeper {
-            all_in(&path, depth - 1, most, found);
+            list_folder(&path, depth - 1, entries_max, paths);
         }
     }
 }
 
-/// Returns a path as it is told of below a folder.
+/// Returns a path relative to a folder.
 fn below(path: &Path, folder: Option<&Path>) -> String {
     let folder = folder.unwrap_or(Path::new(""));
     let path = path.strip_prefix(folder).unwrap_or(path);
     path.to_string_lossy().into_owned()
 }
 
-/// Returns the SHA-256 of a file; of anything else what it is, for a pipe may have no end.
-fn told_of(path: &Path) -> String {
+/// Returns the SHA-256 of a file, or the kind of anything else: a pipe may never end.
+fn fingerprint(path: &Path) -> String {
     match fs::metadata(path) {
-        Ok(about) if about.is_file() => hash(path),
-        Ok(about) if about.is_dir() => "folder".into(),
+        Ok(metadata) if metadata.is_file() => hash(path),
+        Ok(metadata) if metadata.is_dir() => "folder".into(),
         Ok(_) => "no file".into(),
         Err(error) => format!("unread: {:?}", error.kind()),
     }
 }
 
-/// Returns the SHA-256 of a file, or why there is none.
+/// Returns the SHA-256 of a file, or the kind of the error.
 fn hash(path: &Path) -> String {
     let hashed = || -> io::Result<String> {
         let mut file = File::open(path)?;

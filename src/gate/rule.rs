@@ -1,4 +1,4 @@
-//! Decisions held against what is required: exceptions, baseline, exit code.
+//! Decisions compared with the requirements: exceptions, baseline, exit code.
 
 use super::baseline::{Baseline, BaselineComparison};
 use super::pairs::{COULD_NOT, Pair, PairStanding, severity};
@@ -10,27 +10,30 @@ use super::summary::{
 use crate::pipeline::{Answer, Design, NUMBERS_REVISION};
 use latchgate_verdict::statics::StaticLever;
 
-/// What is asked of a summary beside its gate.
+/// Options of a summary beside its gate.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Asked<'a> {
-    /// The day against which exceptions are held, `YYYY-MM-DD`.
+pub struct SummaryOptions<'a> {
+    /// The day on which exceptions must still hold, `YYYY-MM-DD`.
     pub date: &'a str,
     /// An earlier summary.
     pub baseline: Option<&'a Baseline>,
     /// Pairs of the baseline may be gone.
     pub allow_removed: bool,
-    /// What was not as required in the baseline and is no worse is let stand.
+    /// Pairs that were not as required in the baseline and are no worse are let through.
     pub no_worse: bool,
 }
 
-/// Holds the decisions of a plan, recording by recording in its order, against what it requires.
-pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> GateSummary {
-    let all = plan.recordings.len() * plan.designs.len();
+/// Compares the decisions of a plan, recording by recording in its order, with its requirements.
+pub fn summarise(
+    plan: &Plan,
+    judged: Vec<JudgedRecording>,
+    options: SummaryOptions<'_>,
+) -> GateSummary {
     let mut recordings = Vec::with_capacity(plan.recordings.len());
-    let (mut pairs, mut times) = (Vec::with_capacity(all), Vec::with_capacity(all));
+    let (mut pairs, mut times) = (Vec::new(), Vec::new());
     let mut counts = Counts::default();
     let mut needed = vec![false; plan.exceptions.len()];
-    let mut comparison = asked.baseline.map(Baseline::comparison);
+    let mut comparison = options.baseline.map(Baseline::comparison);
     let mut worst = 0;
     for (recording, judged) in plan.recordings.iter().zip(judged) {
         recordings.push(SummaryRecording {
@@ -48,11 +51,11 @@ pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> Gate
                 exception: None,
                 row,
             };
-            stand(plan, &mut pair, asked, &mut needed);
+            set_standing(plan, &mut pair, options, &mut needed);
             counts.add(pair.standing, pair.row.verdict);
             worst = worst.max(severity(pair.exit_code()));
             if let Some(comparison) = &mut comparison {
-                comparison.see(&pair);
+                comparison.add(&pair);
             }
             pairs.push(pair);
             times.push(took.next());
@@ -62,10 +65,10 @@ pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> Gate
     if statics.iter().any(|standing| !standing.holds) {
         worst = worst.max(severity(Answer::Fail.exit_code()));
     }
-    let mut problems = exceptions(plan, &needed, asked.date);
-    let comparison = comparison.map(BaselineComparison::changes);
-    if let Some(comparison) = comparison.as_ref().filter(|_| !asked.allow_removed) {
-        problems.extend(comparison.removed.iter().map(|(recording, design)| GateProblem {
+    let mut problems = exceptions(plan, &needed, options.date);
+    let changes = comparison.map(BaselineComparison::changes);
+    if let Some(changes) = changes.as_ref().filter(|_| !options.allow_removed) {
+        problems.extend(changes.removed.iter().map(|(recording, design)| GateProblem {
             code: "pair-vanished".into(),
             line: None,
             text: format!(
@@ -74,6 +77,7 @@ pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> Gate
             ),
         }));
     }
+    // True of a gate without pairs, too: it must not pass.
     if counts.unusable == counts.pairs {
         problems.push(GateProblem {
             code: "nothing-judged".into(),
@@ -103,14 +107,14 @@ pub fn hold(plan: &Plan, judged: Vec<JudgedRecording>, asked: Asked<'_>) -> Gate
         recordings,
         pairs,
         statics,
-        baseline: comparison,
+        baseline: changes,
         version: env!("CARGO_PKG_VERSION").into(),
         numbers_revision: NUMBERS_REVISION,
         times,
     }
 }
 
-/// Holds every design against the static load that is required.
+/// Compares every design with the required static load.
 fn statics(plan: &Plan) -> Vec<StaticStanding> {
     let Some(required_g) = plan.require_static_g else {
         return Vec::new();
@@ -127,13 +131,15 @@ fn statics(plan: &Plan) -> Vec<StaticStanding> {
     plan.designs.iter().map(standing).collect()
 }
 
-/// Says where a pair stands; exceptions that some pair needs are marked in `needed`.
-fn stand(plan: &Plan, pair: &mut Pair, asked: Asked<'_>, needed: &mut [bool]) {
+/// Sets the standing of a pair, and marks in `needed` the exceptions that it needs.
+fn set_standing(plan: &Plan, pair: &mut Pair, options: SummaryOptions<'_>, needed: &mut [bool]) {
+    // An exception lets only undecided pairs through: a fail or an unusable recording never passes.
     let undecided = pair.row.verdict == Answer::Undecided && pair.required != Answer::Undecided;
     for (exception, needed) in plan.exceptions.iter().zip(needed).filter(|_| undecided) {
         if pair.exception.is_none() && exception.matches(&pair.recording, &pair.design) {
+            // Marked even where it expired: then it is reported as expired, not as superfluous.
             *needed = true;
-            if *asked.date <= *exception.until {
+            if *options.date <= *exception.until {
                 pair.exception = Some((exception.reason.clone(), exception.until.clone()));
             }
         }
@@ -143,8 +149,8 @@ fn stand(plan: &Plan, pair: &mut Pair, asked: Asked<'_>, needed: &mut [bool]) {
         PairStanding::AsRequired
     } else if pair.exception.is_some() {
         PairStanding::Allowed
-    } else if asked.no_worse
-        && asked.baseline.is_some_and(|baseline| {
+    } else if options.no_worse
+        && options.baseline.is_some_and(|baseline| {
             baseline.was_no_better(recording, design, pair.required, &pair.row)
         })
     {

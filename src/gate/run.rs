@@ -3,17 +3,17 @@
 use super::key::Key;
 use super::plan::{Plan, PlannedRecording};
 use super::question::Questions;
-use super::store::{DesignKey, Known, ReadFacts, Store};
+use super::store::{DesignKey, ReadFacts, Store, StoredDecisions};
 use crate::pipeline::{Control, DecisionRow, Limits, Prepared};
 use latchgate_document::blocks::RecordingBlock;
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_recording::error::{Error, ErrorKind, Place};
 use std::time::Duration;
 
-/// Tells the time since some instant.
+/// Returns the time since some fixed instant. The library reads no clock itself.
 pub type Clock<'a> = &'a (dyn Fn() -> Duration + Sync);
 
-/// What became of one recording.
+/// Decisions of one recording.
 #[derive(Debug, Clone, Default)]
 pub struct JudgedRecording {
     /// SHA-256 of the file, where it was read.
@@ -22,18 +22,18 @@ pub struct JudgedRecording {
     pub channel: Option<String>,
     /// The row of each design, in the plan's order.
     pub rows: Vec<DecisionRow>,
-    /// How many of them come from the store.
+    /// Number of rows that come from the store.
     pub cached: usize,
-    /// The time that each decision took, its part of the reading included; none where they were made elsewhere.
+    /// Time of each decision, its part of the reading included; empty where another run made them.
     pub times: Vec<Duration>,
-    /// Why nothing could be read, where another try may do: nothing of it is kept.
+    /// Error of reading that another try may not have; such rows are not kept.
     pub unread: Option<Error>,
 }
 
 /// Judges every recording of a plan with every design, each recording opened once.
 ///
-/// What was judged before is read from the store; what is judged now is kept there as soon as it is
-/// known, so that a run that is stopped loses little.
+/// Decisions of earlier runs are read from the store. Each new decision is kept there at once, so
+/// that a stopped run loses little.
 ///
 /// # Errors
 ///
@@ -48,34 +48,35 @@ pub fn run(
     control: &Control<'_>,
 ) -> Result<GateRun, Error> {
     let keys = plan.recording_keys(limits, control)?;
-    let known = store.known(keys.iter().copied(), None)?;
-    plan.check_agreement(keys.iter().copied().enumerate(), &known)?;
-    let judging = Judging::new(plan, limits, store, clock);
+    let stored = store.decisions(keys.iter().copied(), None)?;
+    plan.check_agreement(keys.iter().copied().enumerate(), &stored)?;
+    let judge = GateJudge::new(plan, limits, store, clock);
     let numbers: Vec<usize> = (0..keys.len()).collect();
     let recordings = control.try_map(&numbers, |&number| {
-        // How far one recording is says nothing of the whole.
+        // The progress shown counts recordings; that within one of them would disturb it.
         control.unmeasured(|control| {
-            judging.recording(number, keys[number], &known, &control.with_threads(1))
+            judge.recording(number, keys[number], &stored, &control.with_threads(1))
         })
     });
+    // Before the recordings are looked at: a stopped run, too, keeps what it judged.
     store.sync()?;
     Ok(GateRun {
         recordings: recordings?,
-        damages: known.damages,
+        damages: stored.damages,
     })
 }
 
-/// What became of a gate's recordings, in the plan's order.
+/// Decisions of a whole gate.
 #[derive(Debug)]
 pub struct GateRun {
-    /// Each of them.
+    /// Recordings in the plan's order.
     pub recordings: Vec<JudgedRecording>,
-    /// What is damaged in the store, one sentence each.
+    /// Damage to the store, one sentence each.
     pub damages: Vec<String>,
 }
 
-/// What recordings are judged with.
-pub(super) struct Judging<'a> {
+/// Judge of a gate's recordings, shared by its threads.
+pub(super) struct GateJudge<'a> {
     plan: &'a Plan,
     limits: &'a Limits,
     store: &'a Store,
@@ -83,7 +84,7 @@ pub(super) struct Judging<'a> {
     designs: Vec<DesignKey>,
 }
 
-impl<'a> Judging<'a> {
+impl<'a> GateJudge<'a> {
     pub(super) fn new(
         plan: &'a Plan,
         limits: &'a Limits,
@@ -99,17 +100,17 @@ impl<'a> Judging<'a> {
         }
     }
 
-    /// Returns what is known of each pair of a recording that is not read.
-    pub(super) fn known_rows<'k>(
+    /// Returns the stored decision of each pair of a recording, which is not read for it.
+    pub(super) fn stored_rows<'k>(
         &self,
         key: Key,
-        known: &'k Known,
+        stored: &'k StoredDecisions,
     ) -> Vec<Option<&'k DecisionRow>> {
         let designs = self.designs.iter();
-        designs.map(|design| known.row(key, design)).collect()
+        designs.map(|design| stored.row(key, design)).collect()
     }
 
-    /// Judges the pairs of a recording that are not known, and keeps them.
+    /// Judges the pairs of a recording that are not stored, and keeps them.
     ///
     /// # Errors
     ///
@@ -118,14 +119,15 @@ impl<'a> Judging<'a> {
         &self,
         number: usize,
         key: Key,
-        known: &Known,
+        stored: &StoredDecisions,
         control: &Control<'_>,
     ) -> Result<JudgedRecording, Error> {
         let recording = &self.plan.recordings[number];
         let began = (self.clock)();
         let source = recording.source();
         let prepared = Prepared::open(&source, &recording.request, self.limits, control);
-        // Between the two keys it was read.
+        // The key was taken before the reading and is taken again after it: if both are equal, no
+        // other program wrote in between.
         if Questions::new(self.limits).key(recording) != key {
             return Err(changed(recording, "while it was read"));
         }
@@ -135,13 +137,14 @@ impl<'a> Judging<'a> {
                 return Err(KernelError::Stopped.into());
             }
             Err(refused) => {
-                let may_pass = matches!(refused.error.kind(), ErrorKind::Io { .. });
-                let why = may_pass.then(|| refused.error.clone());
-                (refused.recording(), why)
+                // A failing disk or network may recover; any other refusal is an answer.
+                let is_transient = matches!(refused.error.kind(), ErrorKind::Io { .. });
+                let unread = is_transient.then(|| refused.error.clone());
+                (refused.recording(), unread)
             }
         };
         let read = facts(read);
-        if unread.is_none() && known.facts(key) != Some(&read) {
+        if unread.is_none() && stored.facts(key) != Some(&read) {
             self.store.put_read(key, &read)?;
         }
         let designs = self.designs.len();
@@ -156,13 +159,12 @@ impl<'a> Judging<'a> {
         let mut before = (self.clock)();
         let reading = before.saturating_sub(began) / u32::try_from(designs).unwrap_or(u32::MAX);
         for (design, design_key) in self.plan.designs.iter().zip(&self.designs) {
-            let pair = (key, design_key.key);
-            // What was read decides, not the key by which it is found.
+            // The content as read decides: the `report_id`, not the key by which a row is found.
             let id = match &prepared {
                 Ok(prepared) => prepared.report_id(design),
                 Err(refused) => refused.row(design).report_id,
             };
-            let kept = known.row_of(pair.0, pair.1, &id);
+            let kept = stored.row_of(key, design_key.key, &id);
             let row = match (&prepared, kept) {
                 (Err(refused), _) => refused.row(design),
                 (Ok(_), Some(kept)) => kept.clone(),
@@ -172,7 +174,7 @@ impl<'a> Judging<'a> {
             if kept.is_some() {
                 judged.cached += 1;
             } else if judged.unread.is_none() {
-                self.store.put(pair, &row, now)?;
+                self.store.put(key, design_key.key, &row, now)?;
                 tracing::debug!(recording = %recording.name, design = %design.name, "judged");
             }
             judged.rows.push(row);
@@ -190,6 +192,7 @@ fn facts(read: &RecordingBlock) -> ReadFacts {
     }
 }
 
+/// Returns the error for a recording that changed; `when` ends the sentence.
 pub(super) fn changed(recording: &PlannedRecording, when: &str) -> Error {
     let found = format!("another one, or another card: its hash changed {when}");
     let hint = "run or submit the gate again when no program writes there";
@@ -198,17 +201,21 @@ pub(super) fn changed(recording: &PlannedRecording, when: &str) -> Error {
 }
 
 impl Plan {
-    /// Refuses a store that holds two decisions of a pair which contradict each other; `recordings` are numbers of
-    /// recordings with their keys.
+    /// Refuses a store with two decisions of a pair that contradict each other; `recordings` are
+    /// numbers of recordings with their keys.
     pub(super) fn check_agreement(
         &self,
         recordings: impl Iterator<Item = (usize, Key)> + Clone,
-        known: &Known,
+        stored: &StoredDecisions,
     ) -> Result<(), Error> {
         let designs = self.design_keys();
-        for (recording, design, file) in &known.contradictions {
-            let recording = recordings.clone().find(|(_, key)| key == recording);
-            let design = designs.iter().position(|own| own.key == *design);
+        for contradiction in &stored.contradictions {
+            let recording = recordings
+                .clone()
+                .find(|(_, key)| *key == contradiction.recording);
+            let design = designs
+                .iter()
+                .position(|design| design.key == contradiction.design);
             let (Some((recording, _)), Some(design)) = (recording, design) else {
                 continue;
             };
@@ -218,7 +225,7 @@ impl Plan {
                 "two that differ: a file changed unnoticed, or a machine is faulty",
                 "keep this store as evidence, and judge into another one",
             );
-            return Err(error.at(Place::file(file.as_str())));
+            return Err(error.at(Place::file(contradiction.file.as_str())));
         }
         Ok(())
     }

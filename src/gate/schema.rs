@@ -1,6 +1,6 @@
 //! The words of a gate file for editors: a JSON Schema, and an example to start from.
 
-use super::file::{FILES, OF_ALLOW, OF_DESIGNS, OF_REQUIRE, REQUIRE_STATIC, TABLES};
+use super::file::{ALLOW_KEYS, DESIGN_KEYS, FILES, REQUIRE_KEYS, REQUIRE_STATIC, TABLES};
 use crate::pipeline::Request;
 use serde_json::{Map, Value, json};
 
@@ -22,15 +22,15 @@ pub fn schema() -> Value {
     let set =
         json!({"anyOf": [{"type": "object"}, {"type": "array", "items": {"type": "string"}}]});
     let day = json!({"type": "string", "pattern": "^[0-9]{4}-[0-9]{2}-[0-9]{2}$"});
-    let array = |keys: &[&str], needed: &[&str], of: &dyn Fn(&str) -> Value| {
+    let array = |keys: &[&str], needed: &[&str], schema: &dyn Fn(&str) -> Value| {
         let properties: Map<String, Value> = keys
             .iter()
-            .map(|key| ((*key).to_string(), of(key)))
+            .map(|key| ((*key).to_string(), schema(key)))
             .collect();
         table(&Value::Object(properties), needed)
     };
     let [recordings_key, designs_key, require_key, allow_key] = TABLES;
-    let require = array(&OF_REQUIRE, &["verdict"], &|key| match key {
+    let require = array(&REQUIRE_KEYS, &["verdict"], &|key| match key {
         "verdict" => verdict.clone(),
         _ => described(&text, "Pattern of names; all if left out"),
     });
@@ -42,7 +42,7 @@ pub fn schema() -> Value {
         "required": [recordings_key, designs_key],
         "properties": {
             recordings_key: {"type": "array", "minItems": 1, "items": table(&Value::Object(recordings), &[FILES])},
-            designs_key: {"type": "array", "minItems": 1, "items": array(&OF_DESIGNS, &[], &|key| match key {
+            designs_key: {"type": "array", "minItems": 1, "items": array(&DESIGN_KEYS, &[], &|key| match key {
                 "set" => described(&set, "Overrides of design keys"),
                 "file" => described(&text, "Design file, relative to the gate file; the paper's \
                                             lever if left out"),
@@ -53,7 +53,7 @@ pub fn schema() -> Value {
                 "description": "Static load in any direction that every design is to hold [g]",
             },
             require_key: {"anyOf": [verdict, {"type": "array", "items": require}]},
-            allow_key: {"type": "array", "items": array(&OF_ALLOW, &OF_ALLOW, &|key| match key {
+            allow_key: {"type": "array", "items": array(&ALLOW_KEYS, &ALLOW_KEYS, &|key| match key {
                 "until" => described(&day, "Last day on which the exception holds"),
                 "reason" => described(&text, "Why the undecided pair is let through"),
                 _ => described(&text, "Pattern of names"),
@@ -68,8 +68,8 @@ fn table(properties: &Value, needed: &[&str]) -> Value {
 
 fn described(schema: &Value, what: &str) -> Value {
     let mut schema = schema.clone();
-    if let Value::Object(own) = &mut schema {
-        own.insert("description".into(), what.into());
+    if let Value::Object(object) = &mut schema {
+        object.insert("description".into(), what.into());
     }
     schema
 }

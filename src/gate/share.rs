@@ -9,7 +9,7 @@ use std::fmt;
 pub struct Share {
     /// Its number, from 1.
     pub number: u32,
-    /// How many there are.
+    /// Number of shares.
     pub of: u32,
 }
 
@@ -18,7 +18,7 @@ impl Share {
     ///
     /// # Errors
     ///
-    /// What was expected, if the text is no share.
+    /// The expected form, if the text is no share.
     pub fn parse(text: &str) -> Result<Self, String> {
         let numbers = text.split_once('/').and_then(|(number, of)| {
             Some(Self {
@@ -31,7 +31,7 @@ impl Share {
             .ok_or_else(|| "expected I/N, from 1/N to N/N, for example 3/100".into())
     }
 
-    /// Tells whether a recording of that name is of the share.
+    /// True if the share holds a recording of that name.
     pub fn holds(&self, recording: &str) -> bool {
         Self::number_of(recording, self.of) == self.number
     }
@@ -41,17 +41,17 @@ impl Share {
         Key::of(recording.as_bytes()).below(of) + 1
     }
 
-    /// Returns what the names of its files hold.
+    /// Returns the part that the names of its files have in common.
     pub(super) fn label(&self) -> String {
         format!("-share-{}-of-{}", self.number, self.of)
     }
 
-    /// Returns the share that a file's name tells of.
+    /// Returns the share of a file's name, which [`Self::label`] made.
     pub(super) fn of_file(name: &str) -> Option<Self> {
-        let (_, rest) = name.split_once("-share-")?;
-        let (number, rest) = rest.split_once("-of-")?;
-        let (of, _) = rest.split_once('.')?;
-        Self::parse(&format!("{number}/{of}")).ok()
+        let (_, label) = name.split_once("-share-")?;
+        let (number, end) = label.split_once("-of-")?;
+        let (count, _) = end.split_once('.')?;
+        Self::parse(&format!("{number}/{count}")).ok()
     }
 }
 

@@ -3,9 +3,9 @@
 use super::key::Key;
 use super::plan::{Plan, PlannedRecording};
 use super::question::Questions;
-use super::run::{Clock, Judging, changed};
+use super::run::{Clock, GateJudge, changed};
 use super::share::Share;
-use super::store::{BEGUN_MAX, Known, Store, make, name_of, put_in_place};
+use super::store::{BEGUN_MAX, Store, StoredDecisions, make, name_of, put_in_place};
 use super::submission::Submission;
 use crate::pipeline::{Control, DecisionRow, Design, Limits, Prepared};
 use latchgate_recording::error::{Error, ErrorKind, Place};
@@ -14,57 +14,57 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What a share is judged with.
+/// Settings of one share's process.
 pub struct ShareTask<'a> {
-    /// Which one.
+    /// The share.
     pub share: Share,
     /// Folder of the store.
     pub folder: &'a Path,
     /// Limits on input.
     pub limits: &'a Limits,
-    /// What the recordings and designs were when the gate was submitted, if it was.
+    /// Recordings and designs as submitted, if the gate was.
     pub submission: Option<&'a Submission>,
     /// Time since the process began.
     pub clock: Clock<'a>,
 }
 
-/// What became of a share.
+/// Result of judging a share.
 #[derive(Debug, Default)]
 pub struct ShareOutcome {
     /// Recordings of the share.
     pub recordings: usize,
     /// Pairs that were in the store before.
-    pub known: usize,
+    pub stored: usize,
     /// Pairs that were judged.
     pub judged: usize,
     /// Recordings of which pairs are missing, each with the reason.
     pub refused: Vec<Error>,
 }
 
-/// What a share says once it is wholly in the store: the files that hold it, and their bytes.
+/// The mark of a share that is completely in the store: the files that hold it, and their bytes.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct ShareDone {
     pub(super) files: BTreeMap<String, u64>,
 }
 
 impl ShareDone {
-    /// Reads what a share said; nothing, where it said nothing yet. By name, since a list of names
-    /// may be old.
+    /// Reads the mark of a share; an empty one, where the share is not done. It is opened by name,
+    /// since a shared file system may list a folder as it was some time ago.
     pub(super) fn read(folder: &Path, share: Share) -> Self {
         let text = fs::read(done_path(folder, share)).unwrap_or_default();
         serde_json::from_slice(&text).unwrap_or_default()
     }
 }
 
-/// Returns where that is said.
+/// Returns the path of a share's mark.
 fn done_path(folder: &Path, share: Share) -> PathBuf {
     folder.join(format!("done{}.json", share.label()))
 }
 
 /// Judges the recordings of a share with every design; what is in the store is not judged again.
 ///
-/// A recording that is not the one that was submitted is refused, and so is one that was begun
-/// twice and never ended, for it may end this process, too; the others go on.
+/// A recording that changed since the submission is refused, and so is one that was begun twice and
+/// never ended, for it may end this process, too. The other recordings are judged.
 ///
 /// # Errors
 ///
@@ -81,53 +81,54 @@ pub fn judge_share(
         submission.check(plan)?;
     }
     let numbers = 0..plan.recordings.len();
-    let own: Vec<usize> = numbers
+    let numbers: Vec<usize> = numbers
         .filter(|&number| task.share.holds(&plan.recordings[number].name))
         .collect();
     let questions = Questions::new(task.limits);
     let key = |number: &usize| Ok::<_, Error>(questions.key(&plan.recordings[*number]));
-    let keys = control.try_map(&own, key)?;
+    let keys = control.try_map(&numbers, key)?;
     let store = Store::open(task.folder, &task.share.label())?;
-    let known = store.known(keys.iter().copied(), Some(task.share))?;
-    let sharing = Sharing {
+    let stored = store.decisions(keys.iter().copied(), Some(task.share))?;
+    let judge = ShareJudge {
         plan,
         task,
         store: &store,
-        known: &known,
-        judging: Judging::new(plan, task.limits, &store, task.clock),
+        stored: &stored,
+        judge: GateJudge::new(plan, task.limits, &store, task.clock),
     };
-    let recordings: Vec<(usize, Key)> = own.into_iter().zip(keys).collect();
-    plan.check_agreement(recordings.iter().copied(), &known)?;
+    let recordings: Vec<(usize, Key)> = numbers.into_iter().zip(keys).collect();
+    plan.check_agreement(recordings.iter().copied(), &stored)?;
     let outcomes = control.try_map(&recordings, |&(number, key)| {
-        // How far one recording is says nothing of the whole.
-        control.unmeasured(|control| sharing.recording(number, key, &control.with_threads(1)))
+        // The progress shown counts recordings; that within one of them would disturb it.
+        control.unmeasured(|control| judge.recording(number, key, &control.with_threads(1)))
     });
+    // Before the outcomes are looked at: a stopped run, too, keeps what it judged.
     store.sync()?;
-    let mut whole = ShareOutcome {
+    let mut share_outcome = ShareOutcome {
         recordings: recordings.len(),
         ..ShareOutcome::default()
     };
     for outcome in outcomes? {
-        whole.known += outcome.known;
-        whole.judged += outcome.judged;
-        whole.refused.extend(outcome.refused);
+        share_outcome.stored += outcome.stored;
+        share_outcome.judged += outcome.judged;
+        share_outcome.refused.extend(outcome.refused);
     }
-    if whole.refused.is_empty() {
-        say_done(task, &store, known)?;
+    if share_outcome.refused.is_empty() {
+        mark_done(task, &store, stored)?;
     }
-    Ok(whole)
+    Ok(share_outcome)
 }
 
-/// What the threads of a share have in common.
-struct Sharing<'a> {
+/// Data that the threads of a share have in common.
+struct ShareJudge<'a> {
     plan: &'a Plan,
     task: &'a ShareTask<'a>,
     store: &'a Store,
-    known: &'a Known,
-    judging: Judging<'a>,
+    stored: &'a StoredDecisions,
+    judge: GateJudge<'a>,
 }
 
-impl Sharing<'_> {
+impl ShareJudge<'_> {
     fn recording(
         &self,
         number: usize,
@@ -137,24 +138,25 @@ impl Sharing<'_> {
         let recording = &self.plan.recordings[number];
         let mut outcome = ShareOutcome::default();
         let submission = self.task.submission;
-        let submitted = submission.and_then(|own| own.recording(&recording.name));
+        let submitted = submission.and_then(|submission| submission.recording(&recording.name));
         if submitted.is_some_and(|submitted| submitted != key) {
             outcome
                 .refused
                 .push(changed(recording, "since it was submitted"));
             return Ok(outcome);
         }
-        let rows = self.judging.known_rows(key, self.known);
-        outcome.known = rows.iter().flatten().count();
-        if outcome.known == rows.len() {
+        let rows = self.judge.stored_rows(key, self.stored);
+        outcome.stored = rows.iter().flatten().count();
+        if outcome.stored == rows.len() {
             return Ok(outcome);
         }
-        if self.known.is_left(key) {
-            outcome.refused.push(left(recording));
+        if self.stored.is_skipped(key) {
+            outcome.refused.push(never_ended(recording));
             return Ok(outcome);
         }
+        // Between these two notes a crash of the process is known to be due to this recording.
         self.store.begin(key, &recording.name)?;
-        let judged = self.judging.recording(number, key, self.known, control);
+        let judged = self.judge.recording(number, key, self.stored, control);
         self.store.end(key)?;
         match judged {
             Ok(judged) if judged.unread.is_some() => outcome.refused.extend(judged.unread),
@@ -168,18 +170,19 @@ impl Sharing<'_> {
     }
 }
 
-/// Says why a recording is not judged.
-fn left(recording: &PlannedRecording) -> Error {
+/// Returns the error for a recording that is skipped since it ended its process twice.
+fn never_ended(recording: &PlannedRecording) -> Error {
     let expected = "a recording that does not end its process";
     let found = format!("one that was begun {BEGUN_MAX} times and never finished");
     let hint = "inspect it, or give the process more memory; the gate without shares judges it too";
     Error::malformed(expected, found, hint).at(Place::file(recording.name.clone()))
 }
 
-/// Says that the share is wholly in the store, and in which files.
-fn say_done(task: &ShareTask<'_>, store: &Store, known: Known) -> Result<(), Error> {
-    let mut done = ShareDone { files: known.files };
-    if let Some((path, length)) = store.own_file() {
+/// Marks the share as completely in the store, with the files that hold it.
+fn mark_done(task: &ShareTask<'_>, store: &Store, stored: StoredDecisions) -> Result<(), Error> {
+    let files = stored.files;
+    let mut done = ShareDone { files };
+    if let Some((path, length)) = store.process_file() {
         done.files.insert(name_of(&path), length);
     }
     let path = done_path(task.folder, task.share);
@@ -189,7 +192,7 @@ fn say_done(task: &ShareTask<'_>, store: &Store, known: Known) -> Result<(), Err
         .map_err(|error| Error::io_at("write the store", &path, &error))
 }
 
-/// Judges one pair and keeps nothing, to see what it takes.
+/// Judges one pair and keeps nothing, to measure its time.
 ///
 /// # Errors
 ///

@@ -1,6 +1,6 @@
-//! Decisions kept for the next run, and for whoever collects them: lines of JSON.
+//! The store: decisions kept for the next run and for collecting shares, as lines of JSON.
 //!
-//! A store is a folder. Each process appends to one file of its own, line by line; nothing is
+//! A store is a folder. Each process appends to a file that it alone writes, line by line. Nothing is
 //! rewritten, so that several processes may share a store, on a network file system, too.
 //!
 //! A line is a decision, or a note:
@@ -10,8 +10,8 @@
 //! {"note":"reason","why":"…","code":"…","text":"…","sum":"…"}
 //! ```
 //!
-//! It ends with a checksum of what stands before it. A line that does not fit is nothing, wherever it
-//! stands: what it held is missing, and is judged again.
+//! Each line ends with a checksum of the text before it. A line with a wrong checksum is ignored,
+//! wherever it is: its decision is missing, and the pair is judged again.
 
 use super::key::Key;
 use super::share::Share;
@@ -26,10 +26,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
-/// Name of the store's folder, where nobody names another.
+/// Default name of the store's folder.
 pub const FOLDER: &str = ".latchgate";
 
-/// How the name of a store's file ends.
+/// Extension of a store's files.
 const ENDING: &str = "jsonl";
 
 /// The mark of a folder that may be deleted and made again, after the Cache Directory Tagging
@@ -40,10 +40,12 @@ const CACHE_TAG: &str = "Signature: 8a477f597d28d172789f06886806bc55\n\
 /// Longest line that is read [bytes]; a row takes 400, a reason what its text takes.
 const LINE_MAX: u64 = 64 << 10;
 
-/// Time after which what was appended is seen onto the disk.
+/// Interval after which appended lines are synced to the disk. A sync per line would cost more than
+/// the decision; a power cut loses the lines since the last sync.
 const SYNC: Duration = Duration::from_secs(5);
 
-/// Times that a recording is begun, and nothing follows, after which a share passes over it.
+/// Number of times that a recording is begun without an end before shares skip it. Once may be a
+/// process that was killed from outside; twice is likely the recording's own doing.
 pub(super) const BEGUN_MAX: u32 = 2;
 
 /// A decision as a line; keys are short, since there is one line for each pair.
@@ -60,14 +62,14 @@ struct RowLine {
     id: String,
     /// The answer.
     is: Answer,
-    /// Of which reason, as a line before says it.
+    /// Key of the reason, which an earlier line of the file defines.
     why: String,
     /// The angle that loses the door [rad].
     lim: f64,
     /// The largest angle [rad].
     #[serde(skip_serializing_if = "Option::is_none")]
     peak: Option<f64>,
-    /// Its U [rad].
+    /// Uncertainty U of the peak [rad].
     #[serde(skip_serializing_if = "Option::is_none")]
     u: Option<f64>,
     /// The largest angle after the judged window [rad].
@@ -86,13 +88,13 @@ enum Note {
     Begun { rec: Key, name: String },
     /// A share leaves a recording in good order, done or not.
     Ended { rec: Key },
-    /// What was read.
+    /// Facts of the recording as it was read.
     Read { rec: Key, read: ReadFacts },
-    /// A reason that rows behind it in the file speak of.
+    /// A reason to which later rows of the file refer.
     Reason { why: String, reason: Reason },
 }
 
-/// What is known of a recording that was read.
+/// Facts of a recording that was read.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct ReadFacts {
     /// SHA-256 of the file, where it was read.
@@ -104,23 +106,23 @@ pub(super) struct ReadFacts {
 /// The store as this process writes it.
 #[derive(Debug)]
 pub struct Store {
-    /// `None` where nothing is to be kept.
+    /// `None` where nothing is kept.
     folder: Option<PathBuf>,
-    /// What the name of this process's file says beside the process.
+    /// End of the name of this process's file.
     label: String,
     /// The file of this process, made with the first line.
-    own: Mutex<Option<OwnFile>>,
+    file: Mutex<Option<ProcessFile>>,
 }
 
 /// The file that this process appends to.
 #[derive(Debug)]
-struct OwnFile {
+struct ProcessFile {
     file: File,
     path: PathBuf,
     length: u64,
-    /// Where the notes begin that no row follows.
+    /// Offset of the notes that no row follows.
     notes_from: u64,
-    /// Reasons that stand in it.
+    /// Keys of the reasons in the file.
     reasons: BTreeSet<String>,
     synced: Duration,
 }
@@ -131,7 +133,7 @@ impl Store {
         Self {
             folder: None,
             label: String::new(),
-            own: Mutex::default(),
+            file: Mutex::default(),
         }
     }
 
@@ -146,41 +148,41 @@ impl Store {
         Ok(Self {
             folder: Some(folder.into()),
             label: label.into(),
-            own: Mutex::default(),
+            file: Mutex::default(),
         })
     }
 
-    /// Reads what is known of recordings; nothing, where nothing is kept.
+    /// Reads the decisions of recordings; none, where nothing is kept.
     ///
     /// # Errors
     ///
-    /// As [`Known::read`].
-    pub(super) fn known(
+    /// As [`StoredDecisions::read`].
+    pub(super) fn decisions(
         &self,
         keys: impl IntoIterator<Item = Key>,
         share: Option<Share>,
-    ) -> Result<Known, Error> {
+    ) -> Result<StoredDecisions, Error> {
         match &self.folder {
-            Some(folder) => Known::read(&files(folder)?, keys, share),
-            None => Ok(Known::default()),
+            Some(folder) => StoredDecisions::read(&files(folder)?, keys, share),
+            None => Ok(StoredDecisions::default()),
         }
     }
 
     /// Returns the file of this process, once it has one, and the bytes in it.
-    pub(super) fn own_file(&self) -> Option<(PathBuf, u64)> {
-        let own = self.own();
-        own.as_ref().map(|own| (own.path.clone(), own.length))
+    pub(super) fn process_file(&self) -> Option<(PathBuf, u64)> {
+        let file = self.lock_file();
+        file.as_ref().map(|file| (file.path.clone(), file.length))
     }
 
-    /// Keeps what was read of a recording.
+    /// Keeps the facts of a recording that was read.
     ///
     /// # Errors
     ///
-    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written; what was written of it is taken
-    /// back where possible.
+    /// [`latchgate_recording::error::ErrorKind::Io`] if it cannot be written; a part that was written is
+    /// removed where possible.
     pub(super) fn put_read(&self, rec: Key, read: &ReadFacts) -> Result<(), Error> {
         let read = read.clone();
-        self.append(&mut self.own(), &Note::Read { rec, read }, false)
+        self.append(&mut self.lock_file(), &Note::Read { rec, read }, false)
     }
 
     /// Keeps a decision; `now` is the time since some instant.
@@ -190,18 +192,22 @@ impl Store {
     /// As [`Self::put_read`].
     pub(super) fn put(
         &self,
-        (rec, des): (Key, Key),
+        rec: Key,
+        des: Key,
         row: &DecisionRow,
         now: Duration,
     ) -> Result<(), Error> {
         let why = reason_key(&row.reason);
-        let mut own = self.own();
-        if !own.as_ref().is_some_and(|own| own.reasons.contains(&why)) {
+        let mut file = self.lock_file();
+        if !file
+            .as_ref()
+            .is_some_and(|file| file.reasons.contains(&why))
+        {
             let reason = Note::Reason {
                 why: why.clone(),
                 reason: row.reason.clone(),
             };
-            self.append(&mut own, &reason, false)?;
+            self.append(&mut file, &reason, false)?;
         }
         let line = RowLine {
             rec,
@@ -216,16 +222,17 @@ impl Store {
             coast: row.coast_peak_angle_rad,
             share: row.share,
         };
-        self.append(&mut own, &line, true)?;
-        let Some(own) = own.as_mut() else {
+        self.append(&mut file, &line, true)?;
+        let Some(file) = file.as_mut() else {
             return Ok(());
         };
-        own.reasons.insert(why);
-        if now.saturating_sub(own.synced) >= SYNC {
-            own.synced = now;
-            own.file
+        // Only now: the row makes the reason's line before it permanent (see `append`).
+        file.reasons.insert(why);
+        if now.saturating_sub(file.synced) >= SYNC {
+            file.synced = now;
+            file.file
                 .sync_data()
-                .map_err(|error| unwritable(&own.path, &error))?;
+                .map_err(|error| unwritable(&file.path, &error))?;
         }
         Ok(())
     }
@@ -237,7 +244,7 @@ impl Store {
     /// As [`Self::put_read`].
     pub(super) fn begin(&self, rec: Key, name: &str) -> Result<(), Error> {
         let name = name.into();
-        self.append(&mut self.own(), &Note::Begun { rec, name }, false)
+        self.append(&mut self.lock_file(), &Note::Begun { rec, name }, false)
     }
 
     /// Notes that a recording is left in good order.
@@ -246,28 +253,28 @@ impl Store {
     ///
     /// As [`Self::put_read`].
     pub(super) fn end(&self, rec: Key) -> Result<(), Error> {
-        self.append(&mut self.own(), &Note::Ended { rec }, false)
+        self.append(&mut self.lock_file(), &Note::Ended { rec }, false)
     }
 
-    /// Sees what this process appended onto the disk.
+    /// Syncs the lines of this process to the disk.
     ///
     /// # Errors
     ///
     /// [`latchgate_recording::error::ErrorKind::Io`] if that fails.
     pub(super) fn sync(&self) -> Result<(), Error> {
-        match self.own().as_ref() {
-            Some(own) => own
+        match self.lock_file().as_ref() {
+            Some(file) => file
                 .file
                 .sync_data()
-                .map_err(|error| unwritable(&own.path, &error)),
+                .map_err(|error| unwritable(&file.path, &error)),
             None => Ok(()),
         }
     }
 
-    /// Appends a line, which a kill of the process does not take away.
+    /// Appends a line, unbuffered, so that it survives a kill of the process.
     fn append(
         &self,
-        own: &mut Option<OwnFile>,
+        file: &mut Option<ProcessFile>,
         line: &impl Serialize,
         is_row: bool,
     ) -> Result<(), Error> {
@@ -275,62 +282,75 @@ impl Store {
             return Ok(());
         };
         let text = sealed(line).map_err(|error| unwritable(folder, &error))?;
-        let own = match own {
-            Some(own) => own,
-            None => own
-                .insert(own_file(folder, &self.label).map_err(|error| unwritable(folder, &error))?),
+        let file = match file {
+            Some(file) => file,
+            None => file.insert(
+                create_file(folder, &self.label).map_err(|error| unwritable(folder, &error))?,
+            ),
         };
-        if let Err(error) = own.file.write_all(text.as_bytes()) {
-            // A full disk leaves half a line, and a note that something is begun which nothing ends.
-            let _ = own.file.set_len(own.notes_from);
-            own.length = own.notes_from;
-            return Err(unwritable(&own.path, &error));
+        if let Err(error) = file.file.write_all(text.as_bytes()) {
+            // A full disk leaves half a line, and perhaps a note of a begin that nothing ends. Both
+            // are cut off, back to the last row.
+            let _ = file.file.set_len(file.notes_from);
+            file.length = file.notes_from;
+            return Err(unwritable(&file.path, &error));
         }
-        own.length += text.len() as u64;
+        file.length += text.len() as u64;
         if is_row {
-            own.notes_from = own.length;
+            file.notes_from = file.length;
         }
         Ok(())
     }
 
-    fn own(&self) -> MutexGuard<'_, Option<OwnFile>> {
-        // A thread that panicked has not left half a line: it is counted after it is written.
-        self.own.lock().unwrap_or_else(|held| held.into_inner())
+    fn lock_file(&self) -> MutexGuard<'_, Option<ProcessFile>> {
+        // Poisoning is harmless: a line is written by one call, and counted after it.
+        self.file
+            .lock()
+            .unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
 
-/// By what the decisions of a design are found.
+/// Key by which the decisions of a design are found.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DesignKey {
     pub(super) key: Key,
-    /// Its limit angle [rad]: a row of another one is none of it.
+    /// Limit angle [rad]. A row with another limit is no decision of this design.
     pub(super) threshold_rad: f64,
 }
 
-/// What a store holds of some recordings.
+/// Decisions that a store holds of some recordings.
 #[derive(Debug, Default)]
-pub(super) struct Known {
-    recordings: BTreeMap<Key, KnownRecording>,
-    /// Damages, one sentence each.
+pub(super) struct StoredDecisions {
+    recordings: BTreeMap<Key, StoredRecording>,
+    /// Damage to the store, one sentence each.
     pub(super) damages: Vec<String>,
-    /// Pairs of which two decisions differ, with the file of the second.
-    pub(super) contradictions: Vec<(Key, Key, String)>,
+    /// Pairs with two decisions that differ.
+    pub(super) contradictions: Vec<Contradiction>,
     /// The files that were read, with their bytes.
     pub(super) files: BTreeMap<String, u64>,
 }
 
-/// What a store holds of a recording.
+/// A pair with two decisions that differ.
+#[derive(Debug)]
+pub(super) struct Contradiction {
+    pub(super) recording: Key,
+    pub(super) design: Key,
+    /// Name of the file with the second decision.
+    pub(super) file: String,
+}
+
+/// Decisions that a store holds of a recording.
 #[derive(Debug, Default)]
-struct KnownRecording {
-    /// What was read; several where notes of it differ, none of which is believed.
+struct StoredRecording {
+    /// Facts as read. Where several differ, none is trusted.
     reads: Vec<ReadFacts>,
     /// Decisions by design, one for each `report_id`.
     rows: BTreeMap<Key, Vec<DecisionRow>>,
-    /// Times that it was begun, after which nothing follows of it.
+    /// Number of times that it was begun and never ended.
     begun: u32,
 }
 
-impl Known {
+impl StoredDecisions {
     /// Reads the lines of these recordings in a store's files; with a `share`, not those of other
     /// shares of as many.
     ///
@@ -342,19 +362,23 @@ impl Known {
         keys: impl IntoIterator<Item = Key>,
         share: Option<Share>,
     ) -> Result<Self, Error> {
-        let mut known = Self::default();
-        let keys = keys.into_iter();
-        known.recordings = keys.map(|key| (key, KnownRecording::default())).collect();
+        let mut decisions = Self::default();
+        for key in keys {
+            decisions.recordings.insert(key, StoredRecording::default());
+        }
         for path in paths {
-            let of = Share::of_file(&name_of(path));
-            let is_other = |(own, of): (Share, Share)| own.of == of.of && own.number != of.number;
-            if !share.zip(of).is_some_and(is_other) {
-                known
+            // Another share of the same division holds none of these recordings. Files of another
+            // division, or of no share, may hold any.
+            let is_other = share
+                .zip(Share::of_file(&name_of(path)))
+                .is_some_and(|(share, other)| share.of == other.of && share != other);
+            if !is_other {
+                decisions
                     .read_file(path)
                     .map_err(|error| Error::io_at("read the store", path, &error))?;
             }
         }
-        Ok(known)
+        Ok(decisions)
     }
 
     fn read_file(&mut self, path: &Path) -> io::Result<()> {
@@ -371,7 +395,7 @@ impl Known {
             }
             length += read as u64;
             if read as u64 == LINE_MAX && !line.ends_with(b"\n") {
-                // What stands at the end of a line that is too long is none.
+                // The rest of a line that is too long is no line.
                 length += file.skip_until(b'\n')? as u64;
                 damaged += 1;
                 continue;
@@ -379,16 +403,16 @@ impl Known {
             match Line::parse(&line) {
                 Some(Line::Row(row)) => {
                     begun.remove(&row.rec);
-                    self.take(*row, &reasons, &name);
+                    self.add_row(*row, &reasons, &name);
                 }
                 Some(Line::Note(Note::Reason { why, reason })) => {
                     reasons.insert(why, reason);
                 }
                 Some(Line::Note(Note::Read { rec, read })) => {
-                    if let Some(known) = self.recordings.get_mut(&rec)
-                        && !known.reads.contains(&read)
+                    if let Some(recording) = self.recordings.get_mut(&rec)
+                        && !recording.reads.contains(&read)
                     {
-                        known.reads.push(read);
+                        recording.reads.push(read);
                     }
                 }
                 Some(Line::Note(Note::Begun { rec, .. })) => {
@@ -401,8 +425,8 @@ impl Known {
             }
         }
         for rec in begun {
-            if let Some(known) = self.recordings.get_mut(&rec) {
-                known.begun += 1;
+            if let Some(recording) = self.recordings.get_mut(&rec) {
+                recording.begun += 1;
             }
         }
         if damaged > 0 {
@@ -415,11 +439,12 @@ impl Known {
         Ok(())
     }
 
-    fn take(&mut self, line: RowLine, reasons: &BTreeMap<String, Reason>, file: &str) {
-        let known = self.recordings.get_mut(&line.rec);
-        let (Some(known), Some(reason)) = (known, reasons.get(&line.why)) else {
+    fn add_row(&mut self, line: RowLine, reasons: &BTreeMap<String, Reason>, file: &str) {
+        let recording = self.recordings.get_mut(&line.rec);
+        let (Some(recording), Some(reason)) = (recording, reasons.get(&line.why)) else {
             return;
         };
+        // Another revision may judge the same pair differently, which is no contradiction.
         if line.rev != NUMBERS_REVISION {
             return;
         }
@@ -433,29 +458,39 @@ impl Known {
             coast_peak_angle_rad: line.coast,
             share: line.share,
         };
-        let rows = known.rows.entry(line.des).or_default();
-        match rows.iter().find(|other| other.report_id == row.report_id) {
-            Some(other) if !agree(other, &row) => {
-                let pair = (line.rec, line.des, file.into());
-                self.contradictions.push(pair);
+        let rows = recording.rows.entry(line.des).or_default();
+        let earlier = rows
+            .iter()
+            .find(|earlier| earlier.report_id == row.report_id);
+        match earlier {
+            Some(earlier) if !agree(earlier, &row) => {
+                self.contradictions.push(Contradiction {
+                    recording: line.rec,
+                    design: line.des,
+                    file: file.into(),
+                });
             }
             Some(_) => {}
             None => rows.push(row),
         }
     }
 
-    /// Takes several decisions of a pair, each of something else that was read, for contradictions.
+    /// Treats several decisions of a pair, each with another `report_id`, as contradictions.
     pub(super) fn contradict_doubles(&mut self) {
-        for (rec, known) in &self.recordings {
-            let doubles = known.rows.iter().filter(|(_, rows)| rows.len() > 1);
-            let doubles = doubles.map(|(des, _)| (*rec, *des, "the store".into()));
-            self.contradictions.extend(doubles);
+        for (rec, recording) in &self.recordings {
+            let doubles = recording.rows.iter().filter(|(_, rows)| rows.len() > 1);
+            self.contradictions
+                .extend(doubles.map(|(design, _)| Contradiction {
+                    recording: *rec,
+                    design: *design,
+                    file: "the store".into(),
+                }));
         }
     }
 
     /// Returns the decision of a pair, if there is one and no other.
     pub(super) fn row(&self, recording: Key, design: &DesignKey) -> Option<&DecisionRow> {
-        // A row says nothing of what was read.
+        // A row does not say which content it was judged from, so the facts must be certain.
         self.facts(recording)?;
         match self
             .recordings
@@ -475,7 +510,7 @@ impl Known {
         rows.iter().find(|row| row.report_id == id)
     }
 
-    /// Returns what was read of a recording, if that is beyond doubt.
+    /// Returns the facts of a recording, if all notes of it agree.
     pub(super) fn facts(&self, recording: Key) -> Option<&ReadFacts> {
         match self.recordings.get(&recording)?.reads.as_slice() {
             [read] => Some(read),
@@ -483,21 +518,21 @@ impl Known {
         }
     }
 
-    /// Tells whether a recording was begun so often, and nothing followed, that shares pass over it.
-    pub(super) fn is_left(&self, recording: Key) -> bool {
-        let known = self.recordings.get(&recording);
-        known.is_some_and(|known| known.begun >= BEGUN_MAX)
+    /// True if a recording was begun so often without an end that shares skip it.
+    pub(super) fn is_skipped(&self, recording: Key) -> bool {
+        let recording = self.recordings.get(&recording);
+        recording.is_some_and(|recording| recording.begun >= BEGUN_MAX)
     }
 }
 
-/// Tells whether two decisions say the same; how a reason is worded may change with the version.
-fn agree(one: &DecisionRow, other: &DecisionRow) -> bool {
-    let plain = |row: &DecisionRow| {
+/// True if two decisions agree. The wording of a reason may change with the version.
+fn agree(earlier: &DecisionRow, later: &DecisionRow) -> bool {
+    let without_words = |row: &DecisionRow| {
         let mut row = row.clone();
         row.reason.text.clear();
         row
     };
-    plain(one) == plain(other)
+    without_words(earlier) == without_words(later)
 }
 
 /// A line as it is read.
@@ -510,19 +545,19 @@ impl Line {
     /// Reads a line with its end; `None` if it does not fit its checksum, or is of another version.
     fn parse(line: &[u8]) -> Option<Self> {
         let text = std::str::from_utf8(line).ok()?.strip_suffix('\n')?;
-        let (said, rest) = text.split_at_checked(text.len().checked_sub(SUM_LEN)?)?;
-        if rest != sum(said) {
+        let (body, seal) = text.split_at_checked(text.len().checked_sub(SUM_LEN)?)?;
+        if seal != sum(body) {
             return None;
         }
-        let whole = format!("{said}}}");
-        if said.starts_with("{\"note\":") {
-            return serde_json::from_str(&whole).ok().map(Self::Note);
+        let json = format!("{body}}}");
+        if body.starts_with("{\"note\":") {
+            return serde_json::from_str(&json).ok().map(Self::Note);
         }
-        serde_json::from_str(&whole).ok().map(Self::Row)
+        serde_json::from_str(&json).ok().map(Self::Row)
     }
 }
 
-/// Bytes that the checksum takes with its key and what ends the line.
+/// Bytes of the checksum with its key and the closing brace.
 const SUM_LEN: usize = r#","sum":""}"#.len() + 16;
 
 /// Returns a line with its checksum.
@@ -533,12 +568,12 @@ fn sealed(line: &impl Serialize) -> io::Result<String> {
     Ok(text + &sum + "\n")
 }
 
-/// Returns what ends a line that begins so: the first eight bytes of its SHA-256.
-fn sum(said: &str) -> String {
-    format!(",\"sum\":\"{:.16}\"}}", Key::of(said.as_bytes()))
+/// Returns the end of a line with that body: the first eight bytes of its SHA-256.
+fn sum(body: &str) -> String {
+    format!(",\"sum\":\"{:.16}\"}}", Key::of(body.as_bytes()))
 }
 
-/// Returns what stands for a reason in rows.
+/// Returns the key by which rows refer to a reason.
 fn reason_key(reason: &Reason) -> String {
     let text = format!("{} {}", reason.code, reason.text);
     format!("{:.12}", Key::of(text.as_bytes()))
@@ -546,22 +581,22 @@ fn reason_key(reason: &Reason) -> String {
 
 /// Makes the folder of a store, with its marks: for programs that keep copies, and for git.
 pub(super) fn make(folder: &Path) -> Result<(), Error> {
-    // What else lies in a folder that was there must not vanish from git.
-    let own = !folder.exists() || folder.ends_with(FOLDER);
+    // In a folder that existed before, other files must not vanish from git.
+    let ignore_all = !folder.exists() || folder.ends_with(FOLDER);
     fs::create_dir_all(folder).map_err(|error| Error::io_at("make the store", folder, &error))?;
-    for (name, text, wanted) in [
+    for (name, text, needed) in [
         ("CACHEDIR.TAG", CACHE_TAG, true),
-        (".gitignore", "*\n", own),
+        (".gitignore", "*\n", ignore_all),
     ] {
         let mark = folder.join(name);
-        if wanted && !mark.exists() {
+        if needed && !mark.exists() {
             fs::write(&mark, text).map_err(|error| unwritable(&mark, &error))?;
         }
     }
     Ok(())
 }
 
-/// Tells whether a folder is a store by the mark that latchgate makes; other programs' caches are none.
+/// True if a folder has the mark of a store, which differs from that of other programs' caches.
 pub(super) fn is_store(folder: &Path) -> bool {
     fs::read(folder.join("CACHEDIR.TAG")).is_ok_and(|tag| tag == CACHE_TAG.as_bytes())
 }
@@ -574,7 +609,7 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     for entry in listed {
         let entry = entry.map_err(|error| Error::io_at("list the store", folder, &error))?;
         let path = entry.path();
-        // What else bears such a name is nobody's here, and to open a pipe takes for ever.
+        // A pipe may bear such a name, and opening it would wait for ever.
         if path.extension().is_some_and(|end| end == ENDING) && path.is_file() {
             paths.insert(path);
         }
@@ -589,21 +624,21 @@ pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 /// [`latchgate_recording::error::ErrorKind::Io`] if the store cannot be listed.
 pub fn share_bytes(folder: &Path, share: Share) -> Result<u64, Error> {
     let files = files(folder)?;
-    let own = files
+    let of_share = files
         .iter()
         .filter(|path| Share::of_file(&name_of(path)) == Some(share));
-    Ok(own
+    Ok(of_share
         .filter_map(|path| Some(path.metadata().ok()?.len()))
         .sum())
 }
 
-/// Writes a file beside its place and moves it there whole.
+/// Writes a file under another name and renames it, so that no reader sees a part of it.
 pub(super) fn put_in_place(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let beside = path.with_extension(format!("{}.part", std::process::id()));
     let write = || {
         let mut file = File::create(&beside)?;
         file.write_all(bytes)?;
-        // By the handle that wrote: Windows refuses it to one that only reads.
+        // By the handle that wrote: Windows refuses to sync a handle that only reads.
         file.sync_all()?;
         fs::rename(&beside, path)
     };
@@ -627,7 +662,7 @@ fn host() -> String {
 }
 
 /// Makes a file that no other process has.
-fn own_file(folder: &Path, label: &str) -> io::Result<OwnFile> {
+fn create_file(folder: &Path, label: &str) -> io::Result<ProcessFile> {
     let process = std::process::id();
     let host = host();
     let mut number = 0_u32;
@@ -636,7 +671,7 @@ fn own_file(folder: &Path, label: &str) -> io::Result<OwnFile> {
         match OpenOptions::new().append(true).create_new(true).open(&path) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => number += 1,
             made => {
-                return made.map(|file| OwnFile {
+                return made.map(|file| ProcessFile {
                     file,
                     path,
                     length: 0,

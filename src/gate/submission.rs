@@ -1,4 +1,4 @@
-//! What a sweep was when it was submitted, so that every share judges that and nothing else.
+//! The recordings and designs of a sweep as submitted, so that every share judges exactly these.
 
 use super::key::Key;
 use super::plan::Plan;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// The recordings and designs of a sweep by name, with the keys of what they were.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Submission {
-    /// How many shares there are.
+    /// Number of shares.
     pub shares: u32,
     numbers_revision: u32,
     version: String,
@@ -49,7 +49,7 @@ impl Plan {
 }
 
 impl Submission {
-    /// Takes in what a plan names, as it lies there now.
+    /// Records the designs and recordings of a plan as they are now.
     ///
     /// # Errors
     ///
@@ -73,7 +73,7 @@ impl Submission {
         })
     }
 
-    /// Returns what tells it from any other.
+    /// Returns an identifier: the first eight bytes of its SHA-256 in hexadecimal digits.
     pub fn id(&self) -> String {
         let text = serde_json::to_vec(self).unwrap_or_default();
         hex(&Sha256::digest(&text)[..8])
@@ -84,7 +84,7 @@ impl Submission {
         self.recordings.get(name).copied()
     }
 
-    /// Refuses a plan of other designs or recordings, and another revision of the numbers.
+    /// Refuses a plan of other designs or recordings, and another version or revision of the numbers.
     ///
     /// # Errors
     ///
@@ -103,17 +103,17 @@ impl Submission {
             return differs(expected, env!("CARGO_PKG_VERSION"));
         }
         let designs: BTreeMap<String, Key> = plan.designs.iter().map(named_design).collect();
-        let all = designs.iter().chain(&self.designs);
-        for (name, _) in all {
-            let found = match (designs.get(name), self.designs.get(name)) {
-                (Some(now), Some(then)) if now == then => continue,
+        for name in designs.keys().chain(self.designs.keys()) {
+            let difference = match (designs.get(name), self.designs.get(name)) {
+                (Some(now), Some(submitted)) if now == submitted => continue,
                 (Some(_), Some(_)) => "another one of that name",
                 (Some(_), None) => "it was not submitted",
                 (None, _) => "it is gone",
             };
-            return differs(format!("design `{name}` as it was submitted"), found);
+            return differs(format!("design `{name}` as it was submitted"), difference);
         }
-        let names: Vec<&String> = plan.recordings.iter().map(|own| &own.name).collect();
+        let recordings = plan.recordings.iter();
+        let names: Vec<&String> = recordings.map(|recording| &recording.name).collect();
         if let Some(new) = names
             .iter()
             .find(|name| !self.recordings.contains_key(**name))
@@ -121,6 +121,7 @@ impl Submission {
             let expected = format!("the recordings that were submitted, without `{new}`");
             return differs(expected, "it among them");
         }
+        // A plan has its recordings in the order of their names.
         let gone = |name: &&String| names.binary_search(name).is_err();
         if let Some(gone) = self.recordings.keys().find(gone) {
             return differs(
@@ -174,8 +175,8 @@ impl Submission {
     pub fn read_as(folder: &Path, gate: &str, id: &str) -> Result<Self, Error> {
         match Self::read(folder, gate)? {
             Some(submission) if submission.id() == id => Ok(submission),
-            other => {
-                let found = other.map_or("none".into(), |other| other.id());
+            later => {
+                let found = later.map_or("none".into(), |later| later.id());
                 let hint = "the sweep was submitted again since; let the newer tasks run";
                 let error = Error::malformed(format!("the submission {id}"), &found, hint);
                 Err(error.at(Place::file(Self::path(folder, gate).display().to_string())))

@@ -1,4 +1,4 @@
-//! What became of each pair and of the whole: the document of a gate.
+//! The document of a gate: the result of each pair, and the answer of all.
 
 use super::pairs::{COULD_NOT, Pair, PairStanding, severity};
 use crate::pipeline::{Answer, Design};
@@ -20,11 +20,12 @@ pub struct GateSummary {
     pub schema: String,
     /// Name of the gate file.
     pub gate: String,
-    /// The process's exit code: 0 only if every pair stands and nothing else is wrong.
+    /// The process's exit code: 0 only if every pair is as required or let through, and there is no
+    /// problem.
     pub exit_code: u8,
-    /// How many pairs are what.
+    /// Numbers of pairs by result.
     pub counts: Counts,
-    /// What is wrong beside the pairs: exceptions that expired or are not needed, pairs that
+    /// Problems that are no pair's answer: exceptions that expired or are not needed, pairs that
     /// vanished.
     pub problems: Vec<GateProblem>,
     /// The designs.
@@ -36,18 +37,19 @@ pub struct GateSummary {
     /// The static load that each design bears, where the gate requires one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub statics: Vec<StaticStanding>,
-    /// What changed since the baseline; `None` without one.
+    /// Changes since the baseline; `None` without one.
     pub baseline: Option<Changes>,
     /// Version of latchgate.
     pub version: String,
     /// Revision of the numbers.
     pub numbers_revision: u32,
-    /// The time that each pair took in this run, by its number, where it is known; of `junit.xml` alone.
+    /// Time of each pair in this run, by its number, where it is known. It goes into `junit.xml` only:
+    /// the same answers give the same bytes elsewhere.
     #[serde(skip)]
     pub times: Vec<Option<Duration>>,
 }
 
-/// How many pairs are what.
+/// Numbers of pairs by result.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counts {
     /// All pairs.
@@ -77,14 +79,14 @@ pub struct StaticStanding {
     pub design: String,
     /// Opens at this constant acceleration in its worst direction, by SAE J839 [g].
     pub opens_at_g: f64,
-    /// What is required [g].
+    /// Required load [g].
     pub required_g: f64,
-    /// True if it holds what is required.
+    /// True if it holds the required load.
     pub holds: bool,
 }
 
 impl StaticStanding {
-    /// Says so in a sentence.
+    /// Returns the result as a sentence.
     pub fn text(&self) -> String {
         let Self {
             design,
@@ -98,14 +100,14 @@ impl StaticStanding {
     }
 }
 
-/// Something wrong that is no pair's answer.
+/// A problem that is no pair's answer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GateProblem {
     /// Stable name.
     pub code: String,
-    /// What is wrong, where, and what to do.
+    /// The problem, its place, and the remedy.
     pub text: String,
-    /// Line of the gate file that it is of.
+    /// Line of the gate file.
     #[serde(skip)]
     pub line: Option<u64>,
 }
@@ -121,7 +123,7 @@ pub struct SummaryRecording {
     pub channel: Option<String>,
 }
 
-/// What changed since a baseline.
+/// Changes since a baseline.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Changes {
     /// Revision of the numbers that the baseline was made with.
@@ -152,7 +154,7 @@ pub struct Moved {
 }
 
 impl GateSummary {
-    /// Adds something wrong that is no pair's answer.
+    /// Adds a problem that is no pair's answer.
     pub fn add_problem(&mut self, code: &str, text: &str) {
         self.problems.push(GateProblem {
             code: code.into(),
@@ -167,26 +169,28 @@ impl GateSummary {
     /// Returns the numbers of the pairs that are not as required, the worst first: by exit code, by margin, by
     /// name.
     pub fn worst(&self) -> Vec<usize> {
-        let mut found = self.standing(PairStanding::NotAsRequired);
-        found.sort_by_key(|&number| (self.pairs[number].rank(), number));
-        found
+        let mut numbers = self.with_standing(PairStanding::NotAsRequired);
+        numbers.sort_by_key(|&number| (self.pairs[number].rank(), number));
+        numbers
     }
 
-    /// Returns the numbers of the pairs that stand so.
-    pub(super) fn standing(&self, standing: PairStanding) -> Vec<usize> {
-        let of = |number: &usize| self.pairs[*number].standing == standing;
-        (0..self.pairs.len()).filter(of).collect()
+    /// Returns the numbers of the pairs with that standing.
+    pub(super) fn with_standing(&self, standing: PairStanding) -> Vec<usize> {
+        (0..self.pairs.len())
+            .filter(|&number| self.pairs[number].standing == standing)
+            .collect()
     }
 
-    /// Returns how many pairs that are not as required have an answer.
+    /// Returns the number of pairs with that answer that are not as required.
     pub(super) fn not_as_required(&self, verdict: Answer) -> usize {
-        let of = |pair: &&Pair| {
-            pair.standing == PairStanding::NotAsRequired && pair.row.verdict == verdict
-        };
-        self.pairs.iter().filter(of).count()
+        self.pairs
+            .iter()
+            .filter(|pair| pair.standing == PairStanding::NotAsRequired)
+            .filter(|pair| pair.row.verdict == verdict)
+            .count()
     }
 
-    /// Tells whether only chosen pairs were judged.
+    /// True if only chosen pairs were judged.
     pub(super) fn is_part(&self) -> bool {
         self.schema == PART_SCHEMA
     }
@@ -262,7 +266,7 @@ impl GateSummary {
     }
 }
 
-/// Says that an output of a gate could not be written.
+/// Returns the error for an output of a gate that could not be written.
 pub(super) fn unwritten(error: io::Error) -> Error {
     Error::io("write the gate's report", &error)
 }

@@ -9,13 +9,13 @@ use latchgate_report::{UNSEEN, escape, full_design};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Lines of pairs and of problems.
+/// Largest number of lines of pairs and of problems: one screen.
 const LISTED: usize = 20;
 
-/// Characters of what is said of a pair.
+/// Largest number of characters of a pair's description.
 const TEXT_MAX: usize = 240;
 
-/// Returns the summary: the answer first, then what is wrong, the worst first, then the counts.
+/// Returns the summary: the answer, then problems and pairs, the worst first, then the counts.
 pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
     let mut out = String::new();
     let counts = &summary.counts;
@@ -48,8 +48,8 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
         );
     }
     lines(&mut out, summary, &summary.worst(), LISTED);
-    // Exceptions are never left out.
-    let allowed = summary.standing(PairStanding::Allowed);
+    // Every exception is listed: a pair that is let through must not hide behind a count.
+    let allowed = summary.with_standing(PairStanding::Allowed);
     lines(&mut out, summary, &allowed, usize::MAX);
     if let Some(baseline) = &summary.baseline {
         let _ = writeln!(
@@ -95,8 +95,8 @@ pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {
     out
 }
 
-/// Names the designs of which every value is the paper's though they have another name: some, and how
-/// many more there are.
+/// Names the designs that repeat every value of the paper's lever under another name: the first few,
+/// and the number of the others.
 pub(super) fn repeated_designs(summary: &GateSummary) -> Vec<String> {
     let designs = summary.designs.iter();
     let repeated: Vec<String> = designs
@@ -109,29 +109,30 @@ pub(super) fn repeated_designs(summary: &GateSummary) -> Vec<String> {
     named.chain(more).collect()
 }
 
-/// Returns how many there are of what is counted, `what` being the word for one.
+/// Returns a count with its noun, `what` being the noun for one.
 pub fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-fn further(out: &mut String, left: usize, what: &str) {
-    if left > 0 {
-        let left = counted(left, &format!("further {what}"));
-        let _ = writeln!(out, "  {:<10} {left}", "");
+fn further(out: &mut String, count: usize, what: &str) {
+    if count > 0 {
+        let further = counted(count, &format!("further {what}"));
+        let _ = writeln!(out, "  {:<10} {further}", "");
     }
 }
 
-/// Writes the pairs of these numbers, at most `most` lines of them, and how many of all are left.
-fn lines(out: &mut String, summary: &GateSummary, numbers: &[usize], most: usize) {
+/// Writes the pairs of these numbers, at most `lines_max` lines of them, and the number of the others.
+fn lines(out: &mut String, summary: &GateSummary, numbers: &[usize], lines_max: usize) {
     let mut shown = 0;
-    for group in grouped(&summary.pairs, numbers).iter().take(most) {
+    for group in grouped(&summary.pairs, numbers).iter().take(lines_max) {
         let pair = group.worst;
-        let mut said = group.what(summary);
-        if let Some((cut, _)) = said.char_indices().nth(TEXT_MAX) {
-            said.truncate(cut);
-            said.push('…');
+        let mut description = group.description(summary);
+        if let Some((cut, _)) = description.char_indices().nth(TEXT_MAX) {
+            description.truncate(cut);
+            description.push('…');
         }
-        let text = format!("{} with {}: {said}", pair.recording, group.designs(summary));
+        let designs = group.designs(summary);
+        let text = format!("{} with {designs}: {description}", pair.recording);
         let _ = writeln!(
             out,
             "  {:<10} {}",
@@ -143,47 +144,47 @@ fn lines(out: &mut String, summary: &GateSummary, numbers: &[usize], most: usize
     further(out, numbers.len() - shown, "pair");
 }
 
-/// Pairs of one recording that answer alike, and stand alike.
+/// Pairs of one recording with the same answer and the same exception.
 pub(super) struct PairGroup<'a> {
-    /// The worst of them.
+    /// The worst pair.
     pub(super) worst: &'a Pair,
     pub(super) numbers: Vec<usize>,
 }
 
-/// Groups the pairs of these numbers, which come the worst first.
+/// Groups the pairs of these numbers, which begin with the worst.
 pub(super) fn grouped<'a>(pairs: &'a [Pair], numbers: &[usize]) -> Vec<PairGroup<'a>> {
-    let mut found: Vec<PairGroup<'_>> = Vec::new();
+    let mut groups: Vec<PairGroup<'_>> = Vec::new();
     let mut places = BTreeMap::new();
     for &number in numbers {
         let pair = &pairs[number];
         let kind = (&pair.recording, pair.row.verdict.name(), &pair.exception);
-        let place = *places.entry(kind).or_insert(found.len());
-        match found.get_mut(place) {
+        let place = *places.entry(kind).or_insert(groups.len());
+        match groups.get_mut(place) {
             Some(group) => group.numbers.push(number),
-            None => found.push(PairGroup {
+            None => groups.push(PairGroup {
                 worst: pair,
                 numbers: vec![number],
             }),
         }
     }
-    found
+    groups
 }
 
-/// Designs of a group that are named.
+/// Number of designs that are named of a group.
 const DESIGNS_NAMED: usize = 3;
 
 impl PairGroup<'_> {
-    /// Returns the designs.
+    /// Returns the names of the designs.
     pub(super) fn designs(&self, summary: &GateSummary) -> String {
-        let all = self.numbers.len();
-        if all == summary.designs.len() && all > 1 {
-            return format!("each of the {all} designs");
+        let count = self.numbers.len();
+        if count == summary.designs.len() && count > 1 {
+            return format!("each of the {count} designs");
         }
         let named = self.numbers.iter().take(DESIGNS_NAMED);
         let named: Vec<&str> = named
             .map(|&number| &*summary.pairs[number].design)
             .collect();
-        match all - named.len() {
+        match count - named.len() {
             0 => named.join(", "),
             further => format!(
                 "{} and {}",
@@ -193,18 +194,18 @@ impl PairGroup<'_> {
         }
     }
 
-    /// Returns what is to be said beside the names and the answer: of the worst, where the others differ.
-    pub(super) fn what(&self, summary: &GateSummary) -> String {
-        let said = what(self.worst);
-        let differ = |number: &usize| what(&summary.pairs[*number]) != said;
+    /// Returns the description of the pairs: that of the worst, where they differ.
+    pub(super) fn description(&self, summary: &GateSummary) -> String {
+        let worst = describe(self.worst);
+        let differ = |number: &usize| describe(&summary.pairs[*number]) != worst;
         match self.numbers.iter().any(differ) {
-            true => format!("at worst {said}"),
-            false => said,
+            true => format!("at worst {worst}"),
+            false => worst,
         }
     }
 }
 
-/// Returns what became of the gate, in one sentence.
+/// Returns the answer of the gate, in one sentence.
 pub(super) fn headline(summary: &GateSummary) -> String {
     let counts = &summary.counts;
     let mut text = match counts.not_as_required {
@@ -219,13 +220,14 @@ pub(super) fn headline(summary: &GateSummary) -> String {
                 Answer::Undecided,
                 Answer::Unusable,
             ];
-            let of = |answer: Answer| match summary.not_as_required(answer) {
-                0 => None,
-                count => Some(format!("{count} {}", answer.name())),
-            };
-            let told: Vec<String> = answers.into_iter().filter_map(of).collect();
-            let told = told.join(", ");
-            format!("{some} of {pairs} {are} not as required: {told}")
+            let counted_answers: Vec<String> = answers
+                .into_iter()
+                .map(|answer| (summary.not_as_required(answer), answer))
+                .filter(|(count, _)| *count > 0)
+                .map(|(count, answer)| format!("{count} {}", answer.name()))
+                .collect();
+            let answers = counted_answers.join(", ");
+            format!("{some} of {pairs} {are} not as required: {answers}")
         }
     };
     let open = summary
@@ -267,10 +269,10 @@ pub(super) fn glyph(verdict: Answer) -> char {
     }
 }
 
-/// Returns what is to be said of a pair beside its names and its answer.
-pub(super) fn what(pair: &Pair) -> String {
+/// Returns a pair's description: peak, requirement, exception and reason.
+pub(super) fn describe(pair: &Pair) -> String {
     let required = format!("{} required", pair.required.name());
-    let of_peak = peak(&pair.row).map(|peak| format!("{peak}; "));
+    let peak = peak(&pair.row).map(|peak| format!("{peak}; "));
     let reason = &pair.row.reason.text;
     let exception = pair
         .exception
@@ -278,8 +280,8 @@ pub(super) fn what(pair: &Pair) -> String {
         .map_or_else(String::new, |(reason, until)| {
             format!("; let through until {until}: {reason}")
         });
-    match (of_peak, pair.row.verdict) {
-        // The peak beside its limit says it all.
+    match (peak, pair.row.verdict) {
+        // The peak beside its limit is the reason.
         (Some(peak), Answer::Pass | Answer::Fail) => {
             format!("{peak}{}{required}", share(&pair.row).unwrap_or_default())
         }
@@ -290,12 +292,12 @@ pub(super) fn what(pair: &Pair) -> String {
     }
 }
 
-/// Returns the share of scattered levers that cross, where the peak alone does not tell the answer.
+/// Returns the share of varied levers that cross, where the peak alone does not decide.
 fn share(row: &DecisionRow) -> Option<String> {
     let share = row.share?;
-    let apart = (row.peak_angle_rad? - row.threshold_rad).abs();
-    let tells = apart > row.uncertainty_rad?;
-    (!tells).then(|| {
+    let distance = (row.peak_angle_rad? - row.threshold_rad).abs();
+    let decides = distance > row.uncertainty_rad?;
+    (!decides).then(|| {
         format!(
             "{} to {} % of varied levers open; ",
             number::plain(100.0 * share.low, 3),

@@ -10,7 +10,7 @@
 
 use latchgate::cli::pdf;
 use latchgate::document::json;
-use latchgate::gate::{self, Asked, GateFile, Plan, Store, files, summary::GateSummary};
+use latchgate::gate::{self, GateFile, Plan, Store, SummaryOptions, files, summary::GateSummary};
 use latchgate::pipeline::units::AccelerationUnit;
 use latchgate::pipeline::{
     self, Control, Design, Error, ErrorKind, Extras, Limits, MarginRequest, Outcome, Prepared,
@@ -377,11 +377,11 @@ fn run_gate(
     let began = Instant::now();
     let summary = watched(py, threads, |control| {
         let run = gate::run(&plan, &limits, &store, &|| began.elapsed(), control)?;
-        let asked = Asked {
+        let asked = SummaryOptions {
             date: &date,
-            ..Asked::default()
+            ..SummaryOptions::default()
         };
-        let summary: GateSummary = gate::hold(&plan, run.recordings, asked);
+        let summary: GateSummary = gate::summarise(&plan, run.recordings, asked);
         if let Some(folder) = &out {
             let reports = files::Reports::Failing;
             files::write(folder, &plan, &summary, reports, &limits, control)?;

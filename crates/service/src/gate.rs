@@ -12,8 +12,8 @@ use axum::http::StatusCode;
 use glob::{MatchOptions, Pattern};
 use latchgate::gate::plan::PlannedRecording;
 use latchgate::gate::{
-    self, Asked, Baseline, GateFile, GateSummary, JudgedRecording, Plan, file, junit, markdown,
-    page,
+    self, Baseline, GateFile, GateSummary, JudgedRecording, Plan, SummaryOptions, file, junit,
+    markdown, page,
 };
 use latchgate::pipeline::{
     Answer, DecisionRow, Design, Error, Limits, NUMBERS_REVISION, Reason, Request, apply_override,
@@ -79,7 +79,7 @@ pub fn planned(
     let designs = designs(&*parts.ledger, &file, &mut versions, &mut errors)?;
     let count = (recordings.len() * designs.len()) as u64;
     within("gate_pairs", parts.config.gate_pairs, count, "pairs")?;
-    let plan = Plan::of_found(&asked.name, &file, recordings, designs, errors).map_err(told)?;
+    let plan = Plan::from_parts(&asked.name, &file, recordings, designs, errors).map_err(told)?;
     if let Some(id) = &asked.baseline {
         baseline(parts, id)?;
     }
@@ -525,16 +525,17 @@ fn summed_up(
         .map(|design| serde_json::from_value(design.clone()))
         .collect();
     let designs = designs.map_err(|error| odd(error.to_string()))?;
-    let plan = Plan::of_found(&gate.name, &file, recordings, designs, Vec::new()).map_err(told)?;
+    let plan =
+        Plan::from_parts(&gate.name, &file, recordings, designs, Vec::new()).map_err(told)?;
     let known = gate.baseline.as_deref().map(|id| baseline(parts, id));
     let known = known.transpose()?;
-    let asked = Asked {
+    let asked = SummaryOptions {
         date: &gate.date,
         baseline: known.as_ref(),
         allow_removed: gate.allow_removed,
         no_worse: gate.no_worse,
     };
-    let summary = gate::hold(&plan, judged, asked);
+    let summary = gate::summarise(&plan, judged, asked);
     Ok((plan, summary))
 }
 

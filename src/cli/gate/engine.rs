@@ -1,4 +1,4 @@
-//! The programs of a batch system, called with a limit on time.
+//! The programs of a batch system, run with a time limit.
 
 use latchgate_recording::error::Error;
 use std::io::Read;
@@ -6,25 +6,30 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// Time between two looks whether it has.
+/// Interval of polling a program for its end.
 const EVERY: Duration = Duration::from_millis(10);
 
-/// Time for which a pipe is listened to that what a program left behind holds open.
+/// Time after which a silent pipe counts as finished: a background process may hold it open after
+/// the program has ended.
 const SILENCE: Duration = Duration::from_secs(1);
 
 /// Longest answer that is read: a line for each of a million tasks [bytes].
 const ANSWER_MAX: u64 = 64 << 20;
 
-/// Longest reason that is told of a program [characters].
+/// Longest message of a program that is shown [characters].
 const REASON_MAX: usize = 400;
 
-/// Runs a program, which has that long to answer, and returns what it printed.
+/// Runs a program for at most `time_limit` and returns its output.
 ///
 /// # Errors
 ///
-/// [`latchgate_recording::error::ErrorKind::Io`] that says whether it is not installed, does not answer, finds no
-/// configuration or no controller, or refuses, in its own words.
-pub(super) fn ask(program: &str, arguments: &[String], within: Duration) -> Result<String, Error> {
+/// [`latchgate_recording::error::ErrorKind::Io`] that names the cause: not installed, no answer, no configuration,
+/// no controller, or the program's own message.
+pub(super) fn run_program(
+    program: &str,
+    arguments: &[String],
+    time_limit: Duration,
+) -> Result<String, Error> {
     let begun = Command::new(program)
         .args(arguments)
         .stdin(Stdio::null())
@@ -37,23 +42,23 @@ pub(super) fn ask(program: &str, arguments: &[String], within: Duration) -> Resu
         )),
         _ => failed(format!("{program} cannot be started: {error}")),
     })?;
-    // Read aside, since a long answer fills a pipe.
-    let out = read_aside(child.stdout.take());
-    let err = read_aside(child.stderr.take());
+    // On threads: a program waits for ever where nothing reads its full pipe.
+    let out = read_on_thread(child.stdout.take());
+    let err = read_on_thread(child.stderr.take());
     let began = Instant::now();
     let status = loop {
         match child.try_wait() {
             Ok(Some(status)) => break status,
-            Ok(None) if began.elapsed() < within => std::thread::sleep(EVERY),
-            other => {
+            Ok(None) if began.elapsed() < time_limit => std::thread::sleep(EVERY),
+            polled => {
                 let _ = child.kill();
                 let _ = child.wait();
-                return Err(failed(match other {
+                return Err(failed(match polled {
                     Err(error) => format!("{program} cannot be watched: {error}"),
                     Ok(_) => format!(
                         "{program} did not answer in {} s; its controller may be down or the \
                          configuration wrong; try scontrol ping",
-                        within.as_secs()
+                        time_limit.as_secs()
                     ),
                 }));
             }
@@ -66,7 +71,7 @@ pub(super) fn ask(program: &str, arguments: &[String], within: Duration) -> Resu
     Err(failed(reason(program, &err)))
 }
 
-fn read_aside(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
+fn read_on_thread(pipe: Option<impl Read + Send + 'static>) -> Receiver<Vec<u8>> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
         let (Some(pipe), mut bytes) = (pipe, [0; 4096]) else {
@@ -90,11 +95,11 @@ fn text_of(pipe: &Receiver<Vec<u8>>) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Says why a program refused.
+/// Returns the reason why a program refused, with the remedy where it is known.
 fn reason(program: &str, err: &str) -> String {
-    let said: String = err.split_whitespace().collect::<Vec<_>>().join(" ");
-    let said: String = said.chars().take(REASON_MAX).collect();
-    let known = [
+    let message: String = err.split_whitespace().collect::<Vec<_>>().join(" ");
+    let message: String = message.chars().take(REASON_MAX).collect();
+    let remedies = [
         (
             "configuration source",
             "it has no configuration; set SLURM_CONF, or run this where the cluster takes jobs",
@@ -104,9 +109,9 @@ fn reason(program: &str, err: &str) -> String {
             "its controller is down; try again when scontrol ping says it is up",
         ),
     ];
-    match known.iter().find(|(words, _)| said.contains(words)) {
-        Some((_, told)) => format!("{program}: {told} ({said})"),
-        None => format!("{program} refuses: {said}"),
+    match remedies.iter().find(|(words, _)| message.contains(words)) {
+        Some((_, remedy)) => format!("{program}: {remedy} ({message})"),
+        None => format!("{program} refuses: {message}"),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Shares as job arrays of Slurm.
 
-use super::engine::ask;
+use super::engine::run_program;
 use latchgate_recording::error::Error;
 use latchgate_report::escape::shell as quoted;
 use serde::{Deserialize, Serialize};
@@ -11,32 +11,32 @@ use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// What was handed to Slurm for a submission.
+/// The jobs that were submitted to Slurm for a submission.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct SlurmJobs {
     /// The submission.
     pub(super) submission: String,
-    /// Job arrays, each with what its task numbers are to be raised by.
+    /// Numbers of job arrays, each with the offset from its task numbers to shares.
     arrays: Vec<(u64, u32)>,
-    /// The job that collects.
+    /// Number of the collecting job.
     pub(super) collecting: u64,
-    /// What names the answer to what was asked, and to nothing else: job numbers begin from 1 again
-    /// on a cluster that was set up anew, and others submit gates of that name to the store.
+    /// Random name of this submission's answer. A job number would not do: a cluster that is set up
+    /// anew counts from 1 again, and others may submit a gate of the same name to the store.
     #[serde(default)]
     pub(super) answer: u64,
-    /// How often the collecting job may still submit what is missing.
+    /// Number of times that the collecting job may still submit missing shares.
     pub(super) resubmits: u32,
     /// The user's own options of sbatch.
     options: Vec<String>,
 }
 
-/// What a collecting job ended with.
+/// Result of a collecting job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 struct CollectingAnswer {
     exit_code: u8,
 }
 
-/// Tasks of a submission as the queue has them.
+/// Tasks of a submission in Slurm's queue.
 #[derive(Debug, Default)]
 pub(super) struct Queue {
     pub(super) running: usize,
@@ -45,36 +45,36 @@ pub(super) struct Queue {
     pub(super) stuck: Vec<String>,
     /// Shares that run or wait.
     active: BTreeSet<u32>,
-    /// Jobs of which a task runs or waits.
+    /// Jobs with a task that runs or waits.
     jobs: BTreeSet<u64>,
     pub(super) is_collecting: bool,
 }
 
-/// A submission's place in a store, and how Slurm is to call latchgate for it.
+/// A submission's folder in a store, and the command lines of its jobs.
 pub(super) struct Slurm<'a> {
-    /// Folder of scripts and of what tasks print.
+    /// Folder of scripts and of the tasks' output.
     pub(super) folder: PathBuf,
     /// Name of the gate file.
     pub(super) gate: &'a str,
     /// The submission.
     pub(super) submission: String,
-    /// How many shares there are.
+    /// Number of shares.
     pub(super) shares: u32,
     /// Command line of a share up to its number.
     pub(super) share_command: Vec<String>,
     /// Command line of the collecting job.
     pub(super) collect_command: Vec<String>,
-    /// The name of the answer where this is a collecting job itself: the next one gives the same.
+    /// Name of the answer, in a collecting job: the next collecting job gives the same answer.
     pub(super) answer: Option<u64>,
-    /// Time that a program of Slurm's has to answer.
-    pub(super) answer_within: Duration,
+    /// Time limit for a program of Slurm.
+    pub(super) time_limit: Duration,
 }
 
 impl Slurm<'_> {
     /// Returns the script of a share's task.
     pub(super) fn share_script(&self) -> String {
         let mut command = line(&self.share_command);
-        // Raised by the script's argument, since an array's numbers end where its size does.
+        // The script's argument is an offset: task numbers end at the cluster's MaxArraySize.
         let number = "$((SLURM_ARRAY_TASK_ID + ${1:-0}))";
         let _ = write!(
             command,
@@ -94,8 +94,7 @@ impl Slurm<'_> {
         )
     }
 
-    /// Submits shares and the job that collects them and those of earlier arrays; returns what was
-    /// handed over.
+    /// Submits shares, and the job that collects them and those of earlier arrays; returns the jobs.
     pub(super) fn submit(
         &self,
         shares: &[u32],
@@ -103,18 +102,18 @@ impl Slurm<'_> {
         resubmits: u32,
         options: &[String],
     ) -> Result<SlurmJobs, Error> {
-        let most = self.largest_array()?;
+        let tasks_max = self.largest_array()?;
         fs::create_dir_all(&self.folder).map_err(|error| unwritten(&self.folder, &error))?;
         let script = self.write("share", &self.share_script())?;
-        for some in arrays_of(shares, most) {
-            let numbers = ranges(some.1.iter().map(|share| share - some.0));
-            let own = [
+        for (offset, shares) in arrays_of(shares, tasks_max) {
+            let numbers = ranges(shares.iter().map(|share| share - offset));
+            let array_options = [
                 format!("--array={numbers}"),
                 "--requeue".into(),
                 script.clone(),
-                some.0.to_string(),
+                offset.to_string(),
             ];
-            arrays.push((self.sbatch(options, &own)?, some.0));
+            arrays.push((self.sbatch(options, &array_options)?, offset));
         }
         let mut jobs = SlurmJobs {
             submission: self.submission.clone(),
@@ -127,21 +126,22 @@ impl Slurm<'_> {
         Ok(jobs)
     }
 
-    /// Submits the job that collects behind the arrays, and keeps what was handed over.
+    /// Submits the job that collects after the arrays, and keeps the jobs in the store.
     pub(super) fn collect(&self, jobs: &mut SlurmJobs) -> Result<(), Error> {
         if jobs.answer == 0 {
-            // Of the system's random numbers.
+            // The standard library seeds it with the system's random numbers.
             let random = || RandomState::new().hash_one(SystemTime::now());
             jobs.answer = self.answer.unwrap_or_else(random);
         }
         let script = self.write("collect", &self.collect_script(jobs.answer))?;
         let ids: Vec<String> = jobs.arrays.iter().map(|(id, _)| format!(":{id}")).collect();
-        let mut own = vec!["--requeue".to_string()];
+        let mut job_options = vec!["--requeue".to_string()];
         if !ids.is_empty() {
-            own.push(format!("--dependency=afterany{}", ids.concat()));
+            // After any end of the tasks: a task that fails leaves pairs that are to be listed.
+            job_options.push(format!("--dependency=afterany{}", ids.concat()));
         }
-        own.push(script);
-        jobs.collecting = self.sbatch(&jobs.options, &own)?;
+        job_options.push(script);
+        jobs.collecting = self.sbatch(&jobs.options, &job_options)?;
         put(&self.jobs_path(), jobs)
     }
 
@@ -151,41 +151,45 @@ impl Slurm<'_> {
         Ok(path.display().to_string())
     }
 
-    fn sbatch(&self, options: &[String], own: &[String]) -> Result<u64, Error> {
+    /// Submits a job with the user's options and those of the job; returns its number.
+    fn sbatch(&self, options: &[String], job_options: &[String]) -> Result<u64, Error> {
         let output = self.folder.join("%A_%a.out").display().to_string();
         let mut arguments = options.to_vec();
         arguments.extend([
             "--parsable".into(),
-            // A task that is requeued goes on writing where it wrote.
+            // A requeued task would otherwise overwrite the output of its first run.
             "--open-mode=append".into(),
             format!("--job-name={}", self.job_name()),
             format!("--output={output}"),
         ]);
-        arguments.extend(own.iter().cloned());
-        let said = self.ask("sbatch", &arguments)?;
-        // The number, and behind a semicolon the cluster where there are several.
-        let number = said.trim().split(';').next().and_then(|id| id.parse().ok());
+        // Last, since the script and its argument are positional.
+        arguments.extend(job_options.iter().cloned());
+        let output = self.run("sbatch", &arguments)?;
+        // The number, and after a semicolon the cluster where there are several.
+        let number = output.trim().split(';').next();
+        let number = number.and_then(|id| id.parse().ok());
         number.ok_or_else(|| {
             Error::malformed(
                 "the number of a job from sbatch",
-                format!("`{}`", said.trim()),
+                format!("`{}`", output.trim()),
                 "see squeue for what was submitted",
             )
         })
     }
 
-    fn ask(&self, program: &str, arguments: &[String]) -> Result<String, Error> {
-        ask(program, arguments, self.answer_within)
+    fn run(&self, program: &str, arguments: &[String]) -> Result<String, Error> {
+        run_program(program, arguments, self.time_limit)
     }
 
-    /// Asks for the most tasks of an array.
+    /// Returns the largest task number that an array may have.
     fn largest_array(&self) -> Result<u32, Error> {
-        let said = self.ask("scontrol", &["show".into(), "config".into()])?;
+        let output = self.run("scontrol", &["show".into(), "config".into()])?;
         let value = |line: &str| -> Option<u32> {
             let (name, value) = line.split_once('=')?;
             (name.trim() == "MaxArraySize").then(|| value.trim().parse().ok())?
         };
-        let size = said.lines().find_map(value).unwrap_or(1001);
+        // 1001 is Slurm's default. Numbers begin with 0, so the largest is one less.
+        let size = output.lines().find_map(value).unwrap_or(1001);
         Ok(size.saturating_sub(1).max(1))
     }
 
@@ -194,10 +198,10 @@ impl Slurm<'_> {
         format!("latchgate-{}", self.submission)
     }
 
-    /// Returns what the queue holds of the submission, of which `jobs` were handed over.
+    /// Returns the tasks of the submission's `jobs` in the queue.
     pub(super) fn queue(&self, jobs: &SlurmJobs) -> Result<Queue, Error> {
         let name = format!("--name={}", self.job_name());
-        let said = self.ask(
+        let output = self.run(
             "squeue",
             &[
                 "-h".into(),
@@ -208,13 +212,15 @@ impl Slurm<'_> {
             ],
         )?;
         let mut queue = Queue::default();
-        for row in said.lines() {
+        for row in output.lines() {
             let mut cells = row.split('|').map(str::trim);
             let (Some(task), Some(state), Some(why)) = (cells.next(), cells.next(), cells.next())
             else {
                 continue;
             };
             let why = why.to_lowercase().replace('_', " ");
+            // Slurm holds a task whose start failed until a person releases it, and the collecting
+            // job waits for it.
             if why.contains("requeued held") {
                 queue.stuck.push(task.into());
                 continue;
@@ -237,16 +243,16 @@ impl Slurm<'_> {
         Ok(queue)
     }
 
-    /// Cancels tasks that will never run, and tells how many there were.
+    /// Cancels tasks that will never run.
     pub(super) fn cancel(&self, tasks: &[String]) -> Result<(), Error> {
         if tasks.is_empty() {
             return Ok(());
         }
-        self.ask("scancel", tasks).map(drop)
+        self.run("scancel", tasks).map(drop)
     }
 
-    /// Submits again those of the missing shares that neither run nor wait; returns which, and what
-    /// was handed over. The job that was to collect before is cancelled where it waits.
+    /// Submits again the missing shares that neither run nor wait, and returns them. The collecting
+    /// job of the earlier submission is cancelled if it waits.
     pub(super) fn resubmit(
         &self,
         missing: &[u32],
@@ -255,12 +261,13 @@ impl Slurm<'_> {
     ) -> Result<Vec<u32>, Error> {
         let before = self.jobs()?.unwrap_or_default();
         let queue = self.queue(&before)?;
-        let mut lost = queue.stuck.clone();
-        let own = std::env::var("SLURM_JOB_ID").unwrap_or_default();
-        if queue.is_collecting && own != before.collecting.to_string() {
-            lost.push(before.collecting.to_string());
+        let mut obsolete = queue.stuck.clone();
+        // The collecting job itself may be the caller; it must not cancel itself.
+        let this_job = std::env::var("SLURM_JOB_ID").unwrap_or_default();
+        if queue.is_collecting && this_job != before.collecting.to_string() {
+            obsolete.push(before.collecting.to_string());
         }
-        self.cancel(&lost)?;
+        self.cancel(&obsolete)?;
         let again: Vec<u32> = missing
             .iter()
             .copied()
@@ -277,7 +284,7 @@ impl Slurm<'_> {
         self.folder.join(format!("{}.jobs.json", self.gate))
     }
 
-    /// Reads what was handed over for this submission.
+    /// Reads the jobs of this submission.
     pub(super) fn jobs(&self) -> Result<Option<SlurmJobs>, Error> {
         let jobs: Option<SlurmJobs> = read(&self.jobs_path())?;
         Ok(jobs.filter(|jobs| jobs.submission == self.submission))
@@ -315,13 +322,13 @@ fn job_of(task: &str) -> Option<u64> {
     task.split('_').next()?.parse().ok()
 }
 
-/// Splits shares into arrays whose task numbers go from 1 to `most`; each with what they are to be
-/// raised by.
-fn arrays_of(shares: &[u32], most: u32) -> Vec<(u32, Vec<u32>)> {
-    let block = |share: &u32| (share - 1) / most;
+/// Splits shares into arrays with task numbers from 1 to `tasks_max`, each with the offset from task
+/// numbers to shares.
+fn arrays_of(shares: &[u32], tasks_max: u32) -> Vec<(u32, Vec<u32>)> {
+    let block = |share: &u32| (share - 1) / tasks_max;
     shares
         .chunk_by(|a, b| block(a) == block(b))
-        .map(|some| (block(&some[0]) * most, some.to_vec()))
+        .map(|shares| (block(&shares[0]) * tasks_max, shares.to_vec()))
         .collect()
 }
 
@@ -350,10 +357,10 @@ fn line(words: &[String]) -> String {
 }
 
 fn script(what: &str, command: &str) -> String {
-    let here = std::env::current_dir().unwrap_or_default();
-    let here = quoted(&here.to_string_lossy());
+    let folder = std::env::current_dir().unwrap_or_default();
+    let folder = quoted(&folder.to_string_lossy());
     format!(
-        "#!/bin/bash\n# Written by latchgate gate --submit slurm. {what}\ncd {here} || exit 4\nexec {command}\n"
+        "#!/bin/bash\n# Written by latchgate gate --submit slurm. {what}\ncd {folder} || exit 4\nexec {command}\n"
     )
 }
 
@@ -386,16 +393,14 @@ fn unwritten(path: &Path, error: &std::io::Error) -> Error {
 mod tests {
     #[test]
     fn verif_arrays_hold_every_share_once_and_no_number_beyond_their_size() {
-        for (count, most) in [(1, 1), (7, 3), (1000, 1000), (1001, 1000), (2500, 1000)] {
+        for (count, tasks_max) in [(1, 1), (7, 3), (1000, 1000), (1001, 1000), (2500, 1000)] {
             let shares: Vec<u32> = (1..=count).filter(|share| share % 5 != 2).collect();
-            let arrays = super::arrays_of(&shares, most);
-            let all = arrays.iter().flat_map(|(_, some)| some.clone());
-            assert_eq!(all.collect::<Vec<_>>(), shares);
-            for (offset, some) in arrays {
-                assert!(
-                    some.iter()
-                        .all(|share| (1..=most).contains(&(share - offset)))
-                );
+            let arrays = super::arrays_of(&shares, tasks_max);
+            let submitted = arrays.iter().flat_map(|(_, shares)| shares.clone());
+            assert_eq!(submitted.collect::<Vec<_>>(), shares);
+            for (offset, shares) in arrays {
+                let mut tasks = shares.iter().map(|share| share - offset);
+                assert!(tasks.all(|task| (1..=tasks_max).contains(&task)));
             }
         }
         assert_eq!(super::ranges([1, 2, 3, 5, 8, 9].into_iter()), "1-3,5,8-9");

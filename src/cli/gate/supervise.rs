@@ -1,9 +1,8 @@
-//! The process of a share, and what ended it.
+//! The worker process of a share, and the cause of its end.
 //!
-//! A recording may end the process that judges it: an abort, too little memory, a limit on time. So
-//! a share is judged by a process that another one watches, and begins again. The store tells which
-//! recordings were begun and never ended. The two are bound by a pipe: where the watch ends, the other
-//! one does, too.
+//! A recording may end the process that judges it: an abort, too little memory, a time limit. So a
+//! share is judged by a worker, which its parent watches and begins again. The store lists the
+//! recordings that were begun and never ended. A pipe binds the two: a worker ends with its parent.
 
 use crate::cli::failure::{COULD_NOT, Failure};
 use crate::cli::{output, progress};
@@ -15,49 +14,49 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// Time between two looks at the process.
+/// Interval of polling the worker.
 const EVERY: Duration = Duration::from_millis(20);
 
-/// Time that the process has to end by itself once it is asked to: less than this one has.
+/// Time that the worker has to end on request: less than the 15 s between SIGTERM and SIGKILL that
+/// docs/scale.md asks of batch systems, so that the parent can still report it.
 const GRACE: Duration = Duration::from_secs(9);
 
-/// Ends before anything was begun after which nothing is begun again.
+/// Number of ends without any progress in the store, after which no worker is begun again.
 const IDLE_ENDS_MAX: u32 = 3;
 
-/// Ends this process in good order where the one that watches it is gone.
-pub(super) fn end_with_the_watch() {
+/// Ends this worker in good order when its parent is gone: its standard input ends with the parent.
+pub(super) fn end_with_parent() {
     std::thread::spawn(|| {
-        let mut nothing = [0; 64];
+        let mut buffer = [0; 64];
         let mut pipe = std::io::stdin().lock();
-        while pipe.read(&mut nothing).is_ok_and(|read| read > 0) {}
+        while pipe.read(&mut buffer).is_ok_and(|read| read > 0) {}
         progress::terminate();
     });
 }
 
-/// Judges a share in a process of its own, which is begun again when a recording ends it; returns
-/// its exit code.
+/// Judges a share in a worker, which is begun again when a recording ends it; returns its exit code.
 pub(super) fn watch(store: &Path, share: Share, threads: usize) -> Result<u8, Failure> {
     let (mut threads, mut idle_ends) = (threads, 0);
     loop {
-        let kept = || gate::share_bytes(store, share).unwrap_or(0);
-        let before = kept();
+        let kept_bytes = || gate::share_bytes(store, share).unwrap_or(0);
+        let before = kept_bytes();
         let mut worker = begin(threads).map_err(Failure::Data)?;
-        let (status, asked) =
+        let (status, was_killed) =
             wait(&mut worker).map_err(|error| Failure::Data(unwatched(&error)))?;
-        let how = match status.code() {
+        let cause = match status.code() {
             Some(code) if code != PANIC => return Ok(u8::try_from(code).unwrap_or(COULD_NOT)),
             Some(_) => "a panic".to_string(),
-            None if asked => "a time limit: it did not end on request".to_string(),
+            None if was_killed => "a time limit: it did not end on request".to_string(),
             None => signal(status),
         };
         output::talk(&format!(
-            "latchgate: share {share}: its process was ended by {how}"
+            "latchgate: share {share}: its process was ended by {cause}"
         ));
-        idle_ends += u32::from(kept() == before);
-        if asked || idle_ends >= IDLE_ENDS_MAX {
+        idle_ends += u32::from(kept_bytes() == before);
+        if was_killed || idle_ends >= IDLE_ENDS_MAX {
             return Ok(COULD_NOT);
         }
-        // One at a time, so that it shows which recording it is.
+        // With one thread only one recording is begun at a time, so the store shows which ends it.
         threads = 1;
     }
 }
@@ -76,28 +75,33 @@ fn begin(threads: usize) -> Result<Child, Error> {
         .map_err(|error| unwatched(&error))
 }
 
-/// Returns the words of a process that does not watch but judge. Behind a `--` its number of threads would
-/// be no option, and it would watch another one in its turn.
+/// Returns the arguments of a worker. `--worker` goes before any `--`: behind it, it would be no
+/// option, and the worker would watch a worker in turn.
 fn worker_words(words: impl Iterator<Item = OsString>, threads: usize) -> Vec<OsString> {
     let mut words: Vec<OsString> = words.collect();
     let end = words.iter().position(|word| word == "--");
-    let at = end.unwrap_or(words.len());
-    words.splice(at..at, ["--worker".into(), threads.to_string().into()]);
+    let index = end.unwrap_or(words.len());
+    words.splice(
+        index..index,
+        ["--worker".into(), threads.to_string().into()],
+    );
     words
 }
 
-/// Waits for the process; returns how it ended, and whether it was ended because it did not when it
-/// was asked to.
+/// Waits for the worker; returns its status, and true if it was killed since it did not end on
+/// request.
 fn wait(worker: &mut Child) -> std::io::Result<(ExitStatus, bool)> {
     let mut pipe = worker.stdin.take();
-    let mut asked_at: Option<Instant> = None;
+    let mut requested: Option<Instant> = None;
     loop {
         if let Some(status) = worker.try_wait()? {
-            return Ok((status, asked_at.is_some_and(|at| at.elapsed() >= GRACE)));
+            let was_killed = requested.is_some_and(|requested| requested.elapsed() >= GRACE);
+            return Ok((status, was_killed));
         }
         if progress::stopped() {
+            // The end of its input is the request.
             drop(pipe.take());
-            if asked_at.get_or_insert_with(Instant::now).elapsed() >= GRACE {
+            if requested.get_or_insert_with(Instant::now).elapsed() >= GRACE {
                 worker.kill()?;
             }
         }
@@ -121,7 +125,7 @@ fn signal(status: ExitStatus) -> String {
     )
 }
 
-/// Where there are no signals none is named.
+/// Names the exit status, on systems without signals.
 #[cfg(not(unix))]
 fn signal(status: ExitStatus) -> String {
     status.to_string()

@@ -1,7 +1,7 @@
-//! The shares of a gate for a cluster: judged, handed out, watched and collected.
+//! The shares of a gate for a cluster: judging, submitting, watching and collecting.
 //!
-//! latchgate schedules nothing itself. It says what a share is, keeps what is finished and knows
-//! what is missing; the engine that is there runs, restarts and accounts.
+//! latchgate schedules nothing itself. It divides a gate into shares, keeps decisions and lists what
+//! is missing. The batch system runs, restarts and accounts.
 
 use super::slurm::{Slurm, SlurmJobs, ranges};
 use super::{GateArguments, supervise};
@@ -12,8 +12,8 @@ use crate::cli::progress::{self, Progress};
 use crate::cli::values::OutputFormat;
 use crate::gate::text::counted;
 use crate::gate::{
-    self, Asked, Collection, GateSummary, Plan, Share, ShareOutcome, ShareTask, Standing,
-    Submission,
+    self, Collection, GateSummary, Plan, Share, ShareOutcome, ShareTask, Submission,
+    SummaryOptions, SweepStatus,
 };
 use clap::{Args, ValueEnum};
 use latchgate_kernel::error::Error as KernelError;
@@ -27,35 +27,34 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Times that the collecting job submits what is missing.
+/// Number of times that the collecting job submits missing shares again.
 const RESUBMITS: u32 = 3;
 
-/// Time that files of a share that is finished are waited for, since a shared file system may lag
-/// [s].
+/// Waiting time for files of finished shares, since a shared file system may lag [s].
 const LAG_S: u64 = 60;
 
-/// Time that a program of the engine has to answer [s].
+/// Time limit for a program of the batch system [s].
 const ANSWER_S: u64 = 30;
 
-/// Time for which a collecting job tries to reach the engine.
+/// Time for which a collecting job tries to reach the batch system.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Time between two looks at a store or a queue.
+/// Interval of polling a store or a queue.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// Collecting jobs that are begun anew where one is lost.
+/// Number of lost collecting jobs that are replaced.
 const COLLECTING_MAX: u32 = 3;
 
-/// Pairs that are judged for an estimate.
+/// Number of pairs that are judged for an estimate.
 const TRIED: usize = 5;
 
-/// Bytes that a pair takes in the store, about.
+/// Mean size of a pair in the store, about; a row takes 400 at most [bytes].
 const BYTES_A_PAIR: f64 = 300.0;
 
-/// Minutes of a task below which starting it costs too much: about a second of the scheduler's.
+/// Shortest task that is worth its start, which takes about a second of the scheduler [min].
 const MINUTES_MIN: f64 = 2.0;
 
-/// Recordings that are named in a text.
+/// Number of recordings that are named in a text.
 const NAMED: usize = 20;
 
 /// Options of `gate` for shares.
@@ -135,57 +134,61 @@ pub enum Engine {
 }
 
 impl SweepArguments {
-    /// Returns how long something is waited for that has so many seconds.
+    /// Returns the waiting time that was set, or the usual one.
     fn patience(&self, usual_s: u64) -> Duration {
         Duration::from_secs(self.patience.unwrap_or(usual_s))
     }
 
-    /// Tells whether shares are spoken of.
-    pub(super) fn is_asked(&self) -> bool {
-        let asked = self.status || self.resubmit || self.collect || self.estimate;
-        self.part.is_some() || self.submit.is_some() || asked
+    /// True if an option of shares was given.
+    pub(super) fn is_requested(&self) -> bool {
+        self.part.is_some()
+            || self.submit.is_some()
+            || self.status
+            || self.resubmit
+            || self.collect
+            || self.estimate
     }
 }
 
-/// What collecting came to.
+/// Result of collecting.
 pub(super) enum Collected {
-    /// All pairs are there.
+    /// All pairs are in the store.
     Summary(Box<GateSummary>),
-    /// Some are missing, and were submitted again, with a job that collects behind them.
+    /// Some pairs are missing and were submitted again, with another collecting job.
     SubmittedAgain,
-    /// Some are missing.
+    /// Some pairs are missing.
     Missing,
 }
 
-/// A gate of which shares are judged.
+/// A command about the shares of a gate.
 pub(super) struct SweepCommand<'a> {
     pub(super) gate: &'a Path,
     pub(super) plan: &'a Plan,
     pub(super) store: &'a Path,
     pub(super) limits: &'a Limits,
-    pub(super) own: &'a GateArguments,
+    pub(super) arguments: &'a GateArguments,
     pub(super) common: &'a Common,
 }
 
 impl SweepCommand<'_> {
-    /// Does what is asked but collecting; returns the exit code.
-    pub(super) fn work(&self) -> Result<u8, Failure> {
-        let own = &self.own.sweep;
-        match (own.part, own.submit) {
+    /// Runs the command, except for collecting; returns the exit code.
+    pub(super) fn run(&self) -> Result<u8, Failure> {
+        let options = &self.arguments.sweep;
+        match (options.part, options.submit) {
             (Some(share), _) => self.part(share),
-            (None, Some(Engine::Slurm)) => self.submit(own.parts.unwrap_or(1)),
-            (None, None) if own.resubmit => self.resubmit(),
-            (None, None) if own.estimate => self.try_some(),
+            (None, Some(Engine::Slurm)) => self.submit(options.parts.unwrap_or(1)),
+            (None, None) if options.resubmit => self.resubmit(),
+            (None, None) if options.estimate => self.print_trial_time(),
             (None, None) => self.status(),
         }
     }
 
-    /// Judges a share, in a process of its own that this one watches.
+    /// Judges a share in a child process that this one watches.
     fn part(&self, share: Share) -> Result<u8, Failure> {
         progress::listen_to_terminate();
-        match self.own.sweep.worker {
+        match self.arguments.sweep.worker {
             Some(threads) => {
-                supervise::end_with_the_watch();
+                supervise::end_with_parent();
                 self.judge(share, threads)
             }
             None => supervise::watch(self.store, share, self.common.thread_count()),
@@ -194,7 +197,7 @@ impl SweepCommand<'_> {
 
     fn judge(&self, share: Share, threads: usize) -> Result<u8, Failure> {
         let began = Instant::now();
-        let submission = match &self.own.sweep.submission {
+        let submission = match &self.arguments.sweep.submission {
             Some(id) => {
                 Some(Submission::read_as(self.store, &self.plan.gate, id).map_err(Failure::Data)?)
             }
@@ -213,17 +216,18 @@ impl SweepCommand<'_> {
         });
         drop(progress);
         let judged = judged.map_err(|error| match error.kind() {
+            // SIGTERM comes from the batch system, not from a person: an incomplete share (exit 4).
             ErrorKind::Kernel(KernelError::Stopped) if progress::terminated() => {
                 Failure::Data(error)
             }
             _ => Failure::of_data(error),
         })?;
-        Ok(told(share, &judged))
+        Ok(report_share(share, &judged))
     }
 
     /// Submits the shares to Slurm, or prints their script.
     fn submit(&self, shares: u32) -> Result<u8, Failure> {
-        if !self.own.sweep.untried {
+        if !self.arguments.sweep.untried {
             self.estimate(shares)?;
         }
         let progress = Progress::new("reading");
@@ -233,7 +237,7 @@ impl SweepCommand<'_> {
         drop(progress);
         let submission = submission.map_err(Failure::of_data)?;
         let slurm = self.slurm(&submission, RESUBMITS);
-        if self.own.sweep.print {
+        if self.arguments.sweep.print {
             return output::document(&slurm.share_script())
                 .map(|()| 0)
                 .map_err(Failure::Data);
@@ -241,30 +245,33 @@ impl SweepCommand<'_> {
         submission
             .keep(self.store, &self.plan.gate)
             .map_err(Failure::Data)?;
-        let all: Vec<u32> = (1..=shares).collect();
-        let options = &self.own.sweep.engine_options;
+        let numbers: Vec<u32> = (1..=shares).collect();
+        let options = &self.arguments.sweep.engine_options;
         let jobs = slurm
-            .submit(&all, Vec::new(), RESUBMITS, options)
+            .submit(&numbers, Vec::new(), RESUBMITS, options)
             .map_err(Failure::Data)?;
         output::talk(&format!(
             "latchgate: {} submitted; job {} collects",
             counted(shares as usize, "share"),
             jobs.collecting
         ));
-        if self.own.sweep.wait {
+        if self.arguments.sweep.wait {
             return self.wait(&slurm, jobs);
         }
         Ok(0)
     }
 
-    /// Waits for the last job that collects for what was submitted as `jobs`; returns its exit code.
-    /// Tasks that will never run are cancelled meanwhile, since everything behind them waits for them.
+    /// Waits for the last collecting job of the submission `jobs`; returns its exit code. Tasks that
+    /// will never run are cancelled meanwhile, since the collecting job waits for them.
     fn wait(&self, slurm: &Slurm<'_>, mut jobs: SlurmJobs) -> Result<u8, Failure> {
-        let (mut absent, mut begun, mut told) = (0, 0, false);
+        // Polls in a row without a collecting job, and collecting jobs that were begun anew.
+        let (mut absent, mut begun) = (0, 0);
+        let mut error_shown = false;
         let progress = Progress::new("waiting");
         progress.watch("waiting", 1, |control| {
             loop {
-                // What another one submitted since has an answer of its own.
+                // The collecting job may have submitted another one, which gives the same answer. A
+                // submission by another command has a different answer.
                 let last = slurm.jobs().map_err(Failure::Data)?;
                 if let Some(last) = last.filter(|last| last.answer == jobs.answer) {
                     jobs = last;
@@ -276,22 +283,23 @@ impl SweepCommand<'_> {
                     Ok(queue) => {
                         let _ = slurm.cancel(&queue.stuck);
                         absent = if queue.is_collecting { 0 } else { absent + 1 };
-                        told = false;
+                        error_shown = false;
                     }
-                    // A controller that is away comes back.
-                    Err(error) if !told => {
+                    // A controller that is down usually comes back.
+                    Err(error) if !error_shown => {
                         output::talk(&format!("latchgate: {error}; waiting for it"));
-                        told = true;
+                        error_shown = true;
                     }
                     Err(_) => {}
                 }
+                // It may leave the queue before its answer is visible here.
                 if absent >= 5 {
                     if begun == COLLECTING_MAX {
                         let why = "the collecting job ended without an answer; see its output";
                         output::talk(&format!("latchgate: {why} in {}", slurm.folder.display()));
                         return Ok(COULD_NOT);
                     }
-                    // Where that fails it is tried again.
+                    // After a failure the loop tries again.
                     let _ = slurm.collect(&mut jobs);
                     (absent, begun) = (0, begun + 1);
                 }
@@ -305,11 +313,11 @@ impl SweepCommand<'_> {
         })
     }
 
-    /// Says what all pairs will take, from a few that are judged in a process of their own: one of
-    /// them may end it.
+    /// Shows the estimated cost of all pairs. A few are judged for it, in a child process, since a
+    /// recording may end the process that judges it.
     fn estimate(&self, shares: u32) -> Result<(), Failure> {
         let words = self.command_line("", None);
-        let tried = std::env::current_exe().and_then(|program| {
+        let trial = std::env::current_exe().and_then(|program| {
             Command::new(program)
                 .args(&words[1..])
                 .arg("--estimate")
@@ -320,7 +328,7 @@ impl SweepCommand<'_> {
         if progress::stopped() {
             return Err(Failure::Interrupted);
         }
-        let text = tried.map_or_else(|_| Vec::new(), |tried| tried.stdout);
+        let text = trial.map_or_else(|_| Vec::new(), |trial| trial.stdout);
         let Ok(seconds) = String::from_utf8_lossy(&text).trim().parse::<f64>() else {
             output::talk(
                 "latchgate: the time of a pair is unknown: one of five trial pairs ended its \
@@ -329,13 +337,13 @@ impl SweepCommand<'_> {
             return Ok(());
         };
         let pairs = self.plan.recordings.len() * self.plan.designs.len();
-        let whole_s = seconds * pairs as f64;
-        let minutes = whole_s / 60.0 / f64::from(shares);
+        let total_s = seconds * pairs as f64;
+        let minutes = total_s / 60.0 / f64::from(shares);
         output::talk(&format!(
             "latchgate: {}: about {:.2} processor hours, {:.1} MB in the store, {minutes:.1} \
              minutes for each of {}",
             counted(pairs, "pair"),
-            whole_s / 3600.0,
+            total_s / 3600.0,
             pairs as f64 * BYTES_A_PAIR / 1e6,
             counted(shares as usize, "share")
         ));
@@ -344,7 +352,7 @@ impl SweepCommand<'_> {
                 "latchgate: a task costs about a second of scheduling, and sites expect 10 minutes \
                  or more; with {} a task takes about {MINUTES_MIN} minutes",
                 counted(
-                    (whole_s / 60.0 / MINUTES_MIN).ceil().max(1.0) as usize,
+                    (total_s / 60.0 / MINUTES_MIN).ceil().max(1.0) as usize,
                     "share"
                 )
             ));
@@ -353,7 +361,7 @@ impl SweepCommand<'_> {
     }
 
     /// Judges a few pairs spread over all, and prints the seconds of one.
-    fn try_some(&self) -> Result<u8, Failure> {
+    fn print_trial_time(&self) -> Result<u8, Failure> {
         let (recordings, designs) = (&self.plan.recordings, &self.plan.designs);
         let (began, control) = (Instant::now(), Control::default());
         for number in 0..TRIED {
@@ -391,37 +399,38 @@ impl SweepCommand<'_> {
         let id = submission.id();
         let program = std::env::current_exe().unwrap_or_else(|_| "latchgate".into());
         let share_command = self.command_line(&program.display().to_string(), Some(&id));
-        let own = self.own;
+        let arguments = self.arguments;
         let mut collect_command = share_command.clone();
         collect_command.extend([
             "--collect".into(),
             "--resubmits".into(),
             resubmits.to_string(),
             "--gate-sha256".into(),
-            own.sweep
+            arguments
+                .sweep
                 .gate_sha256
                 .clone()
                 .unwrap_or_else(|| self.gate_sha256()),
         ]);
-        let paths = [("--out", &own.out), ("--baseline", &own.baseline)];
-        for (option, path) in paths {
+        for (option, path) in [
+            ("--out", &arguments.out),
+            ("--baseline", &arguments.baseline),
+        ] {
             if let Some(path) = path {
                 collect_command.extend([option.into(), path.display().to_string()]);
             }
         }
-        let date = own
-            .date
-            .iter()
-            .flat_map(|date| ["--date".into(), date.clone()]);
-        collect_command.extend(date);
-        let reports = own.reports.to_possible_value();
+        if let Some(date) = &arguments.date {
+            collect_command.extend(["--date".into(), date.clone()]);
+        }
+        let reports = arguments.reports.to_possible_value();
         let reports = reports.map_or_else(String::new, |value| value.get_name().into());
         collect_command.extend(["--reports".into(), reports]);
-        for (option, is_asked) in [
-            ("--allow-removed", own.allow_removed),
-            ("--no-worse", own.no_worse),
+        for (option, is_set) in [
+            ("--allow-removed", arguments.allow_removed),
+            ("--no-worse", arguments.no_worse),
         ] {
-            collect_command.extend(is_asked.then(|| option.to_string()));
+            collect_command.extend(is_set.then(|| option.to_string()));
         }
         Slurm {
             folder: gate::collect::engine_folder(self.store),
@@ -430,8 +439,8 @@ impl SweepCommand<'_> {
             shares: submission.shares,
             share_command,
             collect_command,
-            answer: own.sweep.answer,
-            answer_within: own.sweep.patience(ANSWER_S),
+            answer: arguments.sweep.answer,
+            time_limit: arguments.sweep.patience(ANSWER_S),
         }
     }
 
@@ -441,7 +450,7 @@ impl SweepCommand<'_> {
     }
 
     fn submission(&self) -> Result<Option<Submission>, Failure> {
-        let read = match &self.own.sweep.submission {
+        let read = match &self.arguments.sweep.submission {
             Some(id) => Submission::read_as(self.store, &self.plan.gate, id).map(Some),
             None => Submission::read(self.store, &self.plan.gate),
         };
@@ -451,29 +460,29 @@ impl SweepCommand<'_> {
     fn collection(&self, submission: Option<&Submission>) -> Result<Collection<'_>, Failure> {
         let progress = Progress::new("reading");
         let (plan, store) = (self.plan, self.store);
-        let found = progress.watch("reading", self.common.thread_count(), |control| {
+        let collection = progress.watch("reading", self.common.thread_count(), |control| {
             Collection::of(plan, store, submission, self.limits, control)
         });
         drop(progress);
-        let found = found.map_err(Failure::of_data)?;
-        for damage in found.damages() {
+        let collection = collection.map_err(Failure::of_data)?;
+        for damage in collection.damages() {
             output::talk(&format!("latchgate: store: {damage}"));
         }
-        Ok(found)
+        Ok(collection)
     }
 
     fn status(&self) -> Result<u8, Failure> {
         let submission = self.submission()?;
-        let standing = self.collection(submission.as_ref())?.standing();
-        self.print(&standing, submission.as_ref())
+        let status = self.collection(submission.as_ref())?.status();
+        self.print(&status, submission.as_ref())
             .map_err(Failure::Data)?;
         Ok(0)
     }
 
-    /// Prints what stands where, with what the engine has of it.
-    fn print(&self, standing: &Standing, submission: Option<&Submission>) -> Result<(), Error> {
-        let mut text = text(standing, submission);
-        let mut document = serde_json::json!(standing);
+    /// Prints what is done and missing, and the tasks in the queue of the batch system.
+    fn print(&self, status: &SweepStatus, submission: Option<&Submission>) -> Result<(), Error> {
+        let mut text = text(status, submission);
+        let mut document = serde_json::json!(status);
         if let Some(submission) = submission {
             let slurm = self.slurm(submission, 0);
             if let Some(jobs) = slurm.jobs()? {
@@ -514,16 +523,16 @@ impl SweepCommand<'_> {
                 "submit the shares first, with --submit",
             )));
         };
-        let standing = self.collection(Some(&submission))?.standing();
-        if standing.missing == 0 {
+        let status = self.collection(Some(&submission))?.status();
+        if status.missing == 0 {
             output::talk("latchgate: nothing is missing");
             return Ok(0);
         }
         let slurm = self.slurm(&submission, RESUBMITS);
-        let options = &self.own.sweep.engine_options;
+        let options = &self.arguments.sweep.engine_options;
         let options = (!options.is_empty()).then_some(options.as_slice());
         let again = slurm
-            .resubmit(&standing.shares, RESUBMITS, options)
+            .resubmit(&status.shares, RESUBMITS, options)
             .map_err(Failure::Data)?;
         output::talk(&format!(
             "latchgate: shares {} submitted again",
@@ -532,13 +541,13 @@ impl SweepCommand<'_> {
         Ok(0)
     }
 
-    /// Reads the store into one summary. Where something is missing it is said, and submitted again
-    /// where this is a job that may; then there is no summary.
-    pub(super) fn collect(&self, asked: Asked<'_>) -> Result<Collected, Failure> {
-        let submitted = &self.own.sweep.gate_sha256;
+    /// Reads the store into one summary. If pairs are missing there is none: they are listed, and
+    /// submitted again if this collecting job still may.
+    pub(super) fn collect(&self, asked: SummaryOptions<'_>) -> Result<Collected, Failure> {
+        let submitted = &self.arguments.sweep.gate_sha256;
         if submitted
             .as_ref()
-            .is_some_and(|then| *then != self.gate_sha256())
+            .is_some_and(|submitted| *submitted != self.gate_sha256())
         {
             let error = Error::malformed(
                 "the gate file as it was submitted",
@@ -550,23 +559,23 @@ impl SweepCommand<'_> {
         }
         let submission = self.submission()?;
         let mut collection = self.collection(submission.as_ref())?;
-        let mut standing = collection.standing();
-        let (began, lag) = (Instant::now(), self.own.sweep.patience(LAG_S));
+        let mut status = collection.status();
+        let (began, lag) = (Instant::now(), self.arguments.sweep.patience(LAG_S));
         let mut late = collection.late();
-        while standing.missing > 0 && !late.is_empty() && began.elapsed() < lag {
+        while status.missing > 0 && !late.is_empty() && began.elapsed() < lag {
             if progress::stopped() {
                 return Err(Failure::Interrupted);
             }
             std::thread::sleep(EVERY);
             collection = self.collection(submission.as_ref())?;
-            standing = collection.standing();
+            status = collection.status();
             late = collection.late();
         }
-        if standing.missing == 0 {
+        if status.missing == 0 {
             self.check_unchanged(&collection)?;
             let judged = collection.judged().map_err(Failure::Data)?;
             drop(collection);
-            let summary = gate::hold(self.plan, judged, asked);
+            let summary = gate::summarise(self.plan, judged, asked);
             return Ok(Collected::Summary(Box::new(summary)));
         }
         for file in late {
@@ -574,11 +583,13 @@ impl SweepCommand<'_> {
                 "latchgate: {file} is marked as finished, but is missing or too short"
             ));
         }
-        self.print(&standing, submission.as_ref())
+        self.print(&status, submission.as_ref())
             .map_err(Failure::Data)?;
-        if let (Some(left @ 1..), Some(submission)) = (self.own.sweep.resubmits, &submission) {
-            let slurm = self.slurm(submission, left - 1);
-            let submit = || slurm.resubmit(&standing.shares, left - 1, None);
+        if let (Some(resubmits @ 1..), Some(submission)) =
+            (self.arguments.sweep.resubmits, &submission)
+        {
+            let slurm = self.slurm(submission, resubmits - 1);
+            let submit = || slurm.resubmit(&status.shares, resubmits - 1, None);
             let again = patiently(submit).map_err(Failure::Data)?;
             output::talk(&format!(
                 "latchgate: shares {} submitted again",
@@ -589,8 +600,8 @@ impl SweepCommand<'_> {
         Ok(Collected::Missing)
     }
 
-    /// Refuses a recording that changed since the shares judged it: the answer would not be of what
-    /// lies there.
+    /// Refuses a recording that changed since the shares judged it: the summary would describe
+    /// another content.
     fn check_unchanged(&self, collection: &Collection<'_>) -> Result<(), Failure> {
         let progress = Progress::new("reading");
         progress
@@ -600,9 +611,9 @@ impl SweepCommand<'_> {
             .map_err(Failure::of_data)
     }
 
-    /// Keeps the exit code of a collecting job for whoever waits for it.
+    /// Keeps the exit code of a collecting job for a `--wait` elsewhere.
     pub(super) fn keep_answer(&self, exit_code: u8) -> Result<(), Failure> {
-        match (self.own.sweep.answer, self.submission()?) {
+        match (self.arguments.sweep.answer, self.submission()?) {
             (Some(answer), Some(submission)) => {
                 let slurm = self.slurm(&submission, 0);
                 slurm.keep_answer(answer, exit_code).map_err(Failure::Data)
@@ -612,7 +623,8 @@ impl SweepCommand<'_> {
     }
 }
 
-/// Tries again while an engine does not answer: nobody else will.
+/// Repeats a request while the batch system does not answer. A collecting job has no successor that
+/// would do it.
 fn patiently<T>(mut ask: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
     let began = Instant::now();
     loop {
@@ -623,14 +635,14 @@ fn patiently<T>(mut ask: impl FnMut() -> Result<T, Error>) -> Result<T, Error> {
     }
 }
 
-fn text(standing: &Standing, submission: Option<&Submission>) -> String {
+fn text(status: &SweepStatus, submission: Option<&Submission>) -> String {
     let mut text = format!(
         "SWEEP  {} of {} judged, {} missing\n",
-        standing.done,
-        counted(standing.pairs, "pair"),
-        standing.missing
+        status.done,
+        counted(status.pairs, "pair"),
+        status.missing
     );
-    for (recording, pairs) in standing.missing_of.iter().take(NAMED) {
+    for (recording, pairs) in status.missing_of.iter().take(NAMED) {
         let recording = escape::terminal(recording);
         let _ = writeln!(
             text,
@@ -639,10 +651,10 @@ fn text(standing: &Standing, submission: Option<&Submission>) -> String {
             counted(*pairs, "pair")
         );
     }
-    if standing.missing_of.len() > NAMED {
+    if status.missing_of.len() > NAMED {
         let _ = writeln!(text, "  {:<10} further recordings", "");
     }
-    for recording in standing.never_ended.iter().take(NAMED) {
+    for recording in status.never_ended.iter().take(NAMED) {
         let recording = escape::terminal(recording);
         let _ = writeln!(
             text,
@@ -651,13 +663,13 @@ fn text(standing: &Standing, submission: Option<&Submission>) -> String {
         );
     }
     if let Some(submission) = submission
-        && !standing.shares.is_empty()
+        && !status.shares.is_empty()
     {
         let _ = writeln!(
             text,
             "  {:<10} {} of {}",
             "shares",
-            shown(&standing.shares),
+            shown(&status.shares),
             submission.shares
         );
     }
@@ -668,8 +680,8 @@ fn shown(shares: &[u32]) -> String {
     ranges(shares.iter().copied())
 }
 
-/// Says what became of a share; returns its exit code.
-fn told(share: Share, judged: &ShareOutcome) -> u8 {
+/// Shows the result of a share; returns its exit code.
+fn report_share(share: Share, judged: &ShareOutcome) -> u8 {
     for error in &judged.refused {
         output::talk(&format!("latchgate: {error}"));
     }
@@ -677,7 +689,7 @@ fn told(share: Share, judged: &ShareOutcome) -> u8 {
         "latchgate: share {share}: {}, {} judged, {} in the store before",
         counted(judged.recordings, "recording"),
         counted(judged.judged, "pair"),
-        judged.known
+        judged.stored
     ));
     if judged.refused.is_empty() {
         0
