@@ -1,30 +1,29 @@
-//! The command line: arguments in, data to stdout, talk to stderr, an exit code out.
+//! The command line: arguments in, data to stdout, messages to stderr, an exit code out.
 //!
 //! - `args`: the command line as a whole: options of every command, and the commands;
 //! - `compare`: `latchgate compare`: two verdicts side by side, as far as they differ;
-//! - `design`: the design that the command line asks for: a file, or the paper's, with overrides;
-//! - `failure`: why a command ended without an answer of its own;
+//! - `design`: the design of a command line: a file, or the paper's, with overrides;
+//! - `failure`: the reasons for which a command ends without an answer;
 //! - `gate`: `latchgate gate`: many recordings and designs, one exit code;
 //! - `init`: `latchgate init`: a commented file to start from;
-//! - `inputs`: keeps what a command reads from what it writes;
-//! - `inspect`: `latchgate inspect`: what a recording holds;
+//! - `inputs`: protects the files that a command reads from what it writes;
+//! - `inspect`: `latchgate inspect`: the channels of a recording;
 //! - `limits`: `latchgate limits`: every limit on input, with its value and how to change it;
-//! - `log`: tracing output: stderr, as text or JSON lines, silent unless asked for;
+//! - `log`: tracing output: stderr, as text or JSON lines, off by default;
 //! - `manual`: shell completions and manual pages;
 //! - `margin`: `latchgate margin`: how far a verdict is from changing, and what design would
 //!   change it;
-//! - `offers`: what a person may mean where the file does not say it: for each choice the command that takes it;
-//! - `options`: options that commands share, and what they ask as data;
+//! - `offers`: the commands to choose from where a file leaves a setting open;
+//! - `options`: options that commands share, and the request that they make;
 //! - `output`: the only place that prints;
-//! - `progress`: what a command is doing and how far it has come, on a terminal, and Ctrl-C,
-//!   which ends it;
+//! - `progress`: a line of progress on a terminal, and Ctrl-C;
 //! - `replay`: `latchgate replay`: one recording, one design, one verdict;
-//! - `serve`: `latchgate serve`: the service, a program of its own;
+//! - `serve`: `latchgate serve`: starts the service, another program;
 //! - `statics`: `latchgate static`: static thresholds by direction, with the clause that each answers;
 //! - `study`: `latchgate study`: one file per study, one line each in [`Study`] and in its
 //!   `analysis`;
-//! - `values`: values of options that only the command line knows, and how they are read;
-//! - `verify`: `latchgate verify`: the run inside a verdict made again, and compared.
+//! - `values`: values of options that only the command line has;
+//! - `verify`: `latchgate verify`: repeats the run of a verdict and compares.
 
 #![allow(
     clippy::disallowed_methods,
@@ -69,7 +68,7 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // Help and version are answers, not errors; clap knows which stream is theirs.
             if error.use_stderr() {
-                // It repeats words of the command line, file names among them.
+                // The message quotes the command line, whose file names must not steer the terminal.
                 output::talk_plainly(error.render().to_string().trim_end());
                 return ExitCode::from(WRONG_USAGE);
             }
@@ -81,22 +80,22 @@ pub fn main() -> ExitCode {
         return refuse_usage(&error);
     }
     progress::listen();
-    // A console of Windows must be told once that colours come; elsewhere this does nothing.
+    // A Windows console needs colours switched on; elsewhere this does nothing.
     anstyle_query::windows::enable_ansi_colors();
     let code = match &arguments.command {
-        Command::Replay(own) => replay::command(own, &arguments.common),
-        Command::Inspect(own) => inspect::command(own, &arguments.common),
-        Command::Margin(own) => margin::command(own, &arguments.common),
-        Command::Static(own) => statics::command(own, &arguments.common),
-        Command::Gate(own) => gate::command(own, &arguments.common),
-        Command::Verify(own) => verify::command(own, &arguments.common),
-        Command::Compare(own) => compare::command(own, &arguments.common),
-        Command::Study(own) => study::command(&own.study, &arguments.common),
-        Command::Init(own) => init::command(own),
+        Command::Replay(options) => replay::command(options, &arguments.common),
+        Command::Inspect(options) => inspect::command(options, &arguments.common),
+        Command::Margin(options) => margin::command(options, &arguments.common),
+        Command::Static(options) => statics::command(options, &arguments.common),
+        Command::Gate(options) => gate::command(options, &arguments.common),
+        Command::Verify(options) => verify::command(options, &arguments.common),
+        Command::Compare(options) => compare::command(options, &arguments.common),
+        Command::Study(options) => study::command(&options.study, &arguments.common),
+        Command::Init(options) => init::command(options),
         Command::Limits => limits::command(&arguments.common),
-        Command::Serve(own) => serve::command(own),
-        Command::Completions(own) => manual::completions(own),
-        Command::Man(own) => manual::man(own),
+        Command::Serve(options) => serve::command(options),
+        Command::Completions(options) => manual::completions(options),
+        Command::Man(options) => manual::man(options),
     };
     match code {
         Ok(code) => ExitCode::from(code),
@@ -106,7 +105,7 @@ pub fn main() -> ExitCode {
             ExitCode::from(COULD_NOT)
         }
         Err(Failure::Interrupted) => {
-            output::talk(progress::WORD);
+            output::talk(progress::INTERRUPTED_MESSAGE);
             ExitCode::from(INTERRUPTED)
         }
     }

@@ -30,7 +30,7 @@ pub struct Arguments {
     pub command: Command,
 }
 
-/// What is asked of `replay` most.
+/// The most frequent uses of `replay`.
 const EXAMPLES_REPLAY: &str = "\
 Examples:
   latchgate replay burst.csv

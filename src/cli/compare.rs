@@ -18,17 +18,17 @@ use std::path::{Path, PathBuf};
 /// Exit code for verdicts that differ.
 const DIFFERENT: u8 = 1;
 
-/// Letters of a value in a cell of a terminal.
+/// Longest value in a cell of a terminal [characters].
 const CELL: usize = 36;
 
 /// The document that `compare --format json` prints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VerdictComparison {
-    /// What differs.
+    /// Values that differ.
     pub differences: Vec<DifferingValue>,
-    /// What names each verdict.
+    /// The `report_id` of each verdict.
     pub report_ids: Vec<String>,
-    /// Whether nothing does.
+    /// True if no value differs.
     pub same: bool,
     /// `latchgate.compare/1`.
     pub schema: Cow<'static, str>,
@@ -41,51 +41,51 @@ struct Stored {
 }
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &CompareArguments, common: &Common) -> Result<u8, Failure> {
-    let verdicts: Vec<Stored> = own
+pub(super) fn command(arguments: &CompareArguments, common: &Common) -> Result<u8, Failure> {
+    let verdicts: Vec<Stored> = arguments
         .verdicts
         .iter()
         .map(|path| verdict(path))
         .collect::<Result<_, _>>()?;
     let keys: Vec<&Map<String, Value>> = verdicts.iter().map(|verdict| &verdict.keys).collect();
-    let found = differences::between(&keys);
-    let written = (!own.no_report).then(|| page(own, &verdicts, &found));
+    let differences = differences::between(&keys);
+    let written = (!arguments.no_report).then(|| page(arguments, &verdicts, &differences));
     let text = match common.format {
         OutputFormat::Json => latchgate_document::json::render(&VerdictComparison {
-            differences: found.clone(),
+            differences: differences.clone(),
             report_ids: verdicts
                 .iter()
                 .map(|verdict| verdict.document.report_id.clone())
                 .collect(),
-            same: found.is_empty(),
+            same: differences.is_empty(),
             schema: "latchgate.compare/1".into(),
         }),
         OutputFormat::Text => {
             let page = written.as_ref().and_then(|written| written.as_ref().ok());
             let line = page.map(|path| format!("page  {}\n", path.display()));
-            text(&verdicts, &found, common) + &line.unwrap_or_default()
+            text(&verdicts, &differences, common) + &line.unwrap_or_default()
         }
     };
     output::document(&text).map_err(Failure::Data)?;
-    // What differs is told even where the page could not be written.
+    // After the answer, which is printed even if the page could not be written.
     written.transpose().map_err(Failure::Data)?;
-    Ok(if found.is_empty() { 0 } else { DIFFERENT })
+    Ok(if differences.is_empty() { 0 } else { DIFFERENT })
 }
 
-/// Writes the page of all, with the series that lie beside them; returns its path.
+/// Writes the page of the comparison, with the series beside the verdicts; returns its path.
 fn page(
-    own: &CompareArguments,
+    arguments: &CompareArguments,
     verdicts: &[Stored],
-    found: &[DifferingValue],
+    differences: &[DifferingValue],
 ) -> Result<PathBuf, Error> {
     let mut tables = Vec::new();
-    for (path, verdict) in own.verdicts.iter().zip(verdicts) {
+    for (path, verdict) in arguments.verdicts.iter().zip(verdicts) {
         let beside = path.with_file_name(latchgate_report::SERIES_FILE);
-        // Nothing was replayed where there is no nominal run.
+        // Without a nominal run nothing was replayed, and a series is that of an earlier report.
         if verdict.document.nominal.is_some() && beside.exists() {
             let shown = beside.display().to_string();
-            let most = ("text_bytes", Limits::default().text_bytes);
-            let text = read_within(&beside, &shown, "read the series", most)?;
+            let limit = ("text_bytes", Limits::default().text_bytes);
+            let text = read_within(&beside, &shown, "read the series", limit)?;
             tables.push(series::from_csv(&text).map_err(|error| error.at(place(&beside)))?);
         }
     }
@@ -95,9 +95,9 @@ fn page(
         .map(|document| short(&document.report_id))
         .collect();
     let default = || Path::new("reports/out").join(format!("compare-{}", ids.join("-")));
-    let folder = own.out.clone().unwrap_or_else(default);
+    let folder = arguments.out.clone().unwrap_or_else(default);
     let tables = (tables.len() == documents.len()).then_some(&*tables);
-    latchgate_report::write_comparison(&folder, &documents, tables, found)
+    latchgate_report::write_comparison(&folder, &documents, tables, differences)
 }
 
 fn short(id: &str) -> String {
@@ -120,10 +120,9 @@ fn verdict(path: &Path) -> Result<Stored, Failure> {
         Some(Value::Object(keys)) if keys.get("schema") == Some(&"latchgate.verdict/1".into()) => {
             let document = serde_json::from_value(Value::Object(keys.clone()));
             let document = document.map_err(|error| {
-                let found = error.to_string();
                 refused(
                     "a verdict of this version",
-                    found,
+                    error.to_string(),
                     "replay the recording again",
                 )
             })?;
@@ -137,11 +136,11 @@ fn verdict(path: &Path) -> Result<Stored, Failure> {
     }
 }
 
-/// Returns what was changed and what that did, a row for each answer and each input that differs, and, if asked
-/// for, every key.
-fn text(verdicts: &[Stored], found: &[DifferingValue], common: &Common) -> String {
+/// Returns a sentence on the change and its effect, a row for each answer and each input that differs, and with
+/// `-v` every key.
+fn text(verdicts: &[Stored], differences: &[DifferingValue], common: &Common) -> String {
     let documents: Vec<&Document> = verdicts.iter().map(|verdict| &verdict.document).collect();
-    if found.is_empty() {
+    if differences.is_empty() {
         return format!("SAME  {}\n", comparison::subject(documents[0]));
     }
     let shown = |text: &str| escape::terminal(text).replace('\u{00A0}', " ");
@@ -173,12 +172,12 @@ fn text(verdicts: &[Stored], found: &[DifferingValue], common: &Common) -> Strin
     }
     out += &format!("\n{}", terminal::fitted_table(&rows, 1, width));
     if common.verbose == 0 {
-        return out + &format!("\n{} keys differ; -v lists them\n", found.len());
+        return out + &format!("\n{} keys differ; -v lists them\n", differences.len());
     }
     let head = ["part", "key"].map(String::from).into_iter().chain(letters);
     let mut rows = vec![head.collect::<Vec<_>>()];
     let mut part = "";
-    for row in found {
+    for row in differences {
         let name = if row.part == part { "" } else { &*row.part };
         part = &*row.part;
         let values = row

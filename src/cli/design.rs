@@ -1,4 +1,4 @@
-//! The design that the command line asks for: a file, or the paper's, with overrides.
+//! The design of a command line: a file, or the paper's, with overrides.
 
 use super::failure::Failure;
 use super::options::{Common, ReplayArguments};
@@ -10,20 +10,22 @@ use latchgate_recording::Limits;
 use latchgate_recording::error::{Error, Place};
 use std::path::Path;
 
-/// Returns the design that the options ask for, checked together with the question.
-pub(super) fn asked_design(
-    own: &ReplayArguments,
+/// Returns the design of the options, checked together with the request.
+pub(super) fn requested_design(
+    arguments: &ReplayArguments,
     request: &Request,
     common: &Common,
 ) -> Result<Design, Failure> {
     request.check().map_err(Failure::Usage)?;
     let limits = common.limits().map_err(Failure::Usage)?;
-    let design = design(own.design.as_deref(), &own.set, &limits)?;
-    request.check_design(&design).map_err(match own.design {
-        None => Failure::Usage,
-        // Here it takes the file to see that value and tolerance do not go together.
-        Some(_) => Failure::Data,
-    })?;
+    let design = design(arguments.design.as_deref(), &arguments.set, &limits)?;
+    request
+        .check_design(&design)
+        .map_err(match arguments.design {
+            None => Failure::Usage,
+            // The error lies in the file, not in the command line.
+            Some(_) => Failure::Data,
+        })?;
     Ok(design)
 }
 
@@ -42,7 +44,7 @@ pub(super) fn design(
         Some(path) => {
             design = read(path, limits).map_err(Failure::Data)?;
             override_keys(&mut design, overrides).map_err(Failure::Usage)?;
-            // Here it takes the file to see that the values do not go together.
+            // The error lies in the file, not in the command line.
             design
                 .validate()
                 .map_err(|error| Failure::Data(error.into()))?;
@@ -62,7 +64,7 @@ fn read(path: &Path, limits: &Limits) -> Result<Design, Error> {
     let file = path
         .file_name()
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let most = ("settings_bytes", limits.settings_bytes);
-    let bytes = read_within(path, &file, "read the design file", most)?;
+    let limit = ("settings_bytes", limits.settings_bytes);
+    let bytes = read_within(path, &file, "read the design file", limit)?;
     design_from_bytes(&file, &bytes, limits)
 }

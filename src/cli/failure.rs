@@ -1,31 +1,30 @@
-//! Why a command ended without an answer of its own.
+//! The reasons for which a command ends without an answer.
 
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_recording::error::{Error, ErrorKind};
 
-/// Exit code for wrong usage: known to be wrong from the command line alone.
+/// Exit code for an error that the command line alone shows.
 pub(super) const WRONG_USAGE: u8 = 2;
 
-/// Exit code for anything that depends on data and could not be done.
+/// Exit code for an error that depends on data.
 pub(super) const COULD_NOT: u8 = 4;
 
 /// Exit code for a command that Ctrl-C ended.
 pub(super) const INTERRUPTED: u8 = 130;
 
-/// Why a command ended without an answer of its own.
+/// The reason for which a command ends without an answer.
 #[derive(Debug)]
 pub(super) enum Failure {
-    /// Wrong from the command line alone.
+    /// An error that the command line alone shows.
     Usage(Error),
-    /// Depends on data.
+    /// An error that depends on data.
     Data(Error),
     /// Ended by Ctrl-C.
     Interrupted,
 }
 
 impl Failure {
-    /// Returns the failure of an error that depends on data, or that says that the work was
-    /// stopped.
+    /// Returns the failure of an error that depends on data, or of work that was stopped.
     pub(super) fn of_data(error: Error) -> Self {
         match error.kind() {
             ErrorKind::Kernel(KernelError::Stopped) => Self::Interrupted,

@@ -31,23 +31,23 @@ pub enum Template {
 }
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &InitArguments) -> Result<u8, Failure> {
-    let (name, text) = match own.template {
+pub(super) fn command(arguments: &InitArguments) -> Result<u8, Failure> {
+    let (name, text) = match arguments.template {
         Template::Card => ("card.toml", include_str!("init/card.toml")),
         Template::Design => ("design.toml", include_str!("init/design.toml")),
         Template::Gate => ("gate.toml", include_str!("init/gate.toml")),
     };
-    let path = own.file.as_deref().unwrap_or(Path::new(name));
+    let path = arguments.file.as_deref().unwrap_or(Path::new(name));
     create(path, text).map_err(Failure::Data)?;
     output::text(&format!("{}\n", path.display())).map_err(Failure::Data)?;
     Ok(0)
 }
 
-/// Writes a file that is not there yet.
+/// Writes a new file.
 ///
 /// # Errors
 ///
-/// [`latchgate_recording::error::ErrorKind::Io`] if it is, or cannot be written.
+/// [`latchgate_recording::error::ErrorKind::Io`] if it exists, or cannot be written.
 pub(super) fn create(path: &Path, text: &str) -> Result<(), Error> {
     OpenOptions::new()
         .write(true)

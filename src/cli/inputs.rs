@@ -1,4 +1,4 @@
-//! Keeps what a command reads from what it writes.
+//! Protects the files that a command reads from what it writes.
 
 use super::options::ReplayArguments;
 use latchgate_recording::error::{Error, Place};
@@ -10,9 +10,9 @@ pub(super) struct Inputs(Vec<PathBuf>);
 
 impl Inputs {
     /// Returns the recordings, their cards and the design file of a command line.
-    pub(super) fn of(own: &ReplayArguments, further: &[PathBuf]) -> Self {
-        let recordings = std::iter::once(&own.read.recording).chain(further);
-        let mut files: Vec<PathBuf> = own.design.iter().cloned().collect();
+    pub(super) fn of(arguments: &ReplayArguments, further: &[PathBuf]) -> Self {
+        let recordings = std::iter::once(&arguments.read.recording).chain(further);
+        let mut files: Vec<PathBuf> = arguments.design.iter().cloned().collect();
         for recording in recordings {
             let mut card = recording.clone().into_os_string();
             card.push(".toml");
@@ -27,7 +27,7 @@ impl Inputs {
     /// # Errors
     ///
     /// [`latchgate_recording::error::ErrorKind::Io`] that names the file.
-    pub(super) fn lie_outside(&self, folder: &Path) -> Result<(), Error> {
+    pub(super) fn check_report_folder(&self, folder: &Path) -> Result<(), Error> {
         let entries = fs::read_dir(folder).into_iter().flatten().flatten();
         let paths = entries.map(|entry| entry.path());
         match paths.into_iter().find(|path| self.contain(path)) {
@@ -41,12 +41,14 @@ impl Inputs {
     /// # Errors
     ///
     /// [`latchgate_recording::error::ErrorKind::Io`] that names the file.
-    pub(super) fn are_not(&self, series: &Path) -> Result<(), Error> {
+    pub(super) fn check_series_file(&self, series: &Path) -> Result<(), Error> {
         if self.contain(series) {
             return Err(overwritten(series, "series"));
         }
-        let is_file = fs::metadata(series).is_ok_and(|found| found.is_file() && found.len() > 0);
-        if is_file && !latchgate_report::series::is_one(series) {
+        // A pipe or a device such as /dev/stdout may be written; so may an empty file.
+        let has_content =
+            fs::metadata(series).is_ok_and(|metadata| metadata.is_file() && metadata.len() > 0);
+        if has_content && !latchgate_report::series::is_one(series) {
             let reason = "the file is there and is no series; name one that is not there yet";
             return Err(Error::io("write the series", &reason).at(Place::path(series)));
         }

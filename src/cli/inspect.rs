@@ -1,4 +1,4 @@
-//! `latchgate inspect`: what a recording holds. Judges nothing.
+//! `latchgate inspect`: the channels of a recording. Judges nothing.
 
 use super::failure::Failure;
 use super::offers::offers;
@@ -18,11 +18,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Failure> {
-    let mut request = own.read.request(common).map_err(Failure::Usage)?;
-    request.sled206 = own.sled206;
+pub(super) fn command(arguments: &InspectArguments, common: &Common) -> Result<u8, Failure> {
+    let mut request = arguments.read.request(common).map_err(Failure::Usage)?;
+    request.sled206 = arguments.sled206;
     request.check().map_err(Failure::Usage)?;
-    let source = own.read.source().map_err(Failure::Data)?;
+    let source = arguments.read.source().map_err(Failure::Data)?;
     let step = format!("inspect {}", source.name());
     let progress = Progress::new(&step);
     let listing = progress.watch(&step, common.thread_count(), |control| {
@@ -32,15 +32,17 @@ pub(super) fn command(own: &InspectArguments, common: &Common) -> Result<u8, Fai
     let listing = listing.map_err(Failure::of_data)?;
     match common.format {
         OutputFormat::Json => output::document(&latchgate_document::json::render(&listing)),
-        OutputFormat::Text => {
-            output::text(&table(&listing, &own.read.recording, output::look(common)))
-        }
+        OutputFormat::Text => output::text(&table(
+            &listing,
+            &arguments.read.recording,
+            output::look(common),
+        )),
     }
     .map_err(Failure::Data)?;
     Ok(0)
 }
 
-fn table(listing: &Listing, asked: &Path, look: Look) -> String {
+fn table(listing: &Listing, recording: &Path, look: Look) -> String {
     let source = &listing.recording;
     let mut text = format!(
         "{}  ({}, sha256 {})\n",
@@ -49,12 +51,12 @@ fn table(listing: &Listing, asked: &Path, look: Look) -> String {
         source.sha256
     );
     if let Some(mapping) = &listing.table {
-        head_of_table(&mut text, mapping, look.width);
+        table_head(&mut text, mapping, look.width);
     }
-    test(&mut text, listing, look);
+    stated_facts(&mut text, listing, look);
     channels(&mut text, &listing.channels, look.width);
     choice(&mut text, listing, look.width);
-    text += &offers(asked, &listing.replay.offers);
+    text += &offers(recording, &listing.replay.offers);
     for sentence in listing.sled206.iter().flat_map(SledCheck::sentences) {
         push_wrapped(&mut text, &sentence, look.width);
     }
@@ -62,8 +64,8 @@ fn table(listing: &Listing, asked: &Path, look: Look) -> String {
     text
 }
 
-/// Writes where a table has its names, units and samples, and what stands above them.
-fn head_of_table(text: &mut String, mapping: &TableMapping, width: Option<usize>) {
+/// Writes the lines of a table's names, units and samples, and the text above them.
+fn table_head(text: &mut String, mapping: &TableMapping, width: Option<usize>) {
     let name = |what: &str, name: &str| format!("{what} `{}`", escape::terminal(name));
     let line = |what: &str, line: Option<u64>| Some(format!("{what} line {}", line?));
     let time = mapping.time_column.as_ref().map(|column| {
@@ -89,11 +91,11 @@ fn head_of_table(text: &mut String, mapping: &TableMapping, width: Option<usize>
     }
 }
 
-/// Lists what the head of a file says of a channel beside its place and its sensor.
+/// Lists the statements of a file's header about a channel, except its place and its sensor.
 fn stated(entry: &ListedChannel) -> Vec<String> {
     let stated = &entry.stated;
     let unit = entry.unit.map(AccelerationUnit::name);
-    let by_whom = unit.map(|unit| format!("unit {unit} by {}", entry.unit_source));
+    let unit_source = unit.map(|unit| format!("unit {unit} by {}", entry.unit_source));
     let full_scale = stated.full_scale.map(|scale| {
         let scale = number::plain(scale, 5);
         format!("full scale {scale} {}", unit.unwrap_or_default())
@@ -114,16 +116,25 @@ fn stated(entry: &ListedChannel) -> Vec<String> {
     let clock = stated
         .clock_confirmed_by
         .as_ref()
-        .map(|by| format!("rate confirmed by {by}"));
-    let all = [
-        by_whom, full_scale, corner, class, unfiltered, gravity, status, clock,
-    ];
-    all.into_iter().flatten().collect()
+        .map(|source| format!("rate confirmed by {source}"));
+    [
+        unit_source,
+        full_scale,
+        corner,
+        class,
+        unfiltered,
+        gravity,
+        status,
+        clock,
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
-/// Writes what the file says of the test, then what it says of single channels; unless all are wanted,
-/// those that a replay passes over are left out.
-fn test(text: &mut String, listing: &Listing, look: Look) {
+/// Writes the statements of the file about the test, then those about single channels. Without `-v`
+/// channels that a replay skips are left out.
+fn stated_facts(text: &mut String, listing: &Listing, look: Look) {
     for (name, value) in test_facts(&listing.test) {
         let line = format!("{}: {}", name.to_lowercase(), escape::terminal(&value));
         push_wrapped(text, &line, look.width);
@@ -152,7 +163,7 @@ fn push_wrapped(text: &mut String, line: &str, width: Option<usize>) {
     text.push('\n');
 }
 
-/// Tells whether a replay takes or offers a channel, or all are wanted.
+/// True if a replay takes or offers a channel, or all are requested.
 fn is_shown(entry: &ListedChannel, all: bool) -> bool {
     all || entry.status != ChannelStatus::PassedOver
 }
@@ -194,13 +205,13 @@ fn channels(text: &mut String, channels: &[ListedChannel], width: Option<usize>)
                 .unwrap_or(0)
         })
         .collect();
-    let whole = widths.iter().sum::<usize>() + 2 * (widths.len() - 1);
-    let shape_fits = width.is_none_or(|width| whole <= width);
+    let table_width = widths.iter().sum::<usize>() + 2 * (widths.len() - 1);
+    let shape_fits = width.is_none_or(|width| table_width <= width);
     let shown = if shape_fits { 10 } else { 9 };
     for row in &rows {
         for (column, cell) in row.iter().take(shown).enumerate() {
             let pad = " ".repeat(widths[column].saturating_sub(cell.chars().count()));
-            // Words to the left, numbers to the right.
+            // Words are aligned left, numbers right.
             let _ = match column {
                 0..=2 => write!(text, "{cell}{pad}  "),
                 9 => write!(text, "{cell}"),
@@ -212,7 +223,7 @@ fn channels(text: &mut String, channels: &[ListedChannel], width: Option<usize>)
     }
 }
 
-/// Writes which channel a replay takes, and why.
+/// Writes the channel that a replay takes, and the reason.
 fn choice(text: &mut String, listing: &Listing, width: Option<usize>) {
     match (&listing.replay.channel, &listing.replay.reason) {
         (Some(name), reason) => {
@@ -224,8 +235,8 @@ fn choice(text: &mut String, listing: &Listing, width: Option<usize>) {
                     width,
                 );
             }
-            let taken = listing.channels.iter().find(|entry| entry.name == *name);
-            if let Some(hash) = taken.and_then(|entry| entry.content_sha256.as_ref()) {
+            let channel = listing.channels.iter().find(|entry| entry.name == *name);
+            if let Some(hash) = channel.and_then(|entry| entry.content_sha256.as_ref()) {
                 let _ = writeln!(text, "signal: sha256 {hash}, the same in any file format");
             }
         }
@@ -237,32 +248,32 @@ fn choice(text: &mut String, listing: &Listing, width: Option<usize>) {
     }
 }
 
-/// Writes the findings, the gravest first; what several channels share, such as a clock, once.
-/// Unless all are wanted, those of channels that a replay passes over are left out, and that is said.
+/// Writes the findings, the gravest first. A finding that several channels share, such as that of a
+/// clock, is written once. Without `-v` those of channels that a replay skips are only counted.
 fn findings(text: &mut String, listing: &Listing, look: Look) {
     let shown = |entry: &&ListedChannel| is_shown(entry, look.detail);
-    let of_channels = listing.channels.iter().filter(shown).flat_map(|entry| {
-        let own = entry.findings.iter();
-        own.map(move |finding| (Some(&entry.name), finding))
+    let channel_findings = listing.channels.iter().filter(shown).flat_map(|entry| {
+        let findings = entry.findings.iter();
+        findings.map(move |finding| (Some(&entry.name), finding))
     });
-    let mut told: Vec<(Vec<&String>, &Finding)> = Vec::new();
+    let mut distinct: Vec<(Vec<&String>, &Finding)> = Vec::new();
     for (name, finding) in listing
         .findings
         .iter()
         .map(|finding| (None, finding))
-        .chain(of_channels)
+        .chain(channel_findings)
     {
-        match told.iter_mut().find(|(_, known)| *known == finding) {
+        match distinct.iter_mut().find(|(_, listed)| *listed == finding) {
             Some((names, _)) => names.extend(name),
-            None => told.push((name.into_iter().collect(), finding)),
+            None => distinct.push((name.into_iter().collect(), finding)),
         }
     }
-    told.sort_by_key(|(_, finding)| std::cmp::Reverse(finding.severity));
-    for (names, finding) in told {
+    distinct.sort_by_key(|(_, finding)| std::cmp::Reverse(finding.severity));
+    for (names, finding) in distinct {
         let severity = finding.severity.name();
         let place = finding
             .at_s
-            .map_or_else(String::new, |at| format!(" at {} s", short(at, 6)));
+            .map_or_else(String::new, |time_s| format!(" at {} s", short(time_s, 6)));
         let owner = match names.as_slice() {
             [] => String::new(),
             [name] => format!("{}: ", escape::terminal(name)),
@@ -279,9 +290,9 @@ fn findings(text: &mut String, listing: &Listing, look: Look) {
         let line = format!("{severity} {}{place}: {owner}{finding_text}", finding.code);
         push_wrapped(text, &line, look.width);
     }
-    let passed_over = listing.channels.iter().filter(|entry| !shown(entry));
-    let untold: usize = passed_over.map(|entry| entry.findings.len()).sum();
-    if untold > 0 {
-        let _ = writeln!(text, "{untold} findings on other channels; -v shows them");
+    let skipped = listing.channels.iter().filter(|entry| !shown(entry));
+    let hidden: usize = skipped.map(|entry| entry.findings.len()).sum();
+    if hidden > 0 {
+        let _ = writeln!(text, "{hidden} findings on other channels; -v shows them");
     }
 }

@@ -19,13 +19,13 @@ pub struct LimitList {
     pub limits: Vec<ListedLimit>,
 }
 
-/// A limit, and how it is changed.
+/// A limit, and the option that changes it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ListedLimit {
     /// The limit.
     #[serde(flatten)]
     pub limit: Limit,
-    /// The option that sets it to the value it has.
+    /// The option that sets its present value.
     pub change: String,
 }
 
@@ -66,10 +66,13 @@ pub(super) fn command(common: &Common) -> Result<u8, Failure> {
 
 fn table(listing: &LimitList) -> String {
     let entries = &listing.limits;
-    let width = |of: &dyn Fn(&ListedLimit) -> usize| entries.iter().map(of).max().unwrap_or(0);
-    let names = width(&|entry| entry.limit.name.len());
-    let values = width(&|entry| entry.limit.value.to_string().len());
-    let units = width(&|entry| entry.limit.unit.len());
+    let widest = |width: &dyn Fn(&Limit) -> usize| {
+        let widths = entries.iter().map(|entry| width(&entry.limit));
+        widths.max().unwrap_or(0)
+    };
+    let names = widest(&|limit| limit.name.len());
+    let values = widest(&|limit| limit.value.to_string().len());
+    let units = widest(&|limit| limit.unit.len());
     let mut text = String::new();
     for ListedLimit { limit, .. } in entries {
         let changed = if limit.value == limit.default {

@@ -1,4 +1,4 @@
-//! Tracing output: stderr, as text or JSON lines, silent unless asked for.
+//! Tracing output: stderr, as text or JSON lines, off by default.
 
 use super::options::Common;
 use super::values::LogFormat;
@@ -6,17 +6,17 @@ use latchgate_recording::error::Error;
 use std::io::IsTerminal;
 use tracing::level_filters::LevelFilter;
 
-/// Starts tracing as `-v` and `--log` ask.
+/// Starts tracing by `-v` and `--log`.
 ///
 /// # Errors
 ///
 /// [`latchgate_recording::error::ErrorKind::Io`] if tracing was started before in this process.
 pub(super) fn start(common: &Common) -> Result<(), Error> {
-    let asked = common.log.map_or(LevelFilter::OFF, |log| log.level);
+    let log_level = common.log.map_or(LevelFilter::OFF, |log| log.level);
     let level = match common.verbose {
-        0 => asked,
-        1 => asked.max(LevelFilter::INFO),
-        2 => asked.max(LevelFilter::DEBUG),
+        0 => log_level,
+        1 => log_level.max(LevelFilter::INFO),
+        2 => log_level.max(LevelFilter::DEBUG),
         _ => LevelFilter::TRACE,
     };
     if level == LevelFilter::OFF {

@@ -7,10 +7,10 @@ use clap::CommandFactory;
 use latchgate_recording::error::Error;
 
 /// Prints the completions for a shell.
-pub(super) fn completions(own: &CompletionsArguments) -> Result<u8, Failure> {
+pub(super) fn completions(arguments: &CompletionsArguments) -> Result<u8, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(
-        own.shell,
+        arguments.shell,
         &mut Arguments::command(),
         "latchgate",
         &mut script,
@@ -20,25 +20,25 @@ pub(super) fn completions(own: &CompletionsArguments) -> Result<u8, Failure> {
 }
 
 /// Prints the manual page of latchgate or of one command, in roff.
-pub(super) fn man(own: &ManArguments) -> Result<u8, Failure> {
+pub(super) fn man(arguments: &ManArguments) -> Result<u8, Failure> {
     let mut root = Arguments::command();
     root.build();
     let mut page = root;
     let mut name = String::from("latchgate");
-    for word in &own.command {
-        let Some(found) = page.find_subcommand(word) else {
-            let known: Vec<&str> = page
+    for word in &arguments.command {
+        let Some(subcommand) = page.find_subcommand(word) else {
+            let names: Vec<&str> = page
                 .get_subcommands()
                 .map(clap::Command::get_name)
                 .collect();
             return Err(Failure::Usage(Error::unknown(
                 "command",
                 word.clone(),
-                &known,
+                &names,
             )));
         };
         name = format!("{name}-{word}");
-        page = found.clone().name(name.clone());
+        page = subcommand.clone().name(name.clone());
     }
     let mut roff = Vec::new();
     clap_mangen::Man::new(page)

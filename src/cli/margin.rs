@@ -1,6 +1,6 @@
 //! `latchgate margin`: how far a verdict is from changing, and what design would change it.
 
-use super::design::asked_design;
+use super::design::requested_design;
 use super::failure::{COULD_NOT, Failure};
 use super::inputs::Inputs;
 use super::options::{Common, MarginArguments};
@@ -13,15 +13,15 @@ use std::path::Path;
 use std::time::Instant;
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Failure> {
+pub(super) fn command(arguments: &MarginArguments, common: &Common) -> Result<u8, Failure> {
     let started = Instant::now();
-    let request = own.request(common).map_err(Failure::Usage)?;
-    let design = asked_design(&own.replay, &request.replay, common)?;
-    if let Some(out) = &own.replay.out {
-        let inputs = Inputs::of(&own.replay, &[]);
-        inputs.lie_outside(out).map_err(Failure::Data)?;
+    let request = arguments.request(common).map_err(Failure::Usage)?;
+    let design = requested_design(&arguments.replay, &request.replay, common)?;
+    if let Some(out) = &arguments.replay.out {
+        let inputs = Inputs::of(&arguments.replay, &[]);
+        inputs.check_report_folder(out).map_err(Failure::Data)?;
     }
-    let source = own.replay.read.source().map_err(Failure::Data)?;
+    let source = arguments.replay.read.source().map_err(Failure::Data)?;
     let step = format!("margin {}", source.name());
     let progress = Progress::new(&step).that_keeps();
     let outcome = progress.watch(&step, common.thread_count(), |control| {
@@ -33,7 +33,7 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
         margins,
     } = outcome.map_err(Failure::of_data)?;
     document.run.elapsed_s = started.elapsed().as_secs_f64();
-    let folder = (!own.replay.no_report).then(|| {
+    let folder = (!arguments.replay.no_report).then(|| {
         let folder = || {
             let name = latchgate_report::folder_name(
                 &document.recording.file,
@@ -42,7 +42,7 @@ pub(super) fn command(own: &MarginArguments, common: &Common) -> Result<u8, Fail
             );
             Path::new("reports/out").join(name)
         };
-        own.replay.out.clone().unwrap_or_else(folder)
+        arguments.replay.out.clone().unwrap_or_else(folder)
     });
     if let Some(folder) = &folder {
         latchgate_report::margin::write(folder, &document, &margins).map_err(Failure::Data)?;

@@ -1,4 +1,4 @@
-//! What a person may mean where the file does not say it: for each choice the command that takes it.
+//! The commands to choose from where a file leaves a setting open.
 
 use crate::pipeline::Offer;
 use latchgate_recording::error::{Error, ErrorKind};
@@ -6,8 +6,8 @@ use latchgate_report::escape;
 use latchgate_report::escape::shell as quoted;
 use std::path::Path;
 
-/// Returns a line for each channel to choose: the command that takes it, its shape, and what
-/// keeps it from being taken unasked.
+/// Returns a line for each channel to choose: the command that takes it, its shape, and the doubt for
+/// which it is not taken without a choice.
 pub(super) fn offers(recording: &Path, offers: &[Offer]) -> String {
     const LISTED: usize = 24;
     let recording = recording.to_string_lossy();
@@ -36,7 +36,8 @@ pub(super) fn offers(recording: &Path, offers: &[Offer]) -> String {
     lines
 }
 
-/// Returns a line for each way of stating what a table without names does not say: the whole command.
+/// Returns a line for each choice of the settings that a table without names leaves open: the full
+/// command.
 pub(super) fn commands(recording: &Path, error: &Error) -> String {
     const LISTED: usize = 8;
     let ErrorKind::UnnamedColumns { settings, .. } = error.kind() else {
@@ -49,11 +50,17 @@ pub(super) fn commands(recording: &Path, error: &Error) -> String {
     let recording = quoted(&recording);
     let mut commands = vec![format!("latchgate replay {recording}")];
     for (setting, values) in settings {
-        let stated = |command: &String| -> Vec<String> {
-            let one = |value: &String| format!("{command} {setting} = {value}");
-            values.iter().map(one).collect()
+        let with_setting = |command: &String| -> Vec<String> {
+            let values = values.iter();
+            values
+                .map(|value| format!("{command} {setting} = {value}"))
+                .collect()
         };
-        commands = commands.iter().flat_map(stated).take(LISTED).collect();
+        commands = commands
+            .iter()
+            .flat_map(with_setting)
+            .take(LISTED)
+            .collect();
     }
     let line = |command: &String| {
         let command = escape::terminal(command);
@@ -62,23 +69,23 @@ pub(super) fn commands(recording: &Path, error: &Error) -> String {
     commands.iter().map(line).collect()
 }
 
-/// Returns the options of a command line, each after a blank, but the one that names a channel.
+/// Returns the options of a command line except `--channel`, each after a blank.
 fn further_options(words: impl Iterator<Item = String>, recording: &str) -> String {
-    let mut rest = String::new();
-    let (mut command, mut file, mut value) = (false, false, false);
+    let mut options = String::new();
+    let (mut command_seen, mut file_seen, mut is_channel) = (false, false, false);
     for word in words {
-        if std::mem::take(&mut value) || word.starts_with("--channel=") {
+        if std::mem::take(&mut is_channel) || word.starts_with("--channel=") {
             continue;
         }
         if word == "--channel" {
-            value = true;
-        } else if !command && matches!(word.as_str(), "replay" | "inspect" | "margin") {
-            command = true;
-        } else if !file && word == recording {
-            file = true;
+            is_channel = true;
+        } else if !command_seen && matches!(word.as_str(), "replay" | "inspect" | "margin") {
+            command_seen = true;
+        } else if !file_seen && word == recording {
+            file_seen = true;
         } else {
-            rest += &format!(" {}", quoted(&word));
+            options += &format!(" {}", quoted(&word));
         }
     }
-    rest
+    options
 }

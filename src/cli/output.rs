@@ -11,36 +11,37 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Columns beyond which no text is read well.
+/// Largest number of columns: longer lines are hard to read.
 const WIDEST: usize = 120;
 
-/// Whether stdout was closed when the process began.
+/// True if stdout was closed when the process began.
 static STDOUT_IS_CLOSED: AtomicBool = AtomicBool::new(false);
 
-/// Takes in whether the process was begun with stdout open. The standard library opens a closed one
-/// to nowhere before `main`, so that this is called before.
+/// Notes if stdout is closed. It must run before `main`: there the standard library has already
+/// opened a closed stdout to `/dev/null`, and an answer would vanish without an error.
 pub extern "C" fn look_at_stdout() {
-    let open = Path::new("/proc/self/fd/1").symlink_metadata().is_ok();
-    let can_be_told = Path::new("/proc/self/fd").is_dir();
-    STDOUT_IS_CLOSED.store(can_be_told && !open, Ordering::Relaxed);
+    let is_open = Path::new("/proc/self/fd/1").symlink_metadata().is_ok();
+    // Without /proc this cannot be known, and stdout counts as open.
+    let has_proc = Path::new("/proc/self/fd").is_dir();
+    STDOUT_IS_CLOSED.store(has_proc && !is_open, Ordering::Relaxed);
 }
 
-/// Words the settings that a message names as options: ``the setting `filter` = none`` becomes
+/// Writes the settings of a message as options: ``the setting `filter` = none`` becomes
 /// `--filter none`.
 pub(super) fn with_options(text: &str) -> String {
     with_options_but(text, &[])
 }
 
-/// As [`with_options`], but leaves the settings of these keys: of a gate they are keys of its file.
+/// As [`with_options`], except for the settings of these keys: in a gate they are keys of its file.
 pub(super) fn with_options_but(text: &str, keys: &[&str]) -> String {
     let mut text = text.to_string();
-    // Most messages name none, and an answer may be long.
+    // Most texts name no setting, and an answer may be long.
     if text.contains("the setting `") {
         let options = Setting::ALL.iter();
         for setting in options.filter(|setting| !keys.contains(&setting.key())) {
             let named = setting.to_string();
             let option = match setting {
-                // One at a time.
+                // The option takes one remark, the setting a list.
                 Setting::AcceptedRemarks => "--accept-remark".into(),
                 _ => format!("--{}", setting.key().replace('_', "-")),
             };
@@ -52,12 +53,12 @@ pub(super) fn with_options_but(text: &str, keys: &[&str]) -> String {
     text
 }
 
-/// Returns how an answer looks on what it is written to.
+/// Returns the layout of an answer for the stdout of this process.
 pub(super) fn look(common: &Common) -> Look {
     let terminal = io::stdout().is_terminal();
     let width =
         terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
-    let unwanted = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    let no_color = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     let dumb = std::env::var_os("TERM").is_some_and(|name| name == "dumb");
     Look {
         width: Some(
@@ -68,7 +69,7 @@ pub(super) fn look(common: &Common) -> Look {
         colour: match common.color {
             ColorArgument::Always => true,
             ColorArgument::Never => false,
-            ColorArgument::Auto => terminal && !unwanted && !dumb,
+            ColorArgument::Auto => terminal && !no_color && !dumb,
         },
         links: terminal && !dumb,
         detail: common.verbose > 0,
@@ -76,7 +77,7 @@ pub(super) fn look(common: &Common) -> Look {
     }
 }
 
-/// Opens a file with the program that the desk has for it.
+/// Opens a file with the desktop's program for it.
 pub(super) fn open(path: &Path) {
     let opener = if cfg!(target_os = "macos") {
         "open"
@@ -99,7 +100,7 @@ pub(super) fn open(path: &Path) {
     }
 }
 
-/// Writes an answer for people to stdout, settings worded as options.
+/// Writes an answer for people to stdout, with settings as options.
 ///
 /// # Errors
 ///
@@ -108,12 +109,12 @@ pub(super) fn text(text: &str) -> Result<(), Error> {
     document(&with_options(text))
 }
 
-/// Writes a document to stdout as it is. A reader that has gone away is no error of ours.
+/// Writes a document to stdout as it is. A closed pipe is no error: `| head` reads what it needs.
 ///
 /// # Errors
 ///
 /// [`latchgate_recording::error::ErrorKind::Io`] if the data could not be written for another reason, for example
-/// a full disk: an answer that nobody got must not end with the exit code of one.
+/// a full disk: the exit code must not state an answer that was lost.
 pub(super) fn document(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     let open = if STDOUT_IS_CLOSED.load(Ordering::Relaxed) {
@@ -130,13 +131,13 @@ pub(super) fn document(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Writes a message to stderr, settings worded as options.
+/// Writes a message to stderr, with settings as options.
 pub(super) fn talk(text: &str) {
     talk_plainly(&with_options(text));
 }
 
-/// Writes a message to stderr, lines as they are. Names and cells of files are in it: no character of theirs steers
-/// the terminal.
+/// Writes a message to stderr, with settings as they are. It may hold names and cells of files, so
+/// control characters are escaped.
 pub(super) fn talk_plainly(text: &str) {
     let mut err = io::stderr().lock();
     for line in text.split('\n') {

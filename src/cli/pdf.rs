@@ -1,4 +1,4 @@
-//! A report on paper: its page printed into a PDF by a browser that is found.
+//! A report as PDF: an installed browser prints its page.
 
 use latchgate_recording::error::{Error, ErrorKind};
 use latchgate_report::PDF_FILE;
@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-/// Variable that names the browser to take.
+/// Environment variable with the path of the browser.
 const VARIABLE: &str = "CHROMIUM";
 
 /// Names under which Chromium and its relatives are installed.
@@ -23,7 +23,7 @@ const NAMES: [&str; 7] = [
     "msedge",
 ];
 
-/// Places outside of the search path.
+/// Usual paths outside the search path.
 const PLACES: [&str; 4] = [
     "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
     "/Applications/Chromium.app/Contents/MacOS/Chromium",
@@ -31,8 +31,10 @@ const PLACES: [&str; 4] = [
     r"C:\Program Files (x86)\Microsoft\Edge\Application\msedge.exe",
 ];
 
-/// How often it is asked whether the browser has ended, and how many times.
+/// Interval of polling the browser for its end.
 const PAUSE: Duration = Duration::from_millis(50);
+
+/// Largest number of polls: a minute.
 const PAUSES: u32 = 1200;
 
 /// Prints the page of the report in `folder` beside it.
@@ -50,22 +52,22 @@ pub fn print(folder: &Path) -> Result<PathBuf, Error> {
             &format!("install one, or set the variable {VARIABLE} to its path"),
         ));
     };
-    // An earlier one must not be taken for this report's.
+    // An earlier PDF must not pass for that of this report.
     let _ = fs::remove_file(&target);
     let page = folder.join(latchgate_report::REPORT_FILE);
     let profile = format!("latchgate-pdf-{}", std::process::id());
     let profile = std::env::temp_dir().join(profile);
     let ended = run(&browser, &page, &target, &profile);
     let _ = fs::remove_dir_all(&profile);
-    let found = match ended {
+    let failure = match ended {
         Ok(()) if target.is_file() => return Ok(target),
         Ok(()) => "it printed nothing".to_string(),
-        Err(why) => why,
+        Err(failure) => failure,
     };
     Err(refused(
         &target,
         &format!("{} to print the report", browser.display()),
-        &found,
+        &failure,
         "print report.html from a browser",
     ))
 }
@@ -79,7 +81,7 @@ fn refused(target: &Path, expected: &str, found: &str, hint: &str) -> Error {
     .at(super::verify::place(target))
 }
 
-/// Finds a browser: the one that the variable names, else the first that is installed.
+/// Finds a browser: the one of the variable, or the first that is installed.
 fn browser() -> Option<PathBuf> {
     if let Some(named) = std::env::var_os(VARIABLE).filter(|named| !named.is_empty()) {
         return Some(PathBuf::from(named));
@@ -95,25 +97,25 @@ fn browser() -> Option<PathBuf> {
     installed.chain(places).find(|path| path.is_file())
 }
 
-/// Runs the browser until it ends, a minute at most; says why it did not.
+/// Runs the browser until it ends, a minute at most; the error is the reason of a failure.
 fn run(browser: &Path, page: &Path, target: &Path, profile: &Path) -> Result<(), String> {
-    let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let option = |name: &str, path: PathBuf| {
         let mut option = OsString::from(name);
         option.push(path);
         option
     };
     let mut child = Command::new(browser)
-        // Its own sandbox does not work in most containers; the page holds nothing from elsewhere.
+        // The browser's sandbox fails in most containers. The page loads nothing from elsewhere.
         .args(["--headless=new", "--no-sandbox", "--disable-gpu"])
         .args([
             "--no-pdf-header-footer",
             "--disable-extensions",
             "--no-first-run",
         ])
-        .arg(option("--user-data-dir=", whole(profile)))
-        .arg(option("--print-to-pdf=", whole(target)))
-        .arg(whole(page))
+        .arg(option("--user-data-dir=", absolute(profile)))
+        .arg(option("--print-to-pdf=", absolute(target)))
+        .arg(absolute(page))
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(Stdio::null())

@@ -1,4 +1,4 @@
-//! What a command is doing and how far it has come, on a terminal, and Ctrl-C, which ends it.
+//! A line of progress on a terminal, and Ctrl-C, which ends a command.
 
 use super::failure::{COULD_NOT, INTERRUPTED};
 use super::output;
@@ -13,62 +13,62 @@ use std::time::{Duration, Instant};
 /// Set by Ctrl-C.
 static STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Set where the command is to end with the exit code of something that could not be done.
+/// Set by SIGTERM: the command ends with exit code 4 instead of 130.
 static TERMINATED: AtomicBool = AtomicBool::new(false);
 
-/// Set once a command that writes down what was done has heard the wish to stop.
+/// Set once a command that keeps its results has seen the request to stop.
 static KEEPING: AtomicBool = AtomicBool::new(false);
 
-/// Whether a line of progress stands on the terminal.
-static LINE_STANDS: AtomicBool = AtomicBool::new(false);
+/// True while a line of progress is on the terminal.
+static LINE_SHOWN: AtomicBool = AtomicBool::new(false);
 
-/// Time that a command has to end by itself before it is ended.
+/// Time that a command has to end by itself: Ctrl-C ends it within a second in any case.
 const GRACE: Duration = Duration::from_millis(900);
 
-/// Time beyond it for writing down what was done; a second Ctrl-C ends that at once.
+/// Further time for keeping results; a second Ctrl-C cuts it short.
 const GRACE_TO_KEEP: Duration = Duration::from_secs(10);
 
-/// Time that a command takes before its progress is shown.
+/// Run time before progress is shown.
 const QUIET: Duration = Duration::from_secs(1);
 
-/// Time between two lines.
+/// Interval between two lines.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// What is said of a command that Ctrl-C ended.
-pub(super) const WORD: &str = "latchgate: interrupted";
+/// Message of a command that Ctrl-C ended.
+pub(super) const INTERRUPTED_MESSAGE: &str = "latchgate: interrupted";
 
-/// Makes the first Ctrl-C ask the command to end, and see to it that it does within a second; a
-/// second one ends it at once.
+/// Makes the first Ctrl-C request the end of the command, which comes within a second; a second
+/// Ctrl-C ends it at once.
 pub(super) fn listen() {
-    on_signal(SIGINT, ask_to_end);
+    on_signal(SIGINT, request_end);
 }
 
-/// Does `then` each time the signal comes, on a thread of its own. Nothing but signals that nobody may
-/// catch fail; then the signal does what it does without us.
+/// Calls `handler` for each such signal, on a thread. It fails only for signals that cannot be
+/// caught, which then keep their usual effect.
 #[cfg(unix)]
-fn on_signal(signal: i32, then: fn()) {
+fn on_signal(signal: i32, handler: fn()) {
     if let Ok(mut signals) = signal_hook::iterator::Signals::new([signal]) {
-        std::thread::spawn(move || signals.forever().for_each(|_| then()));
+        std::thread::spawn(move || signals.forever().for_each(|_| handler()));
     }
 }
 
-/// The same by looking from time to time, where signals cannot be waited for.
+/// The same by polling, where a thread cannot wait for signals.
 #[cfg(not(unix))]
-fn on_signal(signal: i32, then: fn()) {
-    let heard = std::sync::Arc::new(AtomicBool::new(false));
-    if signal_hook::flag::register(signal, std::sync::Arc::clone(&heard)).is_ok() {
+fn on_signal(signal: i32, handler: fn()) {
+    let received = std::sync::Arc::new(AtomicBool::new(false));
+    if signal_hook::flag::register(signal, std::sync::Arc::clone(&received)).is_ok() {
         std::thread::spawn(move || {
             loop {
                 std::thread::sleep(EVERY);
-                if heard.swap(false, Ordering::Relaxed) {
-                    then();
+                if received.swap(false, Ordering::Relaxed) {
+                    handler();
                 }
             }
         });
     }
 }
 
-fn ask_to_end() {
+fn request_end() {
     if STOPPED.swap(true, Ordering::Relaxed) {
         end();
     }
@@ -81,29 +81,29 @@ fn ask_to_end() {
     });
 }
 
-/// Ends the command as Ctrl-C does, but as something that could not be done. A second wish changes
-/// nothing: whoever ends a batch of processes may say so to each of them and to all.
+/// Ends the command as Ctrl-C does, with exit code 4. A second call does not end it at once: a batch
+/// system may signal a process and its group.
 pub(super) fn terminate() {
     TERMINATED.store(true, Ordering::Relaxed);
     if !stopped() {
-        ask_to_end();
+        request_end();
     }
 }
 
-/// Makes SIGTERM end the command with what it has done kept.
+/// Makes SIGTERM end the command, which keeps its results.
 pub(super) fn listen_to_terminate() {
     KEEPING.store(true, Ordering::Relaxed);
     on_signal(SIGTERM, terminate);
 }
 
-/// Returns whether the command is to end as something that could not be done.
+/// True if the command must end with exit code 4.
 pub(super) fn terminated() -> bool {
     TERMINATED.load(Ordering::Relaxed)
 }
 
 fn end() -> ! {
     wipe();
-    output::talk(WORD);
+    output::talk(INTERRUPTED_MESSAGE);
     std::process::exit(i32::from(if terminated() {
         COULD_NOT
     } else {
@@ -111,24 +111,24 @@ fn end() -> ! {
     }));
 }
 
-/// Returns whether the command is to end.
+/// True if the command must end.
 pub(super) fn stopped() -> bool {
     STOPPED.load(Ordering::Relaxed)
 }
 
-/// Takes the line of progress off the terminal.
+/// Removes the line of progress from the terminal.
 pub(super) fn wipe() {
-    if LINE_STANDS.swap(false, Ordering::Relaxed) {
+    if LINE_SHOWN.swap(false, Ordering::Relaxed) {
         let mut err = std::io::stderr().lock();
         let _ = write!(err, "\r\x1b[K");
         let _ = err.flush();
     }
 }
 
-/// A line on a terminal's stderr that is written over: what is done, how far, how long yet.
+/// A line on a terminal's stderr: the step, the part that is done, and the time left.
 pub(super) struct Progress {
     on_terminal: bool,
-    /// Whether the command writes down what was done when it is stopped.
+    /// True if the command keeps its results when it is stopped.
     keeps: bool,
     state: Mutex<State>,
 }
@@ -154,13 +154,13 @@ impl Progress {
         }
     }
 
-    /// Says that the command writes down what was done when it is stopped.
+    /// Marks a command that keeps its results when it is stopped.
     pub(super) fn that_keeps(mut self) -> Self {
         self.keeps = true;
         self
     }
 
-    /// Does a step of the work on so many threads, watched.
+    /// Does a step of the work on that many threads, and shows its progress.
     pub(super) fn watch<T>(
         &self,
         step: &str,
@@ -177,24 +177,25 @@ impl Progress {
         })
     }
 
-    /// Takes in which part of the step is done; false asks for an end.
+    /// Shows the part of the step that is done; false if the work must stop.
     fn proceed(&self, part: Option<f64>) -> bool {
         if self.on_terminal
             && let Some(part) = part
+            // Not `lock`: a thread that works need not wait for another one's line.
             && let Ok(mut state) = self.state.try_lock()
             && state.began.elapsed() >= QUIET
             && state.shown.elapsed() >= EVERY
         {
             state.shown = Instant::now();
             let mut err = std::io::stderr().lock();
-            LINE_STANDS.store(true, Ordering::Relaxed);
+            LINE_SHOWN.store(true, Ordering::Relaxed);
             let _ = write!(
                 err,
                 "\r\x1b[K{} {} {:.0} %{}",
-                named(&state.step),
+                short_name(&state.step),
                 bar(part),
                 100.0 * part,
-                left(state.began.elapsed(), part)
+                time_left(state.began.elapsed(), part)
             );
             let _ = err.flush();
         }
@@ -205,30 +206,30 @@ impl Progress {
     }
 }
 
-/// Characters of a bar.
+/// Length of a bar [characters].
 const BAR: usize = 20;
 
-/// Characters of a step's name, so that the line fits a terminal of 80 columns.
-const NAMED: usize = 40;
+/// Longest name of a step, so that the line fits a terminal of 80 columns [characters].
+const NAME_MAX: usize = 40;
 
-/// Draws how much of a step is done.
+/// Draws the part of a step that is done.
 fn bar(part: f64) -> String {
     let done = (part.clamp(0.0, 1.0) * BAR as f64) as usize;
     format!("{}{}", "█".repeat(done), "░".repeat(BAR - done))
 }
 
-/// Returns the name of a step, cut in front where it is long: the end of a path tells more.
-fn named(step: &str) -> String {
+/// Returns the name of a step, cut at its beginning: the end of a path says more.
+fn short_name(step: &str) -> String {
     let step = escape::terminal(step);
-    let long = step.chars().count().saturating_sub(NAMED);
-    match long {
+    let excess = step.chars().count().saturating_sub(NAME_MAX);
+    match excess {
         0 => step.into_owned(),
-        long => format!("…{}", step.chars().skip(long + 1).collect::<String>()),
+        excess => format!("…{}", step.chars().skip(excess + 1).collect::<String>()),
     }
 }
 
-/// Says how long the step takes yet, if it goes on as it did, once enough of it is done to say so.
-fn left(elapsed: Duration, part: f64) -> String {
+/// Returns the time left at the speed so far; nothing while too little is done for an estimate.
+fn time_left(elapsed: Duration, part: f64) -> String {
     if part < 0.02 {
         return String::new();
     }
@@ -248,10 +249,10 @@ impl Drop for Progress {
 
 #[cfg(test)]
 mod tests {
-    use super::{BAR, GRACE, NAMED, bar, named};
+    use super::{BAR, GRACE, NAME_MAX, bar, short_name};
     use std::time::Duration;
 
-    /// A command that Ctrl-C asks to end is gone within a second.
+    /// Ctrl-C ends a command within a second.
     #[test]
     fn verif_the_grace_is_below_a_second() {
         assert!(GRACE < Duration::from_secs(1));
@@ -264,9 +265,9 @@ mod tests {
             assert_eq!(bar.matches('█').count(), full);
             assert_eq!(bar.chars().count(), BAR);
         }
-        assert_eq!(named("replay a.csv"), "replay a.csv");
-        let long = named(&format!("replay {}/the-end.csv", "long/".repeat(40)));
-        assert_eq!(long.chars().count(), NAMED);
+        assert_eq!(short_name("replay a.csv"), "replay a.csv");
+        let long = short_name(&format!("replay {}/the-end.csv", "long/".repeat(40)));
+        assert_eq!(long.chars().count(), NAME_MAX);
         assert!(
             long.starts_with('…') && long.ends_with("/the-end.csv"),
             "{long}"

@@ -1,10 +1,10 @@
 //! `latchgate replay`: recordings, one design, a verdict each.
 //!
-//! - `answer`: what it prints, on stdout and on stderr, and its exit code.
+//! - `answer`: its output on stdout and stderr, and its exit code.
 
 mod answer;
 
-use super::design::asked_design;
+use super::design::requested_design;
 use super::failure::Failure;
 use super::inputs::Inputs;
 use super::options::{Common, ReplayCommand, is_pulse, source_of};
@@ -18,32 +18,34 @@ use latchgate_recording::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// A recording's answer, and where its report lies.
+/// A recording's answer, and the paths of its report.
 struct ReplayedFile {
     outcome: Outcome,
+    /// Folder of the report.
     report: Option<PathBuf>,
-    /// Its print.
+    /// The report as a PDF.
     pdf: Option<PathBuf>,
-    /// Why its report could not be written.
+    /// Error of writing the report or the series.
     unwritten: Option<Error>,
 }
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failure> {
-    // What the command line alone shows to be wrong comes before what a file says.
-    let request = own.replay.request(common).map_err(Failure::Usage)?;
-    let design = asked_design(&own.replay, &request, common)?;
-    let inputs = Inputs::of(&own.replay, &own.further);
-    if let Some(series) = &own.series {
-        inputs.are_not(series).map_err(Failure::Data)?;
+pub(super) fn command(arguments: &ReplayCommand, common: &Common) -> Result<u8, Failure> {
+    // Errors that the command line alone shows come before those of files: exit code 2, not 4.
+    let request = arguments.replay.request(common).map_err(Failure::Usage)?;
+    let design = requested_design(&arguments.replay, &request, common)?;
+    let inputs = Inputs::of(&arguments.replay, &arguments.further);
+    if let Some(series) = &arguments.series {
+        inputs.check_series_file(series).map_err(Failure::Data)?;
     }
-    let first = &own.replay.read.recording;
+    let first = &arguments.replay.read.recording;
     let recordings: Vec<&Path> = std::iter::once(first)
-        .chain(&own.further)
+        .chain(&arguments.further)
         .map(PathBuf::as_path)
         .collect();
     let progress = Progress::new("replay");
-    // A search of its own, for readers of one answer; a program asks for the margin.
+    // The preload advice is a separate search. Only a single text answer includes it; a program
+    // calls `latchgate margin`.
     let advises = common.format == OutputFormat::Text && recordings.len() == 1;
     let limits = Limits::default();
     let mut judged = Vec::with_capacity(recordings.len());
@@ -54,9 +56,9 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
         };
         let started = Instant::now();
         let extras = Extras {
-            filter_table: advises || !own.replay.no_report || request.members > 0,
+            filter_table: advises || !arguments.replay.no_report || request.members > 0,
             preload_answer: false,
-            evidence: !own.replay.no_report || own.series.is_some(),
+            evidence: !arguments.replay.no_report || arguments.series.is_some(),
         };
         let source = source_of(recording).map_err(Failure::Data)?;
         let (prepared, mut outcome) =
@@ -76,34 +78,40 @@ pub(super) fn command(own: &ReplayCommand, common: &Common) -> Result<u8, Failur
         }
         outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
         if advises {
-            // Whoever reads one answer does not wait for the search.
+            // The answer comes before the search for advice, which takes longer.
             progress::wipe();
             answer::print_first(&outcome, common).map_err(Failure::Data)?;
         }
         let prepared = prepared.filter(|_| outcome.refusal.is_none());
-        if let (Some(prepared), true) = (&prepared, advises || !own.replay.no_report) {
+        if let (Some(prepared), true) = (&prepared, advises || !arguments.replay.no_report) {
             let step = format!("{step}: preloads that pass");
             let advised = progress.watch(&step, common.thread_count(), |control| {
                 prepared.advise(&design, &mut outcome.document, control)
             });
             advised.map_err(Failure::of_data)?;
         }
-        judged.push(kept(own, &inputs, recording, recordings.len() > 1, outcome));
+        judged.push(write_report(
+            arguments,
+            &inputs,
+            recording,
+            recordings.len() > 1,
+            outcome,
+        ));
     }
     drop(progress);
     answer::print(&judged, common).map_err(Failure::Data)?;
     for (recording, judged) in recordings.iter().zip(&judged) {
-        answer::say(recording, judged);
-        if let (true, Some(report)) = (own.open, &judged.report) {
+        answer::print_errors(recording, judged);
+        if let (true, Some(report)) = (arguments.open, &judged.report) {
             output::open(&report.join(latchgate_report::REPORT_FILE));
         }
     }
     Ok(answer::exit_code(&judged))
 }
 
-/// Writes the report, if there is to be one; what was not judged has none.
-fn kept(
-    own: &ReplayCommand,
+/// Writes series and report, where they are requested. A recording that was not judged has none.
+fn write_report(
+    arguments: &ReplayCommand,
     inputs: &Inputs,
     recording: &Path,
     several: bool,
@@ -115,11 +123,11 @@ fn kept(
         pdf: None,
         unwritten: None,
     };
-    if let (Some(path), Some(evidence)) = (&own.series, &judged.outcome.evidence) {
+    if let (Some(path), Some(evidence)) = (&arguments.series, &judged.outcome.evidence) {
         judged.unwritten = latchgate_report::series::write(path, &evidence.series).err();
     }
     let document = &judged.outcome.document;
-    if own.replay.no_report || judged.outcome.refusal.is_some() {
+    if arguments.replay.no_report || judged.outcome.refusal.is_some() {
         return judged;
     }
     let name = latchgate_report::folder_name(
@@ -127,12 +135,12 @@ fn kept(
         &document.design.name,
         &document.report_id,
     );
-    let folder = match &own.replay.out {
+    let folder = match &arguments.replay.out {
         Some(out) if several => out.join(name),
         Some(out) => out.clone(),
         None => Path::new("reports/out").join(name),
     };
-    if let Err(error) = inputs.lie_outside(&folder) {
+    if let Err(error) = inputs.check_report_folder(&folder) {
         judged.unwritten = Some(error);
         return judged;
     }
@@ -148,7 +156,7 @@ fn kept(
                     "latchgate: {folder}: an earlier report was replaced"
                 ));
             }
-            if own.pdf {
+            if arguments.pdf {
                 match pdf::print(&folder) {
                     Ok(path) => judged.pdf = Some(path),
                     Err(error) => judged.unwritten = Some(error),

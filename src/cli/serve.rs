@@ -1,4 +1,4 @@
-//! `latchgate serve`: the service, a program of its own, started from here.
+//! `latchgate serve`: starts the service, another program.
 
 use super::args::ServeArguments;
 use super::failure::Failure;
@@ -10,27 +10,23 @@ use std::process::Command;
 const PROGRAM: &str = "latchgate-serve";
 
 /// Runs the command; returns the exit code of the service.
-pub(super) fn command(own: &ServeArguments) -> Result<u8, Failure> {
-    let beside = std::env::current_exe().ok();
-    let beside = beside.map(|path| path.with_file_name(PROGRAM).with_extension(extension()));
+pub(super) fn command(arguments: &ServeArguments) -> Result<u8, Failure> {
+    let beside = std::env::current_exe().ok().map(|path| {
+        path.with_file_name(PROGRAM)
+            .with_extension(std::env::consts::EXE_EXTENSION)
+    });
     let program = beside
         .filter(|path| path.is_file())
         .unwrap_or_else(|| PathBuf::from(PROGRAM));
-    let error = run(Command::new(program).args(&own.options));
-    match error {
-        Ok(code) => Ok(code),
-        Err(error) => Err(Failure::Data(Error::io(
+    run(Command::new(program).args(&arguments.options)).map_err(|error| {
+        Failure::Data(Error::io(
             "start the service, latchgate-serve",
             &format!("{error}; start it: cargo run --release -p latchgate-service"),
-        ))),
-    }
+        ))
+    })
 }
 
-fn extension() -> &'static str {
-    std::env::consts::EXE_EXTENSION
-}
-
-/// Lets the service take this process's place, so that signals reach it.
+/// Replaces this process by the service, so that signals reach it.
 #[cfg(unix)]
 fn run(command: &mut Command) -> std::io::Result<u8> {
     use std::os::unix::process::CommandExt;

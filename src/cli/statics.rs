@@ -32,13 +32,13 @@ pub struct StaticArguments {
 }
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &StaticArguments, common: &Common) -> Result<u8, Failure> {
-    let (lever, sha256) = lever(own, common)?;
+pub(super) fn command(arguments: &StaticArguments, common: &Common) -> Result<u8, Failure> {
+    let (lever, sha256) = lever(arguments, common)?;
     let document = StaticDocument::of(&lever, sha256, crate::pipeline::run_block());
-    let folder = (!own.no_report).then(|| {
+    let folder = (!arguments.no_report).then(|| {
         let name = latchgate_report::folder_name("static", &document.design, "");
         let default = || Path::new("reports/out").join(name);
-        own.out.clone().unwrap_or_else(default)
+        arguments.out.clone().unwrap_or_else(default)
     });
     if let Some(folder) = &folder {
         latchgate_report::statics::write(folder, &document).map_err(Failure::Data)?;
@@ -56,11 +56,14 @@ pub(super) fn command(own: &StaticArguments, common: &Common) -> Result<u8, Fail
 }
 
 /// Returns the lever, and the SHA-256 of its file.
-fn lever(own: &StaticArguments, common: &Common) -> Result<(StaticLever, Option<String>), Failure> {
+fn lever(
+    arguments: &StaticArguments,
+    common: &Common,
+) -> Result<(StaticLever, Option<String>), Failure> {
     let in_option = |error: Error| Failure::Usage(error.at(Place::file("--set")));
-    let Some(path) = &own.design else {
+    let Some(path) = &arguments.design else {
         let mut design = Design::reference();
-        for assignment in &own.set {
+        for assignment in &arguments.set {
             apply_override(&mut design, assignment).map_err(in_option)?;
         }
         design
@@ -72,8 +75,8 @@ fn lever(own: &StaticArguments, common: &Common) -> Result<(StaticLever, Option<
     let file = path
         .file_name()
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let most = ("settings_bytes", limits.settings_bytes);
-    let bytes = read_within(path, &file, "read the design file", most).map_err(Failure::Data)?;
-    let lever = static_from_bytes(&file, &bytes, &own.set, &limits).map_err(Failure::Data)?;
+    let limit = ("settings_bytes", limits.settings_bytes);
+    let bytes = read_within(path, &file, "read the design file", limit).map_err(Failure::Data)?;
+    let lever = static_from_bytes(&file, &bytes, &arguments.set, &limits).map_err(Failure::Data)?;
     Ok((lever, Some(sha256(&bytes))))
 }

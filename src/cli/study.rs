@@ -77,31 +77,31 @@ pub enum Study {
 }
 
 impl Study {
-    /// Returns the name, which the files take, the options of every study, and the study itself.
+    /// Returns the name, which is that of the files, the shared options, and the study itself.
     fn analysis(&self) -> (&'static str, &StudyCommon, &dyn Analysis) {
         match self {
-            Self::Restitution(own) => ("restitution", &own.study, own),
-            Self::StepSize(own) => ("step-size", &own.study, own),
-            Self::FreeVibration(own) => ("free-vibration", &own.study, own),
-            Self::Spectrogram(own) => ("spectrogram", &own.study, own),
-            Self::Bifurcation(own) => ("bifurcation", &own.study, own),
-            Self::Attractor(own) => ("attractor", &own.study, own),
-            Self::Basins(own) => ("basins", &own.study, own),
-            Self::ExcitationMap(own) => ("excitation-map", &own.study, own),
-            Self::Histories(own) => ("histories", &own.study, own),
-            Self::Shock(own) => ("shock", &own.study, own),
-            Self::Parameters(own) => ("parameters", &own.study, own),
-            Self::WorkPrecision(own) => ("work-precision", &own.study, own),
-            Self::Stability(own) => ("stability", &own.study, own),
-            Self::Damages(own) => ("damages", &own.study, own),
+            Self::Restitution(arguments) => ("restitution", &arguments.study, arguments),
+            Self::StepSize(arguments) => ("step-size", &arguments.study, arguments),
+            Self::FreeVibration(arguments) => ("free-vibration", &arguments.study, arguments),
+            Self::Spectrogram(arguments) => ("spectrogram", &arguments.study, arguments),
+            Self::Bifurcation(arguments) => ("bifurcation", &arguments.study, arguments),
+            Self::Attractor(arguments) => ("attractor", &arguments.study, arguments),
+            Self::Basins(arguments) => ("basins", &arguments.study, arguments),
+            Self::ExcitationMap(arguments) => ("excitation-map", &arguments.study, arguments),
+            Self::Histories(arguments) => ("histories", &arguments.study, arguments),
+            Self::Shock(arguments) => ("shock", &arguments.study, arguments),
+            Self::Parameters(arguments) => ("parameters", &arguments.study, arguments),
+            Self::WorkPrecision(arguments) => ("work-precision", &arguments.study, arguments),
+            Self::Stability(arguments) => ("stability", &arguments.study, arguments),
+            Self::Damages(arguments) => ("damages", &arguments.study, arguments),
         }
     }
 }
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
-    let (study, StudyCommon { out, design, set }, analysis) = own.analysis();
-    let session = Session::new(study, common.thread_count());
+pub(super) fn command(study_command: &Study, common: &Common) -> Result<u8, Failure> {
+    let (name, StudyCommon { out, design, set }, analysis) = study_command.analysis();
+    let session = Session::new(name, common.thread_count());
     let design = super::design::design(
         design.as_deref(),
         set,
@@ -111,7 +111,7 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
     let complete = answer.complete;
     let summary = Summary {
         schema: "latchgate.study/1".into(),
-        study: study.into(),
+        study: name.into(),
         parameters: answer.parameters,
         complete,
         headlines: answer.headlines,
@@ -133,7 +133,7 @@ pub(super) fn command(own: &Study, common: &Common) -> Result<u8, Failure> {
     if !complete {
         output::talk(&format!(
             "{}; what was computed until then is written",
-            progress::WORD
+            progress::INTERRUPTED_MESSAGE
         ));
         return Ok(INTERRUPTED);
     }

@@ -1,4 +1,4 @@
-//! `latchgate verify`: the run inside a verdict made again, and compared.
+//! `latchgate verify`: repeats the run of a verdict and compares.
 
 use super::failure::Failure;
 use super::options::{Common, VerifyArguments, is_pulse, source_of};
@@ -12,26 +12,25 @@ use latchgate_report::escape;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Exit code for a run that comes to something else.
+/// Exit code for a run with another result.
 const DIFFERENT: u8 = 1;
 
-/// Bytes of a verdict that are taken in: one with two hundred impacts of four runs has less than
-/// a hundredth of it.
+/// Largest verdict that is read [bytes]: a hundred times one with two hundred impacts of four runs.
 const VERDICT_BYTES: u64 = 64 << 20;
 
 /// Runs the command; returns the exit code.
-pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Failure> {
-    let in_verdict = |error: Error| Failure::Data(error.at(place(&own.verdict)));
-    let bytes = read(&own.verdict).map_err(Failure::Data)?;
+pub(super) fn command(arguments: &VerifyArguments, common: &Common) -> Result<u8, Failure> {
+    let in_verdict = |error: Error| Failure::Data(error.at(place(&arguments.verdict)));
+    let bytes = read(&arguments.verdict).map_err(Failure::Data)?;
     let stored = Stored::from_json(&bytes).map_err(in_verdict)?;
     let mut request = stored.request().clone();
     // Limits of this command line come before those of the verdict.
     let limits = common.limits().map_err(Failure::Usage)?;
     let changed = limits.changed();
     request.limits.retain(|name, _| !changed.contains_key(name));
-    let source = match (&own.recording, Path::new(stored.file())) {
+    let source = match (&arguments.recording, Path::new(stored.file())) {
         (None, word) if is_pulse(word) => source_of(word).map_err(Failure::Data)?,
-        _ => Source::File(recording(own, &stored).map_err(Failure::Data)?),
+        _ => Source::File(recording(arguments, &stored).map_err(Failure::Data)?),
     };
     let progress = Progress::new("verify");
     let verification = progress.watch("verify", common.thread_count(), |control| {
@@ -39,8 +38,8 @@ pub(super) fn command(own: &VerifyArguments, common: &Common) -> Result<u8, Fail
             &stored,
             &source,
             &request,
-            own.recording.is_some(),
-            Some(own.verdict.parent().unwrap_or(Path::new(""))),
+            arguments.recording.is_some(),
+            Some(arguments.verdict.parent().unwrap_or(Path::new(""))),
             &limits,
             control,
         )
@@ -109,21 +108,21 @@ pub(super) fn place(path: &Path) -> Place {
 
 /// Reads a verdict, within bounds.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
-    let most = ("verdict_bytes", VERDICT_BYTES);
-    read_within(path, &path.display().to_string(), "read the verdict", most)
+    let limit = ("verdict_bytes", VERDICT_BYTES);
+    read_within(path, &path.display().to_string(), "read the verdict", limit)
 }
 
-/// Returns the recording: the one that is named, else that of the verdict's name beside the
-/// verdict, where the report notes that it was when it was replayed, or in the current folder. Of
-/// several the one that has the verdict's bytes is taken.
-fn recording(own: &VerifyArguments, stored: &Stored) -> Result<PathBuf, Error> {
-    if let Some(path) = &own.recording {
+/// Returns the recording: the one that is named, or a file of the recording's name beside the
+/// verdict, at the path that the report notes, or in the current folder. Of several files the one
+/// with the hash of the verdict is used.
+fn recording(arguments: &VerifyArguments, stored: &Stored) -> Result<PathBuf, Error> {
+    if let Some(path) = &arguments.recording {
         return existing(path);
     }
     let name = Path::new(stored.file()).file_name().unwrap_or_default();
-    let folder = own.verdict.parent().unwrap_or(Path::new(""));
+    let folder = arguments.verdict.parent().unwrap_or(Path::new(""));
     let mut places = vec![folder.join(name)];
-    places.extend(noted(folder, name));
+    places.extend(noted_places(folder, name));
     places.push(PathBuf::from(name));
     places.retain(|path| !name.is_empty() && path.exists());
     let same = |path: &&PathBuf| {
@@ -133,23 +132,24 @@ fn recording(own: &VerifyArguments, stored: &Stored) -> Result<PathBuf, Error> {
             .as_deref()
             == stored.sha256()
     };
-    let found = match places.as_slice() {
+    let recording = match places.as_slice() {
+        // Hashing reads the whole file, so a single one is not hashed for the choice.
         [_, _, ..] => places.iter().find(same).or(places.first()),
         _ => places.first(),
     };
-    found.cloned().ok_or_else(|| {
+    recording.cloned().ok_or_else(|| {
         let absent = format!(
             "no file or folder {name:?} beside the verdict, where it was replayed or in the \
              current folder; state it with --recording FILE"
         );
-        Error::io("find the recording", &absent).at(place(&own.verdict))
+        Error::io("find the recording", &absent).at(place(&arguments.verdict))
     })
 }
 
-/// Returns where the recording may lie by the note beside a report, a path from the folder where
-/// it was replayed: from here, and from each folder that the report lies in. A note of another
-/// name is none of this recording.
-fn noted(folder: &Path, name: &std::ffi::OsStr) -> Vec<PathBuf> {
+/// Returns the places of the recording by the note beside a report, a path relative to the folder of
+/// the replay: from the current folder, and from each folder above the report. A note with another
+/// name belongs to another recording.
+fn noted_places(folder: &Path, name: &std::ffi::OsStr) -> Vec<PathBuf> {
     const PATH_BYTES: u64 = 4096;
     let mut note = String::new();
     let read = std::fs::File::open(folder.join(latchgate_report::SOURCE_FILE))
@@ -158,8 +158,8 @@ fn noted(folder: &Path, name: &std::ffi::OsStr) -> Vec<PathBuf> {
     if read.is_err() || path.file_name() != Some(name) {
         return Vec::new();
     }
-    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
-    let above = whole.ancestors().map(|above| above.join(path));
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
+    let above = absolute.ancestors().map(|folder| folder.join(path));
     std::iter::once(path.to_path_buf()).chain(above).collect()
 }
 

@@ -1,4 +1,4 @@
-//! What a replay prints, on stdout and on stderr, and its exit code.
+//! The output of a replay on stdout and stderr, and its exit code.
 
 use super::ReplayedFile;
 use crate::cli::failure::COULD_NOT;
@@ -15,8 +15,8 @@ use latchgate_verdict::Answer;
 use serde_json::json;
 use std::path::Path;
 
-/// Returns the document as it is printed: the same, whether a report was written or not. A question of
-/// nominal runs alone is a program's, that wants it soon: it has no filter table.
+/// Returns the document as it is printed: the same with a report and without. A request of nominal
+/// runs alone comes from programs that need a fast answer, so it has no filter table.
 fn printed(judged: &ReplayedFile) -> Document {
     let mut document = judged.outcome.document.clone();
     document.preload_answer = None;
@@ -27,8 +27,8 @@ fn printed(judged: &ReplayedFile) -> Document {
     document
 }
 
-/// Prints what is known of one recording before the search for an advice; of what was not judged,
-/// nothing.
+/// Prints the part of one answer that needs no search for advice; nothing if the recording was not
+/// judged.
 pub(super) fn print_first(outcome: &Outcome, common: &Common) -> Result<(), Error> {
     if outcome.refusal.is_some() {
         return Ok(());
@@ -36,12 +36,12 @@ pub(super) fn print_first(outcome: &Outcome, common: &Common) -> Result<(), Erro
     output::document(&text::answer(&outcome.document, output::look(common)))
 }
 
-/// Prints the answer: one document, the rest of one text, or a table of several.
+/// Prints the answer: one document, the second part of one text, or a table of several.
 pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Error> {
     let look = output::look(common);
     match (common.format, judged) {
-        (OutputFormat::Json, [one]) => {
-            output::document(&latchgate_document::json::render(&printed(one)))
+        (OutputFormat::Json, [replayed]) => {
+            output::document(&latchgate_document::json::render(&printed(replayed)))
         }
         (OutputFormat::Json, several) => {
             let verdicts = Verdicts {
@@ -49,14 +49,14 @@ pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Erro
                 verdict: worst(several),
                 verdicts: several.iter().map(printed).collect(),
             };
-            // A value's keys are in the order of their names.
+            // `json!` puts the keys in the order of their names, as in a single document.
             output::document(&latchgate_document::json::render(&json!(verdicts)))
         }
-        // What was not judged is told on stderr.
-        (OutputFormat::Text, [one]) if one.outcome.refusal.is_some() => Ok(()),
-        (OutputFormat::Text, [one]) => {
-            let document = &one.outcome.document;
-            let (report, pdf) = (one.report.as_deref(), one.pdf.as_deref());
+        // The refusal goes to stderr.
+        (OutputFormat::Text, [replayed]) if replayed.outcome.refusal.is_some() => Ok(()),
+        (OutputFormat::Text, [replayed]) => {
+            let document = &replayed.outcome.document;
+            let (report, pdf) = (replayed.report.as_deref(), replayed.pdf.as_deref());
             output::document(&text::afterwards(document, report, pdf, look))
         }
         (OutputFormat::Text, several) => {
@@ -86,9 +86,9 @@ fn worst(judged: &[ReplayedFile]) -> Option<Answer> {
     answers.min_by_key(|answer| text::rank(*answer))
 }
 
-/// Says on stderr why there is no answer, and which channels there are to choose from, or why
-/// there is no report.
-pub(super) fn say(recording: &Path, judged: &ReplayedFile) {
+/// Prints errors to stderr: the refusal with the channels to choose from, the reason of an unusable
+/// recording, and the error of writing the report.
+pub(super) fn print_errors(recording: &Path, judged: &ReplayedFile) {
     let document = &judged.outcome.document;
     if let Some(error) = &judged.outcome.refusal {
         output::talk(&format!("latchgate: {error}"));

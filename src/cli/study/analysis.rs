@@ -1,4 +1,4 @@
-//! What the command line asks of a study, what it gives one, and what it gets back.
+//! The interface of a study to the command line: its run, its session, its answer.
 
 use crate::cli::failure::Failure;
 use crate::cli::progress::Progress;
@@ -40,7 +40,7 @@ impl Session {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// Does a step of the work by all threads, showing on a terminal how far it is.
+    /// Does a step of the work by all threads, and shows its progress on a terminal.
     pub(super) fn watch<T>(
         &self,
         step: &str,
@@ -59,16 +59,16 @@ pub(super) struct StudyAnswer {
     pub(super) headlines: Vec<Headline>,
     /// Truth of each case, of a study that has cases.
     pub(super) cases: Vec<Truth>,
-    /// What else the JSON lists.
+    /// Further results of the JSON.
     pub(super) results: Option<Value>,
     pub(super) tables: Vec<StudyTable>,
     pub(super) svg: String,
-    /// Whether the work was done to its end.
+    /// True unless the work was stopped.
     pub(super) complete: bool,
 }
 
 impl StudyAnswer {
-    /// Returns an answer to `options` that is still empty.
+    /// Returns an empty answer with the parameters `options`.
     pub(super) fn to(options: &impl Serialize) -> Self {
         Self {
             parameters: json!(options),
@@ -89,11 +89,12 @@ impl StudyAnswer {
         answer
     }
 
-    /// Adds what was found with `stop`, one of `stops`: rows, headline figures and further results,
-    /// which are complete or not.
+    /// Adds the results of `stop`, one of `stops`: rows, headline figures and further results, which
+    /// are complete or not.
     pub(super) fn add<T: Serialize + Default>(
         &mut self,
-        (stop, stops): (StopModel, &[StopModel]),
+        stop: StopModel,
+        stops: &[StopModel],
         rows: &[T],
         headlines: Vec<Headline>,
         complete: bool,
@@ -105,8 +106,8 @@ impl StudyAnswer {
         self.complete &= complete;
         results["model"] = json!(stop);
         results["complete"] = json!(complete);
-        if let Value::Array(all) = self.results.get_or_insert_with(|| json!([])) {
-            all.push(results);
+        if let Value::Array(list) = self.results.get_or_insert_with(|| json!([])) {
+            list.push(results);
         }
         Ok(())
     }

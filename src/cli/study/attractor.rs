@@ -64,7 +64,8 @@ impl Analysis for Arguments {
             let attractor =
                 session.watch(stop.name(), |control| attractor::run(&options, control))?;
             answer.add(
-                (*stop, &stops),
+                *stop,
+                &stops,
                 &attractor.rows,
                 attractor.headlines(),
                 attractor.complete,

@@ -53,12 +53,13 @@ impl Analysis for Arguments {
             transient: self.transient,
         };
         let mut answer = StudyAnswer::of_stops(&base(stops[0]), &stops);
-        let mut all = Vec::new();
+        let mut basins_by_stop = Vec::new();
         for stop in &stops {
             let options = base(*stop);
             let basins = session.watch(stop.name(), |control| basins::run(&options, control))?;
             answer.add(
-                (*stop, &stops),
+                *stop,
+                &stops,
                 &basins.rows(),
                 basins.headlines(),
                 basins.complete,
@@ -68,9 +69,9 @@ impl Analysis for Arguments {
                     "attractors": basins.attractors,
                 }),
             )?;
-            all.push(basins);
+            basins_by_stop.push(basins);
         }
-        answer.svg = chart::basins(&all);
+        answer.svg = chart::basins(&basins_by_stop);
         Ok(answer)
     }
 }

@@ -47,7 +47,7 @@ pub struct Arguments {
     pub doublings: u32,
 }
 
-/// Direction asked for.
+/// Direction of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum SweepArgument {
     /// Every amplitude starts anew.
@@ -91,7 +91,8 @@ impl Analysis for Arguments {
                 })
             });
             answer.add(
-                (*stop, &stops),
+                *stop,
+                &stops,
                 &diagram.rows(),
                 diagram.headlines(),
                 diagram.complete,

@@ -49,7 +49,7 @@ impl Analysis for Arguments {
         let options = damages::Options {
             runs: self.points,
             seed: self.seed,
-            own: self.own().map_err(Failure::Data)?,
+            own: self.signal().map_err(Failure::Data)?,
         };
         let result = session.watch("damaging recordings", |control| {
             damages::run(&options, &|signal| judged(signal, design), control)
@@ -65,7 +65,8 @@ impl Analysis for Arguments {
 }
 
 impl Arguments {
-    fn own(&self) -> Result<Option<Signal>, Error> {
+    /// Reads the recording that is damaged, if one is named.
+    fn signal(&self) -> Result<Option<Signal>, Error> {
         let Some(path) = &self.recording else {
             return Ok(None);
         };
@@ -100,22 +101,24 @@ fn judged(signal: &Signal, design: &Design) -> Result<DamageAnswer, Error> {
     let conditioned = condition(&channel, &ConditioningOptions::default())?;
     let codes = |severity: Severity| -> Vec<String> {
         let findings = conditioned.findings.iter();
-        let of = findings.filter(|finding| finding.severity == severity);
-        of.map(|finding| finding.code.to_string()).collect()
+        let findings = findings.filter(|finding| finding.severity == severity);
+        findings.map(|finding| finding.code.to_string()).collect()
     };
     let blocking = codes(Severity::Blocking);
     let policy = Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative));
-    let found = &conditioned.findings;
+    let findings = &conditioned.findings;
     let control = Control::default();
     let extras = AssessExtras {
         detail: AssessDetail::Answer,
         ..AssessExtras::default()
     };
-    let assessed = || assess(&conditioned, found, design, &policy, extras, &control);
-    let passes = blocking.is_empty() && assessed()?.answer == Answer::Pass;
+    // A blocking finding rules a pass out, and thousands of damages are judged: no run for those.
+    let passes = blocking.is_empty()
+        && assess(&conditioned, findings, design, &policy, extras, &control)?.answer
+            == Answer::Pass;
     Ok(DamageAnswer {
         passes,
-        needs_word: found.iter().any(|finding| finding.needs_word),
+        needs_word: findings.iter().any(|finding| finding.needs_word),
         blocking,
         warnings: codes(Severity::Warning),
     })

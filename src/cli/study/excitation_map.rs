@@ -57,7 +57,8 @@ impl Analysis for Arguments {
                 excitation_map::run(&options, control)
             })?;
             answer.add(
-                (*stop, &stops),
+                *stop,
+                &stops,
                 &map.rows,
                 map.headlines(),
                 map.complete,

@@ -37,7 +37,7 @@ pub struct Arguments {
     pub window: f64,
 }
 
-/// Longest window [natural periods]; what it takes of memory grows with it.
+/// Longest window [natural periods]: its memory grows with its length.
 const WINDOW_MAX: f64 = 8.0;
 
 fn parse_window(text: &str) -> Result<f64, String> {

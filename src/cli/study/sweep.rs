@@ -120,7 +120,7 @@ pub(super) fn parse_frequencies(text: &str) -> Result<Range, String> {
 
 /// Reads `NxM`.
 pub(super) fn parse_grid(text: &str) -> Result<(u32, u32), String> {
-    /// Cells along one side at most.
+    /// Largest number of cells along one side.
     const SIDE_MAX: u32 = 4000;
     let expected = || format!("expected NxM, each from 1 to {SIDE_MAX}, for example 200x200");
     let (columns, rows) = text.split_once(['x', 'X', '×']).ok_or_else(expected)?;
@@ -146,7 +146,7 @@ pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<State
     Ok(State::new(phi0, omega0))
 }
 
-/// Most natural periods that a free motion is followed for.
+/// Longest free motion [natural periods].
 const PERIODS_MAX: f64 = 1000.0;
 
 pub(super) fn parse_periods(text: &str) -> Result<f64, String> {
