@@ -1,15 +1,15 @@
-//! What survives: recordings, jobs and results in SQLite, bytes in files named by their hash.
+//! The store: recordings, jobs and results in SQLite, bytes in files named by their hash.
 //!
-//! Two traits divide the work. [`Ledger`] is what is known of recordings, jobs, results and
-//! designs; [`Blobs`] is bytes by their SHA-256. What either has acknowledged survives the end of
-//! the process and of power.
+//! Two traits divide the work. [`Ledger`] holds the rows of recordings, jobs, results and designs;
+//! [`Blobs`] holds bytes by their SHA-256. Whatever either has acknowledged survives a crash of the
+//! process and a power cut.
 //!
 //! - `ledger`: the ledger in SQLite, one writer that commits in groups;
 //! - `jobs`: jobs with lease, attempts and fencing;
 //! - `gates`: gates and their pairs;
 //! - `recordings`, `results`: rows of these;
-//! - `needed`: which blobs the rows name;
-//! - `deletions`: recordings that were deleted, and what remains of them;
+//! - `needed`: the blobs that rows name;
+//! - `deletions`: deleted recordings;
 //! - `tokens`: tokens and sessions;
 //! - `schema`: the tables;
 //! - `folder`: blobs in a folder;
@@ -42,7 +42,7 @@ use std::path::Path;
 use std::sync::{PoisonError, RwLock};
 use std::time::{Duration, SystemTime};
 
-/// Why something could not be stored or read back.
+/// The reason for which something could not be stored or read back.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoreError {
@@ -51,10 +51,10 @@ pub enum StoreError {
         "the disk is full; free space where the data lie, nothing that was acknowledged is lost"
     )]
     Full,
-    /// What was read does not fit its hash.
+    /// A row or a file does not fit its hash.
     #[error("{what} is damaged: its hash does not fit; restore it from a backup")]
     Damaged {
-        /// What was read.
+        /// Name of the row or file.
         what: String,
     },
     /// Another attempt holds the job, or it has ended.
@@ -108,7 +108,7 @@ pub struct StoredFile {
     pub bytes: u64,
 }
 
-/// What was uploaded as one recording.
+/// The files of one recording, as uploaded.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Manifest {
     /// Name of the file to read, or of the folder that the files form.
@@ -128,7 +128,7 @@ impl Manifest {
         sha256_hex(text.as_bytes())
     }
 
-    /// Returns how many bytes it has.
+    /// Returns the number of its bytes.
     pub fn bytes(&self) -> u64 {
         self.files
             .iter()
@@ -143,16 +143,16 @@ impl Manifest {
 pub struct StoredRecording {
     /// Its identity.
     pub id: String,
-    /// What was uploaded.
+    /// Its files.
     pub manifest: Manifest,
-    /// Who uploaded it.
+    /// Name of the token that uploaded it.
     pub owner: String,
-    /// When it came [ms since 1970].
+    /// Time of the first upload [ms since 1970].
     pub created_ms: i64,
-    /// When its bytes came last [ms since 1970]: its age counts from then.
+    /// Time of the last upload [ms since 1970], from which its age counts.
     pub renewed_ms: i64,
-    /// What it holds as its reader lists it, or the problem that kept it from being read; `None`
-    /// before it was looked at.
+    /// Its channels as the reader lists them, or the problem of reading it; `None` before it was
+    /// read.
     pub listing: Option<Value>,
 }
 
@@ -192,16 +192,16 @@ pub enum RecordingOrder {
     Owner,
 }
 
-/// What a list of recordings asks for.
+/// The filter of a list of recordings.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RecordingFilter {
     /// A part of the name, of who uploaded it, or of the identity.
     pub text: Option<String>,
     /// The order.
     pub order: RecordingOrder,
-    /// What the part before gave as `next`.
+    /// `next` of the part before.
     pub after: Option<i64>,
-    /// Entries at most.
+    /// Largest number of entries.
     pub limit: u32,
 }
 
@@ -226,25 +226,25 @@ pub struct Deletion {
     pub why: String,
 }
 
-/// What a job asks.
+/// The question of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Question {
     /// The recording's identity.
     pub recording: String,
-    /// How it is read, conditioned and judged, every setting written out.
+    /// Settings of reading, conditioning and judging, all of them written out.
     pub request: Value,
     /// The lever, every number written out.
     pub design: Value,
     /// Name and version of the design, where it came from the store.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design_name: Option<String>,
-    /// Whether the decision alone is wanted, without report: a pair of a gate.
+    /// True for a pair of a gate: the decision alone, without a report.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub decision_alone: bool,
 }
 
 impl Question {
-    /// Names the question: the same one has the same name, whoever asks.
+    /// Returns the identity of the question: the same for everybody who asks it.
     pub fn id(&self) -> String {
         let plain = Self {
             design_name: None,
@@ -255,7 +255,7 @@ impl Question {
     }
 }
 
-/// How far a job is.
+/// The state of a job.
 #[derive(Debug, Clone, PartialEq)]
 pub enum JobState {
     /// It waits.
@@ -267,9 +267,9 @@ pub enum JobState {
         /// The report.
         report_id: String,
     },
-    /// The decision that was wanted alone.
+    /// It has been answered with a decision alone.
     Decided {
-        /// `row`, as the library writes it, with `sha256` and `channel` of what was judged.
+        /// `row`, as the library writes it, with `sha256` and `channel` of the recording.
         row: Value,
     },
     /// There is no answer, for a reason that does not change.
@@ -280,7 +280,7 @@ pub enum JobState {
 }
 
 impl JobState {
-    /// Tells whether nothing more will come.
+    /// True once the job has an answer or was refused.
     pub fn has_ended(&self) -> bool {
         !matches!(self, Self::Queued | Self::Running)
     }
@@ -299,15 +299,15 @@ impl JobState {
 /// A job as it is stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Job {
-    /// Hash of the question, under which the job is found.
+    /// Hash of the question.
     pub id: String,
-    /// What it asks.
+    /// Its question.
     pub question: Question,
-    /// How far it is.
+    /// Its state.
     pub state: JobState,
     /// Number of the attempt, counted up whenever a child takes it.
     pub attempt: i64,
-    /// How often a child ended under it.
+    /// Number of children that ended under it.
     pub failures: i64,
 }
 
@@ -318,7 +318,7 @@ pub struct StoredResult {
     pub report_id: String,
     /// The recording's identity.
     pub recording: String,
-    /// What lists show: file, channel, design, verdict, peak, limit.
+    /// The row of lists: file, channel, design, verdict, peak, limit.
     pub summary: Summary,
     /// The files of the report by name.
     pub files: BTreeMap<String, StoredFile>,
@@ -332,10 +332,10 @@ pub struct StoredResult {
     /// Revision of the numbers with which it was made.
     #[serde(default)]
     pub numbers_revision: u32,
-    /// Whether all but the document went with its recording.
+    /// True if all files but the document were deleted with its recording.
     #[serde(default)]
     pub is_stripped: bool,
-    /// Files that were found lost, and are made again.
+    /// Files that were lost and are made again.
     #[serde(default)]
     pub lost: BTreeSet<String>,
     /// Name of the token that asked first.
@@ -382,13 +382,13 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Returns how far the peak and its error stay below the limit, as part of the limit.
+    /// Returns the distance of the peak with its error to the limit, as part of the limit.
     pub fn margin(&self) -> Option<f64> {
         let highest = self.peak_angle_rad? + self.uncertainty_rad.unwrap_or(0.0);
         Some((self.threshold_rad - highest) / self.threshold_rad)
     }
 
-    /// Names the design: with its version where it is kept, and with what was changed.
+    /// Returns the name of the design, with its version where it is kept, and its changes.
     pub fn full_design(&self) -> String {
         let design = self.design_version.as_ref().unwrap_or(&self.design);
         format!("{design}{}", self.changes)
@@ -412,7 +412,7 @@ pub enum ResultOrder {
     Design,
 }
 
-/// What a list of results asks for; an absent field asks nothing.
+/// The filter of a list of results; an absent field admits all.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ResultFilter {
     /// The verdict.
@@ -425,16 +425,16 @@ pub struct ResultFilter {
     pub text: Option<String>,
     /// The order.
     pub order: ResultOrder,
-    /// What the part before gave as `next`.
+    /// `next` of the part before.
     pub after: Option<i64>,
-    /// Entries at most.
+    /// Largest number of entries.
     pub limit: u32,
 }
 
-/// A gate: stored recordings and designs, each with each, and what is required of them.
+/// A gate: stored recordings and designs, each with each, and the required answers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StoredGate {
-    /// Hash of all that decides its outcome.
+    /// Hash of everything that determines its outcome.
     pub id: String,
     /// Name.
     pub name: String,
@@ -448,11 +448,11 @@ pub struct StoredGate {
     pub versions: BTreeMap<String, String>,
     /// The gate that it is compared with.
     pub baseline: Option<String>,
-    /// Whether pairs of the baseline may be gone.
+    /// True if pairs of the baseline may be gone.
     pub allow_removed: bool,
-    /// Whether what was not as required in the baseline and is no worse is let stand.
+    /// True if pairs that were not as required in the baseline and are no worse are let through.
     pub no_worse: bool,
-    /// The day against which exceptions are held, `YYYY-MM-DD`.
+    /// The day on which exceptions must still hold, `YYYY-MM-DD`.
     pub date: String,
     /// The engine that judges it, where it is not judged here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -468,11 +468,11 @@ pub struct GateRecording {
     pub name: String,
     /// The recording's identity.
     pub id: String,
-    /// How it is read, conditioned and judged.
+    /// Settings of reading, conditioning and judging.
     pub request: Value,
 }
 
-/// What came of a gate.
+/// The outcome of a gate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GateOutcome {
     /// The exit code that the command line would give.
@@ -481,19 +481,19 @@ pub struct GateOutcome {
     pub not_as_required: u64,
     /// Its files by name: `summary.json`, `summary.csv`, `junit.xml`, `summary.md`, `index.html`.
     pub files: BTreeMap<String, StoredFile>,
-    /// Why there is no summary: a problem document.
+    /// The problem for which there is no summary, a problem document.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<Value>,
 }
 
-/// How far a gate is.
+/// A gate with its progress.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GateStanding {
     /// The gate.
     pub gate: StoredGate,
     /// Pairs that are decided.
     pub decided: u64,
-    /// What came of it, once all pairs are.
+    /// Its outcome, once all pairs are decided.
     pub outcome: Option<GateOutcome>,
 }
 
@@ -535,12 +535,12 @@ impl StoredDesign {
     }
 }
 
-/// Part of a list. A row that is damaged costs that row alone.
+/// Part of a list, without the rows that are damaged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Page<T> {
-    /// What is whole.
+    /// The undamaged rows.
     pub entries: Vec<T>,
-    /// Names of the rows that are damaged and left out.
+    /// Names of the damaged rows.
     pub damaged: Vec<String>,
     /// Number of the last row, where more may follow.
     pub next: Option<i64>,
@@ -553,11 +553,11 @@ pub struct StoredToken {
     pub number: i64,
     /// SHA-256 of the token.
     pub sha256: String,
-    /// Who holds it.
+    /// Name of its holder.
     pub name: String,
-    /// What tells it from the holder's others.
+    /// Label that distinguishes it from the holder's other tokens.
     pub label: String,
-    /// What it may do, words with commas between.
+    /// Its scopes, with commas between.
     pub scopes: String,
     /// When it was made [ms since 1970].
     pub created_ms: i64,
@@ -565,26 +565,26 @@ pub struct StoredToken {
     pub ends_ms: Option<i64>,
     /// When it was last used [ms since 1970].
     pub used_ms: Option<i64>,
-    /// Whether it was taken back.
+    /// True if it was revoked.
     pub revoked: bool,
 }
 
 impl StoredToken {
-    /// Tells whether it opens anything.
+    /// True if it is neither revoked nor ended.
     pub fn is_valid(&self, now_ms: i64) -> bool {
         !self.revoked && self.ends_ms.is_none_or(|end| now_ms < end)
     }
 
-    /// Names it: its holder and its number.
+    /// Returns its name: holder and number.
     pub fn reference(&self) -> String {
         format!("{}#{}", self.name, self.number)
     }
 }
 
-/// Somebody who signed in with a token.
+/// A session of a person who signed in with a token.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredSession {
-    /// SHA-256 of what the cookie holds.
+    /// SHA-256 of the cookie's secret.
     pub sha256: String,
     /// Number of the token.
     pub token: i64,
@@ -594,52 +594,52 @@ pub struct StoredSession {
     pub seen_ms: i64,
 }
 
-/// What is known of recordings, jobs, results, designs and tokens. Every change that returns has
-/// been written through to the disk.
+/// Rows of recordings, jobs, results, designs and tokens. A change returns once it is synced to the
+/// disk.
 #[expect(
     clippy::missing_errors_doc,
     reason = "each call says the same: StoreError, if the disk or the database refuses"
 )]
 pub trait Ledger: Send + Sync {
-    /// Names what answers: the version of the program, and what its children may take.
+    /// Returns the name of the program that answers: its version, and the limits of its children.
     fn program(&self) -> &str;
 
-    /// Keeps a recording; false if it was known. A row that is damaged is written anew, and one that
-    /// was deleted is there again.
+    /// Keeps a recording; false if it was stored before. A damaged row is replaced, and a deleted
+    /// recording is restored.
     fn put_recording(
         &self,
         manifest: &Manifest,
         owner: &str,
         now_ms: i64,
     ) -> Result<bool, StoreError>;
-    /// Notes what a recording holds.
+    /// Keeps the listing of a recording.
     fn put_listing(&self, id: &str, listing: &Value) -> Result<(), StoreError>;
     /// Finds a recording.
     fn recording(&self, id: &str) -> Result<Option<StoredRecording>, StoreError>;
-    /// Lists recordings, without what they hold.
+    /// Lists recordings, without their listings.
     fn recordings(&self, filter: &RecordingFilter) -> Result<Page<ListedRecording>, StoreError>;
-    /// Deletes a recording, and of its reports all but the documents; false if there is none. Its
-    /// files go with [`sweep`].
+    /// Deletes a recording, and all files of its reports except the documents; false if there is
+    /// none. [`sweep`] removes the files.
     fn delete_recording(
         &self,
         id: &str,
-        by: &str,
+        deleted_by: &str,
         why: &str,
         now_ms: i64,
     ) -> Result<bool, StoreError>;
-    /// Finds what remains of a recording that was deleted and is not there again.
+    /// Finds the deletion of a recording that was not uploaded again.
     fn deletion(&self, id: &str) -> Result<Option<Deletion>, StoreError>;
     /// Lists deletions, the newest first.
     fn deletions(&self, before: Option<i64>, limit: u32) -> Result<Page<Deletion>, StoreError>;
-    /// Notes when the store was last looked after; returns when it was before.
-    fn looked(&self, now_ms: i64) -> Result<Option<i64>, StoreError>;
-    /// Lists the recordings that came before some time.
+    /// Keeps the time of this upkeep of the store; returns that of the upkeep before.
+    fn note_upkeep(&self, now_ms: i64) -> Result<Option<i64>, StoreError>;
+    /// Lists the recordings that came before `before_ms`.
     fn aged_recordings(&self, before_ms: i64) -> Result<Vec<String>, StoreError>;
-    /// Returns the deletions whose files are to be removed, and those files.
+    /// Returns the deletions whose files must still be removed, and those files.
     fn open_deletions(&self) -> Result<(Vec<i64>, BTreeSet<String>), StoreError>;
-    /// Has further files go with a recording that was deleted.
+    /// Adds files to a deletion.
     fn extend_deletion(&self, id: &str, files: &BTreeSet<String>) -> Result<(), StoreError>;
-    /// Finds which of some files rows name that came after others, and the last rows.
+    /// Finds the files among `files` that rows after the given ones name, and the last rows.
     fn needed_of(
         &self,
         files: &BTreeSet<String>,
@@ -650,7 +650,7 @@ pub trait Ledger: Send + Sync {
     /// Returns the bytes that an owner has uploaded.
     fn bytes_of(&self, owner: &str) -> Result<u64, StoreError>;
 
-    /// Puts a job in the queue unless it is known; returns how it stands, and whether it is new.
+    /// Puts a job in the queue unless it exists; returns the job, and true if it is new.
     fn submit(&self, id: &str, question: &Question, owner: &str)
     -> Result<(Job, bool), StoreError>;
     /// Finds a job.
@@ -661,10 +661,10 @@ pub trait Ledger: Send + Sync {
     fn hold(&self, id: &str, attempt: i64, lease_ms: i64) -> Result<(), StoreError>;
     /// Ends a job with a result, if this attempt still has it.
     fn finish(&self, id: &str, attempt: i64, result: &StoredResult) -> Result<(), StoreError>;
-    /// Ends a job of which the decision alone was wanted, if this attempt still has it.
+    /// Ends a job with a decision alone, if this attempt still has it.
     fn decide(&self, id: &str, attempt: i64, row: &Value) -> Result<(), StoreError>;
-    /// Ends a job without an answer, if this attempt still has it. One that `lasts` is answered from
-    /// the store until another program or other limits may do better.
+    /// Ends a job without an answer, if this attempt still has it. A refusal that `lasts` stands
+    /// until another program, or other limits, may answer.
     fn refuse(
         &self,
         id: &str,
@@ -672,8 +672,8 @@ pub trait Ledger: Send + Sync {
         problem: &Value,
         lasts: bool,
     ) -> Result<(), StoreError>;
-    /// Puts a job back whose child ended, to be taken from `not_before_ms` on; returns how often that has happened
-    /// to it. This and leases are times of this process, [`crate::clock::running_ms`].
+    /// Puts a job back whose child ended, to be taken from `not_before_ms` on; returns the number of its failures,
+    /// to which this one `counts` or not. Times are those of this process, [`crate::clock::running_ms`].
     fn give_back(
         &self,
         id: &str,
@@ -681,19 +681,19 @@ pub trait Ledger: Send + Sync {
         counts: bool,
         not_before_ms: i64,
     ) -> Result<i64, StoreError>;
-    /// Puts jobs back whose lease has passed; at the start of a process `every` one that runs, and then
-    /// none waits.
+    /// Puts jobs back whose lease has passed. At the start of a process this is `every` running job,
+    /// and all pauses end.
     fn reclaim(&self, now_ms: i64, every: bool) -> Result<usize, StoreError>;
-    /// Puts a job that was answered in the queue again.
-    fn ask_again(&self, id: &str) -> Result<(), StoreError>;
-    /// Has a report made again of which a file was lost: its job waits once more. Returns the job, or
-    /// why none can do that.
+    /// Puts an answered job back in the queue.
+    fn requeue(&self, id: &str) -> Result<(), StoreError>;
+    /// Puts the job of a report back in the queue, since its file `lost` is gone. Returns the job, or
+    /// the reason why none can make the file.
     fn remake(&self, report_id: &str, lost: &str) -> Result<Remake, StoreError>;
-    /// Returns how many jobs wait and run, all of them and those of one owner.
+    /// Returns the numbers of jobs that wait and run, of all owners and of one.
     fn load(&self, owner: &str) -> Result<Load, StoreError>;
-    /// Returns what else is told of the store in figures.
+    /// Returns further figures of the store.
     fn census(&self) -> Result<Census, StoreError>;
-    /// Writes what it says already, to see whether it can be written.
+    /// Writes a value that is there already, to check that the ledger can be written.
     fn probe(&self) -> Result<(), StoreError>;
 
     /// Finds a result.
@@ -701,8 +701,8 @@ pub trait Ledger: Send + Sync {
     /// Lists results, the newest first.
     fn results(&self, filter: &ResultFilter) -> Result<Page<StoredResult>, StoreError>;
 
-    /// Keeps a design under a name and returns its version: that of the newest, if it says the same.
-    /// No version is given twice.
+    /// Keeps a design under a name and returns it with its version: that of the newest, if both are
+    /// equal. No version number is used twice.
     fn put_design(
         &self,
         name: &str,
@@ -710,7 +710,7 @@ pub trait Ledger: Send + Sync {
         owner: &str,
         now_ms: i64,
     ) -> Result<StoredDesign, StoreError>;
-    /// Returns how many designs an owner has.
+    /// Returns the number of an owner's designs.
     fn designs_of(&self, owner: &str) -> Result<u64, StoreError>;
     /// Deletes a version of a design; false if there is none.
     fn delete_design(&self, name: &str, version: i64) -> Result<bool, StoreError>;
@@ -719,15 +719,15 @@ pub trait Ledger: Send + Sync {
     /// Lists versions of designs by name, the newest first, without the first `skipped` ones.
     fn designs(&self, skipped: u32, limit: u32) -> Result<Page<StoredDesign>, StoreError>;
 
-    /// Keeps a gate and puts its pairs in the queue; of one that is known those that were refused
-    /// for a reason that passes. Returns whether any wait now that did not.
+    /// Keeps a gate and puts its pairs in the queue; of a stored gate the pairs that were refused for
+    /// a reason that may pass. True if its outcome is open.
     fn put_gate(
         &self,
         gate: &StoredGate,
         pairs: Vec<Question>,
         owner: &str,
     ) -> Result<bool, StoreError>;
-    /// Finds a gate and how far it is.
+    /// Finds a gate with its progress.
     fn gate(&self, id: &str) -> Result<Option<GateStanding>, StoreError>;
     /// Lists gates, the newest first.
     fn gates(&self, before: Option<i64>, limit: u32) -> Result<Page<GateStanding>, StoreError>;
@@ -735,40 +735,49 @@ pub trait Ledger: Send + Sync {
     fn open_gates(&self) -> Result<Page<GateStanding>, StoreError>;
     /// Returns the jobs of a gate's pairs, by recording and design.
     fn pairs(&self, id: &str) -> Result<Vec<Job>, StoreError>;
-    /// Keeps what came of a gate.
+    /// Keeps the outcome of a gate.
     fn end_gate(&self, id: &str, outcome: &GateOutcome) -> Result<(), StoreError>;
 
     /// Keeps a token and returns its number.
     fn put_token(&self, token: &StoredToken) -> Result<i64, StoreError>;
-    /// Takes a token back, at once with its sessions, or from some time on.
+    /// Revokes a token at once, with its sessions, or lets it end at `ends_ms`.
     fn end_token(&self, number: i64, ends_ms: Option<i64>) -> Result<(), StoreError>;
-    /// Notes that a token was used.
+    /// Keeps the time of a token's last use.
     fn used_token(&self, number: i64, now_ms: i64) -> Result<(), StoreError>;
     /// Lists the tokens.
     fn tokens(&self) -> Result<Vec<StoredToken>, StoreError>;
-    /// Keeps a session, or notes that it was used.
+    /// Keeps a session, or the time of its last use.
     fn put_session(&self, session: &StoredSession) -> Result<(), StoreError>;
     /// Lists the sessions.
     fn sessions(&self) -> Result<Vec<StoredSession>, StoreError>;
     /// Ends a session.
     fn end_session(&self, sha256: &str) -> Result<(), StoreError>;
 
-    /// Writes what was committed into the file of the ledger itself.
+    /// Writes the log into the file of the ledger.
     fn settle(&self) -> Result<(), StoreError>;
-    /// Writes a copy that holds together into a file that does not exist.
+    /// Writes a consistent copy into a new file.
     fn copy_to(&self, path: &Path) -> Result<(), StoreError>;
-    /// Reads the rows that name blobs, and returns what is damaged and the blobs that the others name.
-    fn named(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError>;
-    /// Reads every row, and returns what is damaged and the hashes of the blobs that are needed.
-    fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError>;
+    /// Reads the rows that name blobs.
+    fn named_files(&self) -> Result<CheckedFiles, StoreError>;
+    /// Reads every row.
+    fn check(&self) -> Result<CheckedFiles, StoreError>;
 }
 
-/// What comes of having a report made again.
+/// Files that rows name, and the rows that are damaged.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CheckedFiles {
+    /// Names of the damaged rows.
+    pub damaged: Vec<String>,
+    /// Files that the other rows name.
+    pub files: Vec<StoredFile>,
+}
+
+/// Result of a request to make a report again.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remake {
     /// This job makes it.
     Waits(Job),
-    /// It was made with the numbers of this revision, and this program has others.
+    /// The report was made with the numbers of this revision, and this program has others.
     OtherNumbers(u32),
     /// The recording was deleted.
     Deleted(Deletion),
@@ -776,7 +785,7 @@ pub enum Remake {
     Impossible,
 }
 
-/// How much there is to do.
+/// Numbers of unfinished jobs.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Load {
     /// Jobs that wait.
@@ -784,13 +793,13 @@ pub struct Load {
     /// Jobs that run.
     pub running: u64,
     /// Jobs of one owner that wait or run.
-    pub own: u64,
+    pub owner_jobs: u64,
 }
 
-/// What the store holds, in figures.
+/// Figures of the store.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Census {
-    /// When the oldest job came that waits [ms since 1970].
+    /// Time at which the oldest waiting job came [ms since 1970].
     pub oldest_ms: Option<i64>,
     /// Bytes of all recordings.
     pub recording_bytes: u64,
@@ -809,11 +818,11 @@ pub struct Collected {
     pub kept_bytes: u64,
 }
 
-/// Age from which a blob that no row names is no upload under way.
+/// Age from which a blob that no row names cannot be part of a running upload.
 const COLLECTED_AFTER: Duration = Duration::from_secs(86_400);
 
-/// Removes the blobs that no row names and that are older than a day: what a process left that ended
-/// between a blob and its row.
+/// Removes the blobs that no row names and that are older than a day: those of a process that ended
+/// between writing a blob and its row.
 ///
 /// # Errors
 ///
@@ -821,12 +830,12 @@ const COLLECTED_AFTER: Duration = Duration::from_secs(86_400);
 pub fn collect(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<Collected, StoreError> {
     let before = SystemTime::now().checked_sub(COLLECTED_AFTER);
     let before = before.unwrap_or(SystemTime::UNIX_EPOCH);
-    let (damaged, named) = ledger.named()?;
-    if let Some(what) = damaged.into_iter().next() {
+    let named = ledger.named_files()?;
+    if let Some(what) = named.damaged.into_iter().next() {
         return Err(StoreError::Damaged { what });
     }
-    let named = named.into_iter().map(|file| file.sha256).collect();
-    blobs.collect(&named, before)
+    let hashes = named.files.into_iter().map(|file| file.sha256).collect();
+    blobs.collect(&hashes, before)
 }
 
 /// Numbers of the last rows that were read.
@@ -840,17 +849,18 @@ pub struct LastRows {
     pub gates: i64,
 }
 
-/// Removes the files of recordings that were deleted, but for those that another row names.
+/// Removes the files of deleted recordings, except those that another row names.
 ///
 /// # Errors
 ///
-/// [`StoreError`]; what was not removed is removed the next time.
+/// [`StoreError`]; the next sweep removes the remaining files.
 pub fn sweep(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<(), StoreError> {
     let (numbers, files) = ledger.open_deletions()?;
     if numbers.is_empty() {
         return Ok(());
     }
-    // Nobody waits while every row is read; then only the rows that came meanwhile are.
+    // Every row is read without the lock, which takes long. Under the lock only the rows that came
+    // meanwhile are read, so that no upload waits for long.
     let (needed, last) = ledger.needed_of(&files, LastRows::default())?;
     let _alone = blobs
         .placing()
@@ -873,16 +883,16 @@ pub fn sweep(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<(), StoreError> {
 pub trait Blobs: Send + Sync {
     /// Begins a blob of unknown hash.
     fn begin(&self) -> Result<BlobWriter, StoreError>;
-    /// Opens a blob after its bytes were read and found to have the hash.
+    /// Opens a blob after a check that its bytes have the hash.
     fn open(&self, sha256: &str) -> Result<File, StoreError>;
-    /// Held together by those who put files in their place until the rows that name them are written,
-    /// alone by who removes files.
+    /// Lock between uploads and [`sweep`]. Uploads hold it shared, from putting files in their places
+    /// until the rows that name them are written; a sweep holds it exclusively.
     fn placing(&self) -> &RwLock<()>;
-    /// Removes a blob, if it is there; when this returns that is on the disk.
+    /// Removes a blob, if it exists, and returns once that is on the disk.
     fn remove(&self, sha256: &str) -> Result<(), StoreError>;
-    /// Returns the bytes that are free where the blobs lie.
+    /// Returns the free bytes of the blobs' disk.
     fn free_bytes(&self) -> Result<u64, StoreError>;
-    /// Removes the blobs whose hash is not `named` and that were kept before some time.
+    /// Removes the blobs whose hash is not in `named` and that were kept before a time.
     fn collect(
         &self,
         named: &BTreeSet<String>,

@@ -1,4 +1,4 @@
-//! Backup, restore, and the check of everything that is stored.
+//! Backup, restore, and the check of all stored rows and files.
 
 use crate::app::{LEDGER, Store, own_folder};
 use crate::config::Config;
@@ -11,18 +11,19 @@ use std::path::Path;
 /// Copies ledger and blobs into a folder that does not exist; the service may run meanwhile.
 pub(super) fn backup(data: &Path, folder: &Path) -> Result<String, String> {
     let store = Store::read_only(data)?;
-    let told = |error: io::Error| format!("{}: {error}", folder.display());
-    fs::create_dir(folder).map_err(told)?;
+    let folder_error = |error: io::Error| format!("{}: {error}", folder.display());
+    fs::create_dir(folder).map_err(folder_error)?;
     let copy = folder.join(LEDGER);
     let from_store = |error: StoreError| error.to_string();
-    // The ledger first: what it names exists already.
+    // The ledger first: every file that it names exists already.
     store.ledger.copy_to(&copy).map_err(from_store)?;
     let copied = Store::read_only(folder)?;
-    let (mut damaged, needed) = copied.ledger.check().map_err(from_store)?;
+    let checked = copied.ledger.check().map_err(from_store)?;
+    let mut damaged = checked.damaged;
     let mut lost = Vec::new();
     let (mut files, mut bytes) = (0_u64, 0_u64);
     let to = BlobFolder::open(&folder.join("blobs")).map_err(from_store)?;
-    for file in distinct(needed) {
+    for file in distinct(checked.files) {
         match copy_blob(&*store.blobs, &to, &file) {
             Ok(()) => {
                 files += 1;
@@ -32,19 +33,19 @@ pub(super) fn backup(data: &Path, folder: &Path) -> Result<String, String> {
             Err(error) => return Err(error.to_string()),
         }
     }
-    // What was deleted since the ledger was copied is not lost.
-    let (_, still) = store.ledger.named().map_err(from_store)?;
-    let still: BTreeSet<String> = still.into_iter().map(|file| file.sha256).collect();
+    // A file of a recording that was deleted since the ledger was copied is not lost.
+    let named = store.ledger.named_files().map_err(from_store)?.files;
+    let named: BTreeSet<String> = named.into_iter().map(|file| file.sha256).collect();
     let lost = lost
         .into_iter()
-        .filter(|(_, sha256)| still.contains(sha256));
+        .filter(|(_, sha256)| named.contains(sha256));
     damaged.extend(lost.map(|(what, _)| what));
     File::open(&copy)
         .and_then(|file| file.sync_all())
-        .map_err(told)?;
+        .map_err(folder_error)?;
     File::open(folder)
         .and_then(|file| file.sync_all())
-        .map_err(told)?;
+        .map_err(folder_error)?;
     if damaged.is_empty() {
         return Ok(format!(
             "{files} files of {bytes} bytes and the ledger are in {}",
@@ -68,21 +69,22 @@ pub(super) fn restore(folder: &Path, data: &Path) -> Result<String, String> {
             "{shown}: there are data already; name another folder with --data, or move these away"
         ));
     }
-    let (whole, text) = fsck(folder)?;
-    if !whole {
+    let check = fsck(folder)?;
+    if !check.is_sound {
         return Err(format!(
-            "the backup is damaged, nothing was taken from it:\n{text}"
+            "the backup is damaged, nothing was taken from it:\n{}",
+            check.text
         ));
     }
     own_folder(data)?;
     let store = Store::read_only(folder)?;
     let from_store = |error: StoreError| error.to_string();
-    let (_, needed) = store.ledger.check().map_err(from_store)?;
+    let files = store.ledger.check().map_err(from_store)?.files;
     let to = BlobFolder::open(&data.join("blobs")).map_err(from_store)?;
-    for file in distinct(needed) {
+    for file in distinct(files) {
         copy_blob(&*store.blobs, &to, &file).map_err(from_store)?;
     }
-    // The ledger last: without it there are no data.
+    // The ledger last: an interrupted restore leaves no data that a service would take.
     let unfinished = data.join("ledger.unfinished");
     let _ = fs::remove_file(&unfinished);
     store.ledger.copy_to(&unfinished).map_err(from_store)?;
@@ -94,11 +96,20 @@ pub(super) fn restore(folder: &Path, data: &Path) -> Result<String, String> {
     Ok(format!("{} holds what the backup held", data.display()))
 }
 
-/// Reads everything again; says whether all is whole, and what is not.
-pub(super) fn fsck(data: &Path) -> Result<(bool, String), String> {
+/// Result of a check of the store.
+pub(super) struct StoreCheck {
+    /// True if nothing is damaged.
+    pub(super) is_sound: bool,
+    /// The result in words, with the damage.
+    pub(super) text: String,
+}
+
+/// Reads every row and every file again.
+pub(super) fn fsck(data: &Path) -> Result<StoreCheck, String> {
     let store = Store::read_only(data)?;
-    let (mut damaged, needed) = store.ledger.check().map_err(|error| error.to_string())?;
-    let files = distinct(needed);
+    let checked = store.ledger.check().map_err(|error| error.to_string())?;
+    let mut damaged = checked.damaged;
+    let files = distinct(checked.files);
     let mut bytes = 0;
     for file in &files {
         match store.blobs.open(&file.sha256) {
@@ -115,7 +126,10 @@ pub(super) fn fsck(data: &Path) -> Result<(bool, String), String> {
     } else {
         format!("damaged:\n{}", damaged.join("\n"))
     };
-    Ok((damaged.is_empty(), text))
+    Ok(StoreCheck {
+        is_sound: damaged.is_empty(),
+        text,
+    })
 }
 
 /// Removes the files that no row names and that are older than a day; no service may run meanwhile.

@@ -1,4 +1,4 @@
-//! Deleted recordings: what was deleted, by whom and why, is kept; the samples go.
+//! Deleted recordings. The name, the person and the reason of a deletion are kept; the samples are not.
 
 use super::recordings::{self, recording_of};
 use super::results::result_of;
@@ -23,13 +23,13 @@ pub(super) fn body_of(row: &Row<'_>) -> Result<DeletionBody, StoreError> {
     confirmed("deletion", &recording, &body, &sum)
 }
 
-/// Deletes a recording: its row, what it holds, and every file of its reports but the documents.
-/// Returns false if there is none. A row that is damaged can be deleted, too; the files that it named
-/// go with those that no row names.
+/// Deletes a recording: its row, its files, and every file of its reports except the documents.
+/// Returns false if there is none. A damaged row can be deleted, too; its files are then removed with
+/// those that no row names.
 pub(super) fn delete(
     connection: &Connection,
     id: &str,
-    by: &str,
+    deleted_by: &str,
     why: &str,
     now_ms: i64,
 ) -> Result<bool, StoreError> {
@@ -45,7 +45,7 @@ pub(super) fn delete(
                     bytes: row.get::<_, i64>(2)?.unsigned_abs(),
                     created_ms: row.get(3)?,
                     deleted_ms: now_ms,
-                    by: by.into(),
+                    by: deleted_by.into(),
                     why: why.into(),
                 })
             },
@@ -56,21 +56,21 @@ pub(super) fn delete(
     };
     let mut files = BTreeSet::new();
     match recordings::find(connection, id) {
-        Ok(found) => {
-            let manifests = found.into_iter().map(|recording| recording.manifest);
-            let of_recording = manifests.flat_map(|own| own.files.into_iter().chain(own.card));
-            files.extend(of_recording.map(|file| file.sha256));
+        Ok(recording) => {
+            let manifest = recording.into_iter().map(|recording| recording.manifest);
+            let stored = manifest.flat_map(|manifest| manifest.files.into_iter().chain(manifest.card));
+            files.extend(stored.map(|file| file.sha256));
         }
         Err(StoreError::Damaged { .. }) => {}
         Err(error) => return Err(error),
     }
     let sql = "SELECT number, report_id, body, sum FROM results WHERE recording = ?";
-    let found = rows(connection, sql, [id], |row| {
+    let results = rows(connection, sql, [id], |row| {
         Ok((row.get::<_, i64>(0)?, result_of(row)))
     })?;
-    for (number, result) in found {
+    for (number, result) in results {
         let Ok((_, mut result)) = result else {
-            // Nothing can be read of it, and its files go with those that no row names.
+            // A damaged row. Its files are removed with those that no row names.
             connection.execute("DELETE FROM results WHERE number = ?", [number])?;
             continue;
         };
@@ -93,7 +93,7 @@ pub(super) fn delete(
         params![id, body, of_row("deletion", id, &body)],
     )?;
     connection.execute("DELETE FROM recordings WHERE id = ?", [id])?;
-    // A refusal may quote what it could not read.
+    // A refusal may quote samples of the recording, which must not stay.
     connection.execute(
         "DELETE FROM jobs WHERE state = 'refused' AND json_valid(body)
          AND json_extract(body, '$.recording') = ?",
@@ -102,7 +102,7 @@ pub(super) fn delete(
     Ok(true)
 }
 
-/// Has further files go with a recording that was deleted: those that a child made of it meanwhile.
+/// Adds files to a deletion: those that a child made of the recording meanwhile.
 pub(super) fn extend(
     connection: &Connection,
     id: &str,
@@ -110,10 +110,10 @@ pub(super) fn extend(
 ) -> Result<(), StoreError> {
     let sql =
         format!("SELECT {COLUMNS} FROM deletions WHERE recording = ? ORDER BY number DESC LIMIT 1");
-    let found = rows(connection, &sql, [id], |row| {
+    let deletions = rows(connection, &sql, [id], |row| {
         Ok((row.get::<_, i64>(0)?, body_of(row)?))
     })?;
-    for (number, mut body) in found {
+    for (number, mut body) in deletions {
         body.files.extend(files.iter().cloned());
         let body = text_of(&body);
         connection.execute(
@@ -124,15 +124,15 @@ pub(super) fn extend(
     Ok(())
 }
 
-/// Finds the last deletion of a recording that is not there.
+/// Finds the last deletion of a recording, unless it was uploaded again.
 pub(super) fn find(connection: &Connection, id: &str) -> Result<Option<Deletion>, StoreError> {
     let sql = format!(
         "SELECT {COLUMNS} FROM deletions WHERE recording = ?1
          AND NOT EXISTS (SELECT 1 FROM recordings WHERE id = ?1) ORDER BY number DESC LIMIT 1"
     );
-    let found = rows(connection, &sql, [id], |row| Ok(body_of(row)))?.pop();
-    match found.transpose() {
-        // That it was deleted is known by the row.
+    let last = rows(connection, &sql, [id], |row| Ok(body_of(row)))?.pop();
+    match last.transpose() {
+        // A damaged row still shows that the recording was deleted.
         Err(StoreError::Damaged { .. }) => Ok(Some(Deletion {
             recording: id.into(),
             name: "the recording".into(),
@@ -143,7 +143,7 @@ pub(super) fn find(connection: &Connection, id: &str) -> Result<Option<Deletion>
             by: "somebody whose name is lost".into(),
             why: "asked".into(),
         })),
-        found => Ok(found?.map(|body| body.deletion)),
+        body => Ok(body?.map(|body| body.deletion)),
     }
 }
 
@@ -161,27 +161,29 @@ pub(super) fn list(
     })
 }
 
-/// Lists the recordings that came before some time, as rows say that are whole.
+/// Lists the recordings that came before `before_ms`; damaged rows are skipped.
 pub(super) fn aged(connection: &Connection, before_ms: i64) -> Result<Vec<String>, StoreError> {
     let sql = format!(
         "SELECT {} FROM recordings WHERE created_ms < ? ORDER BY number",
         recordings::COLUMNS
     );
-    let found = rows(connection, &sql, [before_ms], |row| Ok(recording_of(row)))?;
+    let recordings = rows(connection, &sql, [before_ms], |row| Ok(recording_of(row)))?;
+    let recordings = recordings.into_iter().filter_map(Result::ok);
     let is_aged = |recording: &StoredRecording| recording.renewed_ms < before_ms;
-    let whole = found.into_iter().filter_map(Result::ok);
-    let aged = whole.map(|(_, recording)| recording).filter(is_aged);
+    let aged = recordings
+        .map(|(_, recording)| recording)
+        .filter(is_aged);
     Ok(aged.map(|recording| recording.id).collect())
 }
 
-/// Returns the deletions whose files are still to be removed, and those files.
+/// Returns the deletions whose files must still be removed, and those files.
 pub(super) fn open(connection: &Connection) -> Result<(Vec<i64>, BTreeSet<String>), StoreError> {
     let sql = format!("SELECT {COLUMNS} FROM deletions WHERE is_open");
-    let found = rows(connection, &sql, [], |row| {
+    let deletions = rows(connection, &sql, [], |row| {
         Ok((row.get::<_, i64>(0)?, body_of(row)))
     })?;
     let (mut numbers, mut files) = (Vec::new(), BTreeSet::new());
-    for (number, body) in found {
+    for (number, body) in deletions {
         numbers.push(number);
         match body {
             Ok(body) => files.extend(body.files),

@@ -16,14 +16,14 @@ use std::time::SystemTime;
 pub struct BlobFolder {
     root: PathBuf,
     next: AtomicU64,
-    /// Held while a blob is put in its place or taken away, so that one that is kept again at the
-    /// same time stays.
+    /// Locked while a blob is renamed into place or removed, so that a blob that is kept again at the
+    /// same time is not lost.
     moving: Arc<Mutex<()>>,
     placing: RwLock<()>,
 }
 
 impl BlobFolder {
-    /// Opens a folder of blobs, made if absent; what an earlier process left unfinished goes.
+    /// Opens a folder of blobs, made if absent; unfinished blobs of an earlier process are removed.
     ///
     /// # Errors
     ///
@@ -43,7 +43,7 @@ impl BlobFolder {
         })
     }
 
-    /// Opens a folder of blobs that another process may be working in, to read.
+    /// Opens a folder of blobs to read, in which another process may work.
     pub fn beside(root: &Path) -> Self {
         Self {
             root: root.to_path_buf(),
@@ -53,7 +53,7 @@ impl BlobFolder {
         }
     }
 
-    /// Returns where a blob lies.
+    /// Returns the path of a blob.
     pub fn path(&self, sha256: &str) -> PathBuf {
         let head = sha256.get(..2).unwrap_or("xx");
         self.root.join(head).join(sha256)
@@ -132,19 +132,20 @@ impl Blobs for BlobFolder {
                 let name = entry.file_name();
                 let is_named = name.to_str().is_none_or(|name| named.contains(name));
                 if is_named {
-                    collected.kept_bytes += entry.metadata().map_or(0, |about| about.len());
+                    let metadata = entry.metadata();
+                    collected.kept_bytes += metadata.map_or(0, |metadata| metadata.len());
                     continue;
                 }
                 let _moving = locked(&self.moving);
-                let about = match entry.metadata() {
-                    Ok(about) => about,
+                let metadata = match entry.metadata() {
+                    Ok(metadata) => metadata,
                     Err(error) if error.kind() == ErrorKind::NotFound => continue,
                     Err(error) => return Err(error.into()),
                 };
-                if about.is_file() && about.modified()? < before {
+                if metadata.is_file() && metadata.modified()? < before {
                     fs::remove_file(entry.path())?;
                     collected.files += 1;
-                    collected.bytes += about.len();
+                    collected.bytes += metadata.len();
                 }
             }
         }
@@ -152,7 +153,7 @@ impl Blobs for BlobFolder {
     }
 }
 
-/// A blob that is being written; dropped before its end, it leaves nothing.
+/// A blob that is being written; a drop before its end removes it.
 #[derive(Debug)]
 pub struct BlobWriter {
     root: PathBuf,
@@ -178,12 +179,12 @@ impl BlobWriter {
         Ok(())
     }
 
-    /// Returns how many bytes were written.
+    /// Returns the number of bytes that were written.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Writes the bytes through to the disk and closes the file, which is not in its place yet.
+    /// Syncs the bytes to the disk and closes the file, which is not in its place yet.
     ///
     /// # Errors
     ///
@@ -195,7 +196,7 @@ impl BlobWriter {
         Ok(())
     }
 
-    /// Puts the blob in its place; when this returns it is on the disk.
+    /// Puts the blob in its place, and returns once that is on the disk.
     ///
     /// # Errors
     ///
@@ -208,10 +209,10 @@ impl BlobWriter {
             fs::create_dir_all(&folder)?;
             sync_folder(&self.root)?;
         }
-        // One that is there may be damaged; the bytes at hand are not.
+        // A blob that exists already is replaced: it may be damaged, and these bytes are not.
         {
             let _moving = locked(&self.moving);
-            // From now on it is new, however long the rest of its upload took.
+            // Its age decides if `collect` may remove it, so it begins now, not with the upload.
             File::open(&self.path)?.set_modified(SystemTime::now())?;
             fs::rename(&self.path, folder.join(&sha256))?;
         }
@@ -226,7 +227,7 @@ impl BlobWriter {
 
 impl Drop for BlobWriter {
     fn drop(&mut self) {
-        // Renamed, it is no longer there.
+        // After `finish` the file has another name, and this does nothing.
         let _ = fs::remove_file(&self.path);
     }
 }

@@ -1,4 +1,4 @@
-//! Gates and their pairs: each pair is a job, and one that was decided for another gate is decided.
+//! Gates and their pairs. Each pair is a job, which gates with the same pair share.
 
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
@@ -51,7 +51,7 @@ pub(super) fn put(
         params![gate.id, gate.name, body, of_row("gate", &gate.id, &body)],
     )?;
     if added == 0 {
-        return again(connection, gate, pairs, owner, program);
+        return reopen(connection, gate, pairs, owner, program);
     }
     let mut statement =
         connection.prepare_cached("INSERT INTO pairs (gate, number, job) VALUES (?, ?, ?)")?;
@@ -63,10 +63,9 @@ pub(super) fn put(
     Ok(true)
 }
 
-/// Puts those pairs of a known gate back in the queue that were refused for a reason that passes;
-/// its outcome is then open again, as is that of one that its engine did not judge. Returns whether
-/// it is.
-fn again(
+/// Puts pairs of a stored gate back in the queue that were refused for a reason that may pass. The
+/// outcome is then open again, and so is that of a gate that its engine did not judge. True if it is.
+fn reopen(
     connection: &Connection,
     gate: &StoredGate,
     pairs: &[Question],
@@ -78,8 +77,8 @@ fn again(
         jobs::submit(connection, &question.id(), question, owner, program)?;
     }
     let after: i64 = connection.query_row(WAITING, [&gate.id], |row| row.get(0))?;
-    let known = find(connection, &gate.id)?.and_then(|standing| standing.outcome);
-    let failed = known.is_some_and(|outcome| outcome.problem.is_some());
+    let outcome = find(connection, &gate.id)?.and_then(|standing| standing.outcome);
+    let failed = outcome.is_some_and(|outcome| outcome.problem.is_some());
     if after > before || failed {
         let sql = "UPDATE gates SET outcome = NULL, outcome_sum = NULL WHERE id = ?";
         connection.execute(sql, [&gate.id])?;
@@ -92,13 +91,9 @@ const WAITING: &str = "SELECT count(*) FROM pairs JOIN jobs ON jobs.id = pairs.j
      WHERE gate = ? AND state IN ('queued', 'later', 'running')";
 
 pub(super) fn find(connection: &Connection, id: &str) -> Result<Option<GateStanding>, StoreError> {
-    let found = rows(
-        connection,
-        &format!("{STANDING} WHERE id = ?"),
-        [id],
-        gate_of,
-    )?;
-    Ok(found.into_iter().next().map(|(_, standing)| standing))
+    let sql = format!("{STANDING} WHERE id = ?");
+    let last = rows(connection, &sql, [id], gate_of)?.pop();
+    Ok(last.map(|(_, standing)| standing))
 }
 
 pub(super) fn list(
@@ -135,7 +130,7 @@ pub(super) fn end(
 ) -> Result<(), StoreError> {
     let text = text_of(outcome);
     let sum = of_row("outcome", id, &text);
-    // An outcome that was handed out stays, unless its gate is asked again.
+    // An outcome may have been read by a client, so it stays until the gate is submitted again.
     connection.execute(
         "UPDATE gates SET outcome = ?, outcome_sum = ? WHERE id = ? AND outcome IS NULL",
         params![text, sum, id],

@@ -9,11 +9,11 @@ use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde_json::Value;
 use std::collections::HashMap;
 
-/// Version of the program.
+/// Version of this program.
 pub(super) const PROGRAM: &str = env!("CARGO_PKG_VERSION");
 
-/// Names what makes a refusal: another program, or children that may take more, may answer where
-/// this one did not.
+/// Returns the name under which a refusal is kept. Another program, or children with more memory or
+/// time, may answer where this one refused.
 pub(super) fn program_of(memory_bytes: u64, order_s: u64) -> String {
     format!("{PROGRAM} {memory_bytes} B {order_s} s")
 }
@@ -65,18 +65,18 @@ pub(super) fn submit(
     owner: &str,
     program: &str,
 ) -> Result<(Job, bool), StoreError> {
-    // What another version, or the same with other limits, refused is asked again.
+    // A refusal by another version, or with other limits, does not stand: the job is done anew.
     connection.execute(
         "DELETE FROM jobs WHERE id = ? AND state = 'refused' AND program <> ?",
         params![id, program],
     )?;
     if let Err(StoreError::Damaged { what }) = find(connection, id) {
-        // The question is at hand, and answers it anew.
+        // The question is given again, so the damaged row can be replaced.
         tracing::warn!(%what, "a job is damaged and is asked anew");
         connection.execute("DELETE FROM jobs WHERE id = ?", [id])?;
     }
     let body = text_of(question);
-    // Of one question somebody waits for the answer; the many of a gate come after those.
+    // A person waits for a single question, so it comes before the many pairs of a gate.
     let state = if question.decision_alone {
         "later"
     } else {
@@ -84,15 +84,15 @@ pub(super) fn submit(
     };
     let added = connection.execute(
         "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state, lease_ms) VALUES (?, ?, ?, ?, ?, ?)",
-        // Nobody holds it yet: until it is taken that column says when it came.
+        // Until the job is taken, the column of its lease holds the time at which it came.
         params![id, owner, body, of_row("job", id, &body), state, now_ms()],
     )?;
     let job = find(connection, id)?.ok_or(StoreError::Fenced)?;
     Ok((job, added == 1))
 }
 
-/// Puts a job that was answered in the queue again. Its answer stays, should none come this time.
-pub(super) fn again(connection: &Connection, id: &str) -> Result<(), StoreError> {
+/// Puts an answered job back in the queue. Its answer stays in case no other comes.
+pub(super) fn requeue(connection: &Connection, id: &str) -> Result<(), StoreError> {
     connection.execute(
         "UPDATE jobs SET state = 'queued', failures = 0 WHERE id = ? AND state = 'done'",
         [id],
@@ -107,14 +107,15 @@ pub(super) fn any_waits(connection: &Connection, now_ms: i64) -> Result<bool, St
     Ok(statement.exists([now_ms])?)
 }
 
-/// Whose turn it is: owners by the number of the turn that they had last.
+/// The order in which owners are served: the number of the last turn of each.
 #[derive(Debug, Default)]
 pub(super) struct Turns {
     count: u64,
     last: HashMap<String, u64>,
 }
 
-/// Takes the next job: of the owners whose jobs wait, the oldest one of whoever had no turn for longest.
+/// Takes the next job: among owners with waiting jobs, the oldest job of the owner who was not served
+/// for longest. So one owner with many jobs delays no other by more than one job.
 pub(super) fn take(
     connection: &Connection,
     turns: &mut Turns,
@@ -140,7 +141,7 @@ pub(super) fn take(
     let id: String = statement.query_row(params![number, lease_ms], |row| row.get(0))?;
     match find(connection, &id) {
         Err(StoreError::Damaged { what }) => {
-            // A question that cannot be read cannot be answered; it must not stop the others.
+            // A question that cannot be read cannot be answered, and must not block the queue.
             tracing::error!(%what, "a job is damaged and was set aside");
             let sql = "UPDATE jobs SET state = 'damaged' WHERE id = ?";
             connection.execute(sql, [&id])?;
@@ -150,8 +151,8 @@ pub(super) fn take(
     }
 }
 
-/// Lists the owners whose jobs wait, each with its oldest. It leaps from owner to owner in the index:
-/// one may have a hundred thousand jobs.
+/// Lists the owners with waiting jobs, each with its oldest one. The query goes from owner to owner in
+/// the index: one owner may have a hundred thousand jobs.
 fn waiting(
     connection: &Connection,
     state: &str,
@@ -169,11 +170,11 @@ fn waiting(
          SELECT owner, number FROM oldest WHERE number IS NOT NULL";
     let mut statement = connection.prepare_cached(sql)?;
     let parameters = params![now_ms, state];
-    let found = statement.query_map(parameters, |row| Ok((row.get(0)?, row.get(1)?)))?;
-    Ok(found.collect::<Result<_, _>>()?)
+    let owners = statement.query_map(parameters, |row| Ok((row.get(0)?, row.get(1)?)))?;
+    Ok(owners.collect::<Result<_, _>>()?)
 }
 
-/// Changes one row, or says that another attempt holds it.
+/// Refuses a change that met no row: another attempt holds the job.
 fn fenced(changed: usize) -> Result<(), StoreError> {
     if changed == 1 {
         Ok(())
@@ -194,15 +195,17 @@ pub(super) fn hold(
     )?)
 }
 
+/// Ends a job in the state `done` or `refused`.
 pub(super) fn end(
     connection: &Connection,
     id: &str,
     attempt: i64,
-    (state, answer): (&str, &Value),
+    state: &str,
+    answer: &Value,
     program: &str,
 ) -> Result<(), StoreError> {
     if state == "refused" {
-        // A report that was to be made again stays what it was.
+        // The job was answered before and only had to remake its report: the earlier answer stays.
         let answered = "UPDATE jobs SET state = 'done'
              WHERE id = ? AND state = 'running' AND attempt = ? AND answer LIKE '\"%'";
         if connection.execute(answered, params![id, attempt])? == 1 {
@@ -240,7 +243,7 @@ pub(super) fn reclaim(
     every: bool,
 ) -> Result<usize, StoreError> {
     if every {
-        // Pauses were measured by the process that has ended.
+        // Pauses are times of the process that set them, and that process has ended.
         let sql = "UPDATE jobs SET not_before_ms = 0 WHERE state IN ('queued', 'later', 'running') AND not_before_ms > 0";
         connection.execute(sql, [])?;
     }
@@ -250,7 +253,8 @@ pub(super) fn reclaim(
     )?)
 }
 
-/// Returns when the oldest job came that waits; of one that was put back, when it was last held.
+/// Returns the time at which the oldest waiting job came; of one that was put back, the time at which
+/// it was last held.
 pub(super) fn oldest_ms(connection: &Connection) -> Result<Option<i64>, StoreError> {
     let sql = "SELECT lease_ms FROM jobs WHERE state = ? ORDER BY number LIMIT 1";
     let mut statement = connection.prepare_cached(sql)?;
@@ -259,7 +263,7 @@ pub(super) fn oldest_ms(connection: &Connection) -> Result<Option<i64>, StoreErr
     Ok(question.into_iter().chain(pair).min())
 }
 
-/// Returns who asked first.
+/// Returns the owner who submitted a job first.
 pub(super) fn owner(connection: &Connection, id: &str) -> Result<String, StoreError> {
     let owner = connection
         .query_row("SELECT owner FROM jobs WHERE id = ?", [id], |row| {
@@ -275,12 +279,12 @@ pub(super) fn load(connection: &Connection, owner: &str) -> Result<Load, StoreEr
         let count: i64 = statement.query_row([parameter], |row| row.get(0))?;
         Ok(count.unsigned_abs())
     };
-    let of_state = "SELECT count(*) FROM jobs WHERE state = ?1";
-    let own =
+    let by_state = "SELECT count(*) FROM jobs WHERE state = ?1";
+    let by_owner =
         "SELECT count(*) FROM jobs WHERE owner = ?1 AND state IN ('queued', 'later', 'running')";
     Ok(Load {
-        queued: count(of_state, "queued")? + count(of_state, "later")?,
-        running: count(of_state, "running")?,
-        own: count(own, owner)?,
+        queued: count(by_state, "queued")? + count(by_state, "later")?,
+        running: count(by_state, "running")?,
+        owner_jobs: count(by_owner, owner)?,
     })
 }

@@ -1,15 +1,15 @@
-//! The ledger in SQLite: write-ahead log, synced at every commit, one writer that commits whatever
-//! waits as one group, readers beside it.
+//! The ledger in SQLite: write-ahead log, synced at every commit, one writer that commits all waiting
+//! changes as one group, readers beside it.
 
 use super::jobs::Turns;
 use super::schema;
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
-    Census, Deletion, GateOutcome, GateStanding, Job, LastRows, Ledger, ListedRecording, Load,
-    Manifest, Page, Question, RecordingFilter, Remake, ResultFilter, StoreError, StoredDesign,
-    StoredFile, StoredGate, StoredRecording, StoredResult, StoredSession, StoredToken, deletions,
-    gates, jobs, needed, recordings, results, tokens,
+    Census, CheckedFiles, Deletion, GateOutcome, GateStanding, Job, LastRows, Ledger,
+    ListedRecording, Load, Manifest, Page, Question, RecordingFilter, Remake, ResultFilter,
+    StoreError, StoredDesign, StoredGate, StoredRecording, StoredResult, StoredSession,
+    StoredToken, deletions, gates, jobs, needed, recordings, results, tokens,
 };
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value;
@@ -19,17 +19,17 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// Time after which the log is written into the ledger: what is in the ledger itself is found damaged
-/// where it is, what is in the log hides all that follows.
+/// Time after which the log is written into the ledger. Damage in the ledger costs the damaged row,
+/// damage in the log costs everything after it.
 const SETTLE: Duration = Duration::from_secs(2);
 
-/// Time for which one waits for another process that writes.
+/// Waiting time for another process that writes.
 const BUSY: Duration = Duration::from_secs(5);
 
-/// Changes that are committed together at most.
+/// Largest number of changes that are committed together.
 const GROUP: usize = 256;
 
-/// What is told to one who waits for a change once its group is committed or not.
+/// Reports the outcome to the caller of a change, once its group is committed or not.
 type After = Box<dyn FnOnce(Result<(), StoreError>) + Send>;
 
 /// A change that waits for the writer.
@@ -68,7 +68,7 @@ impl SqliteLedger {
         })
     }
 
-    /// Opens the ledger to read it alone, also where nothing can be written.
+    /// Opens the ledger read-only, also where nothing can be written.
     ///
     /// # Errors
     ///
@@ -79,7 +79,7 @@ impl SqliteLedger {
         if version != schema::VERSION {
             return Err(other_version(version));
         }
-        // Nobody takes changes.
+        // Without a receiver every change fails.
         let (changes, _) = sync_channel(0);
         Ok(Self {
             path: path.to_path_buf(),
@@ -90,44 +90,44 @@ impl SqliteLedger {
         })
     }
 
-    /// States what children may take who answer: memory [bytes] and time [s].
+    /// States the limits of children that answer: memory [bytes] and time [s].
     #[must_use]
     pub fn with_limits(mut self, memory_bytes: u64, order_s: u64) -> Self {
         self.program = jobs::program_of(memory_bytes, order_s).into();
         self
     }
 
-    /// Has the writer make a change, and returns once it is on the disk.
+    /// Sends a change to the writer, and returns once it is on the disk.
     fn write<T: Send + 'static>(
         &self,
         change: impl FnOnce(&Connection) -> Result<T, StoreError> + Send + 'static,
     ) -> Result<T, StoreError> {
-        let (tell, told) = sync_channel(1);
+        let (sender, receiver) = sync_channel(1);
         let change: Change = Box::new(move |connection| {
-            let outcome = apart(connection, change);
+            let outcome = in_savepoint(connection, change);
             Box::new(move |committed: Result<(), StoreError>| {
-                let _ = tell.send(committed.and(outcome));
+                let _ = sender.send(committed.and(outcome));
             })
         });
         let gone = || StoreError::Broken {
             reason: "nobody writes the ledger".into(),
         };
         self.changes.send(change).map_err(|_| gone())?;
-        told.recv().map_err(|_| gone())?
+        receiver.recv().map_err(|_| gone())?
     }
 
     fn read<T>(
         &self,
         read: impl FnOnce(&Connection) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
-        let kept = self.kept().pop();
-        let connection = kept.map_or_else(|| connect(&self.path), Ok)?;
+        let idle = self.idle_readers().pop();
+        let connection = idle.map_or_else(|| connect(&self.path), Ok)?;
         let outcome = read(&connection);
-        self.kept().push(connection);
+        self.idle_readers().push(connection);
         outcome
     }
 
-    fn kept(&self) -> std::sync::MutexGuard<'_, Vec<Connection>> {
+    fn idle_readers(&self) -> std::sync::MutexGuard<'_, Vec<Connection>> {
         self.readers
             .lock()
             .unwrap_or_else(std::sync::PoisonError::into_inner)
@@ -144,7 +144,7 @@ fn connect(path: &Path) -> Result<Connection, StoreError> {
     Ok(connection)
 }
 
-/// Connects to a ledger that may lie where nothing can be written.
+/// Connects to a ledger in a folder that may be read-only.
 fn connect_to_read(path: &Path) -> Result<Connection, StoreError> {
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let readable = |connection: &Connection| version_of(connection);
@@ -153,9 +153,10 @@ fn connect_to_read(path: &Path) -> Result<Connection, StoreError> {
     if readable(&plain).is_ok() {
         return Ok(plain);
     }
-    // Without a folder to write in, SQLite reads what it is told nobody changes.
+    // In a read-only folder SQLite opens a database only if it is declared immutable. It then ignores
+    // the log, so there must be none.
     let log = path.with_extension("sqlite-wal");
-    if log.metadata().is_ok_and(|about| about.len() > 0) {
+    if log.metadata().is_ok_and(|metadata| metadata.len() > 0) {
         let reason = "a log lies beside the ledger and cannot be read here; copy the folder to \
                       where it can be written";
         return Err(StoreError::Broken {
@@ -182,18 +183,18 @@ fn version_of(connection: &Connection) -> Result<i64, StoreError> {
 }
 
 fn other_version(version: i64) -> StoreError {
-    let own = schema::VERSION;
+    let expected = schema::VERSION;
     let way_out = match version {
         2 => "start the service on them once, which makes them new",
         ..2 => "no program takes them over",
         _ => "take the program that made them, or a newer one",
     };
     StoreError::Broken {
-        reason: format!("the data have version {version}, this program takes {own}; {way_out}"),
+        reason: format!("the data have version {version}, this program takes {expected}; {way_out}"),
     }
 }
 
-/// Makes the tables, or those of an earlier version new, wholly or not at all.
+/// Makes the tables, or upgrades those of an earlier version, in one transaction.
 fn upgrade(connection: &Connection) -> Result<(), StoreError> {
     let begun = connection.unchecked_transaction()?;
     match version_of(connection)? {
@@ -207,8 +208,8 @@ fn upgrade(connection: &Connection) -> Result<(), StoreError> {
     Ok(begun.commit()?)
 }
 
-/// Makes one change of a group; one that fails leaves the others as they are.
-fn apart<T>(
+/// Makes one change of a group in a savepoint, so that its failure does not undo the others.
+fn in_savepoint<T>(
     connection: &Connection,
     change: impl FnOnce(&Connection) -> Result<T, StoreError>,
 ) -> Result<T, StoreError> {
@@ -257,10 +258,10 @@ fn write_in_groups(connection: &Connection, waiting: &Receiver<Change>) {
     }
 }
 
-/// Writes the log into the ledger; false if readers hold it up.
+/// Writes the log into the ledger; false if readers prevent it.
 fn empty_log(connection: &Connection) -> bool {
     let sql = "PRAGMA wal_checkpoint(TRUNCATE)";
-    // Nobody's change waits for a reader.
+    // Without waiting for readers: changes wait for this thread.
     let _ = connection.busy_timeout(Duration::ZERO);
     let is_busy = connection.query_row(sql, [], |row| row.get::<_, i64>(0));
     let _ = connection.busy_timeout(BUSY);
@@ -311,12 +312,12 @@ impl Ledger for SqliteLedger {
                     Ok(true)
                 }
                 Err(error) => Err(error),
-                Ok(found) => {
-                    // Its age counts from now on.
-                    if let Some(known) = found {
+                Ok(stored) => {
+                    // Its age by `keep_days` counts from the last upload.
+                    if let Some(stored) = stored {
                         let body = text_of(&recordings::RecordingBody {
-                            manifest: known.manifest,
-                            created_ms: known.created_ms,
+                            manifest: stored.manifest,
+                            created_ms: stored.created_ms,
                             renewed_ms: now_ms,
                         });
                         let sum = of_row("recording", &id, &body);
@@ -352,12 +353,12 @@ impl Ledger for SqliteLedger {
     fn delete_recording(
         &self,
         id: &str,
-        by: &str,
+        deleted_by: &str,
         why: &str,
         now_ms: i64,
     ) -> Result<bool, StoreError> {
-        let (id, by, why) = (id.to_string(), by.to_string(), why.to_string());
-        self.write(move |connection| deletions::delete(connection, &id, &by, &why, now_ms))
+        let (id, deleted_by, why) = (id.to_string(), deleted_by.to_string(), why.to_string());
+        self.write(move |connection| deletions::delete(connection, &id, &deleted_by, &why, now_ms))
     }
 
     fn deletion(&self, id: &str) -> Result<Option<Deletion>, StoreError> {
@@ -368,7 +369,7 @@ impl Ledger for SqliteLedger {
         self.read(|connection| deletions::list(connection, before, limit))
     }
 
-    fn looked(&self, now_ms: i64) -> Result<Option<i64>, StoreError> {
+    fn note_upkeep(&self, now_ms: i64) -> Result<Option<i64>, StoreError> {
         self.write(move |connection| {
             let before = connection
                 .query_row("SELECT at_ms FROM looked", [], |row| row.get(0))
@@ -434,7 +435,7 @@ impl Ledger for SqliteLedger {
     }
 
     fn take(&self, now_ms: i64, lease_ms: i64) -> Result<Option<Job>, StoreError> {
-        // Most often nothing waits; the writer need not be troubled to find that out.
+        // Mostly nothing waits, and a reader finds that out without the writer.
         if !self.read(|connection| jobs::any_waits(connection, now_ms))? {
             return Ok(None);
         }
@@ -462,14 +463,14 @@ impl Ledger for SqliteLedger {
             result.asked_by = jobs::owner(connection, &id)?;
             results::put(connection, &result)?;
             let answer = Value::from(result.report_id);
-            jobs::end(connection, &id, attempt, ("done", &answer), &program)
+            jobs::end(connection, &id, attempt, "done", &answer, &program)
         })
     }
 
     fn decide(&self, id: &str, attempt: i64, row: &Value) -> Result<(), StoreError> {
         let (id, row) = (id.to_string(), row.clone());
         let program = Arc::clone(&self.program);
-        self.write(move |connection| jobs::end(connection, &id, attempt, ("done", &row), &program))
+        self.write(move |connection| jobs::end(connection, &id, attempt, "done", &row, &program))
     }
 
     fn refuse(
@@ -480,14 +481,14 @@ impl Ledger for SqliteLedger {
         lasts: bool,
     ) -> Result<(), StoreError> {
         let (id, problem) = (id.to_string(), problem.clone());
-        // What no program made is asked again of every one.
+        // A refusal without a program never stands: `submit` compares the names.
         let program = if lasts {
             Arc::clone(&self.program)
         } else {
             "".into()
         };
         self.write(move |connection| {
-            jobs::end(connection, &id, attempt, ("refused", &problem), &program)
+            jobs::end(connection, &id, attempt, "refused", &problem, &program)
         })
     }
 
@@ -510,7 +511,7 @@ impl Ledger for SqliteLedger {
 
     fn ask_again(&self, id: &str) -> Result<(), StoreError> {
         let id = id.to_string();
-        self.write(move |connection| jobs::again(connection, &id))
+        self.write(move |connection| jobs::requeue(connection, &id))
     }
 
     fn remake(&self, report_id: &str, lost: &str) -> Result<Remake, StoreError> {
@@ -585,7 +586,7 @@ impl Ledger for SqliteLedger {
 
     fn design(&self, name: &str, version: Option<i64>) -> Result<Option<StoredDesign>, StoreError> {
         self.read(|connection| {
-            let found = rows(
+            let mut designs = rows(
                 connection,
                 "SELECT name, version, body, sum FROM designs
                  WHERE name = ?1 AND (?2 IS NULL OR version = ?2) AND NOT is_deleted
@@ -593,13 +594,13 @@ impl Ledger for SqliteLedger {
                 params![name, version],
                 |row| design_of(row, 0),
             )?;
-            Ok(found.into_iter().next())
+            Ok(designs.pop())
         })
     }
 
     fn designs(&self, skipped: u32, limit: u32) -> Result<Page<StoredDesign>, StoreError> {
         self.read(|connection| {
-            let mut found = page(
+            let mut designs = page(
                 connection,
                 "SELECT rowid, name, version, body, sum FROM designs WHERE NOT is_deleted
                  ORDER BY name, version DESC LIMIT ? OFFSET ?",
@@ -607,8 +608,8 @@ impl Ledger for SqliteLedger {
                 limit,
                 |row| design_of(row, 1),
             )?;
-            found.next = found.next.map(|_| i64::from(skipped) + i64::from(limit));
-            Ok(found)
+            designs.next = designs.next.map(|_| i64::from(skipped) + i64::from(limit));
+            Ok(designs)
         })
     }
 
@@ -688,36 +689,39 @@ impl Ledger for SqliteLedger {
         self.read(|connection| Ok(connection.execute("VACUUM INTO ?", [path]).map(|_| ())?))
     }
 
-    fn named(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+    fn named_files(&self) -> Result<CheckedFiles, StoreError> {
         self.read(needed::named)
     }
 
-    fn check(&self) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+    fn check(&self) -> Result<CheckedFiles, StoreError> {
         self.read(check)
     }
 }
 
-/// Reads every row and notes which do not fit their hash, and which blobs the others need.
-fn check(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
+/// Reads every row; returns the damaged rows and the files that the others name.
+fn check(connection: &Connection) -> Result<CheckedFiles, StoreError> {
     let mut damaged = Vec::new();
-    let whole: String = connection.query_row("PRAGMA integrity_check", [], |row| row.get(0))?;
-    if whole != "ok" {
-        damaged.push(format!("the database: {whole}"));
+    let integrity: String = connection.query_row("PRAGMA integrity_check", [], |row| row.get(0))?;
+    if integrity != "ok" {
+        damaged.push(format!("the database: {integrity}"));
     }
-    let (of_named, needed) = needed::named(connection)?;
-    damaged.extend(of_named);
+    let named = needed::named(connection)?;
+    damaged.extend(named.damaged);
     let sql = "SELECT name, version, body, sum FROM designs";
-    for found in rows(connection, sql, [], |row| Ok(design_of(row, 0)))? {
-        needed::whole_or_noted(found, &mut damaged)?;
+    for design in rows(connection, sql, [], |row| Ok(design_of(row, 0)))? {
+        needed::value_or_damage(design, &mut damaged)?;
     }
     let sql = format!("SELECT {} FROM deletions", deletions::COLUMNS);
-    for found in rows(connection, &sql, [], |row| Ok(deletions::body_of(row)))? {
-        needed::whole_or_noted(found, &mut damaged)?;
+    for deletion in rows(connection, &sql, [], |row| Ok(deletions::body_of(row)))? {
+        needed::value_or_damage(deletion, &mut damaged)?;
     }
-    for found in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
-        needed::whole_or_noted(found, &mut damaged)?;
+    for job in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
+        needed::value_or_damage(job, &mut damaged)?;
     }
-    Ok((damaged, needed))
+    Ok(CheckedFiles {
+        damaged,
+        files: named.files,
+    })
 }
 
 fn remake(connection: &Connection, report_id: &str, lost: &str) -> Result<Remake, StoreError> {
@@ -739,7 +743,7 @@ fn remake(connection: &Connection, report_id: &str, lost: &str) -> Result<Remake
         let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";
         connection.execute(sql, params![body, sum, report_id])?;
     }
-    jobs::again(connection, &job.id)?;
+    jobs::requeue(connection, &job.id)?;
     Ok(jobs::find(connection, &job.id)?.map_or(Remake::Impossible, Remake::Waits))
 }
 

@@ -1,52 +1,53 @@
-//! Which blobs the rows name.
+//! The blobs that rows name.
 
 use super::recordings::{self, recording_of};
 use super::results::result_of;
-use super::{LastRows, StoreError, StoredFile, gates};
+use super::{CheckedFiles, LastRows, StoreError, StoredFile, gates};
 use rusqlite::{Connection, Row};
 use std::collections::BTreeSet;
 
-/// Reads the rows that name blobs and notes which do not fit their hash, and what the others name.
-pub(super) fn named(connection: &Connection) -> Result<(Vec<String>, Vec<StoredFile>), StoreError> {
-    let (mut damaged, mut named) = (Vec::new(), Vec::new());
+/// Reads the rows that name blobs; returns the damaged rows and the files that the others name.
+pub(super) fn named(connection: &Connection) -> Result<CheckedFiles, StoreError> {
+    let mut checked = CheckedFiles::default();
     each(connection, &mut LastRows::default(), |files| {
-        named.extend(whole_or_noted(files, &mut damaged)?.unwrap_or_default());
+        let files = value_or_damage(files, &mut checked.damaged)?;
+        checked.files.extend(files.unwrap_or_default());
         Ok(())
     })?;
-    Ok((damaged, named))
+    Ok(checked)
 }
 
-/// Finds which of some files rows name that were added after others; returns the last rows, too.
-/// Of a row that is damaged nothing is known: an upload or a backup alone can make it whole, and brings
-/// its files.
+/// Finds the files among `candidates` that rows after the given ones name; returns the last rows, too.
+/// The files of a damaged row are not known. Only an upload or a backup can repair it, and brings its
+/// files again.
 pub(super) fn among(
     connection: &Connection,
-    wanted: &BTreeSet<String>,
+    candidates: &BTreeSet<String>,
     after: LastRows,
 ) -> Result<(BTreeSet<String>, LastRows), StoreError> {
     let (mut needed, mut last, mut damaged) = (BTreeSet::new(), after, Vec::new());
     each(connection, &mut last, |files| {
-        let files = whole_or_noted(files, &mut damaged)?.unwrap_or_default();
+        let files = value_or_damage(files, &mut damaged)?.unwrap_or_default();
         let hashes = files.into_iter().map(|file| file.sha256);
-        needed.extend(hashes.filter(|sha256| wanted.contains(sha256)));
+        needed.extend(hashes.filter(|sha256| candidates.contains(sha256)));
         Ok(())
     })?;
     Ok((needed, last))
 }
 
-/// Reads the rows that name blobs and were added after others, one by one: all together they may be
-/// larger than memory. Hands over the files of each, and notes the last rows.
+/// Reads the rows that name blobs and come after `last`, one by one: all of them may be larger than
+/// memory. Calls `read` with the files of each, and moves `last` on.
 fn each(
     connection: &Connection,
     last: &mut LastRows,
     mut read: impl FnMut(Result<Vec<StoredFile>, StoreError>) -> Result<(), StoreError>,
 ) -> Result<(), StoreError> {
-    let of_recording = |row: &Row<'_>| {
+    let recording_files = |row: &Row<'_>| {
         let manifest = recording_of(row)?.1.manifest;
         Ok(manifest.files.into_iter().chain(manifest.card).collect())
     };
-    let of_result = |row: &Row<'_>| Ok(result_of(row)?.1.files.into_values().collect());
-    let of_gate = |row: &Row<'_>| {
+    let result_files = |row: &Row<'_>| Ok(result_of(row)?.1.files.into_values().collect());
+    let gate_files = |row: &Row<'_>| {
         let outcome = gates::gate_of(row)?.1.outcome;
         let files = outcome.map(|outcome| outcome.files.into_values().collect());
         Ok(files.unwrap_or_default())
@@ -57,15 +58,21 @@ fn each(
         connection,
         &recordings,
         &mut last.recordings,
-        of_recording,
+        recording_files,
         &mut read,
     )?;
-    stream(connection, results, &mut last.results, of_result, &mut read)?;
+    stream(
+        connection,
+        results,
+        &mut last.results,
+        result_files,
+        &mut read,
+    )?;
     stream(
         connection,
         gates::EVERY,
         &mut last.gates,
-        of_gate,
+        gate_files,
         &mut read,
     )
 }
@@ -86,13 +93,13 @@ fn stream(
     Ok(())
 }
 
-/// Returns what was read, or notes what is damaged.
-pub(super) fn whole_or_noted<T>(
-    found: Result<T, StoreError>,
+/// Returns the value of a row, or adds the row to those that are damaged.
+pub(super) fn value_or_damage<T>(
+    row: Result<T, StoreError>,
     damaged: &mut Vec<String>,
 ) -> Result<Option<T>, StoreError> {
-    match found {
-        Ok(found) => Ok(Some(found)),
+    match row {
+        Ok(value) => Ok(Some(value)),
         Err(StoreError::Damaged { what }) => {
             damaged.push(what);
             Ok(None)

@@ -15,7 +15,7 @@ pub(super) struct RecordingBody {
     pub(super) renewed_ms: i64,
 }
 
-/// What a list needs of that: an upload may have hundreds of files.
+/// The part of a body that a list needs: an upload may have hundreds of files.
 #[derive(serde::Deserialize)]
 struct ListedBody {
     manifest: ListedManifest,
@@ -63,11 +63,11 @@ pub(super) fn find(
     id: &str,
 ) -> Result<Option<StoredRecording>, StoreError> {
     let sql = format!("SELECT {COLUMNS} FROM recordings WHERE id = ?");
-    let found = rows(connection, &sql, [id], recording_of)?.pop();
-    Ok(found.map(|(_, recording)| recording))
+    let last = rows(connection, &sql, [id], recording_of)?.pop();
+    Ok(last.map(|(_, recording)| recording))
 }
 
-/// Lists recordings, without what they hold.
+/// Lists recordings, without their listings.
 pub(super) fn list(
     connection: &Connection,
     filter: &RecordingFilter,
@@ -95,7 +95,7 @@ pub(super) fn list(
         );
     let text = filter.text.as_ref().map(|text| text.to_ascii_lowercase());
     let parameters = params![before, text, filter.limit, skipped];
-    let mut found = page(connection, &sql, parameters, filter.limit, |row| {
+    let mut recordings = page(connection, &sql, parameters, filter.limit, |row| {
         let channels: Option<i64> = row.get(7)?;
         let (id, body, sum): (String, String, String) = (row.get(1)?, row.get(2)?, row.get(3)?);
         let body: ListedBody = confirmed("recording", &id, &body, &sum)?;
@@ -110,8 +110,8 @@ pub(super) fn list(
             verdicts: row.get::<_, i64>(8)?.unsigned_abs(),
         })
     })?;
-    if filter.order != RecordingOrder::Newest && found.next.is_some() {
-        found.next = Some(skipped + i64::from(filter.limit));
+    if filter.order != RecordingOrder::Newest && recordings.next.is_some() {
+        recordings.next = Some(skipped + i64::from(filter.limit));
     }
-    Ok(found)
+    Ok(recordings)
 }

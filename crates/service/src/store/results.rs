@@ -15,8 +15,8 @@ pub(super) fn find(
     report_id: &str,
 ) -> Result<Option<StoredResult>, StoreError> {
     let sql = "SELECT number, report_id, body, sum FROM results WHERE report_id = ?";
-    let found = rows(connection, sql, [report_id], result_of)?.pop();
-    Ok(found.map(|(_, result)| result))
+    let last = rows(connection, sql, [report_id], result_of)?.pop();
+    Ok(last.map(|(_, result)| result))
 }
 
 pub(super) fn put(connection: &Connection, result: &StoredResult) -> Result<(), StoreError> {
@@ -48,10 +48,10 @@ pub(super) fn put(connection: &Connection, result: &StoredResult) -> Result<(), 
     if added == 1 {
         return Ok(());
     }
-    let mut known = match find(connection, id) {
-        Ok(Some(known)) => known,
+    let mut stored = match find(connection, id) {
+        Ok(Some(stored)) => stored,
         Ok(None) => return Ok(()),
-        // What was answered cannot be read any more; this is the same answer.
+        // The stored answer cannot be read any more, and this is the same answer.
         Err(StoreError::Damaged { .. }) => {
             let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";
             connection.execute(sql, params![body, sum, id])?;
@@ -59,21 +59,21 @@ pub(super) fn put(connection: &Connection, result: &StoredResult) -> Result<(), 
         }
         Err(error) => return Err(error),
     };
-    if known.content_sha256 != result.content_sha256 {
-        // The first answer was handed out under this identity and stays.
+    if stored.content_sha256 != result.content_sha256 {
+        // The first answer was given out under this identity, so it stays.
         tracing::error!(report_id = %id, "one question has two answers");
         return Ok(());
     }
-    // Files that were lost, or went with a recording that is there again.
-    if known.is_stripped || !known.lost.is_empty() {
+    // Files that were lost, or deleted with a recording that is uploaded again.
+    if stored.is_stripped || !stored.lost.is_empty() {
         for (name, file) in &result.files {
-            if known.lost.contains(name) || !known.files.contains_key(name) {
-                known.files.insert(name.clone(), file.clone());
+            if stored.lost.contains(name) || !stored.files.contains_key(name) {
+                stored.files.insert(name.clone(), file.clone());
             }
         }
-        known.lost.clear();
-        known.is_stripped = false;
-        let body = text_of(&known);
+        stored.lost.clear();
+        stored.is_stripped = false;
+        let body = text_of(&stored);
         let sum = of_row("result", id, &body);
         let sql = "UPDATE results SET body = ?, sum = ? WHERE report_id = ?";
         connection.execute(sql, params![body, sum, id])?;
@@ -89,7 +89,7 @@ pub(super) fn list(
     let (order, before, skipped) = match (filter.order, filter.after) {
         (ResultOrder::Newest, after) => ("number DESC", after.unwrap_or(i64::MAX), 0),
         (ResultOrder::Oldest, after) => ("number", i64::MAX, after.unwrap_or(0)),
-        // The words begin with file and channel.
+        // The column `words` begins with file and channel.
         (ResultOrder::File, after) => ("words, number DESC", i64::MAX, after.unwrap_or(0)),
         (ResultOrder::Verdict, after) => ("verdict, number DESC", i64::MAX, after.unwrap_or(0)),
         (ResultOrder::Design, after) => (
@@ -115,11 +115,11 @@ pub(super) fn list(
         filter.limit,
         skipped
     ];
-    let mut found = page(connection, &sql, parameters, filter.limit, |row| {
+    let mut results = page(connection, &sql, parameters, filter.limit, |row| {
         result_of(row).map(|(_, result)| result)
     })?;
-    if filter.order != ResultOrder::Newest && found.next.is_some() {
-        found.next = Some(skipped + i64::from(filter.limit));
+    if filter.order != ResultOrder::Newest && results.next.is_some() {
+        results.next = Some(skipped + i64::from(filter.limit));
     }
-    Ok(found)
+    Ok(results)
 }

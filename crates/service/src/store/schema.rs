@@ -48,7 +48,7 @@ CREATE TABLE IF NOT EXISTS sessions (
     seen_ms INTEGER NOT NULL);
 ";
 
-/// What makes data of version 2 ones of version 3, before [`TABLES`].
+/// Changes data of version 2 to version 3, before [`TABLES`].
 pub(super) const FROM_2: &str = "
 ALTER TABLE recordings ADD COLUMN name TEXT NOT NULL DEFAULT '';
 ALTER TABLE recordings ADD COLUMN created_ms INTEGER NOT NULL DEFAULT 0;

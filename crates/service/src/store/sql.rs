@@ -26,21 +26,22 @@ pub(super) fn confirmed<T: DeserializeOwned>(
     serde_json::from_str(body).map_err(|_| damaged())
 }
 
-/// Collects the rows of a list of at most so many rows, `limit`, without those that are damaged, which
-/// are logged. The first column is the number of the row.
+/// Collects at most `limit` rows of a list. Damaged rows are left out and logged. The first column must
+/// be the number of the row.
 pub(super) fn page<T>(
     connection: &Connection,
     sql: &str,
     params: impl rusqlite::Params,
     limit: u32,
-    of: impl Fn(&Row<'_>) -> Result<T, StoreError>,
+    read: impl Fn(&Row<'_>) -> Result<T, StoreError>,
 ) -> Result<Page<T>, StoreError> {
-    let found = rows(connection, sql, params, |row| Ok((row.get(0)?, of(row))))?;
-    let is_full = found.len() as u64 >= u64::from(limit);
-    let next = found.last().filter(|_| is_full).map(|(number, _)| *number);
-    let (mut entries, mut damaged) = (Vec::with_capacity(found.len()), Vec::new());
-    for (_, found) in found {
-        match found {
+    let numbered = rows(connection, sql, params, |row| Ok((row.get(0)?, read(row))))?;
+    let is_full = numbered.len() as u64 >= u64::from(limit);
+    let last = numbered.last().filter(|_| is_full);
+    let next = last.map(|(number, _)| *number);
+    let (mut entries, mut damaged) = (Vec::with_capacity(numbered.len()), Vec::new());
+    for (_, entry) in numbered {
+        match entry {
             Ok(entry) => entries.push(entry),
             Err(StoreError::Damaged { what }) => {
                 tracing::error!(%what, "a row is damaged and was left out of a list");
@@ -61,13 +62,13 @@ pub(super) fn rows<T>(
     connection: &Connection,
     sql: &str,
     params: impl rusqlite::Params,
-    of: impl Fn(&Row<'_>) -> Result<T, StoreError>,
+    read: impl Fn(&Row<'_>) -> Result<T, StoreError>,
 ) -> Result<Vec<T>, StoreError> {
     let mut statement = connection.prepare_cached(sql)?;
     let mut rows = statement.query(params)?;
-    let mut found = Vec::new();
+    let mut values = Vec::new();
     while let Some(row) = rows.next()? {
-        found.push(of(row)?);
+        values.push(read(row)?);
     }
-    Ok(found)
+    Ok(values)
 }

@@ -1,4 +1,4 @@
-//! The hash that every row carries, so that a damaged one is found and not served.
+//! The hash of every row, by which a damaged row is detected and not served.
 
 use sha2::{Digest, Sha256};
 use std::fmt;
@@ -9,7 +9,7 @@ pub fn sha256_hex(bytes: &[u8]) -> String {
     Hex(&Sha256::digest(bytes)).to_string()
 }
 
-/// Returns the SHA-256 of what a file or stream holds, lower-case hexadecimal.
+/// Returns the SHA-256 of a file or stream, lower-case hexadecimal.
 ///
 /// # Errors
 ///

@@ -4,7 +4,7 @@ use super::sql::rows;
 use super::{StoreError, StoredSession, StoredToken};
 use rusqlite::{Connection, params};
 
-/// Sessions of one token; the one that was used least lately goes.
+/// Largest number of sessions of one token; beyond it the one that was unused for longest ends.
 const SESSIONS: i64 = 20;
 
 pub(super) fn put(connection: &Connection, token: &StoredToken) -> Result<i64, StoreError> {
@@ -44,7 +44,7 @@ pub(super) fn list(connection: &Connection) -> Result<Vec<StoredToken>, StoreErr
     )
 }
 
-/// Takes a token back from some time on; from now on its sessions end, too.
+/// Revokes a token at once, with its sessions, or lets it end at `ends_ms`.
 pub(super) fn end(
     connection: &Connection,
     number: i64,
