@@ -290,6 +290,9 @@ fn differences(case: &Case, replayed: &Done, inspected: &Done) -> Vec<String> {
     let chosen = |line: &&str| {
         line.starts_with("  choose: latchgate replay ") || line.starts_with("  try: latchgate ")
     };
+    if std::env::var_os("SHOWERR").is_some() {
+        eprintln!("@@ {}", replayed.err.trim());
+    }
     let lines = replayed.err.lines().filter(|line| !chosen(line)).count();
     same(
         "messages",

@@ -1,8 +1,8 @@
 //! TDMS files: read to the last bit as npTDMS reads them, judged as the same samples in another
 //! format, and never better when they are damaged.
 
-use crate::support::tdms::{F64, I16, LITTLE, Property, Raw, Said, text};
-use crate::support::{Random, data, json, read_path, with_channel};
+use crate::support::tdms::{F64, I16, INTERLEAVED, LITTLE, Property, Raw, Said, text};
+use crate::support::{Folder, Random, data, json, latchgate, read_path, with_channel};
 use latchgate::pipeline::{
     CardPolarity, Control, Design, Document, Extras, Limits, Request, Source, judge,
 };
@@ -276,8 +276,7 @@ fn regress_late_times_beyond_the_limit_are_named() {
     assert!(error.contains("limit test_samples"), "{error}");
 }
 
-/// Properties and short segments as many as a file may have are read in the time of their bytes: without
-/// places by name and a list that is kept this takes minutes.
+/// Of many short segments that change nothing of a long list none goes through it again, which took minutes.
 #[test]
 fn regress_many_properties_and_short_segments_take_linear_time() {
     let keys: Vec<String> = (0..40_000).map(|k| format!("p{k}")).collect();
@@ -293,10 +292,205 @@ fn regress_many_properties_and_short_segments_take_linear_time() {
     let mut bytes = LITTLE.segment(0, Some(&objects), &vec![0; 8 * 2000]);
     let empty = LITTLE.with_end(8, None, &[], |end| end);
     bytes.extend(empty.repeat(200_000));
-    let source = Source::bytes("a.tdms", bytes);
-    let options = ReadOptions::default();
-    let read = latchgate_recording::read(&source, &options, Selection::Lateral, &Limits::default());
-    assert!(read.is_err());
+    let path = Folder::new("tdms-work");
+    let path = path.write("a.tdms", bytes);
+    let done = latchgate(&["inspect", &path, "--log", "json:debug"]);
+    let line = done.err.lines().find(|line| line.contains("segments read"));
+    let event: serde_json::Value = serde_json::from_str(line.unwrap()).unwrap();
+    assert_eq!(event["segments"], 200_001);
+    // Each object and property as it is listed, and the objects again for the list and for its one chunk.
+    assert_eq!(event["steps"], 2001 + 40_000 + 2001 + 2000);
+}
+
+/// What each message of a file that is damaged, or beyond a limit, says.
+#[test]
+fn verif_each_damage_is_named() {
+    const PATH: &str = "/'g'/'acc y'";
+    let own = [
+        ("unit_string", text("g")),
+        ("wf_increment", Said::Number(1e-4)),
+    ];
+    let two = Raw::Numbers(F64, 2);
+    let data: Vec<u8> = [1.0_f64, 2.0].map(f64::to_le_bytes).concat();
+    let of = |path: &str, raw, said: &[Property<'_>], data: &[u8]| {
+        LITTLE.segment(0, Some(&[LITTLE.object(path, raw, said)]), data)
+    };
+    let sound = of(PATH, two, &own, &data);
+    let patched = |at: usize, bytes: &[u8]| {
+        let mut patched = sound.clone();
+        patched[at..at + bytes.len()].copy_from_slice(bytes);
+        patched
+    };
+    let metadata = u64::from_le_bytes(sound[20..28].try_into().unwrap());
+    let index = [20, F64, 1].map(u32::to_le_bytes).concat();
+    let index = memchr::memmem::find(&sound, &index).unwrap();
+    let list = |flags, raws: [Raw; 2], data: &[u8]| {
+        let objects = [
+            LITTLE.object(PATH, raws[0], &own),
+            LITTLE.object("/'g'/'Time'", raws[1], &[("unit_string", text("s"))]),
+        ];
+        LITTLE.segment(flags, Some(&objects), data)
+    };
+    let many: Vec<String> = (0..9).map(|k| format!("p{k}")).collect();
+    let many: Vec<Property<'_>> = many.iter().map(|key| (&**key, Said::Count(1))).collect();
+    let text_object = |bytes| LITTLE.object("/'g'/'word'", Raw::Texts(1, bytes), &[]);
+    let texts = |bytes: &[u8]| {
+        let object = text_object(bytes.len() as u64);
+        LITTLE.segment(0, Some(&[object]), bytes)
+    };
+    let scaled = [
+        ("NI_Number_Of_Scales", Said::Count(1)),
+        ("NI_Scale[0]_Scale_Type", text("Linear")),
+        ("NI_Scale[0]_Linear_Slope", Said::Number(1e308)),
+        ("NI_Scale[0]_Linear_Y_Intercept", Said::Number(0.0)),
+    ];
+    let late = [own[0], own[1], ("wf_start_offset", text("soon"))];
+    let nan = [0.0, f64::NAN].map(f64::to_le_bytes).concat();
+    let (clocked, three) = ([two, two], [two, Raw::Numbers(F64, 3)]);
+    let five = vec![0; 40];
+    let none: &[(&str, u64)] = &[];
+    let time = Some("Time");
+    let cases: [(Vec<u8>, Option<&str>, &[(&str, u64)], &str); 22] = [
+        (
+            patched(12, &3_u64.to_le_bytes()),
+            None,
+            none,
+            "an end of the segment behind",
+        ),
+        (
+            patched(4, &[6]),
+            None,
+            none,
+            "no samples, as the flags of the segment say",
+        ),
+        (
+            patched(4, &[12]),
+            None,
+            none,
+            "no metadata, as the flags of the segment say",
+        ),
+        (
+            patched(index + 8, &[2]),
+            None,
+            none,
+            "a raw data index of 20 bytes and dimension 1",
+        ),
+        (
+            of("/'g'", two, &own, &data),
+            None,
+            none,
+            "samples of channels alone",
+        ),
+        (
+            patched(20, &(metadata + 8).to_le_bytes()),
+            None,
+            none,
+            "bytes that belong to neither",
+        ),
+        (
+            patched(20, &(metadata - 4).to_le_bytes()),
+            None,
+            none,
+            "a property within the metadata",
+        ),
+        (
+            LITTLE.segment(0, None, &data),
+            None,
+            none,
+            "a list of channels in the first segment",
+        ),
+        (
+            list(INTERLEAVED, three, &five),
+            None,
+            none,
+            "as many of each channel",
+        ),
+        (
+            texts(&[9; 8]),
+            None,
+            none,
+            "texts with their ends before them",
+        ),
+        (sound.clone(), None, &[("samples", 1)], "limit samples"),
+        (
+            sound.clone(),
+            None,
+            &[("headers_bytes", 10)],
+            "bytes, limit headers_bytes",
+        ),
+        (
+            of(PATH, two, &many, &data),
+            None,
+            &[("headers_bytes", 400)],
+            "more bytes of properties",
+        ),
+        (
+            texts(&[0; 500]),
+            None,
+            &[("headers_bytes", 400)],
+            "500 bytes of text in a chunk",
+        ),
+        (
+            list(0, clocked, &[0; 32]),
+            None,
+            &[("columns", 1)],
+            "2 objects in a segment",
+        ),
+        (
+            [sound.clone(), of("/'g'/'b'", two, &own, &data)].concat(),
+            None,
+            &[("columns", 1)],
+            "more channels and groups",
+        ),
+        (
+            of("/'g'/'Time'", two, &own[1..], &data),
+            None,
+            none,
+            "no channel of numbers with samples",
+        ),
+        (
+            of(PATH, two, &[&own[..], &scaled].concat(), &data),
+            None,
+            none,
+            "inf as sample 1 after",
+        ),
+        (
+            of(PATH, two, &late, &data),
+            None,
+            none,
+            "a time of the first sample",
+        ),
+        (
+            list(0, clocked, &[&data[..], &nan].concat()),
+            time,
+            none,
+            "no number as sample 2",
+        ),
+        (list(0, three, &five), time, none, "3 times for 2 samples"),
+        (sound.clone(), time, none, "0 of them; name it by"),
+    ];
+    for (bytes, time_column, changes, says) in cases {
+        let mut limits = Limits::default();
+        for (name, value) in changes {
+            limits.set(&format!("{name}={value}")).unwrap();
+        }
+        let options = ReadOptions {
+            time_column: time_column.map(String::from),
+            ..ReadOptions::default()
+        };
+        let source = Source::bytes("a.tdms", bytes);
+        let read = latchgate_recording::read(&source, &options, Selection::Lateral, &limits);
+        let error = read.expect_err(says).to_string();
+        assert!(error.contains(says), "{says}: {error}");
+    }
+    let empty = [list(0, [two, Raw::Absent], &data), sound].concat();
+    let read = |channel| {
+        let (source, limits) = (Source::bytes("a.tdms", empty.clone()), Limits::default());
+        latchgate_recording::read(&source, &with_channel(channel), Selection::Lateral, &limits)
+    };
+    assert!(read("acc y").is_ok());
+    let error = read("Time").unwrap_err().to_string();
+    assert!(error.contains("channel Time holds no sample"), "{error}");
 }
 
 /// Of more samples than are kept the one channel that is meant is judged all the same.

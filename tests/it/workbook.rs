@@ -403,6 +403,7 @@ fn verif_formats_that_show_another_number_or_unit_are_refused() {
         .bytes()
     };
     for code in [
+        "# ?/?",
         "0.00%",
         "0.00;0.00",
         "-0.00;0.00",
@@ -463,9 +464,48 @@ fn verif_formulas_of_a_sheet_that_was_not_computed_are_refused() {
     check_refused("said late", with(&[(false, 0x005E)]), "none is computed");
 }
 
+/// Results of formulas that are computed only when a person asks for it may be old.
+#[test]
+fn verif_formulas_that_are_computed_when_asked_are_told() {
+    let mut rows = failing();
+    rows[500][1] = Cell::Xml("", "<f>C1*2</f><v>0.5</v>".into());
+    let with = |calculation, rows| Workbook {
+        calculation,
+        ..of_rows(rows)
+    };
+    let told = |calculation, rows: &[Vec<Cell>]| {
+        let bytes = with(calculation, rows.to_vec()).bytes();
+        let findings = read_words(bytes, &ReadOptions::default()).unwrap();
+        findings
+            .iter()
+            .any(|one| one.starts_with("formulas-manual"))
+    };
+    assert!(told("<calcPr calcMode=\"manual\"/>", &rows));
+    assert!(!told("<calcPr calcMode=\"auto\"/>", &rows));
+    assert!(!told("<calcPr calcMode=\"manual\"/>", &failing()));
+    let old = |mode: u8| {
+        let mut sheet = Records::default();
+        sheet.put(0x000D, &[mode, 0]);
+        let rows = failing();
+        sheet.rows(&rows);
+        sheet.rows_from(rows.len(), &[vec![Cell::Number(0.08)]]);
+        let row = u16::try_from(rows.len()).unwrap().to_le_bytes();
+        let result = 0.5_f64.to_le_bytes();
+        let cell = [&row[..], &[1, 0, 0, 0], &result, &[0; 8]].concat();
+        sheet.put(0x0006, &cell);
+        let bytes = xls(&Records::default(), &sheet);
+        let findings = read_words(bytes, &ReadOptions::default()).unwrap();
+        findings
+            .iter()
+            .any(|one| one.starts_with("formulas-manual"))
+    };
+    assert!(old(0));
+    assert!(!old(1));
+}
+
 /// Of cells that are merged only the first is shown.
 #[test]
-fn verif_merged_rows_of_samples_or_times_are_refused() {
+fn verif_merged_cells_of_samples_or_times_are_refused() {
     let with = |after: &'static str| {
         of_rows(failing())
             .change(|sheet| sheet.after_rows = after)
@@ -484,12 +524,27 @@ fn verif_merged_rows_of_samples_or_times_are_refused() {
             "<mergeCells><mergeCell ref=\"B1:B2\"/></mergeCells>",
             ":2, column 2",
         ),
+        (
+            "<mergeCells><mergeCell ref=\"B300:C300\"/></mergeCells>",
+            "B300 to C300",
+        ),
+        (
+            "<mergeCells><mergeCell ref=\"A300:B300\"/></mergeCells>",
+            ":300, column 2",
+        ),
     ] {
         check_refused(range, with(range), says);
         check_refused(range, with(range), "shown as one cell");
     }
     let beside = "<mergeCells><mergeCell ref=\"D2:D9\"/></mergeCells>";
     check_sound(beside, with(beside));
+    // Below the line that a person calls the last one nothing is read.
+    let below = with("<mergeCells><mergeCell ref=\"A990:B990\"/></mergeCells>");
+    let options = ReadOptions {
+        last_line: Some(989),
+        ..ReadOptions::default()
+    };
+    read_words(below, &options).unwrap();
 }
 
 /// A workbook in XML with a further relation of a part, `xl/workbook.xml` or a sheet.
@@ -581,6 +636,12 @@ fn verif_fault_words_beside_the_sheet_block_the_verdict() {
     );
     let named = with("sensor failed", "A door", "");
     check("sensor failed", named, Some("the name of the sheet says"));
+    let beside = Workbook {
+        sheets: vec![sheet("INVALID", vec![]), sheet("Data", failing())],
+        ..Workbook::default()
+    };
+    let says = "the name of another sheet says: \"INVALID\"";
+    check("Data", beside.bytes(), Some(says));
     let page = with("Data", "A door", PAGE);
     check(
         "Data",
@@ -647,6 +708,8 @@ fn verif_rows_and_columns_without_size_are_hidden() {
 /// Rows that each program takes otherwise, and notes that are not read.
 #[test]
 fn verif_alternate_rows_are_refused_and_threads_are_told() {
+    let twice = of_rows(failing()).change(|sheet| sheet.after_rows = "<sheetData/>");
+    check_refused("two lists", twice.bytes(), "a second list of rows");
     let sheet = "<worksheet><sheetData><mc:AlternateContent><mc:Choice><row r=\"1\"><c r=\"A1\"><v>1</v></c></row>\
                  </mc:Choice></mc:AlternateContent></sheetData></worksheet>";
     let alternate = Workbook {

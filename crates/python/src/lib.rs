@@ -521,7 +521,9 @@ fn not_judged(error: &Error) -> PyErr {
     let candidates = match error.kind() {
         ErrorKind::AmbiguousChannel { candidates } => {
             let candidates = candidates.0.iter();
-            candidates.filter_map(|one| one.setting_value.clone()).collect()
+            candidates
+                .filter_map(|one| one.setting_value.clone())
+                .collect()
         }
         _ => Vec::new(),
     };

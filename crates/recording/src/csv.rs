@@ -285,6 +285,10 @@ impl<'a> TableText<'a> {
         if selection == Selection::Lateral {
             let head = self.lines_of_head();
             let marks = &self.marks;
+            let end = options
+                .last_line
+                .map_or(u64::MAX, |last| u64::from(last) + 1);
+            let samples = head.end..end;
             let judged = choice.columns.iter();
             for (index, is_requested) in judged
                 .map(|index| (*index, options.channel.is_some()))
@@ -292,7 +296,7 @@ impl<'a> TableText<'a> {
             {
                 let name = &layout.columns[index].name;
                 findings.extend(marks.doubts(index, name, &head, is_requested)?);
-                marks.refuse_merged_rows(index, &head)?;
+                marks.refuse_merged(index, &samples)?;
             }
             for index in &choice.columns {
                 let column = &layout.columns[*index];

@@ -164,11 +164,11 @@ impl<'a> TdmsFile<'a> {
             let wanted = self.asked.options.time_column.as_deref();
             wanted.is_some_and(|wanted| entry.answers_to(wanted, place + 1))
         };
-        let has_clock = |entry: &Entry<'_>| entry.group == own.group && entry.is_clock();
+        let has_clock = |entry: &Entry<'_>| entry.group == own.group && entry.is_clock;
         let has_own_clock = self.entries.iter().any(has_clock);
         let is_beside = |entry: &Entry<'_>| match entry.group == own.group {
-            true => entry.is_clock() || entry.is_flag(),
-            false => (entry.is_clock() && !has_own_clock) || entry.is_flag(),
+            true => entry.is_clock || entry.is_flag(),
+            false => (entry.is_clock && !has_own_clock) || entry.is_flag(),
         };
         let of_use = self.entries.iter().enumerate();
         let of_use = of_use.filter(|(place, entry)| is_beside(entry) || is_named(entry, *place));

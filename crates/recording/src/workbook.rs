@@ -142,6 +142,8 @@ fn chosen<P>(
         let words = read(other, SheetPass::Words)?;
         let name = crate::text::shown(&other.name);
         let teller = |line: u64| format!("row {line} of the sheet `{name}` says");
+        let named = "the name of another sheet says".into();
+        sheet.beside.push((named, other.name.clone()));
         let notes = words.notes.into_iter();
         sheet
             .beside
@@ -195,6 +197,13 @@ fn check_places<P: Ord>(sheets: &[SheetEntry<P>]) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Says that results of formulas may be older than the numbers that they are computed from.
+fn computed_when_asked() -> Finding {
+    let text = "the workbook computes its formulas only when a person asks for it (manual calculation). \
+                Their results may be older than their numbers. Compute them, and save it again";
+    Finding::warning("formulas-manual", text)
 }
 
 /// Says that a workbook is none that a spreadsheet writes.

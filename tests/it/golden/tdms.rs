@@ -409,6 +409,16 @@ fn clocks() -> Vec<Case> {
     let slow: Vec<u8> = (FROM..TO)
         .flat_map(|k| (k as f64 / 5e3).to_le_bytes())
         .collect();
+    let with_interval = [G, increment(2e-4)];
+    let clock_beside = |path: &str, count: u64| {
+        let data = &slow[..8 * count as usize];
+        beside(path, Raw::Numbers(F64, count), &[], data, &[G])
+    };
+    let against_rate = |name: &str, bytes| {
+        let name = format!("rate-against-{name}");
+        let case = read(&name, bytes).options(&rate);
+        case.unusable(&["blocking time-contradicted"], &["setting `rate_hz`"])
+    };
     let two_clocks_of = |first: &[u8], second: &[u8]| {
         let unit = [("unit_string", text("s"))];
         let objects = [
@@ -476,6 +486,39 @@ fn clocks() -> Vec<Case> {
             &["the stated rate of 5000 Hz", "10000 Hz by wf_increment"],
         )
         .options(&["--rate-hz", "5000"]),
+        // A rate that a person states is held against each clock of the file.
+        against_rate(
+            "clock-beside.tdms",
+            clock_beside("/'Vehicle'/'Time'", COUNT - 1),
+        ),
+        against_rate(
+            "clock-of-another-group.tdms",
+            clock_beside("/'Clock'/'Time'", COUNT),
+        ),
+        against_rate(
+            "interval-beside.tdms",
+            beside(X, numbers, &with_interval, &slow, &[G]),
+        )
+        .finds(&["info channel-chosen"]),
+        against_rate("interval-of-the-group.tdms", {
+            let objects = [
+                LITTLE.object("/'Vehicle'", Raw::Absent, &[increment(2e-4)]),
+                LITTLE.object(Y, numbers, &[G]),
+            ];
+            LITTLE.segment(0, Some(&objects), &doubles(LITTLE, FROM, TO))
+        }),
+        read(
+            "rate-as-interval-beside.tdms",
+            beside(X, numbers, &with(&[]), &slow, &[G]),
+        )
+        .options(&rate)
+        .finds(&["info channel-chosen"]),
+        read(
+            "rate-against-starts.tdms",
+            halves(&[G, start(3.8e9)], &[start(3.8e9 + 0.08)]),
+        )
+        .options(&rate)
+        .unusable(&["blocking gap"], &["nother `wf_start_time`"]),
         read("untimed.tdms", file(&[G, increment(1.0)]))
             .options(&rate)
             .finds(&["warning timing-absent"]),

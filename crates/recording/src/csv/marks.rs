@@ -42,20 +42,25 @@ pub(crate) struct Merged {
 }
 
 impl SheetMarks {
-    /// Refuses a column of which several rows of samples are shown as one cell, which hides all but one.
-    pub(super) fn refuse_merged_rows(&self, column: usize, head: &Range<u64>) -> Result<(), Error> {
+    /// Refuses a column of which a cell in the lines of samples is shown as one with others, which hides
+    /// all but merged.
+    pub(super) fn refuse_merged(&self, column: usize, samples: &Range<u64>) -> Result<(), Error> {
         let hides = |merged: &&Merged| {
-            let lines = merged.lines.end - merged.lines.start;
-            merged.columns.contains(&column) && lines > 1 && merged.lines.end > head.end
+            let is_several = merged.lines.end - merged.lines.start > 1 || merged.columns.len() > 1;
+            let is_of_samples =
+                merged.lines.start < samples.end && samples.start < merged.lines.end;
+            merged.columns.contains(&column) && is_several && is_of_samples
         };
         let Some(merged) = self.merged.iter().find(hides) else {
             return Ok(());
         };
-        let last = merged.lines.end - 1;
+        let (first, last) = (merged.columns.start, merged.columns.end - 1);
         let found = format!(
-            "rows {} to {last} of column {} shown as one cell",
+            "{}{} to {}{} shown as one cell",
+            column_letters(first),
             merged.lines.start,
-            column_letters(column)
+            column_letters(last),
+            merged.lines.end - 1
         );
         let hint = "take the cells apart in the spreadsheet, and look at what they hold";
         let error = Error::malformed(
@@ -63,7 +68,7 @@ impl SheetMarks {
             found,
             hint,
         );
-        let line = merged.lines.start.max(head.end);
+        let line = merged.lines.start.max(samples.start);
         Err(error.at(Place::default().line(line).column(column as u64 + 1)))
     }
 

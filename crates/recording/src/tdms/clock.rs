@@ -2,6 +2,7 @@
 
 use super::entry::Entry;
 use super::object::Object;
+use super::said;
 use super::scale::Scales;
 use super::value::{DataType, Value};
 use crate::channel_name::ChannelName;
@@ -269,22 +270,76 @@ impl ChannelClock {
                     confirmed_by,
                 })
             }
-            (Some(waveform), _) => {
-                let (rate, finding) = options.untimed(waveform.rate, "wf_increment")?;
-                findings.push(finding);
-                let start_s = waveform.start / rate.hertz();
-                Ok(unconfirmed(UniformSamples::stated(start_s, rate, values)?))
-            }
-            (None, _) => {
-                let Some(hertz) = options.rate_hz else {
-                    return Err(ErrorKind::MissingTime.into());
+            (waveform, _) => {
+                let (rate, start_s) = match (waveform, options.rate_hz) {
+                    (Some(waveform), _) => {
+                        let (rate, finding) = options.untimed(waveform.rate, "wf_increment")?;
+                        findings.push(finding);
+                        (rate, waveform.start / rate.hertz())
+                    }
+                    (None, Some(hertz)) => (SampleRate::from_hertz(hertz)?, 0.0),
+                    (None, None) => return Err(ErrorKind::MissingTime.into()),
                 };
-                let rate = SampleRate::from_hertz(hertz)?;
-                Ok(unconfirmed(UniformSamples::stated(0.0, rate, values)?))
+                if options.rate_hz.is_some() {
+                    let contradicted = rate_contradiction(entries, own, rate, values.len(), asked)?;
+                    findings.extend(contradicted);
+                }
+                Ok(unconfirmed(UniformSamples::stated(start_s, rate, values)?))
             }
         }
     }
 }
+
+/// Holds the rate that a person states for a channel of `count` values against what else of the file shows
+/// time: channels of times, and the intervals of its group, of the file and of channels with as many samples.
+fn rate_contradiction(
+    entries: &[Entry<'_>],
+    own: &Entry<'_>,
+    rate: SampleRate,
+    count: usize,
+    asked: ReadTask<'_>,
+) -> Result<Option<Finding>, Error> {
+    for entry in others(entries, own, None) {
+        let mut stamps = Stamps::of(entry, asked)?;
+        stamps.values_s.truncate(count);
+        let first_s = stamps.values_s.first().copied().unwrap_or(0.0);
+        let (stamps_s, digit_s) = (&stamps.values_s, stamps.digit_s);
+        let found = held::clock(STATED_RATE, first_s, rate.hertz(), stamps_s, digit_s);
+        if found.is_some() {
+            return Ok(found);
+        }
+    }
+    let alike = entries
+        .iter()
+        .filter(|entry| entry.object.count == own.object.count);
+    let objects = own
+        .objects
+        .iter()
+        .copied()
+        .chain(alike.map(|entry| entry.object));
+    let contradicts = |object: &Object| {
+        // An interval that is none of time says nothing.
+        let waveform = Waveform::of(object, asked.options.time_unit, &mut Vec::new());
+        let waveform = waveform
+            .ok()
+            .flatten()
+            .filter(|waveform| !waveform.counts)?;
+        let hertz = waveform.rate.hertz();
+        (!time_base::rates_agree(rate.hertz(), hertz)).then(|| {
+            let teller = said::teller(object);
+            let text = format!(
+                "{STATED_RATE} is {} Hz, but wf_increment of {teller} gives {hertz} Hz. One of the \
+                 two is wrong. Find out which, and export again",
+                rate.hertz()
+            );
+            Finding::blocking("time-contradicted", text)
+        })
+    };
+    Ok(objects.into_iter().find_map(contradicts))
+}
+
+/// The rate that a person states, in messages.
+const STATED_RATE: &str = "the setting `rate_hz`";
 
 /// Holds the interval of a channel against the times beside it; of instants the start is another one.
 fn contradiction(waveform: &Waveform, stamps: &Stamps<'_>) -> Option<Finding> {
@@ -341,7 +396,7 @@ fn others<'a, 'b>(
     beside: Option<&Entry<'_>>,
 ) -> Vec<&'a Entry<'b>> {
     let count = own.object.count;
-    let clocks = || entries.iter().filter(|entry| entry.is_clock());
+    let clocks = || entries.iter().filter(|entry| entry.is_clock);
     let has_own = clocks().any(|entry| entry.group == own.group);
     let fits = |entry: &&Entry<'_>| match has_own {
         // One value more or less is a slip, half of them another channel's clock.
@@ -361,7 +416,7 @@ fn beside<'a, 'b>(
     is_cut: bool,
 ) -> Result<Option<&'a Entry<'b>>, Error> {
     let clocks = entries.iter().filter(|entry| {
-        entry.is_clock()
+        entry.is_clock
             && entry.group == own.group
             && (is_cut || entry.object.count == own.object.count)
     });

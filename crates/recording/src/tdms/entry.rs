@@ -20,6 +20,8 @@ pub(super) struct Entry<'a> {
     pub(super) own_name: &'a str,
     /// What name and unit say; the name with the group before it where others have the same.
     pub(super) column: ChannelName,
+    /// Whether it holds times of samples. Kept, since each channel looks for clocks among all others.
+    pub(super) is_clock: bool,
 }
 
 impl Entry<'_> {
@@ -28,8 +30,7 @@ impl Entry<'_> {
         self.object.index.map(|index| index.kind)
     }
 
-    /// Tells whether it holds times of samples.
-    pub(super) fn is_clock(&self) -> bool {
+    fn holds_times(&self) -> bool {
         let has_unit = self.column.unit_text.is_some() || self.column.unit.is_some();
         let says_time = self.column.says_time() && (self.column.time_unit.is_some() || !has_unit);
         self.object.count > 0
@@ -55,13 +56,13 @@ impl Entry<'_> {
     pub(super) fn is_of_samples(&self) -> bool {
         self.object.count > 0
             && self.kind().is_some_and(DataType::is_number)
-            && !self.is_clock()
+            && !self.is_clock
             && !self.is_flag()
     }
 
     /// Tells whether it may be asked for: numbers that are no times.
     pub(super) fn has_samples(&self) -> bool {
-        self.kind().is_none_or(DataType::is_number) && !self.is_clock()
+        self.kind().is_none_or(DataType::is_number) && !self.is_clock
     }
 
     /// Tells whether a user's word means this channel: its name, with its group or unit or without,
@@ -136,6 +137,7 @@ pub(super) fn of<'a>(objects: &'a [Object], options: &ReadOptions) -> Vec<Entry<
                 group,
                 own_name,
                 column: column.with_unit(&unit.unwrap_or_default(), "header"),
+                is_clock: false,
             });
         }
     }
@@ -171,6 +173,7 @@ pub(super) fn of<'a>(objects: &'a [Object], options: &ReadOptions) -> Vec<Entry<
             let words = format!("{} {}", said.join(" "), entry.column.label);
             entry.column.describe(words);
         }
+        entry.is_clock = entry.holds_times();
     }
     let columns = entries.iter_mut().map(|entry| &mut entry.column);
     mark_columns(columns.collect(), options);

@@ -119,11 +119,11 @@ impl<'a> ParentsSaid<'a> {
 const MOST_FILTERS: usize = 8;
 
 /// Names an object in a sentence.
-fn teller(object: &Object) -> String {
+pub(super) fn teller(object: &Object) -> String {
     match &object.path {
         ObjectPath::File => "the file".into(),
         ObjectPath::Group(name) => format!("the group `{}`", crate::text::shown(name)),
-        ObjectPath::Channel(..) => "the channel".into(),
+        ObjectPath::Channel(_, name) => format!("the channel `{}`", crate::text::shown(name)),
     }
 }
 

@@ -37,6 +37,9 @@ struct FileReader<'a, R> {
     has_samples: bool,
     block: Vec<u8>,
     is_cut: bool,
+    segments: u64,
+    /// Objects and properties that were gone through.
+    steps: u64,
 }
 
 /// What a file holds.
@@ -70,6 +73,8 @@ pub(super) fn contents<R: Read>(
         has_samples: false,
         block: Vec::new(),
         is_cut: false,
+        segments: 0,
+        steps: 0,
     };
     loop {
         let start = reader.byte;
@@ -78,6 +83,8 @@ pub(super) fn contents<R: Read>(
             break;
         }
     }
+    let (segments, steps) = (reader.segments, reader.steps);
+    tracing::debug!(segments, steps, "segments read");
     if reader.objects.is_empty() {
         let found = "the end of the file before the first list of channels";
         return Err(Error::truncated("a whole segment of TDMS", found));
@@ -114,6 +121,7 @@ impl<R: Read> FileReader<'_, R> {
             };
         };
         let lead_in = LeadIn::read(lead_in)?;
+        self.segments += 1;
         if lead_in.metadata_bytes > self.limits.headers_bytes {
             let found = format!("metadata of {} bytes", lead_in.metadata_bytes);
             return Err(self.limits.over("headers_bytes", found));
@@ -184,6 +192,7 @@ impl<R: Read> FileReader<'_, R> {
                 ObjectPath::File | ObjectPath::Group(_) => self.has_samples,
             };
             let mut binding: BTreeMap<String, Value> = BTreeMap::new();
+            self.steps += 1 + entry.properties.len() as u64;
             for (key, value) in entry.properties {
                 if object::is_binding(&key)
                     && let Some(before) = binding.insert(key.to_lowercase(), value.clone())
@@ -205,6 +214,7 @@ impl<R: Read> FileReader<'_, R> {
         if !is_changed {
             return Ok(());
         }
+        self.steps += self.list.len() as u64;
         let objects = &self.objects;
         let with_data = self.list.iter().filter(|(_, has_data)| *has_data);
         let chunk = with_data.filter_map(|(at, _)| Some((*at, objects[*at].index?)));
@@ -265,6 +275,7 @@ impl<R: Read> FileReader<'_, R> {
 
     /// Reads a chunk in which the samples of each channel stand together.
     fn contiguous_chunk(&mut self, order: ByteOrder) -> Result<(), Error> {
+        self.steps += self.chunk.len() as u64;
         for place in 0..self.chunk.len() {
             let (at, index) = self.chunk[place];
             let Some(size) = index.kind.bytes() else {
@@ -296,6 +307,7 @@ impl<R: Read> FileReader<'_, R> {
         while left > 0 {
             let rows = left.min((BLOCK_BYTES / row).max(1));
             self.fill(rows * row)?;
+            self.steps += self.chunk.len() as u64;
             left -= rows;
             // Of a row that was cut no sample counts.
             let whole = self.block.len() - self.block.len() % row as usize;

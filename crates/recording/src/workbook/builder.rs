@@ -44,6 +44,8 @@ pub(super) struct SheetBuilder<'a> {
     columns: Vec<ColumnCells>,
     pub(super) marks: SheetMarks,
     pub(super) notes: Vec<(u64, String)>,
+    /// Whether a cell holds the result of a formula.
+    pub(super) has_formulas: bool,
     /// Headers and footers of its pages.
     page_words: Vec<String>,
     /// Rows that are hidden, counted from 1.
@@ -71,6 +73,7 @@ impl<'a> SheetBuilder<'a> {
             columns: Vec::new(),
             marks: SheetMarks::default(),
             notes: Vec::new(),
+            has_formulas: false,
             page_words: Vec::new(),
             hidden_rows: Vec::new(),
         }

@@ -21,6 +21,8 @@ pub(super) enum NumberFormat {
 #[derive(Debug, Default)]
 struct Section {
     has_placeholder: bool,
+    /// A stroke, of a fraction or between the parts of a date.
+    has_stroke: bool,
     /// A comma behind the digits, a percent sign, words before them or a condition.
     is_other: bool,
     is_signed: bool,
@@ -68,7 +70,7 @@ impl NumberFormat {
         }
         // Of positive numbers, negative ones and zeros; the fourth is of texts.
         let of_numbers = &sections[..sections.len().min(3)];
-        let is_other = |one: &Section| one.is_other || !one.has_placeholder;
+        let is_other = |one: &Section| one.is_other || one.has_stroke || !one.has_placeholder;
         let is_signed = |number: usize| of_numbers.get(number).map(|one| one.is_signed);
         if of_numbers.iter().any(is_other)
             || is_signed(0) == Some(true)
@@ -93,8 +95,8 @@ impl NumberFormat {
     /// ECMA-376, part 1, 18.8.30; the numbers from 27 on are dates of East Asia.
     pub(super) fn built_in(number: u32) -> Self {
         match number {
-            // Amounts of money, and percentages.
-            5..=10 | 42 | 44 => Self::Other,
+            // Amounts of money, percentages and fractions; the numbers from 67 on are of Thailand.
+            5..=10 | 12 | 13 | 42 | 44 | 67..=81 => Self::Other,
             14..=17 | 27..=31 | 36 | 50..=58 => Self::Date {
                 has_time: false,
                 is_elapsed: false,
@@ -159,7 +161,8 @@ fn sections(code: &str) -> Vec<Section> {
             'y' | 'Y' | 'd' | 'D' => section.has_date = true,
             'h' | 'H' | 's' | 'S' => section.has_time = true,
             'm' | 'M' => section.has_month = true,
-            '.' | '/' => {}
+            '/' => section.has_stroke = true,
+            '.' => {}
             other => section.show(&other.to_string()),
         }
     }
@@ -218,6 +221,9 @@ mod tests {
             ("0.0 ,", Other),
             ("0,,\" M\"", Other),
             ("0.0;-0.0,", Other),
+            ("# ?/?", Other),
+            ("0.0;-# ??/16", Other),
+            ("0.0\\ \\g\\/\\2", worded("g/2")),
             ("0.00;0.00", Other),
             ("0.00;[Red]0.00", Other),
             ("-0.00;0.00", Other),
@@ -235,6 +241,7 @@ mod tests {
             ("yyyy-mm-dd", date.clone()),
             ("mmm", date.clone()),
             ("dd.mm.yyyy hh:mm", clock.clone()),
+            ("dd/mm/yyyy hh:mm", clock.clone()),
             ("[$-409]h:mm AM/PM", clock.clone()),
             ("mm:ss.000", clock.clone()),
             ("ss.0000", clock.clone()),

@@ -7,7 +7,7 @@
 use super::builder::{Epoch, SheetBuilder, Value};
 use super::number_format::NumberFormat;
 use super::strings::Strings;
-use super::{SheetEntry, SheetPass, check_places, damaged};
+use super::{SheetEntry, SheetPass, check_places, computed_when_asked, damaged};
 use crate::csv::{Merged, Sheet};
 use crate::error::{Error, ErrorKind, Place};
 use crate::{Finding, Limits};
@@ -113,7 +113,7 @@ impl Workbook {
         records.begin()?;
         // Charts within a sheet have records of their own.
         let (mut depth, mut has_notes) = (0_usize, false);
-        let (mut is_computed, mut has_formulas) = (true, false);
+        let (mut is_computed, mut is_manual) = (true, false);
         let mut awaited: Option<(u32, u32, NumberFormat)> = None;
         loop {
             let record = records.next()?;
@@ -197,7 +197,7 @@ impl Workbook {
                     let result = record.bytes(6, 8)?;
                     // The second bit asks for a result when the workbook is opened.
                     let is_stored = is_computed && record.u16(14)? & 2 == 0;
-                    has_formulas = true;
+                    builder.has_formulas = true;
                     let value = match result {
                         _ if !is_stored => Value::NotComputed,
                         [0, .., 0xFF, 0xFF] => {
@@ -213,10 +213,12 @@ impl Workbook {
                     builder.put(row, column, value, format(4)?)?;
                 }
                 // UNCALCED: the sheet was not computed before it was saved.
-                0x005E if has_formulas => {
+                0x005E if builder.has_formulas => {
                     return Err(record.damaged("formulas before what says that none is computed"));
                 }
                 0x005E => is_computed = false,
+                // CALCMODE
+                0x000D => is_manual = record.u16(0)? == 0,
                 // STRING, the result of the formula before
                 0x0207 => {
                     if let Some((row, column, format)) = awaited.take() {
@@ -273,7 +275,9 @@ impl Workbook {
         if let Some((row, column, format)) = awaited {
             builder.put(row, column, Value::NotComputed, format)?;
         }
+        let is_stale = is_manual && builder.has_formulas;
         let mut read = builder.finish(&sheet.name)?;
+        read.findings.extend(is_stale.then(computed_when_asked));
         if has_notes {
             let text = "the sheet has notes on cells, which are not read of an .xls file. Read them, \
                         or save the workbook as .xlsx";

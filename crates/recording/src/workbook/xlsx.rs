@@ -7,7 +7,7 @@
 use super::builder::{Epoch, SheetBuilder, Value, place};
 use super::number_format::NumberFormat;
 use super::strings::Strings;
-use super::{SheetEntry, SheetPass, check_places, damaged};
+use super::{SheetEntry, SheetPass, check_places, computed_when_asked, damaged};
 use crate::csv::{Merged, Sheet};
 use crate::error::{Error, Place};
 use crate::source::Reader as Source;
@@ -26,6 +26,8 @@ pub(super) struct Workbook {
     epoch: Epoch,
     /// The program that opens the workbook shall compute its formulas: what is stored of them is no result.
     is_not_computed: bool,
+    /// Formulas are computed only when a person asks for it.
+    is_manual: bool,
     formats: Vec<NumberFormat>,
     strings: Strings,
 }
@@ -38,6 +40,7 @@ impl Workbook {
             sheets: Vec::new(),
             epoch: Epoch::Of1900,
             is_not_computed: false,
+            is_manual: false,
             formats: Vec::new(),
             strings: Strings::default(),
         };
@@ -53,6 +56,8 @@ impl Workbook {
                     let is_complete = xml.attribute(&tag, "calcCompleted")?;
                     let is_cut = is_complete.is_some_and(|word| word == "0" || word == "false");
                     workbook.is_not_computed = is_cut || xml.flag(&tag, "fullCalcOnLoad")?;
+                    let mode = xml.attribute(&tag, "calcMode")?;
+                    workbook.is_manual = mode.is_some_and(|mode| mode == "manual");
                 }
                 "sheet" => {
                     let name = xml.attribute(&tag, "name")?.unwrap_or_default();
@@ -100,7 +105,7 @@ impl Workbook {
         let mut row = 0;
         let mut next_row = 0;
         let mut next_column = 0;
-        let mut in_rows = false;
+        let (mut in_rows, mut had_rows) = (false, false);
         while let Some(event) = xml.next()? {
             let is_open = matches!(event, Event::Start(_));
             match event {
@@ -118,7 +123,10 @@ impl Workbook {
                     builder.put_page_words(&xml.text_of(&tag)?);
                 }
                 Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
-                    "sheetData" => in_rows = is_open,
+                    "sheetData" if had_rows => {
+                        return Err(xml.damaged("a second list of rows (`sheetData`)"));
+                    }
+                    "sheetData" => (in_rows, had_rows) = (is_open, true),
                     // Rows of which each program takes others.
                     "AlternateContent" if in_rows => {
                         return Err(xml.damaged("rows that stand there twice (`AlternateContent`)"));
@@ -205,7 +213,9 @@ impl Workbook {
                 take_notes(target, source, limits, &mut builder)?;
             }
         }
+        let is_stale = self.is_manual && builder.has_formulas;
         let mut read = builder.finish(&sheet.name)?;
+        read.findings.extend(is_stale.then(computed_when_asked));
         if has_threads {
             let text = "the sheet has threads of notes on cells, which are not read. Read them";
             read.findings.push(Finding::warning("notes-not-read", text));
@@ -247,6 +257,7 @@ impl Workbook {
                 _ => {}
             }
         }
+        builder.has_formulas |= is_formula;
         let kind = kind.as_deref().unwrap_or("n");
         if is_formula && self.is_not_computed {
             return builder.put(row, column, Value::NotComputed, format);

@@ -58,7 +58,8 @@ pub(super) fn delete(
     match recordings::find(connection, id) {
         Ok(recording) => {
             let manifest = recording.into_iter().map(|recording| recording.manifest);
-            let stored = manifest.flat_map(|manifest| manifest.files.into_iter().chain(manifest.card));
+            let stored =
+                manifest.flat_map(|manifest| manifest.files.into_iter().chain(manifest.card));
             files.extend(stored.map(|file| file.sha256));
         }
         Err(StoreError::Damaged { .. }) => {}
@@ -170,9 +171,7 @@ pub(super) fn aged(connection: &Connection, before_ms: i64) -> Result<Vec<String
     let recordings = rows(connection, &sql, [before_ms], |row| Ok(recording_of(row)))?;
     let recordings = recordings.into_iter().filter_map(Result::ok);
     let is_aged = |recording: &StoredRecording| recording.renewed_ms < before_ms;
-    let aged = recordings
-        .map(|(_, recording)| recording)
-        .filter(is_aged);
+    let aged = recordings.map(|(_, recording)| recording).filter(is_aged);
     Ok(aged.map(|recording| recording.id).collect())
 }
 

@@ -190,7 +190,9 @@ fn other_version(version: i64) -> StoreError {
         _ => "take the program that made them, or a newer one",
     };
     StoreError::Broken {
-        reason: format!("the data have version {version}, this program takes {expected}; {way_out}"),
+        reason: format!(
+            "the data have version {version}, this program takes {expected}; {way_out}"
+        ),
     }
 }
 
