@@ -33,7 +33,7 @@ pub(super) fn offers(error: &Error, channels: &[Channel]) -> Vec<Offer> {
     let candidates = &candidates.0;
     let mut offers = Vec::new();
     for (index, candidate) in candidates.iter().enumerate() {
-        let Some(asked_as) = &candidate.asked_as else {
+        let Some(setting_value) = &candidate.setting_value else {
             continue;
         };
         let twins = |others: &[Candidate]| {
@@ -49,7 +49,7 @@ pub(super) fn offers(error: &Error, channels: &[Channel]) -> Vec<Offer> {
             .then(|| same.get(twins(&candidates[..index])))
             .flatten();
         offers.push(Offer {
-            channel: asked_as.clone(),
+            channel: setting_value.clone(),
             spark: channel.map_or_else(String::new, |channel| spark(&channel.values)),
             doubt: candidate.doubt.clone(),
         });
