@@ -322,8 +322,11 @@ impl App {
         self.admit_bytes(1 << 20)?;
         let load = self.ledger.load(&visitor.name)?;
         let most = self.config.own_queue;
-        if load.own.saturating_add(count) > most {
-            let found = format!("{count} more than the {} of this token that wait", load.own);
+        if load.owner_jobs.saturating_add(count) > most {
+            let found = format!(
+                "{count} more than the {} of this token that wait",
+                load.owner_jobs
+            );
             let status = StatusCode::TOO_MANY_REQUESTS;
             return Err(Problem::later(status, "own_queue", most, found, 5));
         }

@@ -156,12 +156,12 @@ fn upkeep_of(command: Command, config: &Config) -> Result<ExitCode, String> {
         Command::Backup { folder } => upkeep::backup(&config.data, &folder).and_then(say),
         Command::Restore { folder } => upkeep::restore(&folder, &config.data).and_then(say),
         Command::Fsck { collect } => {
-            let (whole, text) = upkeep::fsck(&config.data)?;
-            say(text)?;
+            let check = upkeep::fsck(&config.data)?;
+            say(check.text)?;
             if collect {
                 say(upkeep::collect(config)?)?;
             }
-            Ok(ExitCode::from(if whole { 0 } else { 4 }))
+            Ok(ExitCode::from(if check.is_sound { 0 } else { 4 }))
         }
         _ => Ok(ExitCode::SUCCESS),
     }
@@ -348,7 +348,7 @@ const CLOCK_DOUBTED: Duration = Duration::from_secs(86_400);
 async fn keep_store(app: App) {
     let (began, began_ms) = (Instant::now(), now_ms());
     let before = app
-        .on_disk(move |parts| parts.ledger.looked(began_ms))
+        .on_disk(move |parts| parts.ledger.note_upkeep(began_ms))
         .await;
     let is_doubted = match before {
         Ok(Some(before)) => began_ms - before > CLOCK_GONE_MS,
@@ -378,7 +378,10 @@ async fn keep_store(app: App) {
         }
         tokio::time::sleep(app.config.upkeep).await;
         let now = now_ms();
-        if let Err(problem) = app.on_disk(move |parts| parts.ledger.looked(now)).await {
+        if let Err(problem) = app
+            .on_disk(move |parts| parts.ledger.note_upkeep(now))
+            .await
+        {
             tracing::warn!(problem = %problem.detail, "the time of this look was not noted");
         }
         let Some(keep) = app.config.keep else {

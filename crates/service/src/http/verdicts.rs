@@ -119,7 +119,7 @@ pub(super) async fn submit(
         match answered(&app, &report_id).await {
             Err(problem) if problem.code == "damaged" => {
                 let wanted = id.clone();
-                app.on_disk(move |parts| parts.ledger.ask_again(&wanted))
+                app.on_disk(move |parts| parts.ledger.requeue(&wanted))
                     .await?;
             }
             sent => return sent,

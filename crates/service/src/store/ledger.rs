@@ -511,7 +511,7 @@ impl Ledger for SqliteLedger {
         self.write(move |connection| jobs::reclaim(connection, now_ms, every))
     }
 
-    fn ask_again(&self, id: &str) -> Result<(), StoreError> {
+    fn requeue(&self, id: &str) -> Result<(), StoreError> {
         let id = id.to_string();
         self.write(move |connection| jobs::requeue(connection, &id))
     }

@@ -592,7 +592,7 @@ fn regress_a_clock_that_went_far_deletes_nothing() {
     // As if the last look were two years ago, and the recording of then.
     let recording = format!("/v1/recordings/{}", came_before(&folder, 700).id());
     let ledger = SqliteLedger::open(&folder.data().join("ledger.sqlite")).unwrap();
-    ledger.looked(now_ms() - 700 * 86_400_000).unwrap();
+    ledger.note_upkeep(now_ms() - 700 * 86_400_000).unwrap();
     drop(ledger);
     let service = Service::start(&folder, &["upkeep_s=1", "keep_days=30"]);
     std::thread::sleep(Duration::from_millis(2500));

@@ -148,7 +148,7 @@ fn verif_a_job_given_back_waits_its_time() {
     assert_eq!(ledger.take(499, 600).unwrap(), None);
     assert_eq!(taken(&ledger, 500).failures, 1);
     let load = ledger.load("me").unwrap();
-    assert_eq!((load.queued, load.running, load.own), (0, 2, 2));
+    assert_eq!((load.queued, load.running, load.owner_jobs), (0, 2, 2));
 }
 
 /// Pauses are times of a process: at the start of the next nobody waits for one.
@@ -281,7 +281,7 @@ fn verif_a_damaged_row_is_never_served() {
     ledger.submit("b", &question(2), "me").unwrap();
     let design = json!({"lever": 1});
     ledger.put_design("d", &design, "me", 1).unwrap();
-    assert_eq!(ledger.check().unwrap().0, Vec::<String>::new());
+    assert_eq!(ledger.check().unwrap().damaged, Vec::<String>::new());
     let change = |sql: &str| {
         let connection = rusqlite::Connection::open(folder.0.join("ledger.sqlite")).unwrap();
         assert_eq!(connection.execute(sql, []).unwrap(), 1, "{sql}");
@@ -304,7 +304,7 @@ fn verif_a_damaged_row_is_never_served() {
         ledger.design("d", None),
         Err(StoreError::Damaged { .. })
     ));
-    assert_eq!(ledger.check().unwrap().0.len(), 5);
+    assert_eq!(ledger.check().unwrap().damaged.len(), 5);
     // A damaged job does not stop the others.
     ledger.submit("c", &question(3), "me").unwrap();
     assert_eq!(ledger.take(1, 2).unwrap(), None, "set aside");
