@@ -416,7 +416,7 @@ fn verif_each_damage_is_named() {
             sound.clone(),
             None,
             &[("headers_bytes", 10)],
-            "bytes, limit headers_bytes",
+            "headers_bytes of 10 crossed: found metadata of 96 bytes",
         ),
         (
             of(PATH, two, &many, &data),

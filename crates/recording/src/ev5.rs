@@ -134,11 +134,7 @@ fn read_bare(source: &mut Reader, task: ReadTask) -> Result<Outcomes, Error> {
         };
         if !fits && *requested != name {
             let (requested, known) = (requested.clone(), label);
-            return Err(ErrorKind::NoSuchChannel {
-                requested: requested,
-                known: known,
-            }
-            .into());
+            return Err(ErrorKind::NoSuchChannel { requested, known }.into());
         }
     }
     let place = Place::default().channel(label.clone());

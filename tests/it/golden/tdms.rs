@@ -417,7 +417,7 @@ fn clocks() -> Vec<Case> {
     let against_rate = |name: &str, bytes| {
         let name = format!("rate-against-{name}");
         let case = read(&name, bytes).options(&rate);
-        case.unusable(&["blocking time-contradicted"], &["setting `rate_hz`"])
+        case.unusable(&["blocking time-contradicted"], &["--rate-hz"])
     };
     let two_clocks_of = |first: &[u8], second: &[u8]| {
         let unit = [("unit_string", text("s"))];

@@ -328,7 +328,7 @@ fn rate_contradiction(
         (!time_base::rates_agree(rate.hertz(), hertz)).then(|| {
             let teller = said::teller(object);
             let text = format!(
-                "{STATED_RATE} is {} Hz, but wf_increment of {teller} gives {hertz} Hz. One of the \
+                "wf_increment of {teller} gives {hertz} Hz, but {STATED_RATE} is {} Hz. One of the \
                  two is wrong. Find out which, and export again",
                 rate.hertz()
             );
