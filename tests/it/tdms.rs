@@ -302,6 +302,9 @@ fn regress_many_properties_and_short_segments_take_linear_time() {
     assert_eq!(event["steps"], 2001 + 40_000 + 2001 + 2000);
 }
 
+/// A damaged file, the time column and limits that are asked for, and what the message says.
+type Damage<'a> = (Vec<u8>, Option<&'a str>, &'a [(&'a str, u64)], &'a str);
+
 /// What each message of a file that is damaged, or beyond a limit, says.
 #[test]
 fn verif_each_damage_is_named() {
@@ -350,7 +353,7 @@ fn verif_each_damage_is_named() {
     let five = vec![0; 40];
     let none: &[(&str, u64)] = &[];
     let time = Some("Time");
-    let cases: [(Vec<u8>, Option<&str>, &[(&str, u64)], &str); 22] = [
+    let cases: [Damage<'_>; 22] = [
         (
             patched(12, &3_u64.to_le_bytes()),
             None,
