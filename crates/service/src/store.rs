@@ -145,7 +145,7 @@ pub struct StoredRecording {
     pub id: String,
     /// Its files.
     pub manifest: Manifest,
-    /// Name of the token that uploaded it.
+    /// Name of the visitor who uploaded it first.
     pub owner: String,
     /// Time of the first upload [ms since 1970].
     pub created_ms: i64,
@@ -720,7 +720,7 @@ pub trait Ledger: Send + Sync {
     fn designs(&self, skipped: u32, limit: u32) -> Result<Page<StoredDesign>, StoreError>;
 
     /// Keeps a gate and puts its pairs in the queue; of a stored gate the pairs that were refused for
-    /// a reason that may pass. True if its outcome is open.
+    /// a reason that may pass. True if the gate is new or its outcome is open again.
     fn put_gate(
         &self,
         gate: &StoredGate,

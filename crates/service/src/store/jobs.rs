@@ -115,7 +115,7 @@ pub(super) struct Turns {
 }
 
 /// Takes the next job: among owners with waiting jobs, the oldest job of the owner who was not served
-/// for longest. So one owner with many jobs delays no other by more than one job.
+/// for longest. Pairs of gates are taken only if no single question waits.
 pub(super) fn take(
     connection: &Connection,
     turns: &mut Turns,
