@@ -122,8 +122,8 @@ fn list(
     if numbers.is_empty() {
         return html! {};
     }
-    let numbers_reported = numbers.iter().filter(|number| reports.contains_key(number));
-    let reported = numbers_reported.count();
+    let has_report = |number: &&usize| reports.contains_key(number);
+    let reported = numbers.iter().filter(has_report).count();
     let mut groups = text::grouped(&summary.pairs, numbers);
     groups.truncate(LISTED);
     let shown: usize = groups.iter().map(|group| group.numbers.len()).sum();

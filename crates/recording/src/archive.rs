@@ -115,9 +115,9 @@ impl<'a> Unpacker<'a> {
     }
 
     /// Reads up to `limit` bytes.
-    fn read(&mut self, from: &mut dyn Read, most: u64) -> Result<Vec<u8>, Error> {
+    fn read(&mut self, from: &mut dyn Read, limit: u64) -> Result<Vec<u8>, Error> {
         let mut bytes = Vec::new();
-        let room = most.min(self.bytes_left.saturating_add(1));
+        let room = limit.min(self.bytes_left.saturating_add(1));
         from.take(room)
             .read_to_end(&mut bytes)
             .map_err(|error| damaged(error.to_string()))?;

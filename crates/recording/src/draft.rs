@@ -130,11 +130,11 @@ impl UnitStatement<'_> {
     }
 
     /// Refuses to read another quantity as an acceleration; `context` is appended to the place.
-    fn refused(&self, quantity: &str, by: &str) -> Error {
+    fn refused(&self, quantity: &str, context: &str) -> Error {
         let quantity = text::shown(quantity);
         Error::malformed(
             "a unit of acceleration",
-            format!("`{quantity}` in {}{by}", self.place),
+            format!("`{quantity}` in {}{context}", self.place),
             format!(
                 "choose another channel, or state the sensitivity, with the sensor's number for \
                  20: the setting `sensitivity` = '20 g/{quantity}'"
@@ -251,8 +251,8 @@ impl Unit {
                 })
             }
             (stated_unit, Some(quantity)) if is_meant => {
-                let context = stated_unit.map_or(String::new(), |said| {
-                    format!(", though the {source} states {}", said.name())
+                let context = stated_unit.map_or(String::new(), |unit| {
+                    format!(", though the {source} states {}", unit.name())
                 });
                 Err(statement.refused(quantity, &context))
             }

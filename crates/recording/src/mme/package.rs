@@ -176,12 +176,12 @@ impl Package {
     fn head(
         &self,
         name: &str,
-        most: u64,
+        limit: u64,
         source: &Reader,
         limits: &Limits,
         findings: &mut Vec<Finding>,
     ) -> Result<(String, bool), Error> {
-        let room = most.saturating_add(1);
+        let room = limit.saturating_add(1);
         let mut bytes = match &self.opened {
             Some((file, bytes)) if file == name => {
                 let room = usize::try_from(room).unwrap_or(usize::MAX);
@@ -192,7 +192,7 @@ impl Package {
                 .map_err(|error| error.at(self.place_of(name)))?
                 .unwrap_or_default(),
         };
-        let is_cut = bytes.len() as u64 > most;
+        let is_cut = bytes.len() as u64 > limit;
         if is_cut {
             bytes.truncate(whole_lines(&bytes));
         }
