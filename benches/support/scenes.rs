@@ -2,9 +2,9 @@
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::batch::{AskedPeaks, BatchOptions, Member};
+use latchgate_kernel::replay::batch::{AskedPeaks, BatchOptions, Member, SensorView};
 use latchgate_kernel::replay::{Method, RunOptions};
-use latchgate_kernel::signal::Signal;
+use latchgate_kernel::signal::{Projection, Signal};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_study::cases;
 
@@ -65,6 +65,7 @@ pub fn lever(index: usize) -> Member {
         stop: design.stop,
         scale: 1.0,
         bias_m_s2: 0.0,
+        second: SensorView::default(),
     }
 }
 
@@ -72,6 +73,7 @@ pub fn lever(index: usize) -> Member {
 pub fn peaks_only(stop: StopModel, threads: usize) -> BatchOptions {
     BatchOptions {
         stop,
+        projection: Projection::ALIGNED,
         opens_when: OpensWhen::Negative,
         initial: None,
         window: None,

@@ -3,9 +3,11 @@
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, Member, MemberPeak};
+use latchgate_kernel::replay::batch::{
+    self, AskedPeaks, BatchOptions, Member, MemberPeak, SensorView,
+};
 use latchgate_kernel::replay::{self, RunOptions, State};
-use latchgate_kernel::signal::Signal;
+use latchgate_kernel::signal::{Projection, Signal};
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 
 /// A decaying burst of a few tones [m/s²], like a door's.
@@ -43,12 +45,14 @@ fn member(index: usize) -> Member {
         stop,
         scale: 0.9 + 0.2 * part(0.236_068),
         bias_m_s2: part(0.302_776) - 0.5,
+        second: SensorView::default(),
     }
 }
 
 fn options(stop: StopModel, threads: usize) -> BatchOptions {
     BatchOptions {
         stop,
+        projection: Projection::ALIGNED,
         opens_when: OpensWhen::Negative,
         initial: None,
         window: None,
@@ -325,6 +329,7 @@ fn verif_a_rebound_after_a_pause_is_not_spared() {
         stop: design.stop,
         scale: 1.0,
         bias_m_s2: 0.0,
+        second: SensorView::default(),
     };
     let peaks = batch::peaks(&signal, 3, &nominal, &options(StopModel::Rigid, 1)).unwrap();
     let run = replay::run(
@@ -466,6 +471,7 @@ fn verif_a_high_bounce_within_a_sample_is_followed() {
         stop,
         scale: 1.0,
         bias_m_s2: 0.0,
+        second: SensorView::default(),
     };
     let peak = batch::peaks(&signal, 1, &member, &options).unwrap()[0];
     let of_run = RunOptions {

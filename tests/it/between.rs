@@ -3,9 +3,9 @@
 use crate::support::{Random, random_design, random_signal};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, Member};
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, Member, SensorView};
 use latchgate_kernel::replay::{self, Method, RunOptions};
-use latchgate_kernel::signal::Reading;
+use latchgate_kernel::signal::{Projection, Reading};
 use latchgate_kernel::units::{OpensWhen, SampleRate};
 use latchgate_verdict::conditioning::between::{self, Between};
 use latchgate_verdict::conditioning::{Signal, resample};
@@ -169,12 +169,14 @@ fn prop_members_agree_with_the_scalar_kernel_on_curves() {
                     stop,
                     scale: random.between(0.8, 1.2),
                     bias_m_s2: random.between(-1.0, 1.0),
+                    second: SensorView::default(),
                 }
             })
             .collect();
         for stop in [StopModel::Rigid, StopModel::Soft] {
             let options = BatchOptions {
                 stop,
+                projection: Projection::ALIGNED,
                 opens_when: OpensWhen::Negative,
                 initial: None,
                 window: None,

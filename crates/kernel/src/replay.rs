@@ -11,6 +11,7 @@
 
 pub mod batch;
 mod breakdown;
+mod catch;
 mod contact_fast;
 mod energy;
 mod eventless_step;
@@ -30,9 +31,10 @@ use crate::model::Design;
 use crate::model::excitation::{Harmonic, Sampled};
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
-use crate::signal::{CURVED, Pieces, Reading, STRAIGHT};
+use crate::signal::{CURVED, Mix, Pieces, Projection, Reading, STRAIGHT};
 use crate::units::{OpensWhen, SampleRate};
 pub use breakdown::Breakdown;
+pub use catch::CatchRun;
 pub use methods::{
     ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, REST_SPEED_RAD_S, step_seconds as fixed_step_s,
 };
@@ -43,7 +45,7 @@ pub use harmonic::{Section, Strobe, StrobeMap};
 use contact_fast::FastContact;
 use energy::{energy_of, impulse_ahead, stays_below};
 use flight_fast::FastFlight;
-use kernel::{CURVED_TRUNCATION, Kernel};
+use kernel::{CURVED_TRUNCATION, Coasting, Kernel};
 use methods::Problem;
 use recorder::Recorder;
 use serde::{Deserialize, Serialize};
@@ -302,6 +304,8 @@ pub struct RunOptions {
     pub step_s: Option<f64>,
     /// Initial state; `None` for rest on the stop.
     pub initial: Option<State>,
+    /// What two sensors' accelerations are along and across the way of the centre of mass.
+    pub projection: Projection,
     /// First and last sample of the judged window; `None` for all.
     pub window: Option<(usize, usize)>,
     /// Keep the trajectory for drawing.
@@ -326,6 +330,7 @@ impl RunOptions {
             tolerance_rad: None,
             step_s: None,
             initial: None,
+            projection: Projection::ALIGNED,
             window: None,
             trace: false,
             error_bound: true,
@@ -342,6 +347,10 @@ pub struct RunOutcome {
     pub run: Run,
     /// The trajectory, if it was asked for; else empty.
     pub trace: Vec<TracePoint>,
+    /// What an inertia catch did, if the design has one.
+    pub catch: Option<CatchRun>,
+    /// Its trajectory, if it was asked for; else empty.
+    pub catch_trace: Vec<TracePoint>,
     /// What run and coast cost, as limits count it.
     pub spent: u64,
     /// Bound on the error of the coast's peak [rad].
@@ -402,18 +411,16 @@ pub fn run_within<'a>(
         });
     }
     check_initial(options)?;
-    if let Some(bad) = signal.samples.iter().find(|a| !a.is_finite()) {
-        return Err(Error::NonFinite {
-            found: bad.to_string(),
-        });
-    }
+    check_finite(&reading)?;
+    check_catch(&reading, design, options)?;
     let (first, last) = options.window.unwrap_or((0, count - 1));
     let (first, last) = (first.min(count - 1), last.min(count - 1));
     let parts = match options.method {
         Method::EventDriven => subdivision(signal.rate, design, options.stop),
         _ => 1,
     };
-    let reading = reading.divided(parts);
+    let projected = reading.projected(&options.projection);
+    let reading = projected.divided(parts);
     let question = Question {
         design,
         options,
@@ -473,6 +480,41 @@ pub fn subdivision(rate: SampleRate, design: &Design, stop: StopModel) -> usize 
     }
 }
 
+/// Refuses what an inertia catch does not go with.
+fn check_catch(reading: &Reading<'_>, design: &Design, options: &RunOptions) -> Result<(), Error> {
+    if design.catch.is_none() {
+        return Ok(());
+    }
+    if options.method != Method::EventDriven {
+        let expected = "event-driven for a design with an inertia catch";
+        return Err(Error::out_of_range(
+            "method",
+            expected,
+            options.method.name(),
+        ));
+    }
+    if reading.second().is_some() {
+        let expected =
+            "one for a design with an inertia catch, of whose directions nothing is stated";
+        return Err(Error::out_of_range("channels", expected, "two"));
+    }
+    Ok(())
+}
+
+/// Refuses samples, of either sensor, that are no numbers.
+fn check_finite(reading: &Reading<'_>) -> Result<(), Error> {
+    let second = reading.second().into_iter();
+    let mut samples = second
+        .chain([reading])
+        .flat_map(|reading| &reading.signal().samples);
+    match samples.find(|a| !a.is_finite()) {
+        Some(bad) => Err(Error::NonFinite {
+            found: bad.to_string(),
+        }),
+        None => Ok(()),
+    }
+}
+
 fn check_initial(options: &RunOptions) -> Result<(), Error> {
     let Some(state) = options.initial else {
         return Ok(());
@@ -516,7 +558,10 @@ impl<const K: usize> pulp::WithSimd for EventDriven<'_, K> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) -> RunOutcome {
-        self.run()
+        match self.question.design.catch {
+            Some(parts) if !parts.never_moves() => catch::run(self.pieces, &self.question, parts),
+            _ => self.run(),
+        }
     }
 }
 
@@ -571,7 +616,9 @@ impl<const K: usize> EventDriven<'_, K> {
         let interval = signal.rate.interval().seconds();
         let lift_off = kernel.lift_off_acceleration();
         let fast_flight = FastFlight::new(&kernel, interval, sign);
-        let pressed = FastContact::<K>::new(&kernel, interval, sign, 0.0);
+        let (along, turning) = (Mix::scaled(sign, 0.0), Mix::scaled(1.0, 0.0));
+        let pressed = FastContact::<K>::new(&kernel, interval, along, turning);
+        let across = pieces.second();
         let mut ends = None;
         if options.peak_only {
             ends = Some(PeakEnd::of(self));
@@ -611,7 +658,8 @@ impl<const K: usize> EventDriven<'_, K> {
             for a in &mut base {
                 *a *= sign;
             }
-            kernel.advance(signal.time_s(index), interval, &base);
+            let radial = across.as_ref().map(|across| across.terms(index));
+            kernel.advance(signal.time_s(index), interval, &base, radial.as_ref());
             index += 1;
             kernel.stuck |= within.ends(kernel.work.steps, &mut looked);
             if kernel.stuck {
@@ -678,13 +726,14 @@ impl PeakEnd {
 
 /// Ends an event-driven run at `end` [s]: closes the window, coasts on unless the lever `rests` or need
 /// not be followed, tells what there was.
-fn finish(mut kernel: Kernel, end: f64, question: &Question<'_>, rests: bool) -> RunOutcome {
+fn finish(mut body: impl Coasting, end: f64, question: &Question<'_>, rests: bool) -> RunOutcome {
     let Question {
         design,
         options,
         within,
         ..
     } = *question;
+    let kernel = body.lever();
     let (angle, velocity) = (kernel.angle, kernel.velocity);
     let error = kernel.angle_error();
     kernel.recorder.close_window(angle, end, error);
@@ -702,16 +751,19 @@ fn finish(mut kernel: Kernel, end: f64, question: &Question<'_>, rests: bool) ->
     }
     let in_window = kernel.deviation;
     let coast = if moving && !stuck {
-        kernel.coast(end, within)
+        body.coast(end, within)
     } else {
         None
     };
+    let (catch, catch_trace) = body.catch_run().unzip();
+    let tie = catch.and_then(|catch| catch.tie_s);
+    let kernel = body.lever();
     let too_many = kernel.took_too_many();
     let finite_peak = peak.angle.is_finite() && peak.bound().is_finite();
     let broke_down = stuck || (moving && coast.is_none()) || !finite_peak;
     let numerical_error_rad = if !options.error_bound {
         f64::INFINITY
-    } else if peak.bound().is_finite() {
+    } else if peak.bound().is_finite() && tie.is_none() {
         peak.bound()
     } else {
         f64::MAX
@@ -737,6 +789,8 @@ fn finish(mut kernel: Kernel, end: f64, question: &Question<'_>, rests: bool) ->
             work,
         },
         trace: trace.unwrap_or_default(),
+        catch,
+        catch_trace: catch_trace.unwrap_or_default(),
         spent: kernel.work.counted(),
         coast_error_rad: coast.map_or(0.0, |peak| finite(peak.bound())),
         deviation_rad: options
@@ -785,6 +839,7 @@ fn compared<const K: usize>(
     let excitation = Sampled {
         pieces,
         sign: options.opens_when.sign() * design.lever.unbalance_sign(),
+        radial: pieces.second(),
     };
     methods::run(
         &Problem {

@@ -40,6 +40,29 @@ pub struct Reading<'a> {
     /// Second derivative at each sample [m/s² per interval²]; none of polynomials of third degree.
     bends: Cow<'a, [f64]>,
     tail: Tail,
+    /// What another sensor at the same place recorded at the same instants, read alike.
+    second: Option<Box<Reading<'a>>>,
+}
+
+/// How the accelerations of two sensors at one place make the one along the way of a lever's centre of mass and
+/// the one across it: direction cosines of the first and the second sensor [-].
+///
+/// The first is in the recording's own polarity, as [`OpensWhen`](crate::units::OpensWhen) says; across, away
+/// from the pivot is positive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projection {
+    /// Along the way of the centre of mass at φ = 0.
+    pub tangential: [f64; 2],
+    /// From the pivot to it.
+    pub radial: [f64; 2],
+}
+
+impl Projection {
+    /// The first sensor measures along the way of the centre of mass, the second across it.
+    pub const ALIGNED: Self = Self {
+        tangential: [1.0, 0.0],
+        radial: [0.0, 1.0],
+    };
 }
 
 /// The end of a pulse, from which on the acceleration is constant, whatever the sample there says: that one
@@ -80,6 +103,10 @@ impl<'a> From<&'a Reading<'_>> for Reading<'a> {
             slopes: Cow::Borrowed(&reading.slopes),
             bends: Cow::Borrowed(&reading.bends),
             tail: reading.tail,
+            second: reading
+                .second
+                .as_deref()
+                .map(|second| Box::new(second.into())),
         }
     }
 }
@@ -119,6 +146,69 @@ impl<'a> Reading<'a> {
             slopes: Cow::Owned(slopes),
             bends: Cow::Owned(bends),
             tail: Tail::NONE,
+            second: None,
+        }
+    }
+
+    /// Puts what a second sensor recorded beside it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] unless both have as many samples at the same instants and are read alike, and
+    /// neither is a pulse that ends between its samples.
+    pub fn beside(mut self, second: Reading<'a>) -> Result<Self, Error> {
+        let (first_clock, second_clock) = (self.clock(), second.clock());
+        let is_alike = self.is_straight() == second.is_straight();
+        let ends = self.tail != Tail::NONE || second.tail != Tail::NONE;
+        if first_clock != second_clock || !is_alike || ends || second.second.is_some() {
+            return Err(Error::out_of_range(
+                "samples, start [s] and rate [Hz] of the second sensor",
+                format!("those of the first, {first_clock:?}, read alike, without an end"),
+                format!("{second_clock:?}"),
+            ));
+        }
+        self.second = Some(Box::new(second));
+        Ok(self)
+    }
+
+    fn clock(&self) -> (usize, f64, f64) {
+        let Signal {
+            start_s,
+            rate,
+            samples,
+        } = self.signal();
+        (samples.len(), *start_s, rate.hertz())
+    }
+
+    /// Returns what the second sensor recorded.
+    pub fn second(&self) -> Option<&Reading<'a>> {
+        self.second.as_deref()
+    }
+
+    /// Returns the accelerations along the way of the centre of mass and, beside it, across; the reading
+    /// itself where there is no second sensor.
+    pub fn projected(&self, projection: &Projection) -> Reading<'_> {
+        let Some(second) = &self.second else {
+            return self.into();
+        };
+        let part = |cosines: [f64; 2]| {
+            let sum = |first: &[f64], second: &[f64]| {
+                let pairs = first.iter().zip(second);
+                pairs
+                    .map(|(first, second)| cosines[0] * first + cosines[1] * second)
+                    .collect()
+            };
+            let signal = Signal {
+                samples: sum(&self.signal.samples, &second.signal.samples),
+                ..*self.signal
+            };
+            let slopes = sum(&self.slopes, &second.slopes);
+            let bends = sum(&self.bends, &second.bends);
+            Reading::of_parts(Cow::Owned(signal), slopes, bends)
+        };
+        Reading {
+            second: Some(Box::new(part(projection.radial))),
+            ..part(projection.tangential)
         }
     }
 
@@ -131,7 +221,7 @@ impl<'a> Reading<'a> {
         self
     }
 
-    /// Returns the reading of every sample times `scale` plus `offset_m_s2`.
+    /// Returns the reading of every sample times `scale` plus `offset_m_s2`; a second sensor's as it is.
     pub fn scaled(&self, scale: f64, offset_m_s2: f64) -> Reading<'static> {
         let times = |values: &[f64]| values.iter().map(|value| scale * value).collect();
         let samples = self.signal.samples.iter();
@@ -144,6 +234,10 @@ impl<'a> Reading<'a> {
                 level: scale * self.tail.level + offset_m_s2,
                 ..self.tail
             },
+            second: self
+                .second
+                .as_ref()
+                .map(|second| Box::new(second.scaled(1.0, 0.0))),
             ..Reading::of_parts(Cow::Owned(signal), times(&self.slopes), times(&self.bends))
         }
     }
@@ -152,6 +246,7 @@ impl<'a> Reading<'a> {
     pub fn cubic(&self) -> Reading<'_> {
         Reading {
             bends: Cow::Borrowed(&[]),
+            second: self.second.as_ref().map(|second| Box::new(second.cubic())),
             ..self.into()
         }
     }
@@ -164,6 +259,7 @@ impl<'a> Reading<'a> {
     }
 
     /// Adds so many times another signal of as many samples, read alike; of signals without an end of their own.
+    /// A second sensor's is added where both have one.
     pub fn plus(&self, times: f64, other: &Reading<'_>) -> Reading<'static> {
         let sum = |of: &[f64], other: &[f64]| {
             let pairs = of.iter().zip(other);
@@ -175,7 +271,11 @@ impl<'a> Reading<'a> {
         };
         let slopes = sum(&self.slopes, &other.slopes);
         let bends = sum(&self.bends, &other.bends);
-        Reading::of_parts(Cow::Owned(signal), slopes, bends)
+        let seconds = self.second.as_deref().zip(other.second.as_deref());
+        Reading {
+            second: seconds.map(|(second, other)| Box::new(second.plus(times, other))),
+            ..Reading::of_parts(Cow::Owned(signal), slopes, bends)
+        }
     }
 
     /// Returns bounds of the acceleration in the interval after each sample, by the Bernstein coefficients
@@ -278,6 +378,10 @@ impl<'a> Reading<'a> {
                 from: self.tail.from.saturating_mul(parts),
                 ..self.tail
             },
+            second: self
+                .second
+                .as_ref()
+                .map(|second| Box::new(second.divided(parts))),
             ..Reading::of_parts(Cow::Owned(signal), slopes, bends)
         }
     }
@@ -289,6 +393,7 @@ impl<'a> Reading<'a> {
             slopes: &self.slopes,
             bends: &self.bends,
             tail: self.tail,
+            second: self.second.as_deref(),
         }
     }
 }
@@ -300,6 +405,7 @@ pub(crate) struct Pieces<'a, const K: usize> {
     slopes: &'a [f64],
     bends: &'a [f64],
     tail: Tail,
+    second: Option<&'a Reading<'a>>,
 }
 
 /// The polynomial of one interval, in powers of the part of it.
@@ -328,7 +434,15 @@ impl<'a> Pieces<'a, STRAIGHT> {
             slopes: &[],
             bends: &[],
             tail: Tail::NONE,
+            second: None,
         }
+    }
+}
+
+impl<'a, const K: usize> Pieces<'a, K> {
+    /// Returns the polynomials of the second sensor's reading.
+    pub(crate) fn second(&self) -> Option<Self> {
+        self.second.map(Reading::pieces)
     }
 }
 
@@ -461,6 +575,48 @@ fn range<const K: usize>(control: &[f64; K]) -> Range {
         high = if *c > high { *c } else { high };
     }
     Range { low, high }
+}
+
+/// How the accelerations of two sensors become one: a factor of each and what is added.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Mix {
+    /// Of the sensor that measures most of it.
+    pub(crate) own: f64,
+    /// Of the other one.
+    pub(crate) other: f64,
+    /// Added, in the unit of the sum.
+    pub(crate) offset: f64,
+}
+
+impl Mix {
+    /// Takes one sensor's alone.
+    pub(crate) fn scaled(factor: f64, offset: f64) -> Self {
+        Self {
+            own: factor,
+            other: 0.0,
+            offset,
+        }
+    }
+
+    /// Returns the same in a unit that is `gain` times smaller.
+    pub(crate) fn times(self, gain: f64) -> Self {
+        Self {
+            own: gain * self.own,
+            other: gain * self.other,
+            offset: gain * self.offset,
+        }
+    }
+
+    /// Returns the sum's coefficients over an interval and its largest magnitude there.
+    #[inline(always)]
+    pub(crate) fn of<const K: usize>(&self, own: &Piece<K>, other: &Piece<K>) -> ([f64; K], f64) {
+        let mut terms = own.scaled(self.own, self.offset);
+        for (term, other) in terms.iter_mut().zip(&other.terms) {
+            *term = self.other.mul_add(*other, *term);
+        }
+        let strongest = own.strongest(self.own, self.offset) + other.strongest(self.other, 0.0);
+        (terms, strongest)
+    }
 }
 
 impl<const K: usize> Piece<K> {

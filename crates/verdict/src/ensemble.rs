@@ -23,7 +23,7 @@ use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::parameters::{Condition, PARAMETERS, Slot};
 use latchgate_kernel::model::stop::{Stop, StopModel};
 use latchgate_kernel::replay::MethodKind;
-use latchgate_kernel::replay::batch::Member;
+use latchgate_kernel::replay::batch::{Member, SensorView};
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
@@ -367,6 +367,7 @@ impl Scatter {
             stop: self.stop,
             scale: 1.0,
             bias_m_s2: 0.0,
+            second: SensorView::default(),
         };
         for parameter in &self.parameters {
             let shift = deviations(parameter) * parameter.deviation;

@@ -12,7 +12,7 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, MemberOf, MemberPeak};
 use latchgate_kernel::replay::{self, Breakdown, Method, Run, RunOptions, RunOutcome, State};
-use latchgate_kernel::signal::{Reading, Signal};
+use latchgate_kernel::signal::{Projection, Reading, Signal};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
 
@@ -107,6 +107,7 @@ impl RunSetup<'_> {
         };
         let options = RunOptions {
             stop: variant.model,
+            projection: Projection::ALIGNED,
             opens_when: variant.opens_when,
             method,
             tolerance_rad,
@@ -161,6 +162,7 @@ impl RunSetup<'_> {
         let parts = replay::subdivision(self.signal.rate, self.design, variant.model);
         let options = BatchOptions {
             stop: variant.model,
+            projection: Projection::ALIGNED,
             opens_when: variant.opens_when,
             initial: self.initial(variant.model),
             window: self

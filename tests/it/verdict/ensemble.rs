@@ -5,6 +5,7 @@ use super::draws::{check_close, with_tolerances};
 use super::*;
 use crate::support::{Folder, data, latchgate, signal_file, table, without_run};
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions};
+use latchgate_kernel::signal::Projection;
 use latchgate_verdict::ensemble::bounds::{LOOK_CONFIDENCE, lower, upper};
 use latchgate_verdict::ensemble::{End, Scatter};
 use latchgate_verdict::wording::filter_name;
@@ -24,6 +25,7 @@ fn peaks(signal: &Signal, design: &Design, count: u32, stop: StopModel) -> Vec<f
     let scatter = Scatter::new(design, 0.0, 1).unwrap();
     let options = BatchOptions {
         stop,
+        projection: Projection::ALIGNED,
         opens_when: OpensWhen::Negative,
         initial: None,
         window: None,
@@ -842,6 +844,7 @@ fn prop_bounds_cover_the_truth() {
         let scatter = Scatter::new(&design, 0.0, 1_000_000 + number).unwrap();
         let batch_options = BatchOptions {
             stop: StopModel::Rigid,
+            projection: Projection::ALIGNED,
             opens_when: OpensWhen::Negative,
             initial: None,
             window: None,

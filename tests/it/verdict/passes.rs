@@ -5,6 +5,7 @@ use super::ensemble::short_pulse;
 use super::*;
 use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions};
+use latchgate_kernel::signal::Projection;
 use latchgate_verdict::ensemble::Scatter;
 
 const MODELS: [ModelChoice; 3] = [RIGID, ModelChoice::Only(StopModel::Soft), ModelChoice::Auto];
@@ -47,6 +48,7 @@ fn limits(signal: &Signal, stop: StopModel, members: u32) -> Vec<f64> {
     let scatter = Scatter::new(&Design::reference(), 0.0, 1).unwrap();
     let batch_options = BatchOptions {
         stop,
+        projection: Projection::ALIGNED,
         opens_when: OpensWhen::Negative,
         initial: None,
         window: None,

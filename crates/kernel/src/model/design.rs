@@ -3,6 +3,7 @@
 //! A number comes from a file, a document or an override; each way in ends at the same check
 //! against the table of parameters.
 
+use super::catch::Catch;
 use super::lever::Lever;
 use super::linkage::{LinkageElement, Reduced};
 use super::parameters::{Condition, DesignParameter, PARAMETERS, Slot};
@@ -74,6 +75,9 @@ pub struct Design {
     /// The elements that the lever was reduced from, where it was.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub linkage: Vec<LinkageElement>,
+    /// An inertia catch beside the lever.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub catch: Option<Catch>,
 }
 
 /// A design as a document states it, before it is checked.
@@ -103,6 +107,7 @@ impl Default for DesignAsWritten {
             modified,
             modified_from,
             linkage,
+            catch: _,
         } = Design::reference();
         Self {
             name,
@@ -132,6 +137,7 @@ impl TryFrom<DesignAsWritten> for Design {
             modified: written.modified,
             modified_from: written.modified_from,
             linkage: written.linkage,
+            catch: None,
         };
         design.validate()?;
         Ok(design)
@@ -157,6 +163,7 @@ impl Design {
             modified: Vec::new(),
             modified_from: BTreeMap::new(),
             linkage: Vec::new(),
+            catch: None,
         }
     }
 
@@ -324,6 +331,14 @@ impl Design {
                 "lever.preload_torque_nm and lever.spring_stiffness_nm_per_rad",
                 "positive, at least one of them, or nothing closes the lever",
                 "0 and 0",
+            ));
+        }
+        if self.catch.is_some() {
+            // The members of an ensemble are replayed without one: a pass would be a guess.
+            return Err(Error::out_of_range(
+                "catch",
+                "none: verdicts do not follow an inertia catch, `latchgate_kernel::replay` does",
+                "one",
             ));
         }
         self.validate_directions()?;

@@ -7,6 +7,13 @@ pub trait Excitation {
     /// Returns the acceleration [m/s²] at time `t` [s].
     fn acceleration(&self, t: f64) -> f64;
 
+    /// Returns the acceleration across the way of the centre of mass at φ = 0, away from the pivot, at time `t`
+    /// [s]; `None` of an excitation without [m/s²].
+    fn radial(&self, t: f64) -> Option<f64> {
+        let _ = t;
+        None
+    }
+
     /// Returns the first instant after `t` [s] at which the acceleration or its slope jumps;
     /// infinity where it is smooth from `t` on.
     fn next_kink(&self, t: f64) -> f64 {
@@ -22,6 +29,8 @@ pub struct Sampled<'a, const K: usize = STRAIGHT> {
     pub(crate) pieces: Pieces<'a, K>,
     /// Factor that brings the samples to the model's sign, +1 or −1 [-].
     pub(crate) sign: f64,
+    /// The polynomials of what acts across [m/s²].
+    pub(crate) radial: Option<Pieces<'a, K>>,
 }
 
 impl<'a> Sampled<'a, STRAIGHT> {
@@ -30,6 +39,7 @@ impl<'a> Sampled<'a, STRAIGHT> {
         Self {
             pieces: Pieces::straight(signal),
             sign,
+            radial: None,
         }
     }
 }
@@ -40,26 +50,36 @@ impl<const K: usize> Sampled<'_, K> {
         let signal = self.pieces.signal;
         (t - signal.start_s) * signal.rate.hertz()
     }
-}
 
-impl<const K: usize> Excitation for Sampled<'_, K> {
-    #[inline]
-    fn acceleration(&self, t: f64) -> f64 {
+    /// Returns what one of the sensors' polynomials say at time `t` [s].
+    fn at(&self, pieces: &Pieces<'_, K>, t: f64) -> f64 {
         let place = self.place(t);
         if place < 0.0 {
             return 0.0;
         }
         let index = place as usize;
-        let samples = &self.pieces.signal.samples;
-        let value = match samples.get(index) {
+        let samples = &pieces.signal.samples;
+        match samples.get(index) {
             Some(_) if index + 1 < samples.len() => {
-                value(&self.pieces.terms(index), place - index as f64)
+                value(&pieces.terms(index), place - index as f64)
             }
             // The last sample itself, met up to the rounding of its time.
             Some(last) if place <= index as f64 + 1e-9 => *last,
             _ => 0.0,
-        };
-        self.sign * value
+        }
+    }
+}
+
+impl<const K: usize> Excitation for Sampled<'_, K> {
+    #[inline]
+    fn acceleration(&self, t: f64) -> f64 {
+        self.sign * self.at(&self.pieces, t)
+    }
+
+    #[inline]
+    fn radial(&self, t: f64) -> Option<f64> {
+        let radial = self.radial.as_ref()?;
+        Some(self.at(radial, t))
     }
 
     #[inline]

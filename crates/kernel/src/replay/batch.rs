@@ -10,17 +10,17 @@
 
 use super::contact_fast::FastContact;
 use super::energy::{energy_of, impulse_ahead, stays_below};
-use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX, chosen};
-use super::kernel::{CURVED_TRUNCATION, Kernel, PEAK_TRUNCATION};
+use super::eventless_step::{Bounds, LaneState, Push, StepCoefficients, TURN_MAX, chosen};
+use super::kernel::{CURVED_TRUNCATION, Coasting, Kernel, PEAK_TRUNCATION};
 use super::recorder::Recorder;
 use super::taylor::Turned;
-use super::{MOVING_ENERGY_J, RunOptions, State, Within, check_initial};
+use super::{MOVING_ENERGY_J, RunOptions, State, Within, check_finite, check_initial};
 use crate::error::Error;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::numerics::lanes::{LANES_MAX, Lanes, Mask, Real, lanes};
 use crate::parallel::Control;
-use crate::signal::{CURVED, Piece, Pieces, Reading, STRAIGHT};
+use crate::signal::{CURVED, Mix, Piece, Pieces, Projection, Reading, STRAIGHT};
 use crate::units::OpensWhen;
 use std::ops::Range;
 
@@ -35,6 +35,27 @@ pub struct Member {
     pub scale: f64,
     /// Added to the scaled acceleration, in the recording's polarity [m/s²].
     pub bias_m_s2: f64,
+    /// How it sees a second sensor's acceleration.
+    pub second: SensorView,
+}
+
+/// How a lever sees the acceleration that a second sensor recorded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorView {
+    /// Factor on it [-].
+    pub scale: f64,
+    /// Added to the scaled acceleration [m/s²].
+    pub bias_m_s2: f64,
+}
+
+impl Default for SensorView {
+    /// As it was recorded.
+    fn default() -> Self {
+        Self {
+            scale: 1.0,
+            bias_m_s2: 0.0,
+        }
+    }
 }
 
 /// What one lever of a batch did.
@@ -95,6 +116,8 @@ pub struct BatchOptions {
     pub opens_when: OpensWhen,
     /// Initial state; `None` for rest on the stop.
     pub initial: Option<State>,
+    /// What two sensors' accelerations are along and across the way of the centre of mass.
+    pub projection: Projection,
     /// First and last sample of the judged window; `None` for all.
     pub window: Option<(usize, usize)>,
     /// Follow the lever beyond the window's end.
@@ -198,10 +221,11 @@ fn shared_out<const K: usize>(
             options,
             within,
         };
-        if vectors {
-            arch.dispatch(chunk)
-        } else {
-            pulp::WithSimd::with_simd(chunk, pulp::Scalar::new())
+        match (pieces.second().is_some(), vectors) {
+            (true, true) => arch.dispatch(Across(chunk)),
+            (true, false) => pulp::WithSimd::with_simd(Across(chunk), pulp::Scalar::new()),
+            (false, true) => arch.dispatch(chunk),
+            (false, false) => pulp::WithSimd::with_simd(chunk, pulp::Scalar::new()),
         }
     });
     within.control.check()?;
@@ -228,12 +252,7 @@ fn check(reading: &Reading<'_>, options: &BatchOptions) -> Result<(), Error> {
         initial: options.initial,
         ..RunOptions::new(options.stop, options.opens_when)
     })?;
-    if let Some(bad) = signal.samples.iter().find(|a| !a.is_finite()) {
-        return Err(Error::NonFinite {
-            found: bad.to_string(),
-        });
-    }
-    Ok(())
+    check_finite(reading)
 }
 
 /// A chunk's run, compiled once for each width of vectors and chosen by the machine.
@@ -246,17 +265,36 @@ struct Chunk<'a, const K: usize> {
     within: &'a Within<'a>,
 }
 
+/// The same under two sensors' accelerations.
+struct Across<'a, const K: usize>(Chunk<'a, K>);
+
 impl<const K: usize> pulp::WithSimd for Chunk<'_, K> {
     type Output = Vec<MemberPeak>;
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
+        self.run::<S, false>(simd)
+    }
+}
+
+impl<const K: usize> pulp::WithSimd for Across<'_, K> {
+    type Output = Vec<MemberPeak>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
+        self.0.run::<S, true>(simd)
+    }
+}
+
+impl<const K: usize> Chunk<'_, K> {
+    #[inline(always)]
+    fn run<S: pulp::Simd, const ACROSS: bool>(self, simd: S) -> Vec<MemberPeak> {
         let mut results = Vec::with_capacity(self.members.len());
         for start in self.members.clone().step_by(lanes::<S>()) {
             let of = |lane: usize| (self.member)((start + lane).min(self.members.end - 1));
             let members: Vec<Member> = (0..lanes::<S>()).map(of).collect();
             let wanted = self.members.end - start;
-            let group = Group::new(simd, members, wanted, &self).run();
+            let group = Group::<S, K, ACROSS>::new(simd, members, wanted, &self).run();
             results.extend(group.take(wanted));
         }
         results
@@ -269,18 +307,20 @@ const FRESH_EVERY: usize = 64;
 /// Samples after which it is asked whether the rest could still raise a lane's peak.
 const ASKED_EVERY: usize = 32;
 
-/// Levers that advance together.
-struct Group<'a, S: pulp::Simd, const K: usize> {
+/// Levers that advance together, `ACROSS` under two sensors' accelerations.
+struct Group<'a, S: pulp::Simd, const K: usize, const ACROSS: bool> {
     simd: S,
     pieces: Pieces<'a, K>,
+    /// The second sensor's; those of the first where there is none.
+    second: Pieces<'a, K>,
     ahead: &'a [f64],
     options: &'a BatchOptions,
     within: &'a Within<'a>,
     lanes: Vec<Lane<K>>,
     coefficients: StepCoefficients<Lanes<S>>,
-    /// Recorded acceleration to b with time in sample intervals: factor and offset.
-    gain: Lanes<S>,
-    offset: Lanes<S>,
+    /// Recorded accelerations to b with time in sample intervals, and to what acts across.
+    along: LaneMix<S>,
+    across: LaneMix<S>,
     /// State of the lanes in eventless flight; the others' is in their kernel.
     state: LaneState<Lanes<S>>,
     /// Lanes in eventless flight, each as the bit of its number.
@@ -289,6 +329,60 @@ struct Group<'a, S: pulp::Simd, const K: usize> {
     best: Lanes<S>,
     /// The threshold, of lanes that are judged and have not crossed it; else infinite.
     threshold: Lanes<S>,
+}
+
+/// [`Mix`] of each lane.
+#[derive(Clone, Copy)]
+struct LaneMix<S: pulp::Simd> {
+    own: Lanes<S>,
+    other: Lanes<S>,
+    offset: Lanes<S>,
+}
+
+impl<S: pulp::Simd> LaneMix<S> {
+    #[inline(always)]
+    fn gather(simd: S, mix: impl Fn(usize) -> Mix) -> Self {
+        Self {
+            own: Lanes::from_fn(simd, |lane| mix(lane).own),
+            other: Lanes::from_fn(simd, |lane| mix(lane).other),
+            offset: Lanes::from_fn(simd, |lane| mix(lane).offset),
+        }
+    }
+
+    /// Returns the coefficients of a sensor's acceleration over an interval, times its factor and with the
+    /// offset, and the largest magnitude there.
+    #[inline(always)]
+    fn scaled<const K: usize>(&self, simd: S, piece: &Piece<K>) -> ([Lanes<S>; K], Lanes<S>) {
+        let constant = |value: f64| Lanes::splat(simd, value);
+        let mut terms = [self.offset; K];
+        terms[0] = self.own.fused(constant(piece.terms[0]), self.offset);
+        if K == STRAIGHT {
+            terms[1] = self.own.fused(constant(piece.end), self.offset) - terms[0];
+        } else {
+            for (b, term) in terms.iter_mut().zip(&piece.terms).skip(1) {
+                *b = self.own * constant(*term);
+            }
+        }
+        let low = self.own.fused(constant(piece.range.low), self.offset);
+        let high = self.own.fused(constant(piece.range.high), self.offset);
+        (terms, low.magnitude().upper(high.magnitude()))
+    }
+
+    /// As [`Mix::of`].
+    #[inline(always)]
+    fn of<const K: usize>(
+        &self,
+        simd: S,
+        own: &Piece<K>,
+        other: &Piece<K>,
+    ) -> ([Lanes<S>; K], Lanes<S>) {
+        let (mut terms, strongest) = self.scaled(simd, own);
+        for (b, term) in terms.iter_mut().zip(&other.terms) {
+            *b = self.other.fused(Lanes::splat(simd, *term), *b);
+        }
+        let largest = other.range.low.abs().max(other.range.high.abs());
+        (terms, strongest + self.other.magnitude() * largest)
+    }
 }
 
 /// Samples that one lane takes in contact, compiled for the machine's vectors.
@@ -314,9 +408,9 @@ struct Lane<const K: usize> {
     member: Member,
     kernel: Kernel,
     pressed: Option<FastContact<K>>,
-    /// Base acceleration to the model's: scale and bias, with the polarity's sign.
-    scale: f64,
-    bias: f64,
+    /// Recorded accelerations to the model's, with the polarity's sign, and to what acts across.
+    along: Mix,
+    across: Mix,
     lift_off: f64,
     /// The sample it has got to, of a lane that was carried through several in contact.
     reached: usize,
@@ -328,7 +422,12 @@ struct Lane<const K: usize> {
 }
 
 impl<const K: usize> Lane<K> {
-    fn new(member: Member, interval: f64, options: &BatchOptions, steps_max: u64) -> Self {
+    fn new<const ACROSS: bool>(
+        member: Member,
+        interval: f64,
+        options: &BatchOptions,
+        steps_max: u64,
+    ) -> Self {
         let mut kernel = Kernel::of_parts(
             &member.lever,
             &member.stop,
@@ -340,15 +439,14 @@ impl<const K: usize> Lane<K> {
         .without_error_bound()
         .for_peak();
         kernel.at_most(steps_max);
-        let sign = options.opens_when.sign() * member.lever.unbalance_sign();
-        let (scale, bias) = (sign * member.scale, sign * member.bias_m_s2);
+        let (along, across) = mixes::<ACROSS>(&member, options);
         Self {
-            pressed: FastContact::new(&kernel, interval, scale, bias),
+            pressed: FastContact::new(&kernel, interval, along, across),
             lift_off: kernel.lift_off_acceleration(),
             member,
             kernel,
-            scale,
-            bias,
+            along,
+            across,
             reached: 0,
             settled: false,
             first_crossing_s: None,
@@ -358,12 +456,29 @@ impl<const K: usize> Lane<K> {
     }
 
     /// Tells whether the lever stays below its peak so far, or below what is asked for. `ahead` is the
-    /// recording's ∫|a| dt [m/s] over the `left` seconds to come.
+    /// recordings' ∫|a| dt [m/s] over the `left` seconds to come.
     fn stays_below(&self, state: State, ahead: f64, left: f64, options: &BatchOptions) -> bool {
         let Member { lever, stop, .. } = &self.member;
-        let impulse = self.scale.abs() * ahead + self.bias.abs() * left;
+        let Self { along, across, .. } = self;
+        let scale =
+            (along.own.abs() + across.other.abs()).max(along.other.abs() + across.own.abs());
+        let impulse = scale * ahead + (along.offset.abs() + across.offset.abs()) * left;
         let best = self.kernel.recorder.highest();
         stays_below((lever, stop, options.stop), state, best, impulse)
+    }
+
+    /// Returns the least model acceleration along in an interval [m/s²].
+    fn lowest(&self, first: &Piece<K>, second: &Piece<K>) -> f64 {
+        let Mix { own, other, offset } = self.along;
+        let least = |factor: f64, piece: &Piece<K>| {
+            (factor * piece.range.low).min(factor * piece.range.high)
+        };
+        let lowest = least(own, first);
+        if other != 0.0 {
+            lowest + least(other, second) + offset
+        } else {
+            lowest + offset
+        }
     }
 
     /// Tells whether the lever rests, or need not be followed.
@@ -373,20 +488,60 @@ impl<const K: usize> Lane<K> {
 
     /// Sample intervals from `first` on, before `last`, that press the lever onto its stop; all, if it
     /// need not be followed.
-    fn pressed_samples(&self, pieces: &Pieces<'_, K>, first: usize, last: usize) -> usize {
+    fn pressed_samples(
+        &self,
+        (pieces, second): (&Pieces<'_, K>, &Pieces<'_, K>),
+        first: usize,
+        last: usize,
+    ) -> usize {
         if self.settled {
             return last - first;
         }
-        let limit = (self.lift_off - self.bias) / self.scale.abs();
+        let Mix { own, other, offset } = self.along;
+        if other != 0.0 {
+            let mut index = first;
+            while index < last && self.lowest(&pieces.of(index), &second.of(index)) > self.lift_off
+            {
+                index += 1;
+            }
+            return index - first;
+        }
+        let limit = (self.lift_off - offset) / own.abs();
         if limit.is_finite() {
-            pieces.above(first, last, self.scale.signum(), limit)
+            pieces.above(first, last, own.signum(), limit)
         } else {
             0
         }
     }
 }
 
-impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
+/// Returns how a member sees the recorded accelerations along and across.
+fn mixes<const ACROSS: bool>(member: &Member, options: &BatchOptions) -> (Mix, Mix) {
+    let sign = options.opens_when.sign() * member.lever.unbalance_sign();
+    let (scale, bias) = (member.scale, member.bias_m_s2);
+    if !ACROSS {
+        return (
+            Mix::scaled(sign * scale, sign * bias),
+            Mix::scaled(1.0, 0.0),
+        );
+    }
+    let Projection { tangential, radial } = options.projection;
+    let second = member.second;
+    let offset = |cosines: [f64; 2]| cosines[0] * bias + cosines[1] * second.bias_m_s2;
+    let along = Mix {
+        own: sign * tangential[0] * scale,
+        other: sign * tangential[1] * second.scale,
+        offset: sign * offset(tangential),
+    };
+    let across = Mix {
+        own: radial[1] * second.scale,
+        other: radial[0] * scale,
+        offset: offset(radial),
+    };
+    (along, across)
+}
+
+impl<'a, S: pulp::Simd, const K: usize, const ACROSS: bool> Group<'a, S, K, ACROSS> {
     #[inline(always)]
     fn new(simd: S, members: Vec<Member>, wanted: usize, chunk: &Chunk<'a, K>) -> Self {
         let Chunk {
@@ -403,7 +558,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
             .map(|(lane, member)| Lane {
                 // What only fills the vector need not be followed.
                 settled: lane >= wanted,
-                ..Lane::new(member, interval, options, within.steps_max)
+                ..Lane::new::<ACROSS>(member, interval, options, within.steps_max)
             })
             .collect();
         let scaled: Vec<Option<StepCoefficients<f64>>> = lanes
@@ -417,8 +572,8 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
                 // A lane whose samples are too long for its own motion never flies by the vector.
                 Lanes::from_fn(simd, |lane| scaled[lane].as_ref().map_or(f64::NAN, of))
             }),
-            gain: Lanes::from_fn(simd, |lane| gain(lane) * lanes[lane].scale),
-            offset: Lanes::from_fn(simd, |lane| gain(lane) * lanes[lane].bias),
+            along: LaneMix::gather(simd, |lane| lanes[lane].along.times(gain(lane))),
+            across: LaneMix::gather(simd, |lane| lanes[lane].across.times(gain(lane))),
             state: LaneState {
                 angle: zero,
                 slope: zero,
@@ -430,6 +585,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
             threshold: zero.constant(f64::INFINITY),
             simd,
             pieces,
+            second: pieces.second().unwrap_or(pieces),
             ahead,
             options,
             within,
@@ -490,9 +646,10 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
     #[inline(always)]
     fn sample(&mut self, index: usize) {
         let piece = self.pieces.of(index);
+        let second = if ACROSS { self.second.of(index) } else { piece };
         if self.flying == 0 {
             for lane in 0..self.lanes.len() {
-                self.by_kernel(lane, index, &piece);
+                self.by_kernel(lane, index, (&piece, &second));
             }
             return;
         }
@@ -500,7 +657,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
             self.refresh();
         }
         let before = self.state.angle;
-        let (state, stands) = self.step(&piece);
+        let (state, stands) = self.step(&piece, &second);
         if self.flying == self.all() && stands.all() {
             self.state = state;
             self.note_crossings(index, before);
@@ -510,7 +667,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
         self.note_crossings(index, before);
         let mut others = self.all() & !(self.flying & stands.bits());
         while others != 0 {
-            self.by_kernel(others.trailing_zeros() as usize, index, &piece);
+            self.by_kernel(others.trailing_zeros() as usize, index, (&piece, &second));
             others &= others - 1;
         }
     }
@@ -563,23 +720,31 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
 
     /// One lane's sample by the scalar kernel.
     #[inline(never)]
-    fn by_kernel(&mut self, lane: usize, index: usize, piece: &Piece<K>) {
+    fn by_kernel(&mut self, lane: usize, index: usize, (first, second): (&Piece<K>, &Piece<K>)) {
         let Lane {
             kernel,
-            scale,
-            bias,
+            along,
+            across,
             lift_off,
             settled,
             reached,
             ..
         } = &self.lanes[lane];
-        let mut base = piece.terms;
-        for a in &mut base {
-            *a *= scale;
-        }
-        base[0] += bias;
-        let lowest = (scale * piece.range.low).min(scale * piece.range.high) + bias;
-        if *settled || kernel.stuck || *reached > index || (kernel.dwells() && lowest > *lift_off) {
+        let mixed = |mix: &Mix, own: &Piece<K>, other: &Piece<K>| {
+            let mut base = own.terms;
+            for (a, other) in base.iter_mut().zip(&other.terms) {
+                *a *= mix.own;
+                if ACROSS {
+                    *a += mix.other * other;
+                }
+            }
+            base[0] += mix.offset;
+            base
+        };
+        let base = mixed(along, first, second);
+        let radial = ACROSS.then(|| mixed(across, second, first));
+        let rests = || kernel.dwells() && self.lanes[lane].lowest(first, second) > *lift_off;
+        if *settled || kernel.stuck || *reached > index || rests() {
             return;
         }
         self.store(lane);
@@ -602,7 +767,12 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
         });
         if taken == 0 {
             let interval = self.pieces.signal.rate.interval().seconds();
-            kernel.advance(self.pieces.signal.time_s(index), interval, &base);
+            kernel.advance(
+                self.pieces.signal.time_s(index),
+                interval,
+                &base,
+                radial.as_ref(),
+            );
         }
         *reached = index + taken.max(1);
         *scalar_samples += u32::try_from(taken.max(1)).unwrap_or(u32::MAX);
@@ -697,7 +867,7 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
     fn pressed(&self, first: usize, last: usize) -> usize {
         self.lanes
             .iter()
-            .map(|lane| lane.pressed_samples(&self.pieces, first, last))
+            .map(|lane| lane.pressed_samples((&self.pieces, &self.second), first, last))
             .min()
             .unwrap_or(0)
     }
@@ -721,21 +891,18 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
 
     /// One step of all lanes over a whole sample, and for which of them it stands.
     #[inline(always)]
-    fn step(&self, piece: &Piece<K>) -> (LaneState<Lanes<S>>, Mask<S>) {
+    fn step(&self, piece: &Piece<K>, second: &Piece<K>) -> (LaneState<Lanes<S>>, Mask<S>) {
         let (simd, state, coefficients) = (self.simd, &self.state, &self.coefficients);
         let constant = |value: f64| Lanes::splat(simd, value);
-        let mut b = [self.offset; K];
-        b[0] = self.gain.fused(constant(piece.terms[0]), self.offset);
-        if K == STRAIGHT {
-            b[1] = self.gain.fused(constant(piece.end), self.offset) - b[0];
+        let (b, strongest) = if ACROSS {
+            let (along, strongest) = self.along.of(simd, piece, second);
+            let (across, turning) = self.across.of(simd, second, piece);
+            (Push::<_, K, ACROSS> { along, across }, strongest + turning)
         } else {
-            for (b, term) in b.iter_mut().zip(&piece.terms).skip(1) {
-                *b = self.gain * constant(*term);
-            }
-        }
-        let low = self.gain.fused(constant(piece.range.low), self.offset);
-        let high = self.gain.fused(constant(piece.range.high), self.offset);
-        let strongest = low.magnitude().upper(high.magnitude());
+            let (along, strongest) = self.along.scaled(simd, piece);
+            let across = along;
+            (Push::<_, K, ACROSS> { along, across }, strongest)
+        };
         let bounds = coefficients.bounds(state, strongest);
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
         let calm = bounds.lowest.above(constant(0.0)) & !(turns & bounds.highest.above(self.best));
@@ -788,15 +955,11 @@ impl<'a, S: pulp::Simd, const K: usize> Group<'a, S, K> {
         &self,
         after: &LaneState<Lanes<S>>,
         bounds: &Bounds<Lanes<S>>,
-        b: &[Lanes<S>; K],
+        b: &Push<Lanes<S>, K, ACROSS>,
         strongest: Lanes<S>,
     ) -> Mask<S> {
-        let (state, zero) = (&self.state, b[0].constant(0.0));
-        let mut change = b[1].magnitude();
-        for (n, term) in b.iter().enumerate().skip(2) {
-            change = change + term.magnitude() * n as f64;
-        }
-        let third = self.coefficients.third(bounds, strongest, change) * 0.125;
+        let (state, zero) = (&self.state, after.angle.constant(0.0));
+        let third = self.coefficients.third(bounds, strongest, b.change()) * 0.125;
         let bend = bounds.curve * 0.125;
         let clear = (state.angle.lower(after.angle) - bend).above(zero);
         let rises = (state.slope.lower(after.slope) - third).above(zero);

@@ -4,7 +4,7 @@
 //! the small part acts like an excitation of its own, d = b (1 − cos φ). The linear part of a
 //! sample is an exact propagator; what d adds is the convolution of d with the impulse response,
 //! by Gauss's quadrature over the sample, on the linear motion first and, if that is not enough,
-//! once more on the motion it gives.
+//! once more on the motion it gives. What acts across adds −r sin φ to d, and further rounds.
 //!
 //! # Source
 //!
@@ -15,7 +15,7 @@
 use super::kernel::Kernel;
 use super::sensitivity::{Smooths, StateMap};
 use super::taylor::{AngleSlope, Branch, Tolerance};
-use crate::signal::{CURVED, Pieces, bend_at_most, value};
+use crate::signal::{CURVED, Mix, Pieces, bend_at_most, value};
 use std::ops::{Add, Mul, Sub};
 
 /// Largest phase of the stop's own oscillation in a sample [-]: up to here, and up to as large a damping,
@@ -227,6 +227,26 @@ fn impulse_responses(stiffness: f64, damping: f64, parts: Eight) -> Eight {
     largest_last.fold(Eight::splat(0.0), |sum, term| sum + *term)
 }
 
+/// Rounds on the motion that what acts across bends, at most: each leaves a thousandth or less of what is
+/// neglected.
+const ROUNDS_MAX: u64 = 6;
+
+/// What acts across in a sample, r, with time in sample intervals.
+struct Turning<const K: usize> {
+    terms: [f64; K],
+    /// Largest size.
+    strongest: f64,
+}
+
+impl<const K: usize> Default for Turning<K> {
+    fn default() -> Self {
+        Self {
+            terms: [0.0; K],
+            strongest: 0.0,
+        }
+    }
+}
+
 /// The propagator of a sample in contact, with time in sample intervals, under an excitation of `K` terms.
 #[derive(Debug, Clone)]
 pub(super) struct FastContact<const K: usize> {
@@ -237,9 +257,9 @@ pub(super) struct FastContact<const K: usize> {
     stiffness: f64,
     /// At most, what an acceleration's rate of change at the start does to it in a sample.
     softness: f64,
-    /// Recorded acceleration to b: factor and offset.
-    gain: f64,
-    offset: f64,
+    /// Recorded accelerations to b, and to r of what acts across.
+    along: Mix,
+    across: Mix,
     tolerance: Tolerance,
     end: StepResponse<K>,
     /// Powers of the nodes.
@@ -274,9 +294,9 @@ fn mutual_weights(stiffness: f64, damping: f64) -> [Eight; POINTS] {
 }
 
 impl<const K: usize> FastContact<K> {
-    /// Builds the propagator for samples of `interval` [s] of accelerations that count `scale`
-    /// times, with `bias` [m/s²] added; `None` where a sample is too long for it, or so short that it does not pay.
-    pub(super) fn new(kernel: &Kernel, interval: f64, scale: f64, bias: f64) -> Option<Self> {
+    /// Builds the propagator for samples of `interval` [s] of accelerations of which these mixtures act along
+    /// and across; `None` where a sample is too long for it, or so short that it does not pay.
+    pub(super) fn new(kernel: &Kernel, interval: f64, along: Mix, across: Mix) -> Option<Self> {
         let Branch {
             pressing,
             damping,
@@ -301,8 +321,8 @@ impl<const K: usize> FastContact<K> {
             damping: scaled_damping,
             stiffness: scaled,
             softness: 1.0 / phase,
-            gain: scale * kernel.gain() * square,
-            offset: bias * kernel.gain() * square,
+            along: along.times(kernel.gain() * square),
+            across: across.times(kernel.gain() * square),
             tolerance: kernel.tolerance(),
             end: respond(1.0),
             nodes: std::array::from_fn(|n| lanes(&|node| power(n, node))),
@@ -329,6 +349,21 @@ impl<const K: usize> FastContact<K> {
         if !kernel.is_pressed() {
             return 0;
         }
+        match pieces.second() {
+            Some(across) => self.press_by::<true>(kernel, (pieces, &across), first, last),
+            None => self.press_by::<false>(kernel, (pieces, pieces), first, last),
+        }
+    }
+
+    /// The same under what acts along and, where `ACROSS`, across.
+    #[inline(always)]
+    fn press_by<const ACROSS: bool>(
+        &self,
+        kernel: &mut Kernel,
+        (pieces, across): (&Pieces<'_, K>, &Pieces<'_, K>),
+        first: usize,
+        last: usize,
+    ) -> usize {
         let (mut angle, mut slope) = (kernel.angle, kernel.velocity * self.interval);
         let error = kernel.error_soon(0.0);
         let (peak, threshold, above) = kernel.recorder.awaits(2.0 * error);
@@ -342,38 +377,61 @@ impl<const K: usize> FastContact<K> {
         let mut twice = 0;
         for index in first..last {
             let piece = pieces.of(index);
-            let b = piece.scaled(self.gain, self.offset);
-            let strongest = piece.strongest(self.gain, self.offset);
+            let other = if ACROSS { across.of(index) } else { piece };
+            let (b, strongest) = if ACROSS {
+                self.along.of(&piece, &other)
+            } else {
+                let Mix { own, offset, .. } = self.along;
+                (piece.scaled(own, offset), piece.strongest(own, offset))
+            };
             let driven = bend_at_most(&b);
             let push = self.pressing + b[0];
             // The acceleration is a damped oscillator of its own.
             let bent = push + self.damping * slope + self.stiffness * angle;
             let bent_rate = b[1] - self.damping * bent + self.stiffness * slope;
             let own = bent.abs() + bent_rate.abs() * self.softness + 0.5 * driven;
-            let curve = 1.01 * own + 1e-5 * strongest;
+            let mut curve = 1.01 * own + 1e-5 * strongest;
+            let mut turning = Turning::<K>::default();
+            if ACROSS {
+                (turning.terms, turning.strongest) = self.across.of(&other, &piece);
+                // Directly, and by the stop's answer to it.
+                curve += 4.0 * turning.strongest * (angle.abs() + slope.abs() + curve);
+            }
             let reach = angle.abs() + slope.abs() + curve;
             let square = reach * reach;
             let moves = angle.abs() + slope.abs();
             let allowed = self.tolerance.of(moves);
             let mut linear = self.angle * angle + self.slope * slope - self.powers[0] * push;
-            let mut excitation = Eight::splat(b[0]);
-            for ((power, nodes), b) in self.powers.iter().zip(&self.nodes).zip(&b).skip(1) {
+            for (power, b) in self.powers.iter().zip(&b).skip(1) {
                 linear = linear - *power * *b;
-                excitation = excitation + *nodes * *b;
             }
+            let excitation = self.at_nodes(&b);
             let mut small = excitation * lessened(linear);
             // What the first and the second quadrature still neglect.
             let mut tail = 0.125 * strongest * square * square;
-            if tail > allowed {
+            if ACROSS {
+                let acting = self.at_nodes(&turning.terms);
+                small = small + acting * sine(linear);
+                // A motion so far from the true one is followed by one that is `bent` times as far.
+                let bent = strongest * reach + turning.strongest;
+                tail = bent * (0.25 * strongest * square + 0.5 * turning.strongest * reach);
+                let mut round = 0;
+                while tail > allowed && round < ROUNDS_MAX {
+                    let moved = self.moved(linear, small);
+                    small = excitation * lessened(moved) + acting * sine(moved);
+                    tail *= bent;
+                    round += 1;
+                }
+                if tail > allowed || tail.is_nan() {
+                    break;
+                }
+                twice += round;
+            } else if tail > allowed {
                 tail = 0.0625 * strongest * square * square * square;
                 if tail > allowed {
                     break;
                 }
-                let mut moved = linear;
-                for (column, small) in self.mutual.iter().zip(small.0) {
-                    moved = moved + *column * small;
-                }
-                small = excitation * lessened(moved);
+                small = excitation * lessened(self.moved(linear, small));
                 twice += 1;
             }
             let after = self.after(AngleSlope { angle, slope }, push, &b, small);
@@ -386,6 +444,11 @@ impl<const K: usize> FastContact<K> {
             let slope_size = size + self.stiffness * angle.abs();
             gathered.stiffness += self.stiffness - middle * angle;
             gathered.push += middle;
+            if ACROSS {
+                let middle = value(&turning.terms, 0.5);
+                gathered.stiffness -= middle;
+                gathered.push -= middle * angle;
+            }
             gathered.angle_square += size * size;
             gathered.velocity_square += slope_size * slope_size;
             gathered.truncation += tail;
@@ -408,6 +471,26 @@ impl<const K: usize> FastContact<K> {
             kernel.work.rhs += taken as u64 + twice;
         }
         taken
+    }
+
+    /// Returns a polynomial's values at the nodes.
+    #[inline(always)]
+    fn at_nodes(&self, terms: &[f64; K]) -> Eight {
+        let mut values = Eight::splat(terms[0]);
+        for (nodes, term) in self.nodes.iter().zip(terms).skip(1) {
+            values = values + *nodes * *term;
+        }
+        values
+    }
+
+    /// Returns the motion at the nodes that the linear one and `small` there make.
+    #[inline(always)]
+    fn moved(&self, linear: Eight, small: Eight) -> Eight {
+        let mut moved = linear;
+        for (column, small) in self.mutual.iter().zip(small.0) {
+            moved = moved + *column * small;
+        }
+        moved
     }
 
     /// Returns angle and slope at the end of a sample that begins with the acceleration `push`, of which
@@ -457,6 +540,13 @@ impl<const K: usize> FastContact<K> {
 fn lessened(angle: Eight) -> Eight {
     let square = angle * angle;
     square * (Eight::splat(0.5) - square * (1.0 / 24.0))
+}
+
+/// Sine of small angles, as good.
+#[inline(always)]
+fn sine(angle: Eight) -> Eight {
+    let square = angle * angle;
+    angle * (Eight::splat(1.0) - square * (Eight::splat(1.0 / 6.0) - square * (1.0 / 120.0)))
 }
 
 /// The lanes' sum, always in the same order.

@@ -56,7 +56,7 @@ pub(super) fn stays_below(
         && speed(energy.max(0.0)) + gained < (1.0 - ROOM) * speed(needed)
 }
 
-/// Returns ∫|a| dt [m/s] from every `every`-th sample to sample `last`, or a little more: no polynomial has
+/// Returns ∫(|a| + |a'|) dt [m/s], a' being what a second sensor recorded, from every `every`-th sample to sample `last`, or a little more: no polynomial has
 /// a larger mean magnitude than its Bernstein coefficients.
 pub(super) fn impulse_ahead<const K: usize>(
     pieces: &Pieces<'_, K>,
@@ -66,11 +66,16 @@ pub(super) fn impulse_ahead<const K: usize>(
     let each = pieces.signal.rate.interval().seconds() / K as f64;
     let mut ahead = vec![0.0; last / every + 1];
     let mut sum = 0.0;
+    let second = pieces.second();
     for (index, here) in ahead.iter_mut().enumerate().rev() {
         let first = index * every;
         for interval in first..(first + every).min(last) {
             let magnitudes: f64 = pieces.control(interval).iter().map(|b| b.abs()).sum();
             sum += each * magnitudes;
+            if let Some(second) = &second {
+                let magnitudes: f64 = second.control(interval).iter().map(|b| b.abs()).sum();
+                sum += each * magnitudes;
+            }
         }
         *here = sum;
     }

@@ -24,6 +24,68 @@ pub(super) struct StepCoefficients<T> {
     slack: T,
 }
 
+/// Excitation over a sample, Σ b_n σ^n, with time in sample intervals.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Push<T, const K: usize, const ACROSS: bool> {
+    /// Along the way of the centre of mass at φ = 0; opens where negative.
+    pub(super) along: [T; K],
+    /// Across it, where `ACROSS`.
+    pub(super) across: [T; K],
+}
+
+impl<T: Real, const K: usize> Push<T, K, false> {
+    /// Returns one that acts along alone.
+    #[inline(always)]
+    pub(super) fn along(along: [T; K]) -> Self {
+        Self {
+            along,
+            across: along,
+        }
+    }
+}
+
+impl<T: Real, const K: usize, const ACROSS: bool> Push<T, K, ACROSS> {
+    /// Returns what makes the lever swing of itself: a bound on what acts across.
+    #[inline(always)]
+    fn swing(&self) -> T {
+        let mut sum = self.along[0].constant(0.0);
+        if ACROSS {
+            for term in &self.across {
+                sum = sum + term.magnitude();
+            }
+        }
+        sum
+    }
+
+    /// Returns the sum of its terms' sizes.
+    #[inline(always)]
+    fn size(&self) -> T {
+        let mut size = self.along[0].magnitude();
+        for term in &self.along[1..] {
+            size = size + term.magnitude();
+        }
+        if ACROSS {
+            size = size + self.swing();
+        }
+        size
+    }
+
+    /// Returns a bound on how much it changes over a sample.
+    #[inline(always)]
+    pub(super) fn change(&self) -> T {
+        let mut change = self.along[1].magnitude();
+        for (n, term) in self.along.iter().enumerate().skip(2) {
+            change = change + term.magnitude() * n as f64;
+        }
+        if ACROSS {
+            for (n, term) in self.across.iter().enumerate().skip(1) {
+                change = change + term.magnitude() * n as f64;
+            }
+        }
+        change
+    }
+}
+
 /// Angle [rad], its derivative by the sample interval, and its sine and cosine.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LaneState<T> {
@@ -126,15 +188,15 @@ impl<T: Real> StepCoefficients<T> {
         (own + change + strongest * bounds.turn) * (1.0 + 1e-12)
     }
 
-    /// Computes the coefficients up to order 6, for an excitation Σ b_n σ^n of `K` terms.
+    /// Computes the coefficients up to order 6.
     #[inline(always)]
-    pub(super) fn orders<const K: usize>(
+    pub(super) fn orders<const K: usize, const ACROSS: bool>(
         &self,
         state: &LaneState<T>,
         bounds: &Bounds<T>,
-        b: &[T; K],
+        b: &Push<T, K, ACROSS>,
     ) -> Orders<T> {
-        let zero = b[0].constant(0.0);
+        let zero = state.angle.constant(0.0);
         let mut orders = Orders {
             x: [zero; 12],
             w: [zero; 12],
@@ -143,12 +205,18 @@ impl<T: Real> StepCoefficients<T> {
             next: bounds.turn + self.damping + self.stiffness,
             last: zero,
         };
+        if ACROSS {
+            orders.next = orders.next + b.swing();
+        }
         (orders.x[0], orders.x[1], orders.w[1]) = (state.angle, state.slope, state.slope);
         (orders.s[0], orders.c[0]) = (state.sine, state.cosine);
-        let own = self
+        let mut own = self
             .stiffness
             .fused(state.angle, self.damping.fused(state.slope, self.pressing));
-        orders.w[2] = -b[0].fused(state.cosine, own);
+        if ACROSS {
+            own = (-b.across[0]).fused(state.sine, own);
+        }
+        orders.w[2] = -b.along[0].fused(state.cosine, own);
         orders.x[2] = orders.w[2] * 0.5;
         orders.order(self, b, 1, []);
         orders.order(self, b, 2, []);
@@ -159,20 +227,32 @@ impl<T: Real> StepCoefficients<T> {
 
     /// Goes on from order 6 to order 8.
     #[inline(always)]
-    pub(super) fn up_to_eight<const K: usize>(&self, orders: &mut Orders<T>, b: &[T; K]) {
+    pub(super) fn up_to_eight<const K: usize, const ACROSS: bool>(
+        &self,
+        orders: &mut Orders<T>,
+        b: &Push<T, K, ACROSS>,
+    ) {
         orders.order(self, b, 5, [3, 4, 2]);
         orders.order(self, b, 6, [4, 3, 5, 2]);
     }
 
     /// Goes on from order 8 to order 9.
     #[inline(always)]
-    pub(super) fn up_to_nine<const K: usize>(&self, orders: &mut Orders<T>, b: &[T; K]) {
+    pub(super) fn up_to_nine<const K: usize, const ACROSS: bool>(
+        &self,
+        orders: &mut Orders<T>,
+        b: &Push<T, K, ACROSS>,
+    ) {
         orders.order(self, b, 7, [4, 5, 3, 6, 2]);
     }
 
     /// Goes on from order 9 to order 11.
     #[inline(always)]
-    pub(super) fn up_to_eleven<const K: usize>(&self, orders: &mut Orders<T>, b: &[T; K]) {
+    pub(super) fn up_to_eleven<const K: usize, const ACROSS: bool>(
+        &self,
+        orders: &mut Orders<T>,
+        b: &Push<T, K, ACROSS>,
+    ) {
         orders.order(self, b, 8, [5, 4, 6, 3, 7, 2]);
         orders.order(self, b, 9, [5, 6, 4, 7, 3, 8, 2]);
     }
@@ -184,10 +264,10 @@ impl<T: Real> Orders<T> {
     /// become ready: those of `inner` from the middle outwards, then j = n, whose n x_n/n is x_n,
     /// and last j = 1, for which alone the next order waits.
     #[inline(always)]
-    fn order<const K: usize, const M: usize>(
+    fn order<const K: usize, const ACROSS: bool, const M: usize>(
         &mut self,
         of: &StepCoefficients<T>,
-        b: &[T; K],
+        b: &Push<T, K, ACROSS>,
         n: usize,
         inner: [usize; M],
     ) {
@@ -195,7 +275,8 @@ impl<T: Real> Orders<T> {
             x, w, s, c, last, ..
         } = self;
         let inverse = 1.0 / n as f64;
-        let (mut sine, mut cosine) = (b[0].constant(0.0), b[0].constant(0.0));
+        let zero = x[0].constant(0.0);
+        let (mut sine, mut cosine) = (zero, zero);
         if M > 0 {
             (sine, cosine) = (w[inner[0]] * c[n - inner[0]], w[inner[0]] * s[n - inner[0]]);
             for j in &inner[1..] {
@@ -213,8 +294,11 @@ impl<T: Real> Orders<T> {
         c[n] = -first.fused(s[n - 1], cosine);
         // The damping's term is ready last.
         let mut force = of.stiffness * x[n];
-        for (k, term) in b[..K.min(n + 1)].iter().enumerate().rev() {
-            force = term.fused(c[n - k], force);
+        for k in (0..K.min(n + 1)).rev() {
+            if ACROSS {
+                force = (-b.across[k]).fused(s[n - k], force);
+            }
+            force = b.along[k].fused(c[n - k], force);
         }
         let force = of.damping.fused(w[n + 1], force);
         w[n + 2] = force * (-1.0 / (n + 1) as f64);
@@ -278,10 +362,10 @@ impl<T: Real> Orders<T> {
     /// Orders that only products with the excitation's terms fill need no further order of the angle: the
     /// weights of the cosine's orders wait for nothing but the excitation.
     #[inline(always)]
-    pub(super) fn beyond_nine<const K: usize>(
+    pub(super) fn beyond_nine<const K: usize, const ACROSS: bool>(
         &self,
         of: &StepCoefficients<T>,
-        b: &[T; K],
+        b: &Push<T, K, ACROSS>,
     ) -> [T; 3] {
         let Self { x, s, c, .. } = self;
         // Order 8 of the cosine: by the products of the angle's orders that sum to 8, to second order.
@@ -291,16 +375,23 @@ impl<T: Real> Orders<T> {
         let own = of.stiffness * x[8];
         let none = [own * (-1.0 / 90.0), own * (-1.0 / 9.0)];
         // Written out: a loop would put the orders into memory. What is ready last comes last.
-        let sum = weighted(c[3], Self::weights(b, 3), none);
-        let sum = weighted(c[4], Self::weights(b, 4), sum);
-        let sum = weighted(c[5], Self::weights(b, 5), sum);
-        let sum = weighted(c[6], Self::weights(b, 6), sum);
-        let sum = weighted(eighth, Self::weights(b, 8), sum);
-        let [angle, slope] = weighted(c[7], Self::weights(b, 7), sum);
-        let mut size = b[0].magnitude();
-        for term in &b[1..] {
-            size = size + term.magnitude();
+        let mut sum = none;
+        if ACROSS {
+            let eighth = c[0].fused(x[8], -(s[0] * pairs));
+            sum = weighted(-s[3], Self::weights(&b.across, 3), sum);
+            sum = weighted(-s[4], Self::weights(&b.across, 4), sum);
+            sum = weighted(-s[5], Self::weights(&b.across, 5), sum);
+            sum = weighted(-s[6], Self::weights(&b.across, 6), sum);
+            sum = weighted(-eighth, Self::weights(&b.across, 8), sum);
+            sum = weighted(-s[7], Self::weights(&b.across, 7), sum);
         }
+        let b_along = &b.along;
+        let sum = weighted(c[3], Self::weights(b_along, 3), sum);
+        let sum = weighted(c[4], Self::weights(b_along, 4), sum);
+        let sum = weighted(c[5], Self::weights(b_along, 5), sum);
+        let sum = weighted(c[6], Self::weights(b_along, 6), sum);
+        let sum = weighted(eighth, Self::weights(b_along, 8), sum);
+        let [angle, slope] = weighted(c[7], Self::weights(b_along, 7), sum);
         let mut m = *x;
         for order in &mut m {
             *order = order.magnitude();
@@ -308,7 +399,7 @@ impl<T: Real> Orders<T> {
         let products = m[2].fused(m[7], m[3].fused(m[6], m[4] * m[5]));
         let after = (m[9] + self.next * m[8]) + (products + x[1] * x[1] * (m[7] + m[6]));
         let own = (of.stiffness + of.damping * 10.0) * (m[9] + m[8] * 0.1);
-        let tail = size.fused(after, own + slope.magnitude() * of.damping) * (2.0 / 90.0);
+        let tail = b.size().fused(after, own + slope.magnitude() * of.damping) * (2.0 / 90.0);
         [angle, slope, tail]
     }
 
@@ -373,10 +464,18 @@ impl<T: Real> Orders<T> {
     /// Returns the same where the excitation has more than two terms: the next order by the cosine's known
     /// ones comes on top.
     #[inline(always)]
-    pub(super) fn tail_of_products<const K: usize>(&self, b: &[T; K]) -> T {
-        let mut next = b[1].magnitude() * self.c[9].magnitude();
-        for (k, term) in b.iter().enumerate().skip(2) {
+    pub(super) fn tail_of_products<const K: usize, const ACROSS: bool>(
+        &self,
+        b: &Push<T, K, ACROSS>,
+    ) -> T {
+        let mut next = b.along[1].magnitude() * self.c[9].magnitude();
+        for (k, term) in b.along.iter().enumerate().skip(2) {
             next = term.magnitude().fused(self.c[10 - k].magnitude(), next);
+        }
+        if ACROSS {
+            for (k, term) in b.across.iter().enumerate().skip(1) {
+                next = term.magnitude().fused(self.s[10 - k].magnitude(), next);
+            }
         }
         self.last.fused(self.next, next * (2.0 / 132.0))
     }

@@ -9,7 +9,7 @@
 //! where there is one and by a slow but equal routine where there is none: the numbers are the
 //! same on every machine.
 
-use super::eventless_step::{Bounds, LaneState, StepCoefficients, TURN_MAX};
+use super::eventless_step::{Bounds, LaneState, Push, StepCoefficients, TURN_MAX};
 use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::sensitivity::Smooths;
 use super::taylor::{Tolerance, Turned};
@@ -30,6 +30,8 @@ pub(super) struct FastFlight {
     coefficients: StepCoefficients<f64>,
     /// Recorded acceleration to b, sign included.
     gain: f64,
+    /// The same of what acts across, which has no sign.
+    gain_across: f64,
     /// Truncation let pass.
     tolerance: Tolerance,
     /// Six orders are tried, which mostly suffice for refined samples; never where an error is
@@ -45,6 +47,8 @@ struct Calm {
     floor: f64,
     threshold: f64,
     above: bool,
+    /// A stop or a gate, or a doubt about one, from here on.
+    ceiling: f64,
 }
 
 impl FastFlight {
@@ -55,6 +59,7 @@ impl FastFlight {
             interval,
             coefficients: StepCoefficients::scaled(kernel.free_branch(), interval)?,
             gain: sign * kernel.gain() * interval * interval,
+            gain_across: kernel.gain() * interval * interval,
             tolerance: kernel.tolerance(),
             six: !kernel.states_error() && kernel.tolerance().relative >= PEAK_TRUNCATION,
         })
@@ -71,20 +76,24 @@ impl FastFlight {
         last: usize,
     ) -> usize {
         if !kernel.flies_free() {
-            0
-        } else if self.six && K == STRAIGHT {
-            self.fly_by::<true, K>(kernel, pieces, first, last)
-        } else {
-            self.fly_by::<false, K>(kernel, pieces, first, last)
+            return 0;
+        }
+        match pieces.second() {
+            Some(across) => self.fly_by::<false, K, true>(kernel, (pieces, &across), first, last),
+            None if self.six && K == STRAIGHT => {
+                self.fly_by::<true, K, false>(kernel, (pieces, pieces), first, last)
+            }
+            None => self.fly_by::<false, K, false>(kernel, (pieces, pieces), first, last),
         }
     }
 
-    /// The same by steps that try six orders first, or do not.
+    /// The same by steps that try six orders first, or do not, under what acts along and, where `ACROSS`,
+    /// across.
     #[inline(always)]
-    fn fly_by<const SIX: bool, const K: usize>(
+    fn fly_by<const SIX: bool, const K: usize, const ACROSS: bool>(
         &self,
         kernel: &mut Kernel,
-        pieces: &Pieces<'_, K>,
+        (pieces, across): (&Pieces<'_, K>, &Pieces<'_, K>),
         first: usize,
         last: usize,
     ) -> usize {
@@ -101,17 +110,26 @@ impl FastFlight {
         let mut orders = 0;
         for index in first..last {
             let piece = pieces.of(index);
-            let b = piece.scaled(self.gain, 0.0);
-            let bounds = self
-                .coefficients
-                .bounds(&state, piece.strongest(self.gain, 0.0));
+            let mut strongest = piece.strongest(self.gain, 0.0);
+            let along = piece.scaled(self.gain, 0.0);
+            let mut b = Push::<f64, K, ACROSS> {
+                along,
+                across: along,
+            };
+            if ACROSS {
+                let piece = across.of(index);
+                b.across = piece.scaled(self.gain_across, 0.0);
+                strongest += piece.strongest(self.gain_across, 0.0);
+            }
+            let bounds = self.coefficients.bounds(&state, strongest);
             if calm.may_be_disturbed(&state, &bounds) {
                 break;
             }
-            let Some((after, tail, count)) = self.step::<SIX, K>(&state, &bounds, &b) else {
+            let Some((after, tail, count)) = self.step::<SIX, K, ACROSS>(&state, &bounds, &b)
+            else {
                 break;
             };
-            gathered.take(self, &state, &bounds, value(&b, 0.5), tail);
+            gathered.take(self, &state, &bounds, &b, tail);
             orders += count;
             state = after;
             taken += 1;
@@ -145,16 +163,16 @@ impl FastFlight {
 
     /// Takes one step over a whole sample: new state, neglected part [rad], orders.
     #[inline(always)]
-    fn step<const SIX: bool, const K: usize>(
+    fn step<const SIX: bool, const K: usize, const ACROSS: bool>(
         &self,
         state: &LaneState<f64>,
         bounds: &Bounds<f64>,
-        b: &[f64; K],
+        b: &Push<f64, K, ACROSS>,
     ) -> Option<(LaneState<f64>, f64, u64)> {
         let mut orders = self.coefficients.orders(state, bounds, b);
         let allowed = self.tolerance.of(orders.motion());
         if SIX {
-            let tail = orders.tail_of_six(&[b[0], b[1]]);
+            let tail = orders.tail_of_six(&[b.along[0], b.along[1]]);
             let turned = orders.tail_turned_of_six();
             if tail <= allowed && turned <= PEAK_TRUNCATION && bounds.turn <= TURN_MAX[0] {
                 return Some((orders.end_of_six(state), tail, 6));
@@ -189,9 +207,10 @@ impl Calm {
         let (peak, threshold, above) = kernel.recorder.awaits(error);
         Self {
             peak,
-            floor: error,
+            floor: error.max(kernel.gate_below + error),
             threshold,
             above,
+            ceiling: kernel.ceiling.angle - error,
         }
     }
 
@@ -200,6 +219,7 @@ impl Calm {
     fn may_be_disturbed(&self, state: &LaneState<f64>, bounds: &Bounds<f64>) -> bool {
         let turns = state.slope.abs() <= 1.01 * bounds.curve;
         (bounds.lowest <= self.floor)
+            | (bounds.highest >= self.ceiling)
             | bounds.lowest.is_nan()
             | (turns & (bounds.highest > self.peak))
             | ((bounds.lowest <= self.threshold) & ((bounds.highest > self.threshold) | self.above))
@@ -219,20 +239,26 @@ struct Gathered {
 
 impl Gathered {
     #[inline(always)]
-    fn take(
+    fn take<const K: usize, const ACROSS: bool>(
         &mut self,
         of: &FastFlight,
         state: &LaneState<f64>,
         bounds: &Bounds<f64>,
-        middle: f64,
+        b: &Push<f64, K, ACROSS>,
         tail: f64,
     ) {
+        let middle = value(&b.along, 0.5);
         let speed = state.slope.abs();
         let angle = state.angle.abs() + speed + bounds.curve;
         // The slope, its change, and the terms that the change is the sum of.
         let slope = speed + 2.0 * bounds.curve;
         self.stiffness += of.coefficients.stiffness - middle * state.sine;
         self.push += middle * state.cosine;
+        if ACROSS {
+            let middle = value(&b.across, 0.5);
+            self.stiffness -= middle * state.cosine;
+            self.push -= middle * state.sine;
+        }
         self.angle_square += angle * angle;
         self.slope_square += slope * slope;
         self.truncation += tail;

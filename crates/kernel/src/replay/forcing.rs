@@ -2,6 +2,7 @@
 
 use crate::numerics::polynomial;
 use crate::signal::{CURVED, bend_at_most, slope, value};
+use std::f64::consts::{PI, TAU};
 
 /// b = m L a/I0 over a stretch [rad/s²]; a local time [s] counts from the stretch's start.
 pub(super) trait Forcing {
@@ -35,6 +36,26 @@ pub(super) trait Forcing {
     /// Returns b from `local` on in powers of the time over `step`.
     fn series(&self, local: f64, step: f64) -> Self::Series;
 
+    /// Returns what acts across, m L a_r/I0, in the same way; `None` where nothing does.
+    fn across(&self, local: f64, step: f64) -> Option<Self::Series> {
+        let _ = (local, step);
+        None
+    }
+
+    /// Returns what acts across at `local` [rad/s²].
+    fn across_at(&self, local: f64) -> f64 {
+        let _ = local;
+        0.0
+    }
+
+    /// Returns a bound on what acts across [rad/s²].
+    fn across_most(&self) -> f64 {
+        0.0
+    }
+
+    /// Returns what presses a lever onto a stop above, at an angle of this sine and cosine: −b cos u + r sin u.
+    fn onto(&self, sine: f64, cosine: f64) -> Self;
+
     /// Returns the first instant from `local` on, at the latest the stretch's end, at which
     /// `level` + b falls below zero; at `local` it is not below.
     fn falls_below(&self, level: f64, local: f64) -> Option<f64>;
@@ -49,17 +70,37 @@ pub(super) struct Polynomial<const K: usize> {
     pub(super) length: f64,
     /// b = Σ c_n (τ/length)^n [rad/s²].
     pub(super) terms: [f64; K],
+    /// The same of what acts across.
+    pub(super) across: Option<[f64; K]>,
 }
 
 impl<const K: usize> Polynomial<K> {
-    /// Returns the coefficients about another origin.
+    /// Returns what is left of it from `local` on, up to `end`.
+    pub(super) fn between(&self, local: f64, end: f64) -> Self {
+        if local <= 0.0 && end >= self.length {
+            return *self;
+        }
+        let length = end - local;
+        Self {
+            time: self.time + local,
+            length,
+            terms: self.part(&self.terms, local, length),
+            across: self.across(local, length),
+        }
+    }
+
+    /// Returns the coefficients from `local` on in powers of the time over `step`.
     #[inline]
-    fn about(&self, part: f64) -> [f64; K] {
-        let mut c = self.terms;
-        for i in 0..K - 1 {
-            for j in (i..K - 1).rev() {
-                c[j] += part * c[j + 1];
-            }
+    fn part(&self, terms: &[f64; K], local: f64, step: f64) -> [f64; K] {
+        if local <= 0.0 && step >= self.length {
+            return *terms;
+        }
+        let mut c = about(terms, local / self.length);
+        let part = step / self.length;
+        let mut power = 1.0;
+        for c in &mut c {
+            *c *= power;
+            power *= part;
         }
         c
     }
@@ -73,7 +114,7 @@ impl<const K: usize> Polynomial<K> {
         const BESIDE: f64 = 1e-7;
         let mut from = from;
         for _ in 0..TOUCHES {
-            let mut c = self.about(from);
+            let mut c = about(&self.terms, from);
             c[0] += level;
             if c[0] <= 0.0 && c[1] < 0.0 {
                 return Some(from);
@@ -101,6 +142,18 @@ impl<const K: usize> Polynomial<K> {
         }
         None
     }
+}
+
+/// Returns the coefficients of a polynomial about another origin.
+#[inline]
+fn about<const K: usize>(terms: &[f64; K], part: f64) -> [f64; K] {
+    let mut c = *terms;
+    for i in 0..K - 1 {
+        for j in (i..K - 1).rev() {
+            c[j] += part * c[j + 1];
+        }
+    }
+    c
 }
 
 impl<const K: usize> Forcing for Polynomial<K> {
@@ -142,17 +195,41 @@ impl<const K: usize> Forcing for Polynomial<K> {
 
     #[inline]
     fn series(&self, local: f64, step: f64) -> [f64; K] {
-        if local <= 0.0 && step >= self.length {
-            return self.terms;
+        self.part(&self.terms, local, step)
+    }
+
+    #[inline]
+    fn across(&self, local: f64, step: f64) -> Option<[f64; K]> {
+        self.across
+            .as_ref()
+            .map(|terms| self.part(terms, local, step))
+    }
+
+    #[inline]
+    fn across_at(&self, local: f64) -> f64 {
+        let value_of = |terms: &[f64; K]| value(terms, local / self.length);
+        self.across.as_ref().map_or(0.0, value_of)
+    }
+
+    #[inline]
+    fn across_most(&self) -> f64 {
+        let sum = |terms: &[f64; K]| terms.iter().map(|term| term.abs()).sum();
+        self.across.as_ref().map_or(0.0, sum)
+    }
+
+    #[inline]
+    fn onto(&self, sine: f64, cosine: f64) -> Self {
+        let mut terms = self.terms.map(|term| -cosine * term);
+        if let Some(across) = &self.across {
+            for (term, across) in terms.iter_mut().zip(across) {
+                *term += sine * across;
+            }
         }
-        let mut c = self.about(local / self.length);
-        let part = step / self.length;
-        let mut power = 1.0;
-        for c in &mut c {
-            *c *= power;
-            power *= part;
+        Self {
+            terms,
+            across: None,
+            ..*self
         }
-        c
     }
 
     #[inline]
@@ -271,8 +348,16 @@ impl Forcing for Sine {
         series
     }
 
+    fn onto(&self, _: f64, cosine: f64) -> Self {
+        let turned = if cosine > 0.0 { PI } else { 0.0 };
+        Self {
+            amplitude: self.amplitude * cosine.abs(),
+            phase: self.phase + turned,
+            ..*self
+        }
+    }
+
     fn falls_below(&self, level: f64, local: f64) -> Option<f64> {
-        use std::f64::consts::{PI, TAU};
         if self.amplitude <= level {
             return None;
         }

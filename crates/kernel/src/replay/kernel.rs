@@ -7,13 +7,16 @@
 //! accumulation time.
 
 use super::breakdown::Breakdown;
+use super::catch::CatchRun;
 use super::forcing::{Forcing, Polynomial, SINE_ORDER, Sine};
 use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
 use super::tangent::{Tangent, TangentStep};
 pub(super) use super::taylor::PEAK_TRUNCATION;
-use super::taylor::{AngleSlope, Branch, Start, TaylorSeries, Tolerance, Turned};
-use super::{State, Within, Work};
+use super::taylor::{
+    AngleSlope, Branch, STEP_MAX, Start, StepExcitation, TaylorSeries, Tolerance, Turned,
+};
+use super::{State, TracePoint, Within, Work};
 use crate::model::design::Design;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
@@ -78,6 +81,49 @@ enum Phase {
     Flight,
     /// Pressed into the soft stop.
     Contact,
+    /// At rest on the stop above.
+    Held,
+}
+
+/// What ends a flight above: a stop, or a gate at which whoever drives the lever decides.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ceiling {
+    /// Its angle [rad].
+    pub(super) angle: f64,
+    /// Sine and cosine of that.
+    turned: Turned,
+    /// Coefficient of restitution of a stop [-]; `None` of a gate.
+    restitution: Option<f64>,
+}
+
+impl Ceiling {
+    /// Nothing.
+    pub(super) const NONE: Self = Self {
+        angle: f64::INFINITY,
+        turned: Turned::ZERO,
+        restitution: None,
+    };
+
+    /// Returns a stop.
+    pub(super) fn stop(angle: f64, restitution: f64) -> Self {
+        Self {
+            restitution: Some(restitution),
+            ..Self::gate(angle)
+        }
+    }
+
+    /// Returns a gate.
+    pub(super) fn gate(angle: f64) -> Self {
+        let turned = match angle.is_finite() {
+            true => Turned::of(angle),
+            false => Turned::ZERO,
+        };
+        Self {
+            angle,
+            turned,
+            restitution: None,
+        }
+    }
 }
 
 /// One lever on one stop.
@@ -112,6 +158,17 @@ pub(super) struct Kernel {
     pub(super) rests: u64,
     pub(super) recorder: Recorder,
     pub(super) work: Work,
+    /// What is above the lever.
+    pub(super) ceiling: Ceiling,
+    /// Angle below which it ends at a gate; −∞ where only its own stop is below [rad].
+    pub(super) gate_below: f64,
+    /// It has come to a gate, and waits there.
+    pub(super) at_gate: bool,
+    /// It turned so close to a gate that it may as well have passed it.
+    pub(super) grazes_gate: bool,
+    /// Times it met the stop above, and when and how fast last [s, rad/s].
+    pub(super) strikes: u64,
+    pub(super) struck_last: (f64, f64),
     /// Longest step in flight [s].
     flight_step_max: f64,
     /// Longest step in contact [s].
@@ -194,6 +251,12 @@ impl Kernel {
             rests: 0,
             recorder,
             work: Work::default(),
+            ceiling: Ceiling::NONE,
+            gate_below: f64::NEG_INFINITY,
+            at_gate: false,
+            grazes_gate: false,
+            strikes: 0,
+            struck_last: (f64::NEG_INFINITY, 0.0),
             flight_step_max: f64::INFINITY,
             contact_step_max: f64::INFINITY,
             steps_max: STEPS_MAX.0,
@@ -368,23 +431,44 @@ impl Kernel {
     }
 
     /// Advances over one sample interval that starts at `time` and lasts `length` [s], with the base
-    /// acceleration a polynomial of the part of it [m/s², model sign].
-    pub(super) fn advance<const K: usize>(&mut self, time: f64, length: f64, base: &[f64; K]) {
+    /// acceleration along, and where there is one across, a polynomial of the part of it [m/s², model sign].
+    pub(super) fn advance<const K: usize>(
+        &mut self,
+        time: f64,
+        length: f64,
+        base: &[f64; K],
+        across: Option<&[f64; K]>,
+    ) {
         // A lever on the face of its stop may leave it at once.
         let inside = self.phase == Phase::Contact && self.angle < 0.0;
         if inside && length > DAMPED_STEPS_MAX * self.contact.damped_step_max() {
             self.break_down(Breakdown::StopTooDamped);
             return;
         }
-        let mut terms = *base;
-        for term in &mut terms {
-            *term *= self.gain;
-        }
-        self.pass::<_, FLIGHT_ORDER>(&Polynomial {
+        self.pass::<_, FLIGHT_ORDER>(&self.stretch(time, length, base, across));
+    }
+
+    /// Returns the excitation of such an interval.
+    pub(super) fn stretch<const K: usize>(
+        &self,
+        time: f64,
+        length: f64,
+        base: &[f64; K],
+        across: Option<&[f64; K]>,
+    ) -> Polynomial<K> {
+        let scaled = |terms: &[f64; K]| terms.map(|term| term * self.gain);
+        Polynomial {
             time,
             length,
-            terms,
-        });
+            terms: scaled(base),
+            across: across.map(scaled),
+        }
+    }
+
+    /// Advances over a stretch to its end, or to a gate; returns the local time reached.
+    pub(super) fn advance_over<const K: usize>(&mut self, stretch: &Polynomial<K>) -> f64 {
+        self.at_gate = false;
+        self.pass::<_, FLIGHT_ORDER>(stretch)
     }
 
     /// Advances over a piece of a sine.
@@ -393,12 +477,13 @@ impl Kernel {
     }
 
     /// Advances over a stretch of smooth excitation, in flight by series of `N` coefficients.
-    fn pass<F: Forcing, const N: usize>(&mut self, stretch: &F) {
+    fn pass<F: Forcing, const N: usize>(&mut self, stretch: &F) -> f64 {
         let mut local = 0.0;
         let mut guard = 0;
-        while local < stretch.length() {
+        while local < stretch.length() && !self.at_gate {
             local = match self.phase {
                 Phase::Dwell => self.dwell(stretch, local),
+                Phase::Held => self.held(stretch, local),
                 Phase::Flight => self.flight::<F, N>(stretch, local),
                 Phase::Contact => self.contact(stretch, local),
             };
@@ -413,8 +498,107 @@ impl Kernel {
         } else if self.took_too_many() {
             self.stuck = true;
         }
-        let end = stretch.time() + stretch.length();
-        self.recorder.point(end, self.angle, self.velocity);
+        let end = if self.at_gate {
+            local
+        } else {
+            stretch.length()
+        };
+        let time = stretch.time() + end;
+        self.recorder.point(time, self.angle, self.velocity);
+        end
+    }
+
+    /// Rest on the stop above: leaves where the net torque changes sign. Returns the local time reached.
+    fn held<F: Forcing>(&mut self, stretch: &F, local: f64) -> f64 {
+        let (level, onto) = self.pressing_above(stretch);
+        let (root, lifting) = if level + onto.at(local) < 0.0 {
+            (local, false)
+        } else {
+            match onto.falls_below(level, local) {
+                Some(root) => (root, true),
+                None => return stretch.length(),
+            }
+        };
+        self.release_above();
+        self.lifting = lifting;
+        let time = stretch.time() + root;
+        self.recorder.point(time, self.angle, 0.0);
+        root.min(stretch.length())
+    }
+
+    /// Lets a lever go that rests on a stop above, or did until now.
+    pub(super) fn release_above(&mut self) {
+        if self.phase == Phase::Held {
+            self.phase = Phase::Flight;
+            self.work.events += 1;
+        }
+    }
+
+    /// Tells whether it rests on the stop above.
+    pub(super) fn is_held(&self) -> bool {
+        self.phase == Phase::Held
+    }
+
+    /// Returns what presses the lever onto what is above it: a constant and what is added to it [rad/s²].
+    fn pressing_above<F: Forcing>(&self, stretch: &F) -> (f64, F) {
+        let Ceiling { angle, turned, .. } = self.ceiling;
+        let level = -self.free.pressing - self.free.stiffness * angle;
+        (level, stretch.onto(turned.sine, turned.cosine))
+    }
+
+    /// Returns the angular acceleration of a lever at rest on what is above it [rad/s²].
+    pub(super) fn acceleration_above<F: Forcing>(&self, stretch: &F, local: f64) -> f64 {
+        let (level, onto) = self.pressing_above(stretch);
+        level + onto.at(local)
+    }
+
+    /// The lever meets the stop above with `self.velocity` ≥ 0.
+    fn strike<F: Forcing>(&mut self, stretch: &F, local: f64, restitution: f64) {
+        let before = self.velocity;
+        let time = stretch.time() + local;
+        self.settle_error();
+        self.work.events += 1;
+        self.strikes += u64::from(before > COUNTED_SPEED);
+        self.struck_last = (time, before);
+        if self.recorder.judging {
+            self.recorder.peak.offer(self.angle, time, 0.0);
+        }
+        let (level, onto) = self.pressing_above(stretch);
+        let pressed = level + onto.at(local);
+        let after = -restitution * before;
+        if after.abs() > SPEED_MIN {
+            self.rebound(restitution, before, pressed, before * stretch.length());
+            self.recorder.point(time, self.angle, after);
+            return;
+        }
+        self.put_above(0.0);
+        if pressed >= 0.0 {
+            self.phase = Phase::Held;
+            self.sensitivity.reset();
+        }
+    }
+
+    /// Puts the lever on what is above it.
+    fn put_above(&mut self, velocity: f64) {
+        self.angle = self.ceiling.angle;
+        self.turned = self.ceiling.turned;
+        self.turns = 0;
+        self.velocity = velocity;
+    }
+
+    /// Turns a lever round at a stop at which it would have the acceleration `drive` without damping [rad/s²];
+    /// `place` is the size of the terms that placed the impact [rad].
+    fn rebound(&mut self, restitution: f64, before: f64, drive: f64, place: f64) {
+        let after = -restitution * before;
+        let acceleration = |velocity: f64| drive - self.free.damping * velocity;
+        let shear = (restitution * acceleration(before) + acceleration(after)) / before;
+        let map = StateMap([[-restitution, 0.0], [shear, -restitution]]);
+        if self.bounds_error {
+            self.sensitivity.event(&map, place);
+        }
+        self.event_tangent(&map);
+        self.velocity = after;
+        self.phase = Phase::Flight;
     }
 
     /// Rest on the rigid stop: leaves where the net torque changes sign. Returns the local
@@ -453,17 +637,37 @@ impl Kernel {
             // Known already but of a start on the stop.
             self.recorder.release(stretch.time() + local);
         }
-        let slope = stretch.slope_at(local);
+        let is_above = self.angle >= self.ceiling.angle;
+        if is_above && !self.lifting && self.velocity >= 0.0 {
+            match self.ceiling.restitution {
+                // Pushed off at once: nothing holds it there.
+                Some(_)
+                    if self.velocity <= 0.0 && self.acceleration_above(stretch, local) < 0.0 => {}
+                Some(restitution) => {
+                    self.strike(stretch, local, restitution);
+                    return local;
+                }
+                None => {
+                    self.at_gate = true;
+                    return local;
+                }
+            }
+        }
+        let slope = match is_above {
+            true => self.pressing_above(stretch).1.slope_at(local),
+            false => stretch.slope_at(local),
+        };
         if self.lifting && slope >= 0.0 {
             // The torque vanished at the very end of a sample and comes back in the next.
             self.lifting = false;
-            self.phase = Phase::Dwell;
+            self.phase = if is_above { Phase::Held } else { Phase::Dwell };
             return local;
         }
         let mut step = (stretch.length() - local)
             .min(self.flight_step_max)
+            .min(across_step_max(stretch))
             .min(stretch.step_max());
-        if self.angle <= 0.0 && self.velocity <= 0.0 {
+        if self.lifting || (self.angle <= 0.0 && self.velocity <= 0.0) {
             step = step.min(libm::cbrt(6.0 * FIRST_STEP_ANGLE / slope.abs()));
             let bend = stretch.bend();
             if !F::LONG && bend > 0.0 {
@@ -479,6 +683,12 @@ impl Kernel {
             // inside the step.
             step = step.min(2.5 * self.velocity / pressed);
         }
+        if is_above && self.velocity < 0.0 {
+            let pressed = self.acceleration_above(stretch, local);
+            if pressed > 0.0 {
+                step = step.min(-2.5 * self.velocity / pressed);
+            }
+        }
         let start = Start {
             angle: self.angle,
             turned: self.turned,
@@ -488,20 +698,49 @@ impl Kernel {
         self.lifting = false;
         let mut excitation = stretch.series(local, step);
         if start.lifting {
-            excitation.as_mut()[0] = -self.free.pressing;
+            let turning = stretch.across_at(local) * self.turned.sine;
+            let pressing = self.free.pressing + self.free.stiffness * self.angle - turning;
+            excitation.as_mut()[0] = -pressing / self.turned.cosine;
         }
-        let excitation = (&excitation, F::COUNT_MIN);
+        let across = stretch.across(local, step);
+        let excitation = StepExcitation {
+            along: excitation.as_ref(),
+            across: across.as_ref().map_or(&[], AsRef::as_ref),
+            count_min: F::COUNT_MIN,
+        };
         let series = TaylorSeries::<N>::new(&self.free, &start, step, excitation, &self.tolerance);
         let reach = series.valid_part();
         if reach.is_nan() || reach <= 0.0 {
             return self.give_up(stretch);
         }
-        let hit = hit(&series, reach, 1.0);
-        let part = hit.unwrap_or(reach);
+        let (below, above) = (self.gate_below, self.ceiling.angle);
+        let mut hit = match below.is_finite() {
+            true => None,
+            false => hit(&series, reach, 1.0),
+        };
+        let fall = below
+            .is_finite()
+            .then(|| hit_at(&series, reach, 1.0, below))
+            .flatten();
+        let rise = above
+            .is_finite()
+            .then(|| hit_at(&series, reach, -1.0, above))
+            .flatten();
+        let earliest = [hit, fall, rise].into_iter().flatten().reduce(f64::min);
+        hit = hit.filter(|part| rise.is_none_or(|rise| *part <= rise));
+        let part = earliest.unwrap_or(reach);
         if self.bounds_error {
             self.near_graze(&series, part, step, hit.is_some());
+            self.near_gates(&series, part, step, fall.or(rise).is_some());
         }
         self.take_in(&series, stretch, local, part, step, &start);
+        if hit.is_none() && earliest.is_some() {
+            return self.meet(
+                stretch,
+                (local + part * step).min(stretch.length()),
+                rise.is_some(),
+            );
+        }
         if hit.is_some() {
             let reached = (local + part * step).min(stretch.length());
             self.set_on_stop(self.velocity.min(0.0));
@@ -515,6 +754,69 @@ impl Kernel {
         self.recorder
             .point(stretch.time() + reached, self.angle, self.velocity);
         reached
+    }
+
+    /// The lever comes to what is above it, or to the gate below; returns the local time.
+    fn meet<F: Forcing>(&mut self, stretch: &F, local: f64, rises: bool) -> f64 {
+        if !rises {
+            self.angle = self.gate_below;
+            self.turned = Turned::of(self.angle);
+            self.turns = 0;
+            self.at_gate = true;
+            return local;
+        }
+        self.put_above(self.velocity.max(0.0));
+        match self.ceiling.restitution {
+            Some(restitution) => self.strike(stretch, local, restitution),
+            None => self.at_gate = true,
+        }
+        local
+    }
+
+    /// Widens the error after a turn so close to the stop above that an impact could have been missed, or made,
+    /// within the error of the angle; notes one so close to a gate.
+    fn near_gates<const N: usize>(
+        &mut self,
+        series: &TaylorSeries<N>,
+        part: f64,
+        step: f64,
+        hit: bool,
+    ) {
+        let (below, above) = (self.gate_below, self.ceiling.angle);
+        let turns = series.slope() * series.at(part).slope < 0.0;
+        if hit || !turns || !(below.is_finite() || above.is_finite()) {
+            return;
+        }
+        let error = self.angle_error().max(1e-15 * series.slope().abs());
+        let grazed = GRAZE_DEVIATIONS * self.sensitivity.deviation();
+        let reach = series.slope().abs() + series.curved.angle + error.max(grazed);
+        let start = series.start();
+        if start + reach < above && start - reach > below {
+            return;
+        }
+        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (derivative, count) = series.derivative();
+        polynomial::sign_changes(&derivative[..count], part, &mut |x, _| {
+            let angle = series.at(x).angle;
+            (lowest, highest) = (lowest.min(angle), highest.max(angle));
+            true
+        });
+        let away = above - highest;
+        let is_stop = self.ceiling.restitution.is_some();
+        self.grazes_gate |= lowest - below <= error.max(grazed);
+        self.grazes_gate |= !is_stop && away <= error.max(grazed);
+        let Some(restitution) = self.ceiling.restitution else {
+            return;
+        };
+        let curvature = 2.0 * series.bend().abs() / (step * step);
+        let thrown = |height: f64| (1.0 + restitution) * (2.0 * curvature * height).sqrt();
+        if away <= error {
+            self.sensitivity.add_velocity(thrown(error));
+        }
+        if away <= grazed {
+            self.sensitivity
+                .add_noise(thrown(grazed) / GRAZE_DEVIATIONS);
+        }
     }
 
     fn rest_tangent(&mut self) {
@@ -568,8 +870,9 @@ impl Kernel {
                 self.sensitivity.apply(damping, pressing);
                 // A peak in the first step from rest has no error but the step's own, and
                 // there the terms of the torque may all but cancel.
-                let torque =
-                    pressing + stretch.at(local).abs() + branch.stiffness * start.angle.abs();
+                let torque = pressing
+                    + stretch.at(local).abs()
+                    + (branch.stiffness + stretch.across_most()) * start.angle.abs();
                 let elapsed = part * step;
                 self.sensitivity.angle_error_within(
                     start.angle.abs()
@@ -596,14 +899,20 @@ impl Kernel {
         if self.bounds_error {
             let elapsed = part * step;
             let middle = stretch.at(local + 0.5 * elapsed);
+            let across = stretch.across_at(local + 0.5 * elapsed);
+            let turning = across * start.turned.sine;
             let per_second = 1.0 / step;
             let truncation = series.tail_at(part);
             self.sensitivity.smooth(&Smooth {
                 time: elapsed,
-                stiffness: branch.stiffness - middle * start.turned.sine,
-                push: middle * start.turned.cosine,
+                stiffness: branch.stiffness
+                    - middle * start.turned.sine
+                    - across * start.turned.cosine,
+                push: middle * start.turned.cosine - turning,
+                // What acts across may cancel the push, and is rounded all the same.
                 force: pressing
                     + branch.stiffness * start.angle.abs().max(angle.abs())
+                    + turning.abs()
                     + if start.lifting {
                         // The instant of release is rounded, and the torque grows from it.
                         let time = local + elapsed;
@@ -696,17 +1005,8 @@ impl Kernel {
                 if after <= SPEED_MIN {
                     self.rest_or_leave(pressed);
                 } else {
-                    let before_acceleration = -pressed - self.free.damping * before;
-                    let after_acceleration = -pressed - self.free.damping * after;
-                    let shear =
-                        (self.restitution * before_acceleration + after_acceleration) / before;
-                    let map = StateMap([[-self.restitution, 0.0], [shear, -self.restitution]]);
-                    if self.bounds_error {
-                        self.sensitivity.event(&map, before * stretch.length());
-                    }
-                    self.event_tangent(&map);
-                    self.velocity = after;
-                    self.phase = Phase::Flight;
+                    let place = before * stretch.length();
+                    self.rebound(self.restitution, before, -pressed, place);
                     self.recorder.release(time);
                     self.recorder.point(time, 0.0, after);
                 }
@@ -750,7 +1050,8 @@ impl Kernel {
             * (2.0 * -stretch.slope_at(local) / (3.0 * pressed * pressed)
                 - self.free.damping / (3.0 * pressed));
         let first = 2.0 * speed / (pressed * loss);
-        let spring = self.free.stiffness * speed * speed / (pressed * pressed);
+        let stiffness = self.free.stiffness + stretch.across_most();
+        let spring = stiffness * speed * speed / (pressed * pressed);
         let time = first * (1.0 + term);
         let bend = stretch.bend() * time * time / pressed;
         let short = speed <= COUNTED_SPEED
@@ -806,7 +1107,8 @@ impl Kernel {
         let low = (1.0 - ROOM) * least - 4.0 * self.free.damping * speed;
         let height = speed * speed / (2.0 * low);
         let strongest = from.abs().max(to.abs()) + bent;
-        if low.is_nan() || low <= 0.0 || strongest * height * height > ROOM * low {
+        let turning = (strongest * height + stretch.across_most()) * height;
+        if low.is_nan() || low <= 0.0 || turning > ROOM * low {
             return None;
         }
         let high = (1.0 + ROOM) * most + self.free.stiffness * height;
@@ -837,6 +1139,7 @@ impl Kernel {
         }
         let step = (stretch.length() - local)
             .min(self.contact_step_max)
+            .min(across_step_max(stretch))
             .min(stretch.step_max());
         let start = Start {
             angle: self.angle,
@@ -844,11 +1147,17 @@ impl Kernel {
             velocity: self.velocity,
             lifting: false,
         };
+        let (along, across) = (stretch.series(local, step), stretch.across(local, step));
+        let excitation = StepExcitation {
+            along: along.as_ref(),
+            across: across.as_ref().map_or(&[], AsRef::as_ref),
+            count_min: F::COUNT_MIN,
+        };
         let series = TaylorSeries::<CONTACT_ORDER>::new(
             &self.contact,
             &start,
             step,
-            (&stretch.series(local, step), F::COUNT_MIN),
+            excitation,
             &self.tolerance,
         );
         let reach = series.valid_part();
@@ -917,33 +1226,6 @@ impl Kernel {
         }
     }
 
-    /// Moves on without excitation from `time` until the lever can no longer rise above what
-    /// it has reached; returns the largest angle and a bound on its error, or `None` if it
-    /// cannot be followed that far.
-    pub(super) fn coast(&mut self, time: f64, within: &Within<'_>) -> Option<Peak> {
-        /// Longest stretch of a coast [s].
-        const STRETCH: f64 = 5e-3;
-        /// Stretches after which a coast is given up: an undamped lever between perfect stops
-        /// has passed its highest point long before.
-        const STRETCHES_MAX: u32 = 200_000;
-        self.recorder.trace = None;
-        let error = self.angle_error();
-        self.recorder.open_window(self.angle, time, error);
-        let mut now = time;
-        let mut looked = self.work.steps;
-        for _ in 0..STRETCHES_MAX {
-            if self.phase == Phase::Dwell || self.cannot_rise_above(self.recorder.highest()) {
-                return Some(self.recorder.peak);
-            }
-            self.advance(now, STRETCH, &[0.0; STRAIGHT]);
-            now += STRETCH;
-            if self.stuck || within.ends(self.work.steps, &mut looked) {
-                return None;
-            }
-        }
-        None
-    }
-
     /// Tells whether the energy left, at a = 0, is too small to reach beyond `angle`.
     fn cannot_rise_above(&self, angle: f64) -> bool {
         let potential = |u: f64| {
@@ -964,6 +1246,106 @@ impl Kernel {
     }
 }
 
+/// A lever, alone or with what stands beside it, that can be carried on without excitation.
+pub(super) trait Coasting {
+    /// Returns the lever.
+    fn lever(&mut self) -> &mut Kernel;
+
+    /// Carries on without excitation from `time` over `length` [s].
+    fn carry_on(&mut self, time: f64, length: f64);
+
+    /// Returns what a catch did, and its trajectory.
+    fn catch_run(&mut self) -> Option<(CatchRun, Vec<TracePoint>)>;
+
+    /// Moves on without excitation from `time` until the lever can no longer rise above what
+    /// it has reached; returns the largest angle and a bound on its error, or `None` if it
+    /// cannot be followed that far.
+    fn coast(&mut self, time: f64, within: &Within<'_>) -> Option<Peak> {
+        /// Longest stretch of a coast [s].
+        const STRETCH: f64 = 5e-3;
+        /// Stretches after which a coast is given up: an undamped lever between perfect stops
+        /// has passed its highest point long before.
+        const STRETCHES_MAX: u32 = 200_000;
+        let lever = self.lever();
+        lever.recorder.trace = None;
+        let error = lever.angle_error();
+        lever.recorder.open_window(lever.angle, time, error);
+        let mut now = time;
+        let mut looked = lever.work.steps;
+        for _ in 0..STRETCHES_MAX {
+            let lever = self.lever();
+            if lever.phase == Phase::Dwell || lever.cannot_rise_above(lever.recorder.highest()) {
+                return Some(lever.recorder.peak);
+            }
+            self.carry_on(now, STRETCH);
+            now += STRETCH;
+            let lever = self.lever();
+            if lever.stuck || within.ends(lever.work.steps, &mut looked) {
+                return None;
+            }
+        }
+        None
+    }
+}
+
+impl Coasting for Kernel {
+    fn lever(&mut self) -> &mut Kernel {
+        self
+    }
+
+    fn carry_on(&mut self, time: f64, length: f64) {
+        self.advance(time, length, &[0.0; STRAIGHT], None);
+    }
+
+    fn catch_run(&mut self) -> Option<(CatchRun, Vec<TracePoint>)> {
+        None
+    }
+}
+
+/// Returns the longest step of a lever whose acceleration what acts across makes grow or swing [s].
+#[inline]
+fn across_step_max<F: Forcing>(stretch: &F) -> f64 {
+    let most = stretch.across_most();
+    if most > 0.0 {
+        STEP_MAX / most.sqrt()
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Returns the part of the step at which the angle reaches `level`, from above with `side` +1, from below with
+/// −1.
+fn hit_at<const N: usize>(
+    series: &TaylorSeries<N>,
+    reach: f64,
+    side: f64,
+    level: f64,
+) -> Option<f64> {
+    let slope = side * series.slope();
+    let start = side * (series.start() - level);
+    if start + (slope - series.curved.angle).min(0.0) > 0.0 {
+        return None;
+    }
+    let mut signed = [0.0; N];
+    let signed = &mut signed[..series.coefficients().len()];
+    for (to, from) in signed.iter_mut().zip(series.coefficients()) {
+        *to = side * from;
+    }
+    signed[0] = start;
+    first_fall(signed, reach)
+}
+
+/// Returns the first place up to `reach` at which a polynomial falls through zero; a start at zero is none.
+#[inline]
+fn first_fall(polynomial: &[f64], reach: f64) -> Option<f64> {
+    // A step that begins at zero has a known root there; it is divided out.
+    let skip = polynomial.iter().position(|c| *c != 0.0)?;
+    if skip == 0 && polynomial[0] < 0.0 {
+        return None;
+    }
+    polynomial::first_fall(&polynomial[skip..], reach)
+}
+
 /// Returns the part of the step at which the angle reaches zero; `side` is +1 in flight
 /// and −1 in contact.
 #[inline]
@@ -978,10 +1360,5 @@ fn hit<const N: usize>(series: &TaylorSeries<N>, reach: f64, side: f64) -> Optio
     for (to, from) in signed.iter_mut().zip(series.coefficients()) {
         *to = side * from;
     }
-    // A step that begins on the stop has a known root there; it is divided out.
-    let skip = signed.iter().position(|c| *c != 0.0)?;
-    if skip == 0 && signed[0] < 0.0 {
-        return None;
-    }
-    polynomial::first_fall(&signed[skip..], reach)
+    first_fall(signed, reach)
 }

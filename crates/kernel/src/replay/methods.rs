@@ -32,7 +32,7 @@ mod rk4;
 mod rk4_located;
 
 use super::breakdown::Breakdown;
-use super::kernel::Kernel;
+use super::kernel::{Coasting, Kernel};
 use super::recorder::Recorder;
 use super::{
     ErrorStatement, MOVING_ENERGY_J, Method, Run, RunOptions, RunOutcome, State, TracePoint,
@@ -269,6 +269,8 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
         f64::INFINITY
     };
     RunOutcome {
+        catch: None,
+        catch_trace: Vec::new(),
         run: Run {
             model: problem.stop,
             method: options.method.kind(),

@@ -15,7 +15,7 @@
 
 mod cut;
 
-use super::eventless_step::{LaneState, StepCoefficients, chosen};
+use super::eventless_step::{LaneState, Push, StepCoefficients, chosen};
 use super::kernel::{Kernel, PEAK_TRUNCATION};
 use super::recorder::Recorder;
 use super::taylor::Turned;
@@ -531,6 +531,7 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
         for (b, unit) in b.iter_mut().zip(&piece.series) {
             *b = *b * *unit;
         }
+        let b = Push::along(b);
         let bounds = coefficients.bounds(state, self.gain.magnitude() * piece.strongest);
         let turns = state.slope.magnitude().at_most(bounds.curve * 1.01);
         let calm = bounds.lowest.above(constant(0.0)) & !(turns & bounds.highest.above(self.best));

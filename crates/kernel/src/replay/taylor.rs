@@ -8,7 +8,7 @@
 use crate::numerics::polynomial;
 
 /// Right-hand side of eq. (2.1) or (2.2) divided by the moment of inertia:
-/// u'' = −pressing − damping·u' − stiffness·u − b(t) cos u.
+/// u'' = −pressing − damping·u' − stiffness·u − b(t) cos u + r(t) sin u.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Branch {
     /// T0/I0 [rad/s²].
@@ -30,6 +30,18 @@ impl Branch {
     pub(super) fn damped_step_max(&self) -> f64 {
         STEP_MAX / self.damping
     }
+}
+
+/// Excitation of a step, in powers of σ.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StepExcitation<'a> {
+    /// b = m L a_t/I0 [rad/s²].
+    pub(super) along: &'a [f64],
+    /// r = m L a_r/I0 [rad/s²]; none where nothing acts across.
+    pub(super) across: &'a [f64],
+    /// Coefficients that the angle's series has at least:
+    /// [`Forcing::COUNT_MIN`](super::forcing::Forcing::COUNT_MIN).
+    pub(super) count_min: usize,
 }
 
 /// Sine and cosine of an angle.
@@ -155,7 +167,7 @@ pub(super) struct Curved {
 
 /// Longest step, times the lever's own frequency and damping: far beyond what the series can
 /// follow, close enough for its terms to stay finite.
-const STEP_MAX: f64 = 4.0;
+pub(super) const STEP_MAX: f64 = 4.0;
 
 /// Coefficients that a series has at least from rest: without spring and damper, the orders 4 to 7 of a lever that lifts off
 /// under a ramp are zero, and what the cosine adds comes with order 8.
@@ -194,7 +206,7 @@ struct Recurrence<'a, const N: usize> {
     damping: f64,
     /// step² [s²].
     step2: f64,
-    excitation: &'a [f64],
+    excitation: StepExcitation<'a>,
     tolerance: &'a Tolerance,
 }
 
@@ -222,10 +234,14 @@ impl<const N: usize> Recurrence<'_, N> {
         let inverse = INVERSE[n];
         turned[n] = [-sum[1] * inverse, sum[0] * inverse];
         let mut push = 0.0;
-        for k in (1..excitation.len().min(n + 1)).rev() {
-            push += excitation[k] * turned[n - k][1];
+        let StepExcitation { along, across, .. } = excitation;
+        for k in (1..along.len().min(n + 1)).rev() {
+            push += along[k] * turned[n - k][1];
         }
-        let b0 = excitation[0] * self.step2;
+        for k in (0..across.len().min(n + 1)).rev() {
+            push += across[k] * turned[n - k][0];
+        }
+        let b0 = along[0] * self.step2;
         let force = -self.stiffness * x[n]
             - self.damping * weighted[n + 1]
             - b0 * turned[n][1]
@@ -242,35 +258,39 @@ impl<const N: usize> Recurrence<'_, N> {
 
 impl<const N: usize> TaylorSeries<N> {
     /// Computes the coefficients for a step of `step` [s]: until two in a row fall below the
-    /// tolerance together, or N of them. `excitation` is b = m L a/I0 [rad/s²] over the step in
-    /// powers of σ, with [`Forcing::COUNT_MIN`](super::forcing::Forcing::COUNT_MIN).
+    /// tolerance together, or N of them.
     #[inline]
     pub(super) fn new(
         branch: &Branch,
         start: &Start,
         step: f64,
-        (excitation, count_min): (&impl AsRef<[f64]>, usize),
+        excitation: StepExcitation<'_>,
         tolerance: &Tolerance,
     ) -> Self {
         const { assert!(N >= 13, "the orders below are written out to the tenth") };
-        let excitation = excitation.as_ref();
+        let StepExcitation {
+            along,
+            across,
+            count_min,
+        } = excitation;
         let step2 = step * step;
         let stiffness = branch.stiffness * step2;
         let damping = branch.damping * step;
         let Turned { sine, cosine } = start.turned;
         let (x0, x1) = (start.angle, start.velocity * step);
-        let b0 = excitation[0] * step2;
+        let b0 = along[0] * step2;
+        let turning = across.first().map_or(0.0, |r0| r0 * step2 * sine);
         let x2 = if start.lifting {
             0.0
         } else {
-            0.5 * (-branch.pressing * step2 - stiffness * x0 - damping * x1 - b0 * cosine)
+            0.5 * (-branch.pressing * step2 - stiffness * x0 - damping * x1 - b0 * cosine + turning)
         };
         let mut found = Recurrence {
             x: [0.0; N],
             weighted: [0.0; N],
             turned: [[0.0; 2]; N],
             count: 3,
-            count_min: match x0 == 0.0 && x1 == 0.0 {
+            count_min: match start.lifting || x0 == 0.0 && x1 == 0.0 {
                 true => COUNT_MIN_FROM_REST,
                 false => count_min,
             },

@@ -6,8 +6,8 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::pulse::Pulse;
 use latchgate_kernel::replay::Within;
-use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, Member};
-use latchgate_kernel::signal::Signal;
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, Member, SensorView};
+use latchgate_kernel::signal::{Projection, Signal};
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
@@ -170,6 +170,7 @@ fn first_to_open(
     let threshold = design.criterion.threshold_rad;
     let options = BatchOptions {
         stop,
+        projection: Projection::ALIGNED,
         opens_when: OpensWhen::Negative,
         initial: None,
         window: None,
@@ -186,6 +187,7 @@ fn first_to_open(
         stop: design.stop,
         scale: amplitudes_g[index],
         bias_m_s2: 0.0,
+        second: SensorView::default(),
     };
     let within = Within {
         control,

@@ -5,7 +5,7 @@ use crate::model::excitation::Excitation;
 use crate::model::stop::StopModel;
 use crate::numerics::Motion;
 
-/// u'' = −pressing − damping·u' − stiffness·u − gain·a(t) cos u on one smooth branch.
+/// u'' = −pressing − damping·u' − stiffness·u − gain·(a_t cos u − a_r sin u) on one smooth branch.
 #[derive(Debug)]
 pub(super) struct SmoothBranch<'a, E> {
     excitation: &'a E,
@@ -54,17 +54,27 @@ impl<E: Excitation> SmoothBranch<'_, E> {
         self.pressing + self.push(t)
     }
 
-    /// Returns b = m L a/I0 [rad/s²].
+    /// Returns b = m L a/I0 at φ = 0 [rad/s²].
     #[inline]
-    pub(super) fn push(&self, t: f64) -> f64 {
+    fn push(&self, t: f64) -> f64 {
         self.gain * self.excitation.acceleration(t)
+    }
+
+    /// Returns m L (a_t cos q − a_r sin q)/I0 at angle `q` [rad/s²].
+    #[inline]
+    pub(super) fn turned_push(&self, t: f64, q: f64) -> f64 {
+        let along = self.push(t) * libm::cos(q);
+        match self.excitation.radial(t) {
+            Some(radial) => along - self.gain * radial * libm::sin(q),
+            None => along,
+        }
     }
 }
 
 impl<E: Excitation> Motion for SmoothBranch<'_, E> {
     #[inline]
     fn acceleration(&self, t: f64, q: f64, v: f64) -> f64 {
-        -self.pressing - self.damping * v - self.stiffness * q - self.push(t) * libm::cos(q)
+        -self.pressing - self.damping * v - self.stiffness * q - self.turned_push(t, q)
     }
 }
 

@@ -1,0 +1,451 @@
+//! A lever beside an inertia catch: two levers that never drive each other.
+//!
+//! Which of the two comes first, the lever to φb or the catch to ψb, decides whether the lever is stopped; a gate at
+//! each angle ends a stretch there, exactly. Whoever cannot be influenced by the other goes first: below φb the
+//! catch, beyond it the lever, which then stops the catch at ψb.
+
+use super::contact_fast::FastContact;
+use super::flight_fast::FastFlight;
+use super::forcing::{Forcing, Polynomial};
+use super::kernel::{CURVED_TRUNCATION, Ceiling, Coasting, Kernel};
+use super::recorder::Recorder;
+use super::{Question, RunOutcome, TracePoint, begin, finish};
+use crate::model::catch::Catch;
+use crate::model::stop::StopModel;
+use crate::signal::{Mix, Pieces, STRAIGHT};
+use serde::{Deserialize, Serialize};
+
+/// What an inertia catch did beside a lever.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct CatchRun {
+    /// First time it reaches its engagement angle [s].
+    pub engaged_s: Option<f64>,
+    /// Time at which one that does not fall back comes to its end stop [s].
+    pub locked_s: Option<f64>,
+    /// First time the lever comes to the angle at which it can be stopped [s].
+    pub lever_arrives_s: Option<f64>,
+    /// Its angular velocity then [rad/s].
+    pub lever_arrives_rad_s: Option<f64>,
+    /// Times it has stopped the lever.
+    pub stops: u64,
+    /// First time the lever goes past it [s].
+    pub lever_passes_s: Option<f64>,
+    /// Its largest angle [rad].
+    pub peak_angle_rad: f64,
+    /// First time at which the errors do not tell which of the two came first [s]; the lever's peak is
+    /// unknown from then on.
+    pub tie_s: Option<f64>,
+}
+
+/// Standard deviations of a noise within which the two come together.
+const TIE_DEVIATIONS: f64 = 2.0;
+
+/// A lever and a catch.
+struct Pair<'a, const K: usize> {
+    pieces: Pieces<'a, K>,
+    interval: f64,
+    /// Recorded acceleration to the model's.
+    sign: f64,
+    parts: Catch,
+    lever: Kernel,
+    catch: Kernel,
+    lever_flight: Option<FastFlight>,
+    catch_flight: Option<FastFlight>,
+    pressed: Option<FastContact<K>>,
+    /// The catch blocks the lever.
+    engaged: bool,
+    /// The lever is beyond the angle at which it can be stopped.
+    beyond: bool,
+    /// The catch stays where it is.
+    locked: bool,
+    /// When the catch came to its engagement angle last, and how fast [s, rad/s].
+    engaged_last: (f64, f64),
+    /// The catch turned so close to its engagement angle that it may as well have passed it [s].
+    grazed_s: Option<f64>,
+    told: CatchRun,
+}
+
+/// Runs the lever and the catch of a design through the samples up to the last judged one.
+#[inline(always)]
+pub(super) fn run<const K: usize>(
+    pieces: Pieces<'_, K>,
+    question: &Question<'_>,
+    parts: Catch,
+) -> RunOutcome {
+    let mut pair = Pair::new(pieces, question, parts);
+    let (first, last) = (question.first, question.last);
+    let mut looked = 0;
+    let mut index = 0;
+    while index < last {
+        if index == first {
+            pair.open_window(index);
+        }
+        let stop_at = if index < first { first } else { last };
+        let taken = pair.lever_samples(index, stop_at);
+        if taken > 0 {
+            pair.catch_samples(index, index + taken);
+            index += taken;
+            continue;
+        }
+        let mut base = pieces.terms(index);
+        for a in &mut base {
+            *a *= pair.sign;
+        }
+        pair.carry(pieces.signal.time_s(index), pair.interval, &base);
+        index += 1;
+        pair.lever.stuck |= pair.catch.stuck;
+        pair.lever.stuck |= question.within.ends(pair.lever.work.steps, &mut looked);
+        if pair.lever.stuck {
+            break;
+        }
+    }
+    if first >= last {
+        pair.open_window(last);
+    }
+    finish(pair, pieces.signal.time_s(last), question, false)
+}
+
+impl<'a, const K: usize> Pair<'a, K> {
+    fn new(pieces: Pieces<'a, K>, question: &Question<'_>, parts: Catch) -> Self {
+        let (options, design) = (question.options, question.design);
+        let signal = pieces.signal;
+        let sign = options.opens_when.sign() * design.lever.unbalance_sign();
+        let interval = signal.rate.interval().seconds();
+        let mut recorder = Recorder::peak_only();
+        recorder.trace = options.trace.then(Vec::new);
+        let mut catch = Kernel::of_parts(
+            &parts.as_lever(),
+            &parts.rest_stop(),
+            StopModel::Rigid,
+            None,
+            options.tolerance_rad,
+            recorder,
+        );
+        if !options.error_bound {
+            catch = catch.without_error_bound();
+        }
+        if let Some(noise) = options.noise_m2_s3 {
+            catch.carry_noise(noise);
+        }
+        catch.recorder.open_window(0.0, signal.start_s, 0.0);
+        catch.recorder.point(signal.start_s, 0.0, 0.0);
+        let mut kernels = [begin(signal.start_s, design, options), catch];
+        for kernel in &mut kernels {
+            *kernel = kernel.clone().for_samples(question.last);
+            if K > STRAIGHT {
+                let times = if options.error_bound { 0.1 } else { 100.0 };
+                *kernel = kernel.clone().letting_pass(times * CURVED_TRUNCATION);
+            }
+            kernel.at_most(question.within.steps_max);
+        }
+        let [lever, catch] = kernels;
+        let (along, across) = (Mix::scaled(sign, 0.0), Mix::scaled(1.0, 0.0));
+        let beyond = lever.angle > parts.lever_angle_rad;
+        let mut pair = Self {
+            lever_flight: FastFlight::new(&lever, interval, sign),
+            catch_flight: FastFlight::new(&catch, interval, sign),
+            pressed: FastContact::new(&lever, interval, along, across),
+            pieces,
+            interval,
+            sign,
+            parts,
+            lever,
+            catch,
+            // A catch that need not move to block does so for ever.
+            engaged: parts.engagement_angle_rad <= 0.0,
+            locked: parts.engagement_angle_rad <= 0.0,
+            beyond,
+            engaged_last: (f64::NEG_INFINITY, 1.0),
+            grazed_s: None,
+            told: CatchRun::default(),
+        };
+        pair.place_gates();
+        pair
+    }
+
+    /// Sets what ends each body's flight.
+    fn place_gates(&mut self) {
+        let Catch {
+            engagement_angle_rad: engagement,
+            end_stop_angle_rad: end,
+            lever_angle_rad: blocked,
+            ..
+        } = self.parts;
+        let (lever, catch) = (&mut self.lever, &mut self.catch);
+        (lever.gate_below, lever.ceiling) = match (self.beyond, self.engaged) {
+            (true, _) => (blocked, Ceiling::NONE),
+            (false, true) => {
+                let restitution = self.parts.engagement_restitution;
+                (f64::NEG_INFINITY, Ceiling::stop(blocked, restitution))
+            }
+            (false, false) => (f64::NEG_INFINITY, Ceiling::gate(blocked)),
+        };
+        (catch.gate_below, catch.ceiling) = match (self.engaged, self.beyond) {
+            (true, _) if self.parts.reversible => {
+                let restitution = self.parts.end_stop_restitution;
+                (engagement, Ceiling::stop(end, restitution))
+            }
+            (true, _) => (engagement, Ceiling::gate(end)),
+            (false, true) => {
+                let restitution = self.parts.engagement_restitution;
+                (f64::NEG_INFINITY, Ceiling::stop(engagement, restitution))
+            }
+            (false, false) => (f64::NEG_INFINITY, Ceiling::gate(engagement)),
+        };
+    }
+
+    fn open_window(&mut self, index: usize) {
+        let error = self.lever.angle_error();
+        let (angle, time) = (self.lever.angle, self.pieces.signal.time_s(index));
+        self.lever.recorder.open_window(angle, time, error);
+    }
+
+    /// Carries the lever through whole samples in which nothing happens to it; returns how many.
+    #[inline(always)]
+    fn lever_samples(&mut self, index: usize, stop_at: usize) -> usize {
+        if self.lever.dwells() {
+            let lift_off = self.lever.lift_off_acceleration();
+            return self.pieces.above(index, stop_at, self.sign, lift_off);
+        }
+        let mut taken = 0;
+        if let Some(flight) = &self.lever_flight {
+            taken = flight.fly(&mut self.lever, &self.pieces, index, stop_at);
+        }
+        if taken == 0
+            && let Some(pressed) = &self.pressed
+        {
+            taken = pressed.press(&mut self.lever, &self.pieces, index, stop_at);
+        }
+        taken
+    }
+
+    /// Carries the catch through samples in which the lever neither reaches φb nor returns to it.
+    #[inline(always)]
+    fn catch_samples(&mut self, index: usize, end: usize) {
+        let mut index = index;
+        while index < end && !self.locked {
+            let mut taken = 0;
+            if self.catch.dwells() {
+                let lift_off = self.catch.lift_off_acceleration();
+                taken = self.pieces.above(index, end, self.sign, lift_off);
+            } else if let Some(flight) = &self.catch_flight {
+                taken = flight.fly(&mut self.catch, &self.pieces, index, end);
+            }
+            if taken == 0 {
+                let mut base = self.pieces.terms(index);
+                for a in &mut base {
+                    *a *= self.sign;
+                }
+                let time = self.pieces.signal.time_s(index);
+                let stretch = self.catch.stretch(time, self.interval, &base, None);
+                self.catch_over(&stretch);
+                taken = 1;
+            }
+            index += taken;
+        }
+    }
+
+    /// Carries the catch over a stretch, through its gates.
+    fn catch_over<const J: usize>(&mut self, stretch: &Polynomial<J>) {
+        let mut rest = *stretch;
+        while rest.length() > 0.0 && !self.locked {
+            let reached = self.catch.advance_over(&rest);
+            self.note_graze(rest.time() + reached);
+            if !self.catch.at_gate {
+                break;
+            }
+            self.catch_at_gate(rest.time() + reached);
+            rest = rest.between(reached, rest.length());
+        }
+    }
+
+    /// Keeps when the catch turned close to its engagement angle.
+    fn note_graze(&mut self, time: f64) {
+        if std::mem::take(&mut self.catch.grazes_gate) {
+            self.grazed_s.get_or_insert(time);
+        }
+    }
+
+    /// The catch comes to its engagement angle, or, where it stays there, to its end stop.
+    fn catch_at_gate(&mut self, time: f64) {
+        if self.engaged && self.catch.velocity >= 0.0 {
+            self.locked = true;
+            self.told.locked_s = Some(time);
+            return;
+        }
+        self.engaged = !self.engaged;
+        if self.engaged {
+            self.engaged_last = (time, self.catch.velocity);
+            self.told.engaged_s.get_or_insert(time);
+        }
+        self.place_gates();
+    }
+
+    /// Carries both over an interval that starts at `time` and lasts `length` [s].
+    fn carry<const J: usize>(&mut self, time: f64, length: f64, base: &[f64; J]) {
+        /// Events of both within an interval before it is given up.
+        const EVENTS_MAX: u32 = 100_000;
+        let of_lever = self.lever.stretch(time, length, base, None);
+        let of_catch = self.catch.stretch(time, length, base, None);
+        let mut from = 0.0;
+        for _ in 0..EVENTS_MAX {
+            let (lever, catch) = (
+                of_lever.between(from, length),
+                of_catch.between(from, length),
+            );
+            from += if self.beyond {
+                self.lever_first(&lever, &catch)
+            } else {
+                self.catch_first(&lever, &catch)
+            };
+            if from >= length || self.lever.stuck || self.catch.stuck {
+                return;
+            }
+        }
+        self.lever.stuck = true;
+    }
+
+    /// Beyond φb: the lever goes on to the end of the stretch or back to φb, then the catch to the same instant.
+    fn lever_first<const J: usize>(&mut self, lever: &Polynomial<J>, catch: &Polynomial<J>) -> f64 {
+        let reached = self.lever.advance_over(lever);
+        self.catch_over(&catch.between(0.0, reached));
+        if self.lever.at_gate {
+            let time = lever.time() + reached;
+            if !self.catch.is_held() {
+                self.tie_if_close(time);
+            } else if self.lever.velocity < 0.0 {
+                // When the lever lets it go is as uncertain as the lever.
+                let delay = self.lever.angle_error() / -self.lever.velocity;
+                let pushed = self
+                    .catch
+                    .acceleration_above(catch, reached.min(catch.length()));
+                self.catch.sensitivity.add_velocity(pushed.abs() * delay);
+            }
+            self.catch.release_above();
+            self.beyond = false;
+            self.place_gates();
+        }
+        reached
+    }
+
+    /// Below φb: the catch goes on to the end of the stretch or to a gate, then the lever; where the lever finds
+    /// φb free before, both stand at that instant instead.
+    fn catch_first<const J: usize>(&mut self, lever: &Polynomial<J>, catch: &Polynomial<J>) -> f64 {
+        let trace = self.catch.recorder.trace.take();
+        let before = self.catch.clone();
+        let points = trace.as_ref().map_or(0, Vec::len);
+        self.catch.recorder.trace = trace;
+        let mut reached = lever.length();
+        if !self.locked {
+            reached = self.catch.advance_over(catch);
+            self.note_graze(catch.time() + reached);
+        }
+        let impacts = self.lever.strikes;
+        let came = self.lever.advance_over(&lever.between(0.0, reached));
+        let time = lever.time() + came;
+        if std::mem::take(&mut self.lever.grazes_gate) {
+            self.told.tie_s.get_or_insert(time);
+        }
+        if self.lever.at_gate {
+            self.told.lever_arrives_s.get_or_insert(time);
+            self.told
+                .lever_arrives_rad_s
+                .get_or_insert(self.lever.velocity);
+            let mut trace = self.catch.recorder.trace.take();
+            if let Some(trace) = &mut trace {
+                trace.truncate(points);
+            }
+            self.catch = before;
+            self.catch.recorder.trace = trace;
+            if !self.locked {
+                self.catch.advance_over(&catch.between(0.0, came));
+            }
+            self.tie_if_close(time);
+            self.pass(time);
+            return came;
+        }
+        if self.lever.strikes > impacts {
+            self.struck(impacts == 0, catch.time() + reached);
+        }
+        if self.catch.at_gate && !self.locked {
+            self.catch_at_gate(catch.time() + reached);
+            if !self.engaged && self.lever.is_held() {
+                self.slip(lever, reached);
+            }
+        }
+        reached
+    }
+
+    /// The lever goes past φb.
+    fn pass(&mut self, time: f64) {
+        self.told.lever_passes_s.get_or_insert(time);
+        self.beyond = true;
+        self.place_gates();
+    }
+
+    /// The catch falls back from under a lever that rests on it.
+    fn slip<const J: usize>(&mut self, lever: &Polynomial<J>, local: f64) {
+        let (speed, error) = (self.catch.velocity.abs(), self.catch.angle_error());
+        let pushed = self.lever.acceleration_above(lever, local).abs();
+        self.lever.sensitivity.add_velocity(pushed * error / speed);
+        let deviation = self.catch.sensitivity.deviation();
+        self.lever.sensitivity.add_noise(pushed * deviation / speed);
+        self.lever.release_above();
+        self.pass(lever.time() + local);
+    }
+
+    /// The lever has met the engaged catch, at the latest at `end` [s].
+    fn struck(&mut self, is_first: bool, end: f64) {
+        let (time, speed) = self.lever.struck_last;
+        if is_first {
+            self.told.lever_arrives_s.get_or_insert(time);
+            self.told.lever_arrives_rad_s.get_or_insert(speed);
+        }
+        self.told.stops = self.lever.strikes;
+        let (engaged, rising) = self.engaged_last;
+        let mut away = (time - engaged) * rising;
+        if self.catch.at_gate && self.catch.velocity < 0.0 {
+            away = away.min((end - time) * -self.catch.velocity);
+        }
+        if !self.locked && away <= self.doubt(speed) {
+            self.told.tie_s.get_or_insert(time);
+        }
+    }
+
+    /// Notes a tie where the catch is as close to its engagement angle as the errors are large.
+    fn tie_if_close(&mut self, time: f64) {
+        let away = (self.parts.engagement_angle_rad - self.catch.angle).abs();
+        if !self.locked && away <= self.doubt(self.lever.velocity) {
+            self.told.tie_s.get_or_insert(time);
+        }
+    }
+
+    /// Returns how uncertain the catch's angle is when the lever comes to φb at this angular velocity [rad].
+    fn doubt(&mut self, speed: f64) -> f64 {
+        let errors = [self.catch.angle_error(), self.lever.angle_error()];
+        let noises = [&self.catch, &self.lever].map(|body| body.sensitivity.deviation());
+        let [of_catch, of_lever] = [0, 1].map(|body| errors[body] + TIE_DEVIATIONS * noises[body]);
+        of_catch + of_lever * (self.catch.velocity / speed).abs()
+    }
+}
+
+impl<const K: usize> Coasting for Pair<'_, K> {
+    fn lever(&mut self) -> &mut Kernel {
+        &mut self.lever
+    }
+
+    fn carry_on(&mut self, time: f64, length: f64) {
+        self.carry(time, length, &[0.0; STRAIGHT]);
+        self.lever.stuck |= self.catch.stuck;
+    }
+
+    fn catch_run(&mut self) -> Option<(CatchRun, Vec<TracePoint>)> {
+        let mut told = self.told;
+        told.peak_angle_rad = self.catch.recorder.peak.angle.max(self.catch.angle);
+        if told.lever_arrives_s.is_some() && told.tie_s.is_none() {
+            told.tie_s = self.grazed_s;
+        }
+        let trace = self.catch.recorder.trace.take().unwrap_or_default();
+        Some((told, trace))
+    }
+}
