@@ -20,7 +20,8 @@ pub use bounds::LOOKS;
 use draw::TRUNCATION;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::lever::Lever;
-use latchgate_kernel::model::parameters::{Condition, PARAMETERS, Slot};
+use latchgate_kernel::model::catch::Catch;
+use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, Condition, PARAMETERS, Slot};
 use latchgate_kernel::model::stop::{Stop, StopModel};
 use latchgate_kernel::replay::MethodKind;
 use latchgate_kernel::replay::batch::{Member, SensorView};
@@ -266,8 +267,8 @@ fn scattered(design: &Design, bias_standard_error_m_s2: f64) -> Vec<Parameter> {
             _ => stated,
         }
     };
-    let mut parameters: Vec<Parameter> = PARAMETERS
-        .iter()
+    let mut parameters: Vec<Parameter> = design
+        .parameters()
         .filter_map(|parameter| {
             Some(Parameter {
                 name: parameter.name,
@@ -287,6 +288,7 @@ fn scattered(design: &Design, bias_standard_error_m_s2: f64) -> Vec<Parameter> {
 pub struct Scatter {
     lever: Lever,
     stop: Stop,
+    catch: Option<Catch>,
     parameters: Vec<Parameter>,
     seed: u64,
 }
@@ -303,6 +305,7 @@ impl Scatter {
         Ok(Self {
             lever: design.lever,
             stop: design.stop,
+            catch: design.catch,
             parameters: scattered(design, bias_standard_error_m_s2),
             seed,
         })
@@ -315,6 +318,7 @@ impl Scatter {
         Self {
             lever: design.lever,
             stop: design.stop,
+            catch: design.catch,
             parameters,
             seed,
         }
@@ -368,12 +372,18 @@ impl Scatter {
             scale: 1.0,
             bias_m_s2: 0.0,
             second: SensorView::default(),
+            catch: self.catch,
         };
         for parameter in &self.parameters {
             let shift = deviations(parameter) * parameter.deviation;
             match parameter.slot {
                 Slot::Lever(field) => *field(&mut member.lever) += shift,
                 Slot::Stop(field) => *field(&mut member.stop) += shift,
+                Slot::Catch(field) => {
+                    if let Some(catch) = &mut member.catch {
+                        *field(catch) += shift;
+                    }
+                }
                 Slot::InputScale => member.scale += shift,
                 Slot::InputBias => member.bias_m_s2 += shift * STANDARD_GRAVITY,
                 // It has no stream.
@@ -382,11 +392,13 @@ impl Scatter {
         }
         // A third of a value, taken off three times, may leave less than nothing by rounding,
         // and a restitution near 1 is drawn beyond it.
-        for parameter in PARAMETERS {
-            let value = match parameter.slot {
-                Slot::Lever(field) => field(&mut member.lever),
-                Slot::Stop(field) => field(&mut member.stop),
-                Slot::InputScale | Slot::InputBias | Slot::Threshold => continue,
+        for parameter in PARAMETERS.iter().chain(CATCH_PARAMETERS) {
+            let value = match (parameter.slot, &mut member.catch) {
+                (Slot::Lever(field), _) => field(&mut member.lever),
+                (Slot::Stop(field), _) => field(&mut member.stop),
+                (Slot::Catch(field), Some(catch)) => field(catch),
+                (Slot::Catch(_), None) => continue,
+                (Slot::InputScale | Slot::InputBias | Slot::Threshold, _) => continue,
             };
             *value = parameter.condition.hold(*value);
         }
@@ -408,7 +420,7 @@ pub fn check(design: &Design) -> Result<(), Error> {
     if TRUNCATION * scale >= 1.0 {
         return Err(refused("input.scale", "less than 1/3", scale));
     }
-    for parameter in PARAMETERS {
+    for parameter in design.parameters() {
         if !parameter.has_tolerance() || parameter.condition == Condition::Ratio {
             continue;
         }
@@ -437,7 +449,7 @@ pub fn check(design: &Design) -> Result<(), Error> {
                 }
             );
             return Err(refused(
-                &format!("tolerance.{}", parameter.key()),
+                &format!("tolerance.{}", parameter.tolerance_key()),
                 &expected,
                 deviation,
             ));

@@ -6,7 +6,7 @@
 use super::catch::Catch;
 use super::lever::Lever;
 use super::linkage::{LinkageElement, Reduced};
-use super::parameters::{Condition, DesignParameter, PARAMETERS, Slot};
+use super::parameters::{CATCH_PARAMETERS, Condition, DesignParameter, PARAMETERS, Slot};
 use super::stop::Stop;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -93,6 +93,7 @@ struct DesignAsWritten {
     modified: Vec<String>,
     modified_from: BTreeMap<String, f64>,
     linkage: Vec<LinkageElement>,
+    catch: Option<Catch>,
 }
 
 impl Default for DesignAsWritten {
@@ -107,7 +108,7 @@ impl Default for DesignAsWritten {
             modified,
             modified_from,
             linkage,
-            catch: _,
+            catch,
         } = Design::reference();
         Self {
             name,
@@ -119,6 +120,7 @@ impl Default for DesignAsWritten {
             modified,
             modified_from,
             linkage,
+            catch,
         }
     }
 }
@@ -137,7 +139,7 @@ impl TryFrom<DesignAsWritten> for Design {
             modified: written.modified,
             modified_from: written.modified_from,
             linkage: written.linkage,
-            catch: None,
+            catch: written.catch,
         };
         design.validate()?;
         Ok(design)
@@ -204,8 +206,13 @@ impl Design {
     pub fn number(&self, key: &str) -> Option<f64> {
         match key.strip_prefix("tolerance.") {
             Some(key) => self.tolerance.get(key).copied(),
-            None => DesignParameter::named(key).map(|known| self.value(known)),
+            None => self.parameter(key).map(|known| self.value(known)),
         }
+    }
+
+    /// Returns its parameter of this name.
+    fn parameter(&self, name: &str) -> Option<&'static DesignParameter> {
+        self.parameters().find(|parameter| parameter.name == name)
     }
 
     /// Notes that `key` was overridden, unless it has its first value again.
@@ -226,6 +233,15 @@ impl Design {
         }
     }
 
+    /// Returns the numbers that it has, in the order of a design file.
+    pub fn parameters(&self) -> impl Iterator<Item = &'static DesignParameter> + use<> {
+        let of_catch = match self.catch {
+            Some(_) => CATCH_PARAMETERS,
+            None => &[],
+        };
+        PARAMETERS.iter().chain(of_catch)
+    }
+
     /// Returns the limit of the angle that is judged without overrides and within what a latch can
     /// bear [rad]: that of the design, at most π/2.
     pub fn default_threshold_rad(&self) -> f64 {
@@ -240,7 +256,7 @@ impl Design {
 
     /// Returns the numbers that no latch of this world has, with their values.
     pub fn implausible(&self) -> impl Iterator<Item = (&'static DesignParameter, f64)> + '_ {
-        let of_each = PARAMETERS.iter().map(|known| (known, self.value(known)));
+        let of_each = self.parameters().map(|known| (known, self.value(known)));
         let size = |known: &DesignParameter, value: f64| match known.condition {
             Condition::NotZero => value.abs(),
             _ => value,
@@ -255,12 +271,12 @@ impl Design {
     /// As [`Design::override_number`].
     pub fn put_number(&mut self, name: &str, value: f64) -> Result<(), Error> {
         if let Some(key) = name.strip_prefix("tolerance.") {
-            check_tolerance(key, value)?;
+            self.check_tolerance(key, value)?;
             self.tolerance.insert(key.to_string(), value + 0.0);
             return Ok(());
         }
-        let Some(parameter) = DesignParameter::named(name) else {
-            let names: Vec<_> = PARAMETERS.iter().map(|known| known.name).collect();
+        let Some(parameter) = self.parameter(name) else {
+            let names: Vec<_> = self.parameters().map(|known| known.name).collect();
             return Err(unknown(name, &names));
         };
         parameter.condition.check(name, value)?;
@@ -268,11 +284,12 @@ impl Design {
         Ok(())
     }
 
-    /// Returns the value of `parameter`, in its unit.
+    /// Returns the value of `parameter`, in its unit; NaN of a catch that it has not.
     pub fn value(&self, parameter: &DesignParameter) -> f64 {
         match parameter.slot {
             Slot::Lever(field) => *field(&mut { self.lever }),
             Slot::Stop(field) => *field(&mut { self.stop }),
+            Slot::Catch(field) => self.catch.map_or(f64::NAN, |mut catch| *field(&mut catch)),
             Slot::Threshold => self.criterion.threshold_rad,
             Slot::InputScale => self.input.scale,
             Slot::InputBias => self.input.bias_g,
@@ -284,6 +301,10 @@ impl Design {
         *match parameter.slot {
             Slot::Lever(field) => field(&mut self.lever),
             Slot::Stop(field) => field(&mut self.stop),
+            Slot::Catch(field) => match &mut self.catch {
+                Some(catch) => field(catch),
+                None => return,
+            },
             Slot::Threshold => &mut self.criterion.threshold_rad,
             Slot::InputScale => &mut self.input.scale,
             Slot::InputBias => &mut self.input.bias_g,
@@ -294,7 +315,9 @@ impl Design {
     /// Returns one standard deviation of `parameter`, in its unit, where the design states one.
     pub fn deviation(&self, parameter: &DesignParameter) -> Option<f64> {
         match parameter.slot {
-            Slot::Lever(_) | Slot::Stop(_) => self.tolerance.get(parameter.key()).copied(),
+            Slot::Lever(_) | Slot::Stop(_) | Slot::Catch(_) => {
+                self.tolerance.get(parameter.tolerance_key()).copied()
+            }
             Slot::InputScale | Slot::InputBias => Some(self.value(parameter)),
             Slot::Threshold => None,
         }
@@ -317,13 +340,13 @@ impl Design {
     /// mass at its own centre, or the soft stop is damped beyond [`CONTACT_DAMPING_RATIO_MAX`];
     /// [`crate::error::Error::UnknownName`] for a tolerance of what has none.
     pub fn validate(&self) -> Result<(), Error> {
-        for parameter in PARAMETERS {
+        for parameter in self.parameters() {
             parameter
                 .condition
                 .check(parameter.name, self.value(parameter))?;
         }
         for (key, deviation) in &self.tolerance {
-            check_tolerance(key, *deviation)?;
+            self.check_tolerance(key, *deviation)?;
         }
         let lever = &self.lever;
         if lever.preload_torque_nm + lever.spring_stiffness_nm_per_rad <= 0.0 {
@@ -333,14 +356,7 @@ impl Design {
                 "0 and 0",
             ));
         }
-        if self.catch.is_some() {
-            // The members of an ensemble are replayed without one: a pass would be a guess.
-            return Err(Error::out_of_range(
-                "catch",
-                "none: verdicts do not follow an inertia catch, `latchgate_kernel::replay` does",
-                "one",
-            ));
-        }
+        self.validate_catch()?;
         self.validate_directions()?;
         self.validate_linkage()?;
         let least = lever.mass_kg * lever.center_of_mass_m * lever.center_of_mass_m;
@@ -364,6 +380,42 @@ impl Design {
 }
 
 impl Design {
+    /// Refuses a tolerance of a number that has none, or one that is no standard deviation.
+    fn check_tolerance(&self, key: &str, deviation: f64) -> Result<(), Error> {
+        let name = format!("tolerance.{key}");
+        let scattered = || self.parameters().filter(|parameter| parameter.has_tolerance());
+        if !scattered().any(|parameter| parameter.tolerance_key() == key) {
+            let names: Vec<_> = scattered()
+                .map(|parameter| format!("tolerance.{}", parameter.tolerance_key()))
+                .collect();
+            return Err(unknown(&name, &names));
+        }
+        Condition::NotNegative.check(&name, deviation)
+    }
+
+    /// Checks what the ranges of a catch's single numbers cannot see.
+    fn validate_catch(&self) -> Result<(), Error> {
+        let Some(catch) = &self.catch else {
+            return Ok(());
+        };
+        let (engagement, end) = (catch.engagement_angle_rad, catch.end_stop_angle_rad);
+        if end < engagement || (end - engagement <= 0.0 && engagement > 0.0) {
+            return Err(Error::out_of_range(
+                "catch.end_stop_angle_rad [rad]",
+                format!("more than catch.engagement_angle_rad = {engagement}, or both 0"),
+                end.to_string(),
+            ));
+        }
+        if catch.preload_torque_nm + catch.spring_stiffness_nm_per_rad <= 0.0 {
+            return Err(Error::out_of_range(
+                "catch.preload_torque_nm and catch.spring_stiffness_nm_per_rad",
+                "positive, at least one of them, or nothing returns the catch",
+                "0 and 0",
+            ));
+        }
+        Ok(())
+    }
+
     /// Checks that axis and centre of mass are both stated, apart, and of the lever's own distance.
     fn validate_directions(&self) -> Result<(), Error> {
         let lever = &self.lever;
@@ -444,19 +496,6 @@ fn differ(a: f64, b: f64) -> bool {
 
 /// Largest damping ratio of a soft stop that is judged [-]. One of 1 returns no lever any more.
 pub const CONTACT_DAMPING_RATIO_MAX: f64 = 50.0;
-
-/// Refuses a tolerance of a number that has none, or one that is no standard deviation.
-fn check_tolerance(key: &str, deviation: f64) -> Result<(), Error> {
-    let name = format!("tolerance.{key}");
-    let known = || PARAMETERS.iter().filter(|known| known.has_tolerance());
-    if !known().any(|known| known.key() == key) {
-        let names: Vec<_> = known()
-            .map(|known| format!("tolerance.{}", known.key()))
-            .collect();
-        return Err(unknown(&name, &names));
-    }
-    Condition::NotNegative.check(&name, deviation)
-}
 
 fn unknown<T: ToString>(key: &str, known: &[T]) -> Error {
     Error::UnknownName {

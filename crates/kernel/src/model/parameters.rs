@@ -3,6 +3,7 @@
 //! Design files, overrides, tolerances, the ensemble and the report all draw from it: a number
 //! with a row here is read, checked, scattered and shown.
 
+use super::catch::Catch;
 use super::lever::Lever;
 use super::stop::Stop;
 use crate::error::Error;
@@ -42,6 +43,8 @@ pub enum Slot {
     Lever(fn(&mut Lever) -> &mut f64),
     /// A number of the stop.
     Stop(fn(&mut Stop) -> &mut f64),
+    /// A number of the catch, of a design that has one.
+    Catch(fn(&mut Catch) -> &mut f64),
     /// The limit of the angle.
     Threshold,
     /// One standard deviation of the recording's scale.
@@ -103,7 +106,8 @@ impl Condition {
 impl DesignParameter {
     /// Returns the parameter of this name.
     pub fn named(name: &str) -> Option<&'static Self> {
-        PARAMETERS.iter().find(|parameter| parameter.name == name)
+        let mut every = PARAMETERS.iter().chain(CATCH_PARAMETERS);
+        every.find(|parameter| parameter.name == name)
     }
 
     /// Returns its name within its section.
@@ -111,9 +115,18 @@ impl DesignParameter {
         self.name.split_once('.').map_or(self.name, |(_, key)| key)
     }
 
-    /// Returns whether `[tolerance]` may name it: whether it is a number of lever or stop.
+    /// Returns its name in `[tolerance]`; that of a number of the catch has its section before it, since
+    /// the lever has numbers of the same name.
+    pub fn tolerance_key(&self) -> &'static str {
+        match self.slot {
+            Slot::Catch(_) => self.name,
+            _ => self.key(),
+        }
+    }
+
+    /// Returns whether `[tolerance]` may name it: whether it is a number of lever, stop or catch.
     pub fn has_tolerance(&self) -> bool {
-        matches!(self.slot, Slot::Lever(_) | Slot::Stop(_))
+        matches!(self.slot, Slot::Lever(_) | Slot::Stop(_) | Slot::Catch(_))
     }
 }
 
@@ -124,15 +137,18 @@ macro_rules! slot {
     (Stop $key:ident) => {
         Slot::Stop(|stop| &mut stop.$key)
     };
+    (Catch $key:ident) => {
+        Slot::Catch(|catch| &mut catch.$key)
+    };
     ($slot:ident $key:ident) => {
         Slot::$slot
     };
 }
 
 macro_rules! parameters {
-    ($($section:ident.$key:ident as $slot:ident, $condition:ident, $low:literal..$high:expr, $stream:expr, $symbol:literal, $unit:literal, $what:literal, $noun:literal;)*) => {
-        /// Every number of a design, in the order of a design file.
-        pub const PARAMETERS: &[DesignParameter] = &[$(DesignParameter {
+    ($(#[$meta:meta])* $table:ident: $($section:ident.$key:ident as $slot:ident, $condition:ident, $low:literal..$high:expr, $stream:expr, $symbol:literal, $unit:literal, $what:literal, $noun:literal;)*) => {
+        $(#[$meta])*
+        pub const $table: &[DesignParameter] = &[$(DesignParameter {
             name: concat!(stringify!($section), ".", stringify!($key)),
             symbol: $symbol,
             unit: $unit,
@@ -147,6 +163,8 @@ macro_rules! parameters {
 }
 
 parameters! {
+    /// Every number of a design without a catch, in the order of a design file.
+    PARAMETERS:
     lever.moment_of_inertia_kg_m2 as Lever, Positive, 1e-6..0.1, Some(2), "I₀", "kg m²", "Moment of inertia about the pivot", "moment of inertia";
     lever.pivot_damping_nm_s_per_rad as Lever, NotNegative, 0.0..0.1, Some(3), "c₀", "N m s/rad", "Damping at the pivot", "damping at the pivot";
     lever.spring_stiffness_nm_per_rad as Lever, NotNegative, 0.0..100.0, Some(4), "k₀", "N m/rad", "Stiffness of the spring", "stiffness of the spring";
@@ -160,4 +178,20 @@ parameters! {
     criterion.threshold_rad as Threshold, Positive, 1e-4..std::f64::consts::FRAC_PI_2, None, "φ*", "rad", "Limit of the angle", "limit of the angle";
     input.scale as InputScale, NotNegative, 0.0..0.3, Some(0), "", "1", "Input: scale of the acceleration", "scale of the acceleration";
     input.bias_g as InputBias, NotNegative, 0.0..10.0, Some(1), "", "g", "Input: bias of the acceleration", "bias of the acceleration";
+}
+
+parameters! {
+    /// Every number of an inertia catch, in the order of a design file.
+    CATCH_PARAMETERS:
+    catch.moment_of_inertia_kg_m2 as Catch, Positive, 1e-8..0.01, Some(12), "I₂", "kg m²", "Catch: moment of inertia about its pivot", "moment of inertia of the catch";
+    catch.pivot_damping_nm_s_per_rad as Catch, NotNegative, 0.0..0.1, Some(13), "c₂", "N m s/rad", "Catch: damping at its pivot", "damping at the pivot of the catch";
+    catch.spring_stiffness_nm_per_rad as Catch, NotNegative, 0.0..10.0, Some(14), "k₂", "N m/rad", "Catch: stiffness of its spring", "stiffness of the spring of the catch";
+    catch.preload_torque_nm as Catch, NotNegative, 0.0..10.0, Some(15), "T₂", "N m", "Catch: preload torque", "preload torque of the catch";
+    catch.unbalance_kg_m as Catch, NotNegative, 0.0..0.1, Some(16), "S₂", "kg m", "Catch: unbalance, mass times arm", "unbalance of the catch";
+    catch.engagement_angle_rad as Catch, NotNegative, 0.0..std::f64::consts::FRAC_PI_2, Some(17), "ψb", "rad", "Catch: angle from which on it blocks the lever", "engagement angle of the catch";
+    catch.end_stop_angle_rad as Catch, NotNegative, 0.0..std::f64::consts::FRAC_PI_2, Some(18), "ψm", "rad", "Catch: angle of its end stop", "angle of the end stop of the catch";
+    catch.lever_angle_rad as Catch, Positive, 1e-4..std::f64::consts::FRAC_PI_2, Some(19), "φb", "rad", "Catch: angle of the lever at which it blocks", "angle at which the catch blocks the lever";
+    catch.rest_restitution as Catch, Ratio, 0.0..1.0, Some(20), "e₀", "1", "Catch: restitution of its rest stop", "restitution of the catch at rest";
+    catch.end_stop_restitution as Catch, Ratio, 0.0..1.0, Some(21), "eₘ", "1", "Catch: restitution of its end stop", "restitution of the end stop of the catch";
+    catch.engagement_restitution as Catch, Ratio, 0.0..1.0, Some(22), "eb", "1", "Catch: restitution between it and the lever", "restitution between catch and lever";
 }

@@ -14,8 +14,10 @@ use super::eventless_step::{Bounds, LaneState, Push, StepCoefficients, TURN_MAX,
 use super::kernel::{CURVED_TRUNCATION, Coasting, Kernel, PEAK_TRUNCATION};
 use super::recorder::Recorder;
 use super::taylor::Turned;
-use super::{MOVING_ENERGY_J, RunOptions, State, Within, check_finite, check_initial};
+use super::{MOVING_ENERGY_J, RunOptions, State, Within, check_finite, check_initial, run_within};
 use crate::error::Error;
+use crate::model::Design;
+use crate::model::catch::Catch;
 use crate::model::lever::Lever;
 use crate::model::stop::{Stop, StopModel};
 use crate::numerics::lanes::{LANES_MAX, Lanes, Mask, Real, lanes};
@@ -37,6 +39,8 @@ pub struct Member {
     pub bias_m_s2: f64,
     /// How it sees a second sensor's acceleration.
     pub second: SensorView,
+    /// An inertia catch beside the lever.
+    pub catch: Option<Catch>,
 }
 
 /// How a lever sees the acceleration that a second sensor recorded.
@@ -190,6 +194,20 @@ fn peaks_by(
     vectors: bool,
 ) -> Result<Vec<MemberPeak>, Error> {
     check(reading, options)?;
+    if let Some(angles) = catch_angles(count, member) {
+        return beside_catches(reading, angles, member, (options, within), vectors);
+    }
+    plain_peaks(reading, count, member, (options, within), vectors)
+}
+
+/// Returns the peaks of members whose catches are left out.
+fn plain_peaks(
+    reading: &Reading<'_>,
+    count: usize,
+    member: MemberOf<'_>,
+    (options, within): (&BatchOptions, &Within<'_>),
+    vectors: bool,
+) -> Result<Vec<MemberPeak>, Error> {
     if reading.is_straight() {
         let pieces = reading.pieces::<STRAIGHT>();
         shared_out(pieces, count, member, (options, within), vectors)
@@ -197,6 +215,92 @@ fn peaks_by(
         let pieces = reading.pieces::<CURVED>();
         shared_out(pieces, count, member, (options, within), vectors)
     }
+}
+
+/// Returns the angle at which each member's catch blocks its lever [rad]; infinite of one without a catch,
+/// and `None` if none has one.
+fn catch_angles(count: usize, member: MemberOf<'_>) -> Option<Vec<f64>> {
+    let angle = |index: usize| {
+        let catch = member(index).catch;
+        catch.map_or(f64::INFINITY, |catch| catch.lever_angle_rad)
+    };
+    let angles: Vec<f64> = (0..count).map(angle).collect();
+    angles.iter().any(|angle| angle.is_finite()).then_some(angles)
+}
+
+/// Returns the peaks of members beside catches. A lever that stays below the angle at which it is blocked
+/// never meets its catch: only the others are replayed with it, one by one.
+fn beside_catches(
+    reading: &Reading<'_>,
+    angles: Vec<f64>,
+    member: MemberOf<'_>,
+    (options, within): (&BatchOptions, &Within<'_>),
+    vectors: bool,
+) -> Result<Vec<MemberPeak>, Error> {
+    /// Part of the angle that leaves room for what vectors round otherwise than the scalar kernel.
+    const NEAR: f64 = 1.0 - 1e-9;
+    let least = angles.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = angles.iter().copied().fold(0.0, f64::max);
+    let asked = AskedPeaks {
+        from_rad: options.asked.from_rad.min(NEAR * least),
+        to_rad: options.asked.to_rad.max(most),
+    };
+    let plain = BatchOptions { asked, ..*options };
+    let mut peaks = plain_peaks(reading, angles.len(), member, (&plain, within), vectors)?;
+    // What lies before the window is not in the peak.
+    let (judged_from, _) = options.window.unwrap_or((0, 0));
+    let meets = |index: &usize| {
+        let stays = judged_from == 0 && peaks[*index].highest_rad() < NEAR * angles[*index];
+        angles[*index].is_finite() && !stays
+    };
+    let meeting: Vec<usize> = (0..angles.len()).filter(meets).collect();
+    let control = Control::unwatched(options.threads);
+    let replayed = control.try_map(&meeting, |index| {
+        let mut peak = beside_catch(reading, &member(*index), options, within)?;
+        peak.spent += peaks[*index].spent;
+        Ok::<_, Error>(peak)
+    })?;
+    for (index, peak) in meeting.into_iter().zip(replayed) {
+        peaks[index] = peak;
+    }
+    Ok(peaks)
+}
+
+/// Replays one member beside its catch by the scalar kernel. Of one of which nobody can tell whether lever
+/// or catch came first the peak is unknown.
+fn beside_catch(
+    reading: &Reading<'_>,
+    member: &Member,
+    options: &BatchOptions,
+    within: &Within<'_>,
+) -> Result<MemberPeak, Error> {
+    let mut design = Design {
+        lever: member.lever,
+        stop: member.stop,
+        catch: member.catch,
+        ..Design::reference()
+    };
+    design.criterion.threshold_rad = options.threshold_rad;
+    let run_options = RunOptions {
+        initial: options.initial,
+        window: options.window,
+        error_bound: false,
+        peak_only: true,
+        ..RunOptions::new(options.stop, options.opens_when)
+    };
+    let reading = reading.scaled(member.scale, member.bias_m_s2);
+    let outcome = run_within(reading, &design, &run_options, within)?;
+    let is_unknown = outcome.broke_down || outcome.catch.is_some_and(|catch| catch.tie_s.is_some());
+    let run = outcome.run;
+    let known = |angle: f64| if is_unknown { f64::NAN } else { angle };
+    Ok(MemberPeak {
+        peak_angle_rad: known(run.peak_angle_rad),
+        coast_peak_angle_rad: run.coast_peak_angle_rad.filter(|_| options.coast).map(known),
+        first_crossing_s: run.first_crossing_s,
+        scalar_samples: u32::try_from(run.work.steps).unwrap_or(u32::MAX),
+        spared_samples: 0,
+        spent: outcome.spent,
+    })
 }
 
 /// Shares the members out over the threads, a chunk at a time.

@@ -188,6 +188,7 @@ fn first_to_open(
         scale: amplitudes_g[index],
         bias_m_s2: 0.0,
         second: SensorView::default(),
+        catch: design.catch,
     };
     let within = Within {
         control,
