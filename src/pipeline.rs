@@ -63,7 +63,7 @@ pub use latchgate_document::{
 };
 pub use latchgate_kernel::error::Error as KernelError;
 pub use latchgate_kernel::model::Design;
-pub use latchgate_kernel::model::parameters::PARAMETERS;
+pub use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, PARAMETERS};
 pub use latchgate_kernel::model::stop::StopModel;
 pub use latchgate_kernel::parallel::Control;
 pub use latchgate_kernel::replay::{Method, Run};

@@ -17,6 +17,18 @@ pub struct InitArguments {
     /// File to write [default: card.toml, design.toml or gate.toml]
     #[arg(value_name = "FILE")]
     pub file: Option<PathBuf>,
+    /// Of a design: the lever alone, or an inertia catch beside it
+    #[arg(long, value_enum, default_value_t = MechanismKind::Lever)]
+    pub mechanism: MechanismKind,
+}
+
+/// What a design to start from holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MechanismKind {
+    /// The lever alone.
+    Lever,
+    /// An inertia catch beside it.
+    Catch,
 }
 
 /// A file to start from.
@@ -32,13 +44,25 @@ pub enum Template {
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(arguments: &InitArguments) -> Result<u8, Failure> {
-    let (name, text) = match arguments.template {
-        Template::Card => ("card.toml", include_str!("init/card.toml")),
-        Template::Design => ("design.toml", include_str!("init/design.toml")),
-        Template::Gate => ("gate.toml", include_str!("init/gate.toml")),
+    const DESIGN: &str = include_str!("init/design.toml");
+    let (name, text) = match (arguments.template, arguments.mechanism) {
+        (Template::Design, MechanismKind::Lever) => ("design.toml", DESIGN.to_string()),
+        (Template::Design, MechanismKind::Catch) => (
+            "design.toml",
+            [DESIGN, include_str!("init/catch.toml")].concat(),
+        ),
+        (_, MechanismKind::Catch) => {
+            return Err(Failure::Usage(Error::malformed(
+                "--mechanism with `design`",
+                "--mechanism with another file",
+                "latchgate init design --mechanism catch",
+            )));
+        }
+        (Template::Card, _) => ("card.toml", include_str!("init/card.toml").to_string()),
+        (Template::Gate, _) => ("gate.toml", include_str!("init/gate.toml").to_string()),
     };
     let path = arguments.file.as_deref().unwrap_or(Path::new(name));
-    create(path, text).map_err(Failure::Data)?;
+    create(path, &text).map_err(Failure::Data)?;
     output::text(&format!("{}\n", path.display())).map_err(Failure::Data)?;
     Ok(0)
 }

@@ -3,6 +3,7 @@
 //! - `attractor`: `latchgate study attractor`;
 //! - `basins`: `latchgate study basins`;
 //! - `bifurcation`: `latchgate study bifurcation`;
+//! - `catch`: `latchgate study catch`;
 //! - `damages`: `latchgate study damages`;
 //! - `excitation_map`: `latchgate study excitation-map`;
 //! - `free_vibration`: `latchgate study free-vibration`;
@@ -20,6 +21,7 @@ mod analysis;
 mod attractor;
 mod basins;
 mod bifurcation;
+mod catch;
 mod damages;
 mod excitation_map;
 mod free_vibration;
@@ -68,6 +70,8 @@ pub enum Study {
     Shock(shock::Arguments),
     /// Section 5: peak under the shock of Fig. 11 against each number of the lever
     Parameters(parameters::Arguments),
+    /// Lever and inertia catch against the gap of two pulses and the frequency of ringing
+    Catch(catch::Arguments),
     /// Error against cost of each method, on a shock, a recording and a sine, on both stops
     WorkPrecision(work_precision::Arguments),
     /// Where each method fails: step against stiffness, grazing, chatter, events inside a sample
@@ -91,6 +95,7 @@ impl Study {
             Self::Histories(arguments) => ("histories", &arguments.study, arguments),
             Self::Shock(arguments) => ("shock", &arguments.study, arguments),
             Self::Parameters(arguments) => ("parameters", &arguments.study, arguments),
+            Self::Catch(arguments) => ("catch", &arguments.study, arguments),
             Self::WorkPrecision(arguments) => ("work-precision", &arguments.study, arguments),
             Self::Stability(arguments) => ("stability", &arguments.study, arguments),
             Self::Damages(arguments) => ("damages", &arguments.study, arguments),

@@ -4,7 +4,6 @@ use super::compare::{self, Difference};
 use super::prepared::Extras;
 use super::{Control, Design, Limits, Request, Source, judge};
 use latchgate_document::blocks::RecordingBlock;
-use latchgate_document::design_file::apply_override;
 use latchgate_document::identity;
 use latchgate_document::json;
 use latchgate_kernel::error::Error as KernelError;
@@ -218,57 +217,10 @@ fn request(document: &Value) -> Result<Request, Error> {
         .map_err(|error| malformed("a request that this version knows", error.to_string()))
 }
 
-/// Takes the design from a verdict, key by key, with the checks of a design file.
+/// Takes the design from a verdict, with the checks of a design file.
 fn design(document: &Value) -> Result<Design, Error> {
-    let absent =
-        |what: &str, found: &Value| malformed(format!("{what} of the design"), found.to_string());
-    let whole = &document["design"];
-    let mut design = Design::reference();
-    design.tolerance.clear();
-    let mut raised_from_rad = None;
-    design.name = whole["name"]
-        .as_str()
-        .ok_or_else(|| absent("the name", &whole["name"]))?
-        .to_string();
-    for section in ["lever", "stop", "criterion", "input", "tolerance"] {
-        let keys = whole[section]
-            .as_object()
-            .ok_or_else(|| absent(section, &whole[section]))?;
-        for (key, value) in keys {
-            if value.is_array() {
-                let vector = serde_json::from_value(value.clone())
-                    .map_err(|error| absent(key, &error.to_string().into()))?;
-                match key.as_str() {
-                    "axis" => design.lever.axis = Some(vector),
-                    _ => design.lever.center_of_mass = Some(vector),
-                }
-                continue;
-            }
-            let number = value.as_f64().ok_or_else(|| absent(key, value))?;
-            if key == "raised_from_rad" {
-                raised_from_rad = Some(number);
-                continue;
-            }
-            apply_override(&mut design, &format!("{section}.{key}={number}"))?;
-        }
-    }
-    if !whole["linkage"].is_null() {
-        design.linkage = serde_json::from_value(whole["linkage"].clone())
-            .map_err(|error| absent("the linkage", &error.to_string().into()))?;
-    }
-    design.criterion.raised_from_rad = raised_from_rad;
-    design.modified.clear();
-    design.modified_from.clear();
-    for key in whole["modified"].as_array().into_iter().flatten() {
-        let key = key.as_str().ok_or_else(|| absent("modified", key))?;
-        design.modified.push(key.into());
-    }
-    for (key, value) in whole["modified_from"].as_object().into_iter().flatten() {
-        let number = value.as_f64().ok_or_else(|| absent(key, value))?;
-        design.modified_from.insert(key.clone(), number);
-    }
-    design.validate()?;
-    Ok(design)
+    serde_json::from_value(document["design"].clone())
+        .map_err(|error| malformed("a design that a latch can have", error.to_string()))
 }
 
 /// Makes the run of a stored verdict again, as `request` asks, and compares every key but `run`

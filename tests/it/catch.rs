@@ -351,14 +351,3 @@ fn verif_other_methods_refuse_a_catch() {
     let refused = replay::run(&signal, &design_with(Some(catch())), &options);
     assert!(refused.unwrap_err().to_string().contains("catch"));
 }
-
-/// The verdict does not follow a catch yet: a design that has one is refused, not judged without.
-#[test]
-fn verif_a_design_with_a_catch_is_not_judged() {
-    let refused = design_with(Some(catch()))
-        .validate()
-        .unwrap_err()
-        .to_string();
-    assert!(refused.contains("catch"), "{refused}");
-    assert!(design_with(None).validate().is_ok());
-}

@@ -11,7 +11,8 @@ use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
 use latchgate_verdict::margin::Advice;
 use latchgate_verdict::sled::SledCheck;
 use latchgate_verdict::{
-    Answer, Ensemble, ErrorBudget, FilterRow, Opening, Reason, RunAnswer, Screens, WhatIf,
+    Answer, Ensemble, ErrorBudget, FilterRow, Mechanism, Opening, Reason, RunAnswer, Screens,
+    WhatIf,
 };
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -162,6 +163,9 @@ pub struct Document {
     /// What the recording is as a sled pulse, where that was asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sled206: Option<SledCheck>,
+    /// The mechanism beside the lever, and what it did; absent of the lever alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mechanism: Option<Mechanism>,
     /// What one input moved by one standard deviation does to the nominal run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub what_if: Vec<WhatIf>,

@@ -1,8 +1,9 @@
 //! Design files: lever, stop, criterion and tolerances in TOML, and overrides of their numbers.
 
 use latchgate_kernel::model::Design;
+use latchgate_kernel::model::catch::Catch;
 use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
-use latchgate_kernel::model::parameters::{PARAMETERS, Slot};
+use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, PARAMETERS, Slot};
 use latchgate_kernel::model::vector::Vector;
 use latchgate_recording::Limits;
 use latchgate_recording::error::{Error, Place, with_article};
@@ -10,7 +11,7 @@ use latchgate_verdict::statics::StaticLever;
 use std::path::Path;
 
 /// Tables of a design file.
-const SECTIONS: [&str; 5] = ["lever", "stop", "criterion", "tolerance", "input"];
+const SECTIONS: [&str; 6] = ["lever", "stop", "criterion", "tolerance", "input", "catch"];
 
 /// Reads a design from the bytes of a TOML file; one without a name of its own is named after the
 /// file.
@@ -187,6 +188,10 @@ fn from_table(table: &toml::Table, text: &str) -> Result<Design, Error> {
     if let Some(linkage) = linkage_of(table)? {
         put_linkage(&mut design, table, linkage)?;
     }
+    // Its numbers are known to `[tolerance]`, which may stand before it.
+    if let Some(entries) = table.get("catch").and_then(toml::Value::as_table) {
+        design.catch = Some(stated_catch(entries, text)?);
+    }
     for (key, value) in table {
         match value {
             toml::Value::Array(_) if key == "linkage" => {}
@@ -293,6 +298,9 @@ fn put_section(
         design.tolerance.clear();
     }
     for (key, value) in entries {
+        if section == "catch" && key == "reversible" {
+            continue;
+        }
         if section == "lever" && matches!(key.as_str(), "axis" | "center_of_mass") {
             let vector = vector(key, value)
                 .map_err(|error| error.at(Place::of_key(text, Some(section), key)))?;
@@ -307,6 +315,34 @@ fn put_section(
             .map_err(|error| error.at(Place::of_key(text, Some(section), key)))?;
     }
     Ok(())
+}
+
+/// Returns a catch without its numbers, of which nothing is assumed: the table states all of them.
+fn stated_catch(entries: &toml::Table, text: &str) -> Result<Catch, Error> {
+    let keys = CATCH_PARAMETERS.iter().map(|parameter| parameter.key());
+    let lacking: Vec<&str> = keys
+        .chain(["reversible"])
+        .filter(|key| !entries.contains_key(*key))
+        .collect();
+    if !lacking.is_empty() {
+        return Err(Error::malformed(
+            "every number of [catch], and reversible",
+            format!("none of {}", lacking.join(", ")),
+            "state them; `latchgate init design --mechanism catch` writes a file to start from",
+        ));
+    }
+    match entries.get("reversible") {
+        Some(toml::Value::Boolean(reversible)) => Ok(Catch {
+            reversible: *reversible,
+            ..Catch::default()
+        }),
+        other => Err(Error::malformed(
+            "true or false for `reversible`",
+            other.map_or_else(String::new, |value| with_article(value.type_str())),
+            "write reversible = true for a catch that falls back",
+        )
+        .at(Place::of_key(text, Some("catch"), "reversible"))),
+    }
 }
 
 fn vector(key: &str, value: &toml::Value) -> Result<Vector, Error> {

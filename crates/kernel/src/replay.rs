@@ -12,6 +12,7 @@
 pub mod batch;
 mod breakdown;
 mod catch;
+mod catch_run;
 mod contact_fast;
 mod energy;
 mod eventless_step;
@@ -34,7 +35,7 @@ use crate::parallel::Control;
 use crate::signal::{CURVED, Mix, Pieces, Projection, Reading, STRAIGHT};
 use crate::units::{OpensWhen, SampleRate};
 pub use breakdown::Breakdown;
-pub use catch::CatchRun;
+pub use catch_run::CatchRun;
 pub use methods::{
     ADAPTIVE_TOLERANCE, ADAPTIVE_TOLERANCE_MIN, REST_SPEED_RAD_S, step_seconds as fixed_step_s,
 };

@@ -3,7 +3,7 @@
 use super::{opening, words};
 use latchgate_document::Document;
 use latchgate_document::number::exact;
-use latchgate_kernel::model::parameters::PARAMETERS;
+use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, PARAMETERS};
 use latchgate_verdict::Answer;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -155,14 +155,22 @@ fn inputs(documents: &[&Document]) -> Vec<ComparedRow> {
         }),
         row("opening direction", &direction),
     ];
-    for parameter in PARAMETERS {
+    let has_catch = documents
+        .iter()
+        .any(|document| document.design.catch.is_some());
+    let of_catch = if has_catch { CATCH_PARAMETERS } else { &[] };
+    for parameter in PARAMETERS.iter().chain(of_catch) {
         let unit = match parameter.unit {
             "1" => String::new(),
             unit => format!("\u{00A0}{}", unit.replace(' ', "·")),
         };
-        rows.push(row(parameter.noun, &|document| {
-            format!("{}{unit}", exact(document.design.value(parameter)))
-        }));
+        rows.push(row(
+            parameter.noun,
+            &|document| match document.design.value(parameter) {
+                value if value.is_nan() => "no catch".into(),
+                value => format!("{}{unit}", exact(value)),
+            },
+        ));
         rows.push(row(
             &format!("tolerance of the {}", parameter.noun),
             &|document| {

@@ -4,7 +4,7 @@
 //! dark and print; alone the drawing carries its own colours for light and dark. Paths keep
 //! hundredths of a unit, and long signals keep every extremum (see [`thin`]).
 //!
-//! Of reports: `event`, `acceleration`, `angle`, `spread`, `drivers`, `phase`, `spectrogram`, `spectra` and `sled`;
+//! Of reports: `event`, `acceleration`, `angle`, `catch`, `spread`, `drivers`, `phase`, `spectrogram`, `spectra` and `sled`;
 //! of two verdicts: `overlay`; of margins: `margin`. All but `event` are a `chart`, drawn in a `frame`
 //! with its `axis` on a `canvas`; `heat` and `raster` make pictures of cells and points, `thin` shortens curves, `style`
 //! holds colours and rules.
@@ -13,6 +13,7 @@ mod acceleration;
 mod angle;
 pub mod axis;
 pub mod canvas;
+mod catch;
 pub mod chart;
 mod drivers;
 pub(crate) mod event;
@@ -50,10 +51,11 @@ pub const EVENT: &str = event::NAME;
 pub const DRIVERS: &str = drivers::NAME;
 
 /// Every plot's name, in the order of the report; its file is the name plus `.svg`.
-pub const NAMES: [&str; 9] = [
+pub const NAMES: [&str; 10] = [
     event::NAME,
     acceleration::NAME,
     angle::NAME,
+    catch::NAME,
     spread::NAME,
     drivers::NAME,
     phase::NAME,
@@ -143,6 +145,7 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
         event::draw(document, &evidence.series).map(|(figure, _)| figure),
         acceleration::chart(&context).map(Chart::draw),
         angle::chart(&context).map(Chart::draw),
+        catch::chart(&context).map(Chart::draw),
         spread::chart(&context).map(Chart::draw),
         drivers::chart(&context).map(Chart::draw),
         phase::chart(&context).map(Chart::draw),

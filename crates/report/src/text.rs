@@ -119,6 +119,9 @@ fn judged(out: &mut TerminalLines, document: &Document) {
             out.line("stops", &text);
         }
     }
+    if let Some(text) = words::catch(document) {
+        out.line("catch", text);
+    }
     if let Some(ensemble) = &document.ensemble {
         out.line("varied", &words::varied(ensemble));
     } else if let Some(bound) = words::spared(document) {

@@ -11,7 +11,7 @@ use latchgate_document::blocks::{ConditioningBlock, RecordingBlock};
 use latchgate_document::number::{exact, significant, trimmed};
 use latchgate_document::request::PolaritySource;
 use latchgate_kernel::model::Design;
-use latchgate_kernel::model::parameters::{DesignParameter, PARAMETERS};
+use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, DesignParameter, PARAMETERS};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
@@ -547,6 +547,13 @@ pub(super) fn design(design: &Design) -> String {
     }
 }
 
+/// Says what an inertia catch did beside the leading run, if the design has one.
+pub(crate) fn catch(document: &Document) -> Option<&str> {
+    let mut reasons = document.why.iter();
+    let reason = reasons.find(|reason| reason.code == "catch")?;
+    Some(&reason.text)
+}
+
 fn modified(design: &Design, key: &str) -> String {
     let (tolerance, name) = match key.strip_prefix("tolerance.") {
         Some(name) => ("tolerance of ", name),
@@ -554,7 +561,8 @@ fn modified(design: &Design, key: &str) -> String {
     };
     let known = PARAMETERS
         .iter()
-        .find(|known| known.name == name || known.key() == name);
+        .chain(CATCH_PARAMETERS)
+        .find(|known| known.name == name || known.tolerance_key() == name);
     let what = known.map_or_else(
         || name.to_string(),
         |known| {

@@ -1,12 +1,13 @@
 //! Charts of the studies, each a file of its own, light or dark as the viewer prefers.
 //!
-//! `attractor`, `basins`, `bifurcation` and `excitation_map` show motion on sines; `stability` and `work_precision` compare methods, which `methods` draws; `damages` is of recordings;
+//! `attractor`, `basins`, `bifurcation` and `excitation_map` show motion on sines; `stability` and `work_precision` compare methods, which `methods` draws; `damages` is of recordings, `catch` of an inertia catch;
 //! `free_vibration`, `histories`, `parameters`, `restitution`, `shock`, `spectrogram` and `step_size` are the
 //! paper's other figures.
 
 mod attractor;
 mod basins;
 mod bifurcation;
+mod catch;
 mod damages;
 mod excitation_map;
 mod free_vibration;
@@ -23,6 +24,7 @@ mod work_precision;
 use crate::attractor::Attractor;
 use crate::basins::Basins;
 use crate::bifurcation::Diagram;
+use crate::catch::CatchStudy;
 use crate::damages::Damages;
 use crate::excitation_map::ExcitationMap;
 use crate::free_vibration::FreeVibration;
@@ -90,6 +92,8 @@ charts! {
     basins([Basins]), SINE_RULES;
     /// Draws sections against the amplitude, one panel per stop.
     bifurcation([Diagram]), SINE_RULES;
+    /// Draws lever and catch under two pulses and ringing.
+    catch(CatchStudy), RULES;
     /// Draws what damage is seen, kind by kind.
     damages(Damages), damages::RULES;
     /// Draws what excitation opens the latch, one panel per stop.

@@ -7,13 +7,14 @@
 //! Motion on sines: `orbit` finds periodic orbits, `cascade` follows their branches; `bifurcation`,
 //! `attractor`, `basins`, `histories` and `excitation_map` show what they lead to. Without
 //! excitation: `free` is shared by `free_vibration` and `spectrogram`; `restitution` is one contact.
-//! `shock` is a crash, `parameters` what the lever's numbers do in it; `damages` is what damage to a recording is seen. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
+//! `shock` is a crash, `parameters` what the lever's numbers do in it, `catch` what an inertia catch holds; `damages` is what damage to a recording is seen. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
 
 pub mod attractor;
 pub mod basins;
 pub mod bifurcation;
 pub mod cascade;
 pub mod cases;
+pub mod catch;
 pub mod chart;
 pub mod damages;
 pub mod excitation_map;

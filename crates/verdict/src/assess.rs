@@ -5,6 +5,7 @@ use super::decision::{Bound, ShareBounds, VariantRun};
 use super::ensemble::{Count, Ensemble, Scatter};
 use super::faults::Faults;
 use super::filters::{self, FilterRow};
+use super::mechanism::{self, Mechanism};
 use super::meter::Meter;
 use super::opening::{self, Opening};
 use super::policy::{AssessDetail, AssessExtras, Policy, Variant};
@@ -57,6 +58,8 @@ pub struct Assessment {
     pub what_if: Vec<WhatIf>,
     /// A pass waits for a person's word, so that the answer is undecided.
     pub word_missing: bool,
+    /// The mechanism beside the lever, and what it did; `None` of the lever alone.
+    pub mechanism: Option<Mechanism>,
     /// All of the judged window could be judged: no blocking finding took any of it.
     pub whole: bool,
     /// The answer of the nominal runs after each filter.
@@ -327,6 +330,7 @@ impl Assessing<'_> {
                 _ => BTreeMap::new(),
             },
             word_missing: false,
+            mechanism: Mechanism::of(design, &results),
             whole: self.span == UsableSpan::Whole,
             what_if,
             filters,
@@ -418,6 +422,7 @@ impl Assessing<'_> {
             series: SampledSeries::of(raw, used, &traces),
             traces,
             quantile_band,
+            catch_traces: mechanism::catch_traces(results),
             spectrum_raw: spectrum::amplitude_spectrum(raw),
             spectrum_used: spectrum::amplitude_spectrum(used),
             spectrogram: spectrum::spectrogram(used),

@@ -19,8 +19,8 @@ use super::policy::Variant;
 pub use bounds::LOOKS;
 use draw::TRUNCATION;
 use latchgate_kernel::model::Design;
-use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::catch::Catch;
+use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, Condition, PARAMETERS, Slot};
 use latchgate_kernel::model::stop::{Stop, StopModel};
 use latchgate_kernel::replay::MethodKind;
@@ -454,6 +454,29 @@ pub fn check(design: &Design) -> Result<(), Error> {
                 deviation,
             ));
         }
+    }
+    check_engagement(design)
+}
+
+/// Checks that no drawn engagement angle lies beyond the drawn end stop of the catch.
+fn check_engagement(design: &Design) -> Result<(), Error> {
+    let Some(catch) = design.catch else {
+        return Ok(());
+    };
+    let deviation = |key: &str| design.tolerance.get(key).copied().unwrap_or(0.0);
+    let (engagement, end) = (
+        deviation("catch.engagement_angle_rad"),
+        deviation("catch.end_stop_angle_rad"),
+    );
+    let apart = catch.end_stop_angle_rad - catch.engagement_angle_rad;
+    if engagement + end > 0.0 && TRUNCATION * (engagement + end) >= apart {
+        return Err(refused(
+            "tolerance.catch.engagement_angle_rad and tolerance.catch.end_stop_angle_rad",
+            &format!(
+                "together less than a third of {apart}, by which the two angles are apart: draws reach {TRUNCATION} standard deviations, and a catch must be able to engage"
+            ),
+            engagement + end,
+        ));
     }
     Ok(())
 }

@@ -10,7 +10,7 @@
 //! runs (`runs`), on several `readings` of the samples for their `interpolation` error and with their
 //! `noise`; one record of each stop and sign with all that it came to (`variant`); the ensembles
 //! (`looks`), spared where `bounds` show that none of their
-//! levers comes to the limit; when the lever opens (`opening`); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
+//! levers comes to the limit; when the lever opens (`opening`), what a catch beside it did (`mechanism`); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
 //! sentences (`replay_findings`, `reasons`); `statics` has closed forms of a constant acceleration, `sled` checks a platform's pulse; `word` holds a pass back until a person has spoken;
 //! `series` lays signal and trajectories side by side.
 //!
@@ -29,6 +29,7 @@ pub mod filters;
 pub(crate) mod interpolation;
 mod looks;
 pub mod margin;
+mod mechanism;
 pub(crate) mod meter;
 mod noise;
 mod opening;
@@ -53,6 +54,7 @@ pub use decision::{Bound, DECISION_RULE, NOMINAL_DECISION_RULE};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 
+pub use mechanism::{CatchAnswer, Mechanism};
 pub use opening::Opening;
 pub use policy::{AssessDetail, AssessExtras, ModelChoice, Polarity, Policy, Variant};
 pub use quantile_band::QuantileBand;
@@ -176,6 +178,8 @@ pub struct Evidence {
     pub used: Signal,
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
+    /// Trajectories of an inertia catch, if the design has one.
+    pub catch_traces: Vec<Trace>,
     /// Signal, velocity and trajectories sample by sample.
     pub series: SampledSeries,
     /// The spread of members around the nominal run.

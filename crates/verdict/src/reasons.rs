@@ -8,6 +8,7 @@ use super::decision::{
 };
 use super::ensemble::Ensemble;
 use super::faults::Faults;
+use super::mechanism;
 use super::opening::Opening;
 use super::policy::{ModelChoice, Polarity, Policy, Variant};
 use super::variant::VariantResult;
@@ -77,6 +78,7 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
                 limit.saturating_mul(10)
             ),
         }));
+        reasons.extend(mechanism::tie(case.results));
         reasons.extend(others_not_followed(case));
         reasons.extend(method_without_bound(case));
         reasons.extend(coast(case));
@@ -95,6 +97,7 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
     // What comes of faulty samples is no event.
     if case.answer != Answer::Unusable {
         reasons.push(peak(case));
+        reasons.extend(mechanism::reason(case.design, case.leading()));
     }
     if case.answer != Answer::Undecided {
         reasons.extend(others_not_followed(case));

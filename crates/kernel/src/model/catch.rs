@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// The lever cannot go beyond φb while ψ ≥ ψb, nor the catch beyond ψb while φ > φb. The faces that meet pass
 /// their force through the catch's pivot, so that neither drives the other: all that couples the two is
 /// which of them comes first.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catch {
     /// Moment of inertia about its pivot, I₂ [kg m²].
@@ -49,17 +49,18 @@ impl Catch {
         self.preload_torque_nm / self.unbalance_kg_m
     }
 
-    /// Returns how much faster it reaches ψb than the lever reaches φb, χ = (S₂/(I₂ ψb))/(S₁/(I₁ φb)) [-]: for
-    /// blows, and for ever stronger accelerations, it comes first where this is at least one.
+    /// Returns the speed ratio χ = (S₂/(I₂ ψb))/(S₁/(I₁ φb)) [-]: for blows, and for ever stronger
+    /// accelerations, the catch reaches ψb before the lever reaches φb where this is at least one.
     ///
     /// # Source
     ///
     /// Closed form of both motions under a constant acceleration, without springs and with cos ψ = 1.
     pub fn speed_ratio(&self, lever: &Lever) -> f64 {
-        let own = self.unbalance_kg_m / (self.moment_of_inertia_kg_m2 * self.engagement_angle_rad);
-        let levers =
+        let of_catch =
+            self.unbalance_kg_m / (self.moment_of_inertia_kg_m2 * self.engagement_angle_rad);
+        let of_lever =
             lever.unbalance_kg_m() / (lever.moment_of_inertia_kg_m2 * self.lever_angle_rad);
-        own / levers
+        of_catch / of_lever
     }
 
     /// Returns it as a lever, whose mass is its unbalance at an arm of one metre.

@@ -169,13 +169,19 @@ impl Design {
         }
     }
 
-    /// Tells whether a design of another name has every value of the paper's, as a file to start from
+    /// Tells whether a design of another name has every value of the paper's, of a catch aside, as a file to start from
     /// has that nobody has filled in.
     pub fn repeats_reference(&self) -> bool {
         let reference = Self::reference();
         let is_renamed = self.name != reference.name;
-        let name = self.name.clone();
-        is_renamed && *self == Self { name, ..reference }
+        let (name, catch) = (self.name.clone(), self.catch);
+        is_renamed
+            && *self
+                == Self {
+                    name,
+                    catch,
+                    ..reference
+                }
     }
 
     /// Tells whether it is the paper's example, overridden keys aside.
@@ -383,7 +389,10 @@ impl Design {
     /// Refuses a tolerance of a number that has none, or one that is no standard deviation.
     fn check_tolerance(&self, key: &str, deviation: f64) -> Result<(), Error> {
         let name = format!("tolerance.{key}");
-        let scattered = || self.parameters().filter(|parameter| parameter.has_tolerance());
+        let scattered = || {
+            self.parameters()
+                .filter(|parameter| parameter.has_tolerance())
+        };
         if !scattered().any(|parameter| parameter.tolerance_key() == key) {
             let names: Vec<_> = scattered()
                 .map(|parameter| format!("tolerance.{}", parameter.tolerance_key()))

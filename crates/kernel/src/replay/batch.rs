@@ -225,7 +225,10 @@ fn catch_angles(count: usize, member: MemberOf<'_>) -> Option<Vec<f64>> {
         catch.map_or(f64::INFINITY, |catch| catch.lever_angle_rad)
     };
     let angles: Vec<f64> = (0..count).map(angle).collect();
-    angles.iter().any(|angle| angle.is_finite()).then_some(angles)
+    angles
+        .iter()
+        .any(|angle| angle.is_finite())
+        .then_some(angles)
 }
 
 /// Returns the peaks of members beside catches. A lever that stays below the angle at which it is blocked
@@ -295,7 +298,10 @@ fn beside_catch(
     let known = |angle: f64| if is_unknown { f64::NAN } else { angle };
     Ok(MemberPeak {
         peak_angle_rad: known(run.peak_angle_rad),
-        coast_peak_angle_rad: run.coast_peak_angle_rad.filter(|_| options.coast).map(known),
+        coast_peak_angle_rad: run
+            .coast_peak_angle_rad
+            .filter(|_| options.coast)
+            .map(known),
         first_crossing_s: run.first_crossing_s,
         scalar_samples: u32::try_from(run.work.steps).unwrap_or(u32::MAX),
         spared_samples: 0,

@@ -4,6 +4,7 @@
 //! each angle ends a stretch there, exactly. Whoever cannot be influenced by the other goes first: below φb the
 //! catch, beyond it the lever, which then stops the catch at ψb.
 
+use super::catch_run::CatchRun;
 use super::contact_fast::FastContact;
 use super::flight_fast::FastFlight;
 use super::forcing::{Forcing, Polynomial};
@@ -13,29 +14,6 @@ use super::{Question, RunOutcome, TracePoint, begin, finish};
 use crate::model::catch::Catch;
 use crate::model::stop::StopModel;
 use crate::signal::{Mix, Pieces, STRAIGHT};
-use serde::{Deserialize, Serialize};
-
-/// What an inertia catch did beside a lever.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct CatchRun {
-    /// First time it reaches its engagement angle [s].
-    pub engaged_s: Option<f64>,
-    /// Time at which one that does not fall back comes to its end stop [s].
-    pub locked_s: Option<f64>,
-    /// First time the lever comes to the angle at which it can be stopped [s].
-    pub lever_arrives_s: Option<f64>,
-    /// Its angular velocity then [rad/s].
-    pub lever_arrives_rad_s: Option<f64>,
-    /// Times it has stopped the lever.
-    pub stops: u64,
-    /// First time the lever goes past it [s].
-    pub lever_passes_s: Option<f64>,
-    /// Its largest angle [rad].
-    pub peak_angle_rad: f64,
-    /// First time at which the errors do not tell which of the two came first [s]; the lever's peak is
-    /// unknown from then on.
-    pub tie_s: Option<f64>,
-}
 
 /// Standard deviations of a noise within which the two come together.
 const TIE_DEVIATIONS: f64 = 2.0;
@@ -62,7 +40,7 @@ struct Pair<'a, const K: usize> {
     engaged_last: (f64, f64),
     /// The catch turned so close to its engagement angle that it may as well have passed it [s].
     grazed_s: Option<f64>,
-    told: CatchRun,
+    record: CatchRun,
 }
 
 /// Runs the lever and the catch of a design through the samples up to the last judged one.
@@ -157,7 +135,7 @@ impl<'a, const K: usize> Pair<'a, K> {
             beyond,
             engaged_last: (f64::NEG_INFINITY, 1.0),
             grazed_s: None,
-            told: CatchRun::default(),
+            record: CatchRun::default(),
         };
         pair.place_gates();
         pair
@@ -270,13 +248,13 @@ impl<'a, const K: usize> Pair<'a, K> {
     fn catch_at_gate(&mut self, time: f64) {
         if self.engaged && self.catch.velocity >= 0.0 {
             self.locked = true;
-            self.told.locked_s = Some(time);
+            self.record.locked_s = Some(time);
             return;
         }
         self.engaged = !self.engaged;
         if self.engaged {
             self.engaged_last = (time, self.catch.velocity);
-            self.told.engaged_s.get_or_insert(time);
+            self.record.engaged_s.get_or_insert(time);
         }
         self.place_gates();
     }
@@ -344,11 +322,11 @@ impl<'a, const K: usize> Pair<'a, K> {
         let came = self.lever.advance_over(&lever.between(0.0, reached));
         let time = lever.time() + came;
         if std::mem::take(&mut self.lever.grazes_gate) {
-            self.told.tie_s.get_or_insert(time);
+            self.record.tie_s.get_or_insert(time);
         }
         if self.lever.at_gate {
-            self.told.lever_arrives_s.get_or_insert(time);
-            self.told
+            self.record.lever_arrives_s.get_or_insert(time);
+            self.record
                 .lever_arrives_rad_s
                 .get_or_insert(self.lever.velocity);
             let mut trace = self.catch.recorder.trace.take();
@@ -378,7 +356,7 @@ impl<'a, const K: usize> Pair<'a, K> {
 
     /// The lever goes past φb.
     fn pass(&mut self, time: f64) {
-        self.told.lever_passes_s.get_or_insert(time);
+        self.record.lever_passes_s.get_or_insert(time);
         self.beyond = true;
         self.place_gates();
     }
@@ -398,17 +376,17 @@ impl<'a, const K: usize> Pair<'a, K> {
     fn struck(&mut self, is_first: bool, end: f64) {
         let (time, speed) = self.lever.struck_last;
         if is_first {
-            self.told.lever_arrives_s.get_or_insert(time);
-            self.told.lever_arrives_rad_s.get_or_insert(speed);
+            self.record.lever_arrives_s.get_or_insert(time);
+            self.record.lever_arrives_rad_s.get_or_insert(speed);
         }
-        self.told.stops = self.lever.strikes;
+        self.record.stops = self.lever.strikes;
         let (engaged, rising) = self.engaged_last;
         let mut away = (time - engaged) * rising;
         if self.catch.at_gate && self.catch.velocity < 0.0 {
             away = away.min((end - time) * -self.catch.velocity);
         }
         if !self.locked && away <= self.doubt(speed) {
-            self.told.tie_s.get_or_insert(time);
+            self.record.tie_s.get_or_insert(time);
         }
     }
 
@@ -416,7 +394,7 @@ impl<'a, const K: usize> Pair<'a, K> {
     fn tie_if_close(&mut self, time: f64) {
         let away = (self.parts.engagement_angle_rad - self.catch.angle).abs();
         if !self.locked && away <= self.doubt(self.lever.velocity) {
-            self.told.tie_s.get_or_insert(time);
+            self.record.tie_s.get_or_insert(time);
         }
     }
 
@@ -440,12 +418,12 @@ impl<const K: usize> Coasting for Pair<'_, K> {
     }
 
     fn catch_run(&mut self) -> Option<(CatchRun, Vec<TracePoint>)> {
-        let mut told = self.told;
-        told.peak_angle_rad = self.catch.recorder.peak.angle.max(self.catch.angle);
-        if told.lever_arrives_s.is_some() && told.tie_s.is_none() {
-            told.tie_s = self.grazed_s;
+        let mut record = self.record;
+        record.peak_angle_rad = self.catch.recorder.peak.angle.max(self.catch.angle);
+        if record.lever_arrives_s.is_some() && record.tie_s.is_none() {
+            record.tie_s = self.grazed_s;
         }
         let trace = self.catch.recorder.trace.take().unwrap_or_default();
-        Some((told, trace))
+        Some((record, trace))
     }
 }

@@ -7,7 +7,7 @@
 //! accumulation time.
 
 use super::breakdown::Breakdown;
-use super::catch::CatchRun;
+use super::catch_run::CatchRun;
 use super::forcing::{Forcing, Polynomial, SINE_ORDER, Sine};
 use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};

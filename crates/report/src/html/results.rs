@@ -10,6 +10,7 @@ use latchgate_document::Document;
 use latchgate_document::number::{ABSENT, count, milliseconds, significant};
 use latchgate_kernel::replay::Run;
 use latchgate_recording::{Finding, Severity};
+use latchgate_verdict::Mechanism;
 use latchgate_verdict::statics::REQUIRED_G;
 use maud::{Markup, html};
 use std::f64::consts::FRAC_PI_2;
@@ -308,6 +309,18 @@ pub(super) fn screens(document: &Document) -> Markup {
                 ] {
                     @if let Some(level) = level {
                         tr { th { (what) } td.number { (significant(level, DIGITS)) "\u{00A0}g" } td {} }
+                    }
+                }
+                @if let Some(Mechanism::InertiaCatch { lift_off_g, speed_ratio, .. }) = &document.mechanism {
+                    tr {
+                        th { "Inertia catch: below this, in the opening direction, it never leaves its rest stop" }
+                        td.number { @if let Some(level) = lift_off_g { (significant(*level, DIGITS)) "\u{00A0}g" } @else { "none" } }
+                        td { "to be less than the lever's, or the lever is off its stop first" }
+                    }
+                    tr {
+                        th { "Inertia catch: speed ratio χ = (S₂/(I₂ψb))/(S₁/(I₁φb))" }
+                        td.number { @if let Some(ratio) = speed_ratio { (significant(*ratio, DIGITS)) } @else { "none" } }
+                        td { "from 1 on the catch is first in a blow from rest; a rebound only the replay finds" }
                     }
                 }
                 tr {

@@ -7,7 +7,7 @@ use latchgate_document::Document;
 use latchgate_document::blocks::{ConditioningBlock, RecordingBlock};
 use latchgate_document::number::{ABSENT, count, exact, significant, trimmed};
 use latchgate_kernel::model::Design;
-use latchgate_kernel::model::parameters::{PARAMETERS, Slot};
+use latchgate_kernel::model::parameters::Slot;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::TestFacts;
 use latchgate_verdict::conditioning::FilterStandard;
@@ -50,8 +50,8 @@ pub(super) fn judged(
 
 /// Returns the lever's numbers.
 fn lever(design: &Design) -> Markup {
-    let numbers: Vec<_> = PARAMETERS
-        .iter()
+    let numbers: Vec<_> = design
+        .parameters()
         .filter(|parameter| !matches!(parameter.slot, Slot::InputScale | Slot::InputBias))
         .collect();
     html! {
@@ -226,9 +226,9 @@ pub(super) fn design(document: &Document) -> Markup {
         table.design {
             (heads(&columns))
             tbody {
-                @for parameter in PARAMETERS {
+                @for parameter in design.parameters() {
                     @let modified = design.modified.iter().any(|key| {
-                        key == parameter.name || key.strip_prefix("tolerance.") == Some(parameter.key())
+                        key == parameter.name || key.strip_prefix("tolerance.") == Some(parameter.tolerance_key())
                     });
                     tr .nominal[modified] {
                         th { (parameter.what) @if modified { ", modified" } }
@@ -237,7 +237,7 @@ pub(super) fn design(document: &Document) -> Markup {
                             @match parameter.slot {
                                 // What is stated of the input is its uncertainty.
                                 Slot::InputScale | Slot::InputBias => (ABSENT),
-                                Slot::Lever(_) | Slot::Stop(_) | Slot::Threshold => (exact(design.value(parameter))),
+                                Slot::Lever(_) | Slot::Stop(_) | Slot::Catch(_) | Slot::Threshold => (exact(design.value(parameter))),
                             }
                         }
                         td { (parameter.unit) }
@@ -249,6 +249,12 @@ pub(super) fn design(document: &Document) -> Markup {
         p.note {
             "Model: I₀ φ″ + c φ′ + k φ = −T₀ − m a L cos φ; φ ≥ 0 on a rigid stop, spring and damper "
             "in place of the stop on a soft one."
+        }
+        @if let Some(catch) = &design.catch {
+            p.note {
+                "Inertia catch: I₂ ψ″ + c₂ ψ′ + k₂ ψ = −T₂ − S₂ a cos ψ, 0 ≤ ψ ≤ ψₘ. It stops the lever at φb while "
+                "ψ ≥ ψb. " @if catch.reversible { "It falls back." } @else { "Once at its end stop it stays there." }
+            }
         }
     }
 }

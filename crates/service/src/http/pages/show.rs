@@ -2,7 +2,7 @@
 
 use super::fields;
 use latchgate::document::number;
-use latchgate::pipeline::PARAMETERS;
+use latchgate::pipeline::{CATCH_PARAMETERS, PARAMETERS};
 use maud::{Markup, html};
 use serde_json::Value;
 use std::f64::consts::FRAC_PI_2;
@@ -65,21 +65,24 @@ pub(super) fn differences(design: &Value, base: &Value) -> Vec<String> {
         let (table, key) = name.split_once('.')?;
         design[table][key].as_f64()
     };
-    let differing = PARAMETERS.iter().filter_map(|parameter| {
-        let (value, other) = (
-            value_of(design, parameter.name)?,
-            value_of(base, parameter.name)?,
-        );
-        // As they stand: a number that was kept is read as it was written.
-        (value.to_bits() != other.to_bits()).then(|| {
-            let (value, unit) = (number::exact(value), fields::unit(parameter.unit));
-            format!(
-                "{} {value}{unit} (was {})",
-                parameter.noun,
-                number::exact(other)
-            )
-        })
-    });
+    let differing = PARAMETERS
+        .iter()
+        .chain(CATCH_PARAMETERS)
+        .filter_map(|parameter| {
+            let (value, other) = (
+                value_of(design, parameter.name)?,
+                value_of(base, parameter.name)?,
+            );
+            // As they stand: a number that was kept is read as it was written.
+            (value.to_bits() != other.to_bits()).then(|| {
+                let (value, unit) = (number::exact(value), fields::unit(parameter.unit));
+                format!(
+                    "{} {value}{unit} (was {})",
+                    parameter.noun,
+                    number::exact(other)
+                )
+            })
+        });
     differing.collect()
 }
 
