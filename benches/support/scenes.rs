@@ -66,6 +66,7 @@ pub fn lever(index: usize) -> Member {
         scale: 1.0,
         bias_m_s2: 0.0,
         second: SensorView::default(),
+        catch: None,
     }
 }
 

@@ -101,6 +101,9 @@ pub struct ReadArguments {
     /// Column name, 1-based number or MCAP topic:field.path [default: the one lateral acceleration]
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub channel: Option<String>,
+    /// Second in-plane channel, for a design with an axis [default: none]
+    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
+    pub radial_channel: Option<String>,
     /// Column name or 1-based number of the time [default: found]
     #[arg(
         long,
@@ -188,6 +191,7 @@ impl ReadArguments {
             time_column: self.time_column.clone(),
             time_unit: self.time_unit,
             time_source: self.time_source,
+            radial_channel: self.radial_channel.clone(),
             sheet: self.sheet.clone(),
             header_line: self.header_line,
             unit_line: self.unit_line,

@@ -1,15 +1,19 @@
 //! What is known of a recording and what was found, put together as a document.
 
-use latchgate_document::blocks::{ConditioningBlock, Document, RecordingBlock, RunBlock};
+use latchgate_document::blocks::{
+    ConditioningBlock, Document, InPlaneBlock, RecordingBlock, RunBlock,
+};
 use latchgate_document::identity;
 use latchgate_document::request::{PolaritySource, Request};
 use latchgate_kernel::model::Design;
+use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::card::CardPolarity;
 use latchgate_recording::error::Error;
 use latchgate_recording::setting::Setting;
 use latchgate_recording::{Card, Channel, Finding, Severity, Source, TestFacts};
-use latchgate_verdict::conditioning::{self, Between, Conditioned, cfc};
+use latchgate_verdict::conditioning::{self, Between, Conditioned, SecondSensor, cfc};
+use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::{
     Answer, Assessment, DECISION_RULE, ErrorBudget, NOMINAL_DECISION_RULE, Polarity, Reason,
     Screens, wording,
@@ -144,6 +148,24 @@ impl RecordingFacts {
     }
 }
 
+/// Returns what is known of the second in-plane channel, if there is one.
+fn in_plane(conditioned: &Conditioned, design: &Design) -> Option<InPlaneBlock> {
+    let SecondSensor {
+        name, conditioned, ..
+    } = conditioned.second.as_deref()?;
+    let used = &conditioned.used;
+    let peak = conditioning::peak(used);
+    Some(InPlaneBlock {
+        radial_channel: name.clone(),
+        directions: InPlane::of(&design.lever).ok()?,
+        bias_m_s2: conditioned.bias_m_s2,
+        bias_standard_error_m_s2: conditioned.bias_standard_error_m_s2,
+        noise_m_s2: conditioned.noise.deviation_m_s2,
+        peak_g: peak.map(|peak| used.samples[peak].abs() / STANDARD_GRAVITY),
+        peak_time_s: peak.map(|peak| used.time_s(peak)),
+    })
+}
+
 /// Returns the version of this program, with the time it took left open.
 pub(crate) fn run_block() -> RunBlock {
     RunBlock {
@@ -218,6 +240,12 @@ pub(super) fn refused(
     document
 }
 
+/// Returns the signal of a recording that alone drives the lever.
+fn lone_signal(conditioned: Option<&Conditioned>) -> Option<&Signal> {
+    let alone = conditioned.filter(|conditioned| conditioned.second.is_none());
+    alone.map(|conditioned| &conditioned.used)
+}
+
 /// The document with nothing in it but what is known before a lever is replayed.
 fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Design) -> Document {
     Document {
@@ -237,10 +265,11 @@ fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Des
         preload_answer: None,
         restitution_answer: None,
         sled206: None,
+        in_plane: conditioned.and_then(|conditioned| in_plane(conditioned, design)),
         mechanism: None,
         what_if: Vec::new(),
         error_budget_rad: ErrorBudget::default(),
-        screens: Screens::of(design, conditioned.map(|conditioned| &conditioned.used)),
+        screens: Screens::of(design, lone_signal(conditioned)),
         filters: Vec::new(),
         findings: Vec::new(),
         recording: facts.recording.clone(),

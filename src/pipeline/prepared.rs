@@ -10,11 +10,12 @@ use latchgate_kernel::parallel::Control;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::card::CardFile;
 use latchgate_recording::error::{Error, ErrorKind, Place};
-use latchgate_recording::{Channel, Finding, Limits, Reading, Source};
+use latchgate_recording::{Channel, Finding, Limits, ReadOptions, Reading, Selection, Source};
 use latchgate_report::terminal::{Look, PIPED};
 use latchgate_report::text;
 use latchgate_verdict::assess::assess_again;
 use latchgate_verdict::conditioning::{self, Conditioned};
+use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::margin::{self, Advice, Quantity};
 use latchgate_verdict::readings::ReadingCache;
 use latchgate_verdict::sled;
@@ -342,6 +343,7 @@ impl Prepared {
             ..
         } = &self.facts;
         request.check_design(design)?;
+        self.check_second_axis(design)?;
         let policy = request.policy(*polarity);
         let (conditioned, own) = (&self.conditioned, (extras, &*self.readings));
         assess_again(conditioned, findings, design, &policy, own, control)
@@ -351,6 +353,22 @@ impl Prepared {
                 Ok(assessment)
             })
             .map_err(|error| error.at(self.place()))
+    }
+
+    /// Refuses a second channel whose stated axis is not the one that the lever's plane needs.
+    fn check_second_axis(&self, design: &Design) -> Result<(), Error> {
+        let Some(second) = &self.conditioned.second else {
+            return Ok(());
+        };
+        let needed = InPlane::of(&design.lever)?.second_axis;
+        match second.axis.filter(|axis| *axis != needed) {
+            None => Ok(()),
+            Some(axis) => Err(Error::malformed(
+                format!("a channel along {needed}, the second axis of the lever's plane"),
+                format!("{}, along {axis}", second.name),
+                "name the other channel with the setting `radial_channel`",
+            )),
+        }
     }
 
     fn place(&self) -> Place {
@@ -409,8 +427,16 @@ fn read(
     let every = every.as_ref().map(|every| every.channels.as_slice());
     facts.findings.extend(neighbours(&channel, every, several));
     let options = facts.request.conditioning_options(&facts.card);
-    let conditioned = conditioning::condition(&channel, &options)
+    let mut conditioned = conditioning::condition(&channel, &options)
         .map_err(|error| error.at(Place::file(source.name())))?;
+    if let Some(read_options) = facts.request.radial_read_options(&facts.card) {
+        let second = second_channel(source, &channel, &read_options, limits, facts)?;
+        conditioned = conditioning::with_second(conditioned, &second, &options)
+            .map_err(|error| error.at(Place::file(source.name())))?;
+    } else {
+        conditioned.neighbours =
+            conditioning::neighbours::of_other_axes(every.unwrap_or(&[]), &channel);
+    }
     if let Some(peak) = conditioning::peak(&conditioned.raw) {
         facts.recording.peak_g = Some(conditioned.raw.samples[peak].abs() / STANDARD_GRAVITY);
         facts.recording.peak_time_s = Some(conditioned.raw.time_s(peak));
@@ -418,6 +444,66 @@ fn read(
     facts.recording.velocity_change_m_s = Some(conditioned.velocity_change_m_s);
     facts.findings.extend(conditioned.findings.iter().cloned());
     Ok(conditioned)
+}
+
+/// Reads the second in-plane channel, and notes what is odd about it.
+fn second_channel(
+    source: &Source,
+    judged: &Channel,
+    options: &ReadOptions,
+    limits: &Limits,
+    facts: &mut RecordingFacts,
+) -> Result<Channel, Error> {
+    let refuse = |expected: String, found: String, hint: &str| {
+        Error::malformed(expected, found, hint).at(Place::file(source.name()))
+    };
+    let recording = latchgate_recording::read(source, options, Selection::Lateral, limits)?;
+    let second = recording.channels.first().cloned();
+    let mut second = second.ok_or_else(|| {
+        Error::from(ErrorKind::NoChannel {
+            known: "none".into(),
+        })
+    })?;
+    if judged.pulse.is_some() || second.name == judged.name {
+        return Err(refuse(
+            "two channels of one recording".into(),
+            format!("{} twice", judged.name),
+            "name the channel across the judged one with the setting `radial_channel`",
+        ));
+    }
+    let stated = latchgate_recording::axis_of(judged);
+    if let Some(axis) = stated.filter(|axis| axis.letter != 'Y') {
+        return Err(refuse(
+            "Y, the lateral axis, of the judged channel beside a second one".into(),
+            format!("{} of {}", axis.letter, judged.name),
+            "judge the lateral channel, and name the other one with the setting `radial_channel`",
+        ));
+    }
+    if latchgate_recording::axis_of(&second).is_some_and(|axis| axis.is_reversed) {
+        // Across, the sign is that of SAE J211.
+        second.values.iter_mut().for_each(|value| *value = -*value);
+    }
+    // That it is not the lateral one is what it is for.
+    let telling =
+        |finding: &&Finding| !["channel-not-lateral", "channel-chosen"].contains(&&*finding.code);
+    for finding in second
+        .findings
+        .iter()
+        .chain(&recording.findings)
+        .filter(telling)
+    {
+        if facts
+            .findings
+            .iter()
+            .any(|known| known.text == finding.text)
+        {
+            continue;
+        }
+        let mut finding = finding.clone();
+        finding.text = format!("{}: {}", second.name, finding.text);
+        facts.findings.push(finding);
+    }
+    Ok(second)
 }
 
 /// Returns what the recording's other channels say against the one that is judged, if one of `several`

@@ -46,6 +46,7 @@ fn member(index: usize) -> Member {
         scale: 0.9 + 0.2 * part(0.236_068),
         bias_m_s2: part(0.302_776) - 0.5,
         second: SensorView::default(),
+        catch: None,
     }
 }
 
@@ -330,6 +331,7 @@ fn verif_a_rebound_after_a_pause_is_not_spared() {
         scale: 1.0,
         bias_m_s2: 0.0,
         second: SensorView::default(),
+        catch: None,
     };
     let peaks = batch::peaks(&signal, 3, &nominal, &options(StopModel::Rigid, 1)).unwrap();
     let run = replay::run(
@@ -472,6 +474,7 @@ fn verif_a_high_bounce_within_a_sample_is_followed() {
         scale: 1.0,
         bias_m_s2: 0.0,
         second: SensorView::default(),
+        catch: None,
     };
     let peak = batch::peaks(&signal, 1, &member, &options).unwrap()[0];
     let of_run = RunOptions {

@@ -170,6 +170,7 @@ fn prop_members_agree_with_the_scalar_kernel_on_curves() {
                     scale: random.between(0.8, 1.2),
                     bias_m_s2: random.between(-1.0, 1.0),
                     second: SensorView::default(),
+                    catch: None,
                 }
             })
             .collect();

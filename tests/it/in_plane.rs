@@ -112,6 +112,7 @@ fn verif_members_and_another_method_follow_two_axes_as_the_kernel_does() {
                 scale: 1.0,
                 bias_m_s2: 0.0,
                 second: SensorView::default(),
+                catch: None,
             };
             let members = batch::peaks(&reading, 3, &member, &batch_options).unwrap();
             for (name, peak) in [

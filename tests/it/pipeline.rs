@@ -63,7 +63,7 @@ fn every_setting() -> Value {
         "input_format": "csv", "channel": "acc_y", "time_column": "t", "time_unit": "ms",
         "time_source": "publish",
         "header_line": 3, "skip_lines": 2, "decimal": ",", "rate_hz": 1e4, "time_zero": -0.01, "unit": "m/s2", "opens_when": "both",
-        "unit_line": 4, "last_line": 900, "sheet": "Data", "sensitivity": "20 g/V",
+        "unit_line": 4, "last_line": 900, "sheet": "Data", "radial_channel": "acc_x", "sensitivity": "20 g/V",
         "bias": "-0.02..-0.005", "filter": "cfc180", "filter_standard": "saej211",
         "between": "linear", "resample": 20_000.0, "window": "-0.01..0.2", "model": "rigid", "method": "moreau-jean",
         "steps_per_period": 2500, "tolerance": 1e-9, "members": 128, "seed": 7, "phi0": 0.01,

@@ -8,6 +8,7 @@ use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
 use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Part, TestFacts};
 use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
+use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::margin::Advice;
 use latchgate_verdict::sled::SledCheck;
 use latchgate_verdict::{
@@ -98,6 +99,26 @@ pub struct ConditioningBlock {
     pub synthetic: bool,
 }
 
+/// The second in-plane channel, and how the lever sees both.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InPlaneBlock {
+    /// Name of the channel.
+    pub radial_channel: String,
+    /// Axis of it, and direction cosines of both channels for a left door.
+    #[serde(flatten)]
+    pub directions: InPlane,
+    /// Mean removed [m/s²].
+    pub bias_m_s2: f64,
+    /// Its standard error [m/s²].
+    pub bias_standard_error_m_s2: f64,
+    /// Standard deviation of the raw samples' white noise [m/s²].
+    pub noise_m_s2: f64,
+    /// Largest absolute acceleration as used [g].
+    pub peak_g: Option<f64>,
+    /// When [s].
+    pub peak_time_s: Option<f64>,
+}
+
 /// Version and time of the run; the only block that may differ between two runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunBlock {
@@ -163,6 +184,9 @@ pub struct Document {
     /// What the recording is as a sled pulse, where that was asked.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sled206: Option<SledCheck>,
+    /// The second in-plane channel, where one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub in_plane: Option<InPlaneBlock>,
     /// The mechanism beside the lever, and what it did; absent of the lever alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mechanism: Option<Mechanism>,

@@ -37,6 +37,7 @@ use latchgate_recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions};
 use latchgate_verdict::conditioning::{
     Between, BiasWindow, ConditioningOptions, FilterChoice, FilterStandard,
 };
+use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::{ModelChoice, Polarity, Policy, ensemble};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -74,6 +75,12 @@ pub struct Request {
         skip_serializing_if = "Option::is_none"
     )]
     pub channel: Option<String>,
+    /// Second in-plane channel, named as the judged one, for a design with an axis.
+    #[serde(
+        deserialize_with = "read::name",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub radial_channel: Option<String>,
     /// Name or number of the column that holds the time.
     #[serde(
         deserialize_with = "read::name",
@@ -290,6 +297,7 @@ impl Default for Request {
         Self {
             input_format: None,
             channel: None,
+            radial_channel: None,
             time_column: None,
             time_unit: None,
             time_source: None,
@@ -396,6 +404,16 @@ impl Request {
                 "both",
             ));
         }
+        if self.radial_channel.is_some() && self.sensitivity.is_some() {
+            return Err(Error::out_of_range(
+                Setting::RadialChannel.to_string(),
+                format!(
+                    "absent where {} is that of one sensor; convert the samples of both first",
+                    Setting::Sensitivity
+                ),
+                "both",
+            ));
+        }
         if self.unit.is_some() && self.sensitivity.is_some() {
             return Err(Error::out_of_range(
                 Setting::Unit.to_string(),
@@ -462,10 +480,28 @@ impl Request {
     /// As [`Design::validate`] and [`ensemble::check`].
     pub fn check_design(&self, design: &Design) -> Result<(), Error> {
         design.validate()?;
+        if self.radial_channel.is_some() {
+            InPlane::of(&design.lever)?;
+            if design.catch.is_some() {
+                return Err(Error::out_of_range(
+                    Setting::RadialChannel.to_string(),
+                    "absent for a design with an inertia catch, of whose directions nothing is stated",
+                    "both",
+                ));
+            }
+        }
         if self.members == 0 {
             return Ok(());
         }
         ensemble::check(design)
+    }
+
+    /// Returns how the second in-plane channel is read, if there is one: as the judged one but for its name.
+    pub fn radial_read_options(&self, card: &Card) -> Option<ReadOptions> {
+        Some(ReadOptions {
+            channel: Some(self.radial_channel.clone()?),
+            ..self.read_options(card)
+        })
     }
 
     /// Returns `limits` with those that the request changes.

@@ -242,6 +242,14 @@ impl<'a> Reading<'a> {
         }
     }
 
+    /// Returns the reading with every sample of the second sensor times `scale` plus `offset_m_s2`.
+    pub fn with_second_scaled(self, scale: f64, offset_m_s2: f64) -> Self {
+        let second = self
+            .second
+            .map(|second| Box::new(second.scaled(scale, offset_m_s2)));
+        Self { second, ..self }
+    }
+
     /// Reads the same samples and first derivatives by polynomials of third degree.
     pub fn cubic(&self) -> Reading<'_> {
         Reading {

@@ -456,6 +456,16 @@ fn accelerates(word: &str) -> bool {
     listed(&ACCELERATION, word) || listed(&LATERAL_ACCELERATION, word)
 }
 
+/// Returns the axis of the vehicle that a word names, X, Y or Z: the lists of words for Y hold with each letter.
+pub(crate) fn axis_of_word(word: &str) -> Option<char> {
+    if is_lateral(word) {
+        return Some('Y');
+    }
+    let named = |letter: &char| word.contains(*letter) && is_lateral(&word.replace(*letter, "y"));
+    let letter = ['x', 'z'].into_iter().find(named)?;
+    Some(letter.to_ascii_uppercase())
+}
+
 fn is_lateral(word: &str) -> bool {
     listed(&LATERAL, word) || listed(&LATERAL_ACCELERATION, word)
 }

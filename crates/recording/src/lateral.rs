@@ -1,6 +1,7 @@
 //! The choice of the lateral acceleration among several named columns.
 
-use super::channel_name::ChannelName;
+use super::channel_name::{ChannelName, axis_of_word, words};
+use super::code::Code;
 use super::{Channel, Finding};
 use crate::error::{Candidate, Candidates, Error, ErrorKind};
 
@@ -21,6 +22,42 @@ pub fn is_lateral(channel: &Channel) -> bool {
         && (named(name)
             || named(name.rsplit(['/', ':']).next().unwrap_or(""))
             || place.is_some_and(|place| axis(place) || named(place)))
+}
+
+/// Axis of the vehicle along which a channel measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ChannelAxis {
+    /// X, Y or Z.
+    pub letter: char,
+    /// True if its sign is against SAE J211, by its code.
+    pub is_reversed: bool,
+}
+
+/// Returns the axis that a channel's code, the axis of its sensor or its name states; `None` if none or several do.
+pub fn axis_of(channel: &Channel) -> Option<ChannelAxis> {
+    let name = channel
+        .name
+        .rsplit_once(TWIN)
+        .map_or(&*channel.name, |(name, _)| name);
+    let place = channel.stated.location.as_deref().unwrap_or_default();
+    if let Some(code) = [name, place].into_iter().find_map(Code::new) {
+        let letter = code.axis()?.chars().next()?;
+        return Some(ChannelAxis {
+            letter,
+            is_reversed: code.sign_finding().is_some(),
+        });
+    }
+    let last = name.rsplit(['/', ':']).next().unwrap_or_default();
+    let words = [words(place), words(last)].concat();
+    let mut letters: Vec<char> = words.iter().filter_map(|word| axis_of_word(word)).collect();
+    letters.dedup();
+    match letters.as_slice() {
+        [letter] => Some(ChannelAxis {
+            letter: *letter,
+            is_reversed: false,
+        }),
+        _ => None,
+    }
 }
 
 /// Mark by which the channels of a topic that was recorded twice are distinguished.

@@ -34,6 +34,8 @@ settings! {
     InputFormat = "input_format",
     /// Channel to judge.
     Channel = "channel",
+    /// Second in-plane channel, for a design with an axis.
+    RadialChannel = "radial_channel",
     /// Column that holds the time.
     TimeColumn = "time_column",
     /// Unit of that column.

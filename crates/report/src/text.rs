@@ -132,6 +132,9 @@ fn judged(out: &mut TerminalLines, document: &Document) {
         out.line("varied", &text);
     }
     out.line("direction", &words::direction(&document.recording));
+    if let Some(text) = words::in_plane(document) {
+        out.line("in plane", &text);
+    }
     if let Some(conditioning) = &document.conditioning {
         let signal = words::conditioned(conditioning);
         let without = words::without_filter(document).unwrap_or_default();

@@ -19,6 +19,7 @@ use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Severity, TestFacts};
 use latchgate_verdict::conditioning::Cfc;
 use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
+use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::margin::Quantity;
 use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget};
 use serde::Serialize;
@@ -547,6 +548,28 @@ pub(super) fn design(design: &Design) -> String {
     }
 }
 
+/// Says which second channel drives the lever, and how much of it, if one was given.
+pub(crate) fn in_plane(document: &Document) -> Option<String> {
+    let block = document.in_plane.as_ref()?;
+    let InPlane {
+        second_axis,
+        tangential,
+        radial,
+    } = block.directions;
+    let peak = block.peak_g.map_or_else(String::new, |peak| {
+        format!(", peak {}\u{00A0}g", trimmed(peak, 4))
+    });
+    let sum = |[y, second]: [f64; 2]| {
+        format!("{}·Y + {}·{second_axis}", trimmed(y, 3), trimmed(second, 3))
+    };
+    Some(format!(
+        "{} along {second_axis}{peak}; left door: {} along the lever's way, {} across",
+        block.radial_channel,
+        sum(tangential),
+        sum(radial),
+    ))
+}
+
 /// Says what an inertia catch did beside the leading run, if the design has one.
 pub(crate) fn catch(document: &Document) -> Option<&str> {
     let mut reasons = document.why.iter();
@@ -597,7 +620,11 @@ pub(super) fn severity(severity: Severity) -> &'static str {
 
 /// Returns what a number of the design, given by its name, is called in a sentence.
 pub(super) fn parameter(name: &str) -> &str {
-    DesignParameter::named(name).map_or(name, |parameter| parameter.noun)
+    match name {
+        "input.radial_scale" => "scale of the second channel",
+        "input.radial_bias_g" => "bias of the second channel",
+        _ => DesignParameter::named(name).map_or(name, |parameter| parameter.noun),
+    }
 }
 
 /// Returns the unit of a number of the design, given by its name; a ratio has none.

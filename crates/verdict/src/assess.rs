@@ -8,6 +8,7 @@ use super::filters::{self, FilterRow};
 use super::mechanism::{self, Mechanism};
 use super::meter::Meter;
 use super::opening::{self, Opening};
+use super::plane_findings::{LEFT_OUT, plane_findings};
 use super::policy::{AssessDetail, AssessExtras, Policy, Variant};
 use super::readings::{ReadingCache, Readings};
 use super::replay_findings::{
@@ -159,9 +160,22 @@ fn scatter(
     design: &Design,
     policy: &Policy,
 ) -> Result<Option<Scatter>, Error> {
-    (policy.members > 0)
-        .then(|| Scatter::new(design, conditioned.bias_standard_error_m_s2, policy.seed))
-        .transpose()
+    let scattered = || {
+        let error_m_s2 = conditioned.bias_standard_error_m_s2;
+        let scatter = Scatter::new(design, error_m_s2, policy.seed)?;
+        Ok(of_sensors(scatter, conditioned, design))
+    };
+    (policy.members > 0).then(scattered).transpose()
+}
+
+/// Adds the scatter of a second in-plane sensor, if there is one.
+fn of_sensors(scatter: Scatter, conditioned: &Conditioned, design: &Design) -> Scatter {
+    match &conditioned.second {
+        Some(second) => {
+            scatter.with_second_sensor(design, second.conditioned.bias_standard_error_m_s2)
+        }
+        None => scatter,
+    }
 }
 
 impl Assessing<'_> {
@@ -269,6 +283,8 @@ impl Assessing<'_> {
             &runs[..]
         };
         let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), telling);
+        let is_pass = answer == Answer::Pass;
+        findings.extend(plane_findings(setup, self.conditioned, telling, is_pass)?);
         findings.extend(self.pressed_shut());
         findings.extend(filters::filter_decides(&filters, setup.threshold_rad()));
         let outside = setup.crossing_outside(telling)?;
@@ -314,7 +330,14 @@ impl Assessing<'_> {
             what_if = self.what_if(&results)?;
         }
         case.what_if = &what_if;
-        let why = reasons::reasons(&case);
+        let mut why = reasons::reasons(&case);
+        let left_out = findings
+            .iter()
+            .filter(|finding| is_pass && finding.code == LEFT_OUT);
+        why.extend(left_out.map(|finding| Reason {
+            code: LEFT_OUT.into(),
+            text: finding.text.clone(),
+        }));
         let of_each = |run: &&VariantRun| run.stated(setup.threshold_rad());
         Ok(Assessment {
             answer,
@@ -414,11 +437,16 @@ impl Assessing<'_> {
             }
             _ => None,
         };
-        let Conditioned { raw, used, .. } = self.conditioned;
+        let Conditioned {
+            raw, used, second, ..
+        } = self.conditioned;
         let traces = traces(results, nominal.variant);
         Ok(Some(Evidence {
             raw: raw.clone(),
             used: used.clone(),
+            second: second
+                .as_ref()
+                .map(|second| second.conditioned.used.clone()),
             series: SampledSeries::of(raw, used, &traces),
             traces,
             quantile_band,

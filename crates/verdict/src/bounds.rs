@@ -14,10 +14,12 @@ use latchgate_kernel::model::lever::Lever;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::Method;
-use latchgate_kernel::signal::Signal;
+use latchgate_kernel::replay::batch::SensorView;
+use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_PI_2;
 
 /// Returns the least ∫|a| dt that takes a lever from rest to an angle: √(2 I0 (T0 φ + k0 φ²/2))/(m L) [m/s].
 ///
@@ -46,16 +48,37 @@ pub(super) fn bound(
     let sign = opens_when.sign() * setup.design.lever.unbalance_sign();
     let loosest = scatter.loosest(sign);
     let reading = setup.readings.own()?;
-    // What holds the lever is scaled down, what opens it up.
-    let (up, down) = (loosest.scale, 2.0 - loosest.scale);
-    let least = |Range { low, high }: Range| {
-        let opening = (sign * low).min(sign * high);
-        (up * opening).min(down * opening) + sign * loosest.bias_m_s2
+    let projection = setup.projection(opens_when)?;
+    let sine = libm::sin(setup.threshold_rad().min(FRAC_PI_2));
+    let sensor = |reading: &Reading<'_>, number: usize, scale: f64, bias_m_s2: f64| SensorBounds {
+        ranges: reading.ranges(),
+        along: sign * projection.tangential[number],
+        // Across, it acts by the sine of the angle, at most that of the limit.
+        weight: projection.tangential[number].abs() + sine * projection.radial[number].abs(),
+        scale,
+        bias_m_s2: bias_m_s2.abs(),
     };
-    let ranges = reading.ranges();
+    let mut sensors = vec![sensor(&reading, 0, loosest.scale, loosest.bias_m_s2)];
+    if let Some(second) = reading.second() {
+        let SensorView { scale, bias_m_s2 } = loosest.second;
+        sensors.push(sensor(second, 1, scale, bias_m_s2));
+    }
+    let least = |index: usize| {
+        sensors
+            .iter()
+            .map(|sensor| sensor.least(index))
+            .sum::<f64>()
+    };
+    let strongest = |index: usize| {
+        sensors
+            .iter()
+            .map(|sensor| sensor.strongest(index))
+            .sum::<f64>()
+    };
+    let intervals = sensors[0].ranges.len();
     let lifts = (1.0 - ROOM) * -loosest.lever.lift_off_acceleration_m_s2();
     let first = match model {
-        StopModel::Rigid => ranges.iter().position(|range| least(*range) < lifts),
+        StopModel::Rigid => (0..intervals).find(|index| least(*index) < lifts),
         // In a soft stop it moves from the first sample on.
         StopModel::Soft => Some(0),
     };
@@ -63,12 +86,39 @@ pub(super) fn bound(
         return Ok(Some(Bound::NeverLifts));
     };
     let interval = reading.signal().rate.interval().seconds();
-    let strongest = |Range { low, high }: &Range| {
-        loosest.scale.abs() * low.abs().max(high.abs()) + loosest.bias_m_s2.abs()
-    };
-    let impulse = interval * ranges[first..].iter().map(strongest).sum::<f64>();
+    let impulse = interval * (first..intervals).map(strongest).sum::<f64>();
     let needed = impulse_threshold_m_s(&loosest.lever, setup.threshold_rad());
     Ok((impulse < (1.0 - ROOM) * needed).then_some(Bound::CannotReach))
+}
+
+/// What a sensor may have measured in each interval, with its uncertainty and its part in the lever's motion.
+struct SensorBounds {
+    ranges: Vec<Range>,
+    /// Factor on the acceleration along the way of the centre of mass, positive where it holds the lever.
+    along: f64,
+    /// Largest factor on anything that it does up to the limit angle.
+    weight: f64,
+    /// Largest scale; the least is as far below 1.
+    scale: f64,
+    /// Largest bias [m/s²].
+    bias_m_s2: f64,
+}
+
+impl SensorBounds {
+    /// Returns the least acceleration in an interval at φ = 0; negative opens.
+    fn least(&self, index: usize) -> f64 {
+        let Range { low, high } = self.ranges[index];
+        let opening = (self.along * low).min(self.along * high);
+        // What holds the lever is scaled down, what opens it up.
+        let (up, down) = (self.scale, 2.0 - self.scale);
+        (up * opening).min(down * opening) - self.along.abs() * self.bias_m_s2
+    }
+
+    /// Returns the largest magnitude of what it does in an interval.
+    fn strongest(&self, index: usize) -> f64 {
+        let Range { low, high } = self.ranges[index];
+        self.weight * (self.scale.abs() * low.abs().max(high.abs()) + self.bias_m_s2)
+    }
 }
 
 /// Static and impulse threshold of a design, and what a recording holds against the latter.

@@ -4,11 +4,10 @@ use super::ErrorBudget;
 use super::policy::{Polarity, Variant};
 use super::runs::{RunDetail, RunSetup};
 use super::variant::VariantResult;
-use crate::conditioning::{self, Conditioned, Signal, between};
+use crate::conditioning::{self, Conditioned, Signal};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::signal::Reading;
 use latchgate_recording::error::Error;
-use std::borrow::Cow;
 
 /// The part of the budget that a rerun measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,20 +108,25 @@ fn own_reruns<'a>(
     if unfiltered_wanted && conditioned.filter.is_some() {
         reruns.push(Rerun {
             part: BudgetPart::Filter,
-            reading: between::read(
-                Cow::Owned(conditioning::filtered(conditioned, None)?),
-                setup.readings.between(),
-            )?,
+            reading: setup
+                .readings
+                .read(|sensor| conditioning::filtered(sensor, None))?,
             variant,
         });
     }
-    if conditioned.bias_samples > 0 {
+    for sensor in conditioned
+        .sensors()
+        .filter(|sensor| sensor.bias_samples > 0)
+    {
         for direction in [-1.0, 1.0] {
-            let shift = direction * conditioned.bias_standard_error_m_s2;
-            let signal = Cow::Owned(shifted(setup.signal, shift));
+            let shift = direction * sensor.bias_standard_error_m_s2;
+            let moved = |other: &Conditioned| {
+                let is_moved = std::ptr::eq(other, sensor);
+                Ok(shifted(&other.used, if is_moved { shift } else { 0.0 }))
+            };
             reruns.push(Rerun {
                 part: BudgetPart::Bias,
-                reading: between::read(signal, setup.readings.between())?,
+                reading: setup.readings.read(moved)?,
                 variant,
             });
         }

@@ -214,10 +214,36 @@ pub struct Conditioned {
     pub resample_hz: Option<f64>,
     /// Largest |∫a dt| over any 0.3 s of the record, without bias and unfiltered [m/s].
     pub velocity_change_m_s: f64,
+    /// What a second sensor at the same place recorded, across the judged one.
+    pub second: Option<Box<SecondSensor>>,
+    /// What sensors of other axes beside the judged one recorded, where the file has them.
+    pub neighbours: Vec<Neighbour>,
     /// The clock that the channel was interpolated from, if it was.
     pub slow_clock: Option<SlowClock>,
     /// What was found odd, in the raw samples and on the way.
     pub findings: Vec<Finding>,
+}
+
+/// A second in-plane sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SecondSensor {
+    /// Name of its channel.
+    pub name: String,
+    /// The axis that the file states of it: X, Y or Z.
+    pub axis: Option<char>,
+    /// Its channel, conditioned as the judged one.
+    pub conditioned: Conditioned,
+}
+
+/// What a channel of another axis, at the place of the judged one, recorded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Neighbour {
+    /// Name of the channel.
+    pub name: String,
+    /// Its axis: X, Y or Z.
+    pub axis: char,
+    /// Largest magnitude, without its bias [m/s²].
+    pub peak_m_s2: f64,
 }
 
 /// Largest magnitude that is taken in [m/s²], a hundred million g: no sensor reads it, and sums
@@ -318,7 +344,82 @@ pub fn reconditioned(
         slow_clock: conditioned.slow_clock,
     };
     let (raw, formula) = (conditioned.raw.clone(), conditioned.formula.clone());
-    from_raw(raw, formula, options, quality, conditioned.noise)
+    let again = from_raw(raw, formula, options, quality, conditioned.noise)?;
+    let second = conditioned.second_by(|second| reconditioned(second, options))?;
+    Ok(Conditioned {
+        second,
+        neighbours: conditioned.neighbours.clone(),
+        ..again
+    })
+}
+
+/// Puts a second in-plane sensor beside a channel, conditioned alike. What is odd about it is said of the whole.
+///
+/// # Errors
+///
+/// As [`condition`]; [`OutOfRange`](latchgate_kernel::error::Error::OutOfRange) unless both have the same clock.
+pub fn with_second(
+    first: Conditioned,
+    channel: &Channel,
+    options: &ConditioningOptions,
+) -> Result<Conditioned, Error> {
+    // Its velocity is not that of the impact, and its clock is that of the judged channel.
+    let options = &ConditioningOptions {
+        velocity_change_m_s: None,
+        clock_accepted: true,
+        ..options.clone()
+    };
+    let mut second = condition(channel, options)?;
+    let clock = |signal: &Signal| (signal.samples.len(), signal.rate.hertz(), signal.start_s);
+    let (expected, found) = (clock(&first.raw), clock(&second.raw));
+    if expected != found {
+        let shown = |(samples, hertz, start_s): (usize, f64, f64)| {
+            format!("{samples} samples at {hertz} Hz from {start_s} s")
+        };
+        return Err(Error::out_of_range(
+            "the clock of the second in-plane channel",
+            format!("that of the judged one, {}", shown(expected)),
+            shown(found),
+        )
+        .at(Place::default().channel(channel.name.clone())));
+    }
+    let known: Vec<&str> = first
+        .findings
+        .iter()
+        .map(|finding| finding.text.as_str())
+        .collect();
+    second
+        .findings
+        .retain(|finding| !finding.needs_word && !known.contains(&finding.text.as_str()));
+    for finding in &mut second.findings {
+        finding.text = format!("{}: {}", channel.name, finding.text);
+    }
+    let findings = [first.findings, std::mem::take(&mut second.findings)].concat();
+    Ok(Conditioned {
+        second: Some(Box::new(SecondSensor {
+            name: channel.name.clone(),
+            axis: latchgate_recording::axis_of(channel).map(|axis| axis.letter),
+            conditioned: second,
+        })),
+        findings,
+        ..first
+    })
+}
+
+/// Returns the recording as it would be used with `filter`.
+///
+/// # Errors
+///
+/// As [`condition`] for resampling and filter.
+pub fn refiltered(conditioned: &Conditioned, filter: Option<Cfc>) -> Result<Conditioned, Error> {
+    let second = conditioned.second_by(|second| refiltered(second, filter))?;
+    Ok(Conditioned {
+        used: filtered(conditioned, filter)?,
+        filter,
+        findings: Vec::new(),
+        second,
+        ..conditioned.clone()
+    })
 }
 
 /// Returns the recording with its bias left in, conditioned alike otherwise, where the bias that was
@@ -328,7 +429,7 @@ pub fn reconditioned(
 ///
 /// As [`condition`] for resampling and filter.
 pub fn without_doubtful_bias(conditioned: &Conditioned) -> Result<Option<Conditioned>, Error> {
-    if !bias::must_pass_without(conditioned) {
+    if !conditioned.sensors().any(bias::must_pass_without) {
         return Ok(None);
     }
     let class = conditioned.filter;
@@ -423,6 +524,8 @@ fn from_raw(
         filter_standard: options.filter_standard,
         resample_hz,
         velocity_change_m_s,
+        second: None,
+        neighbours: Vec::new(),
         slow_clock,
         findings,
     })
@@ -526,6 +629,31 @@ fn formula_in_si(channel: &Channel) -> Option<Reading<'static>> {
 }
 
 impl Conditioned {
+    /// Returns the second sensor with its channel made into another one.
+    ///
+    /// # Errors
+    ///
+    /// Those of `change`.
+    pub fn second_by(
+        &self,
+        change: impl Fn(&Self) -> Result<Self, Error>,
+    ) -> Result<Option<Box<SecondSensor>>, Error> {
+        let changed = |second: &SecondSensor| {
+            Ok(Box::new(SecondSensor {
+                name: second.name.clone(),
+                axis: second.axis,
+                conditioned: change(&second.conditioned)?,
+            }))
+        };
+        self.second.as_deref().map(changed).transpose()
+    }
+
+    /// Returns the channels of all sensors, the judged one first.
+    pub fn sensors(&self) -> impl Iterator<Item = &Self> {
+        let second = self.second.as_deref().map(|second| &second.conditioned);
+        std::iter::once(self).chain(second)
+    }
+
     /// True of a pulse that was neither filtered nor resampled: it is known between its samples.
     pub fn is_exact(&self) -> bool {
         self.formula.is_some() && self.filter.is_none() && self.resample_hz.is_none()

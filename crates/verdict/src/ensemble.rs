@@ -255,7 +255,18 @@ pub struct Parameter {
     /// Number of its stream.
     stream: u32,
     /// What moves with it in a member.
-    slot: Slot,
+    target: Target,
+}
+
+/// What a draw moves.
+#[derive(Debug, Clone, Copy)]
+enum Target {
+    /// A number of design or input.
+    Number(Slot),
+    /// The scale of the second in-plane sensor.
+    SecondScale,
+    /// Its bias.
+    SecondBias,
 }
 
 /// Returns what is scattered, in the order that numbers the generator's streams.
@@ -274,7 +285,7 @@ fn scattered(design: &Design, bias_standard_error_m_s2: f64) -> Vec<Parameter> {
                 name: parameter.name,
                 deviation: deviation(parameter),
                 stream: parameter.stream?,
-                slot: parameter.slot,
+                target: Target::Number(parameter.slot),
             })
         })
         .filter(|parameter| parameter.deviation > 0.0)
@@ -314,7 +325,12 @@ impl Scatter {
     /// Takes the scatter of the recording's bias alone, whatever else the design scatters.
     pub(super) fn of_bias(design: &Design, bias_standard_error_m_s2: f64, seed: u64) -> Self {
         let mut parameters = scattered(design, bias_standard_error_m_s2);
-        parameters.retain(|parameter| matches!(parameter.slot, Slot::InputBias));
+        parameters.retain(|parameter| {
+            matches!(
+                parameter.target,
+                Target::Number(Slot::InputBias) | Target::SecondBias
+            )
+        });
         Self {
             lever: design.lever,
             stop: design.stop,
@@ -322,6 +338,32 @@ impl Scatter {
             parameters,
             seed,
         }
+    }
+
+    /// Adds the scatter of a second in-plane sensor, as uncertain as the first by the design; its bias's standard
+    /// deviation is the larger of the design's and `bias_standard_error_m_s2`.
+    pub fn with_second_sensor(mut self, design: &Design, bias_standard_error_m_s2: f64) -> Self {
+        let parameter = |name, deviation, stream, target| Parameter {
+            name,
+            deviation,
+            stream,
+            target,
+        };
+        let bias_g = (design.input.bias_g).max(bias_standard_error_m_s2 / STANDARD_GRAVITY);
+        let of_sensor = [
+            parameter(
+                "input.radial_scale",
+                design.input.scale,
+                23,
+                Target::SecondScale,
+            ),
+            parameter("input.radial_bias_g", bias_g, 24, Target::SecondBias),
+        ];
+        let varied = of_sensor
+            .into_iter()
+            .filter(|parameter| parameter.deviation > 0.0);
+        self.parameters.extend(varied);
+        self
     }
 
     /// Returns what is scattered, in a fixed order.
@@ -358,7 +400,7 @@ impl Scatter {
     /// draws end.
     pub fn loosest(&self, sign: f64) -> Member {
         self.build(|parameter| match parameter.name {
-            "lever.mass_kg" | "input.scale" => TRUNCATION,
+            "lever.mass_kg" | "input.scale" | "input.radial_scale" => TRUNCATION,
             "lever.center_of_mass_m" => self.lever.unbalance_sign() * TRUNCATION,
             "input.bias_g" => -sign * TRUNCATION,
             _ => -TRUNCATION,
@@ -376,7 +418,18 @@ impl Scatter {
         };
         for parameter in &self.parameters {
             let shift = deviations(parameter) * parameter.deviation;
-            match parameter.slot {
+            let slot = match parameter.target {
+                Target::Number(slot) => slot,
+                Target::SecondScale => {
+                    member.second.scale += shift;
+                    continue;
+                }
+                Target::SecondBias => {
+                    member.second.bias_m_s2 += shift * STANDARD_GRAVITY;
+                    continue;
+                }
+            };
+            match slot {
                 Slot::Lever(field) => *field(&mut member.lever) += shift,
                 Slot::Stop(field) => *field(&mut member.stop) += shift,
                 Slot::Catch(field) => {

@@ -82,16 +82,8 @@ pub(super) fn table(
             filtered.row.chosen = true;
             return Ok(filtered);
         }
-        match conditioning::filtered(conditioned, filter) {
-            Ok(used) => {
-                let refiltered = Conditioned {
-                    used,
-                    filter,
-                    findings: Vec::new(),
-                    ..conditioned.clone()
-                };
-                after(setup, span, &refiltered, results)
-            }
+        match conditioning::refiltered(conditioned, filter) {
+            Ok(refiltered) => after(setup, span, &refiltered, results),
             Err(error) => Ok(FilteredRow {
                 row: FilterRow {
                     filter,

@@ -174,6 +174,10 @@ impl RunSetup<'_> {
         }
         let mut readings = vec![SampleReading::Cubic];
         readings.extend(CORNERS.map(SampleReading::Corners));
+        if self.readings.conditioned().second.is_some() {
+            readings.extend(CORNERS.map(SampleReading::OpposedCorners));
+        }
+        let corners_end = readings.len();
         if self.readings.between() == Between::Linear {
             readings.push(SampleReading::Quintic);
         }
@@ -190,7 +194,7 @@ impl RunSetup<'_> {
         })?;
         let error_rad = |(run, peaks): (&RunOutcome, &[ReadPeak])| {
             let own = ReadPeak::of(run);
-            let (others, quintic) = peaks.split_at(1 + CORNERS.len());
+            let (others, quintic) = peaks.split_at(corners_end);
             let quintic = *quintic.first().unwrap_or(&own);
             let peaks = ReadPeaks {
                 quintic,

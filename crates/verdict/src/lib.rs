@@ -10,7 +10,7 @@
 //! runs (`runs`), on several `readings` of the samples for their `interpolation` error and with their
 //! `noise`; one record of each stop and sign with all that it came to (`variant`); the ensembles
 //! (`looks`), spared where `bounds` show that none of their
-//! levers comes to the limit; when the lever opens (`opening`), what a catch beside it did (`mechanism`); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
+//! levers comes to the limit; when the lever opens (`opening`), what a catch beside it did (`mechanism`), what a second sensor across adds (`in_plane`) and what is said of it (`plane_findings`); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
 //! sentences (`replay_findings`, `reasons`); `statics` has closed forms of a constant acceleration, `sled` checks a platform's pulse; `word` holds a pass back until a person has spoken;
 //! `series` lays signal and trajectories side by side.
 //!
@@ -26,6 +26,7 @@ pub mod decision;
 pub mod ensemble;
 pub(crate) mod faults;
 pub mod filters;
+pub mod in_plane;
 pub(crate) mod interpolation;
 mod looks;
 pub mod margin;
@@ -33,6 +34,7 @@ mod mechanism;
 pub(crate) mod meter;
 mod noise;
 mod opening;
+mod plane_findings;
 pub mod policy;
 mod quantile_band;
 pub mod readings;
@@ -176,6 +178,8 @@ pub struct Evidence {
     pub raw: Signal,
     /// The acceleration as used, in the recording's polarity [m/s²].
     pub used: Signal,
+    /// The acceleration of a second in-plane sensor as used, if there is one [m/s²].
+    pub second: Option<Signal>,
     /// Trajectories, the nominal run's first.
     pub traces: Vec<Trace>,
     /// Trajectories of an inertia catch, if the design has one.

@@ -20,7 +20,8 @@ pub use limit::{LimitCurve, LimitPoint, RecordingPoint, critical_pulse};
 pub use quantity::Quantity;
 
 use crate::Policy;
-use crate::conditioning::{Conditioned, Signal};
+use crate::conditioning::Conditioned;
+use crate::in_plane;
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::parallel::Control;
@@ -257,12 +258,7 @@ pub fn margins(
     }
     if options.limit {
         margins.limit = control.during(part(parts - 1), 1.0, |control| {
-            kept(limit_curve(
-                &conditioned.used,
-                design,
-                &options.policy,
-                control,
-            ))
+            kept(limit_curve(conditioned, design, &options.policy, control))
         })?;
         margins.stopped = margins.limit.is_none();
     }
@@ -309,12 +305,15 @@ fn kept<T>(found: Result<T, Error>) -> Result<Option<T>, Error> {
 
 /// Finds the design's limit, with the recording beside it for each sign that counts.
 fn limit_curve(
-    signal: &Signal,
+    conditioned: &Conditioned,
     design: &Design,
     policy: &Policy,
     control: &Control<'_>,
 ) -> Result<LimitCurve, Error> {
-    let signs = policy.polarity.signs().iter();
-    let recording = signs.map(|sign| limit::recording_point(signal, *sign));
-    limit::limit_curve(design, policy.model, recording.collect(), control)
+    let mut recording = Vec::new();
+    for sign in policy.polarity.signs() {
+        let along = in_plane::tangential(conditioned, &design.lever, *sign)?;
+        recording.push(limit::recording_point(&along, *sign));
+    }
+    limit::limit_curve(design, policy.model, recording, control)
 }

@@ -11,10 +11,8 @@
 use super::ensemble::draw::philox;
 use super::runs::{RunDetail, RunSetup, variant_of};
 use crate::conditioning;
-use crate::conditioning::between;
 use latchgate_kernel::replay::{MethodKind, RunOutcome};
 use latchgate_recording::error::Error;
-use std::borrow::Cow;
 
 /// Standard deviation of a peak from which on the noise is drawn [rad].
 const DRAWN_FROM_RAD: f64 = 0.02;
@@ -47,7 +45,8 @@ pub(super) struct CarriedNoise {
 impl CarriedNoise {
     /// Takes over what a run carried along, to first order.
     pub(super) fn of(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<Self, Error> {
-        let [recorded, between] = setup.readings.noises_m_s2()?;
+        let projection = setup.projection(outcome.run.opens_when)?;
+        let [recorded, between] = setup.readings.noises_m_s2(setup.weights(&projection))?;
         let half_steps_rad = of_half_steps_rad(setup, outcome)?;
         let event_driven = outcome.run.method == MethodKind::EventDriven;
         let deviation_rad = match outcome.deviation_rad {
@@ -85,15 +84,22 @@ impl CarriedNoise {
 /// flat top rounding is no noise but an offset. None where other noise spreads the samples.
 fn of_half_steps_rad(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<f64, Error> {
     let conditioned = setup.readings.conditioned();
-    if !conditioned.noise.may_be_offset() {
+    if !conditioned
+        .sensors()
+        .any(|sensor| sensor.noise.may_be_offset())
+    {
         return Ok(0.0);
     }
     let mut change = 0.0_f64;
     for half in HALF_STEPS {
-        let mut moved = conditioned.used.clone();
-        let offset = half * conditioned.noise.step_m_s2;
-        moved.samples.iter_mut().for_each(|a| *a += offset);
-        let moved = between::read(Cow::Owned(moved), setup.readings.between())?;
+        let moved = setup.readings.read(|sensor| {
+            let mut moved = sensor.used.clone();
+            if sensor.noise.may_be_offset() {
+                let offset = half * sensor.noise.step_m_s2;
+                moved.samples.iter_mut().for_each(|a| *a += offset);
+            }
+            Ok(moved)
+        })?;
         let run = setup.run(
             &moved,
             variant_of(outcome),
@@ -144,8 +150,9 @@ pub(super) fn draw(
     if open.is_empty() {
         return Ok(());
     }
-    // The runs are of one recording, and so are their noises.
-    let strength = noises[open[0]].both();
+    // The runs are of one recording, and so are their noises. Those of two sensors are drawn on the judged one.
+    let projection = setup.projection(runs[open[0]].run.opens_when)?;
+    let strength = noises[open[0]].both() / projection.tangential[0];
     let conditioned = setup.readings.conditioned();
     let seeds: Vec<u32> = (0..draws).collect();
     let squares = setup.share(open.len(), &seeds, |&seed| {
@@ -155,7 +162,14 @@ pub(super) fn draw(
         for (a, own) in noisy.samples.iter_mut().zip(&conditioned.used.samples) {
             *a += own;
         }
-        let noisy = between::read(Cow::Owned(noisy), setup.readings.between())?;
+        let noisy = setup.readings.read(|sensor| {
+            let is_judged = std::ptr::eq(sensor, conditioned);
+            Ok(if is_judged {
+                noisy.clone()
+            } else {
+                sensor.used.clone()
+            })
+        })?;
         let square = |place: &usize| {
             let (run, window) = (&runs[*place], setup.window);
             let drawn = setup.run(&noisy, variant_of(run), window, RunDetail::PeakOnly)?;

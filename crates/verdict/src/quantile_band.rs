@@ -62,17 +62,23 @@ pub(super) fn around(
         .min(most);
     let members: Vec<u32> = (0..).take(shown).collect();
     let reading = setup.readings.own()?;
+    let projection = setup.projection(opens_when)?;
     let paths = setup.share(1, &members, |index| {
         let member = scatter.member(*index);
-        let seen = reading.scaled(member.scale, member.bias_m_s2);
+        let second = member.second;
+        let seen = reading
+            .scaled(member.scale, member.bias_m_s2)
+            .with_second_scaled(second.scale, second.bias_m_s2);
         let design = Design {
             lever: member.lever,
             stop: member.stop,
+            catch: member.catch,
             ..setup.design.clone()
         };
         let options = RunOptions {
             method: Method::EventDriven,
             initial: setup.initial(model),
+            projection,
             window: setup.window,
             trace: true,
             error_bound: false,

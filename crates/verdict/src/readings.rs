@@ -6,7 +6,7 @@
 
 use crate::conditioning::between::{self, Between};
 use crate::conditioning::{self, Conditioned};
-use latchgate_kernel::signal::Reading;
+use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_recording::error::Error;
 use std::borrow::Cow;
 use std::sync::OnceLock;
@@ -31,13 +31,15 @@ pub(super) enum SampleReading {
     Cubic,
     /// As the first, with so many times the trace of corners and jumps.
     Corners(f64),
+    /// The same with the second sensor's trace of the other sign.
+    OpposedCorners(f64),
 }
 
 /// Other readings of one signal, each made when it is first asked for.
 #[derive(Debug, Default)]
 pub struct ReadingCache {
     quintic: OnceLock<Reading<'static>>,
-    left_out: OnceLock<f64>,
+    left_out: OnceLock<[f64; 2]>,
     trace: OnceLock<Reading<'static>>,
 }
 
@@ -81,9 +83,34 @@ impl<'a> Readings<'a> {
     /// As [`between::read`].
     pub(super) fn own(&self) -> Result<Reading<'a>, Error> {
         match self.between {
-            Between::Linear => Ok((&self.conditioned.used).into()),
+            Between::Linear => joined(self.of_each(|sensor| Ok((&sensor.used).into()))?),
             Between::BandLimited | Between::Exact => Ok(self.quintic()?.into()),
         }
+    }
+
+    /// Returns the reading of samples that stand in for those of each sensor.
+    ///
+    /// # Errors
+    ///
+    /// Those of `samples`; as [`between::read`].
+    pub(super) fn read(
+        &self,
+        samples: impl Fn(&Conditioned) -> Result<Signal, Error>,
+    ) -> Result<Reading<'static>, Error> {
+        joined(self.of_each(|sensor| {
+            let samples = Cow::Owned(samples(sensor)?);
+            between::read(samples, self.between)
+        })?)
+    }
+
+    /// Does `of` the judged sensor and the second one.
+    fn of_each<T>(
+        &self,
+        of: impl Fn(&'a Conditioned) -> Result<T, Error>,
+    ) -> Result<(T, Option<T>), Error> {
+        let second = self.conditioned.second.as_deref();
+        let second = second.map(|second| of(&second.conditioned)).transpose()?;
+        Ok((of(self.conditioned)?, second))
     }
 
     /// True where nothing is left open between the samples: a pulse that is followed as its formula runs.
@@ -102,42 +129,49 @@ impl<'a> Readings<'a> {
             SampleReading::Quintic => quintic.into(),
             SampleReading::Cubic => quintic.cubic(),
             SampleReading::Corners(times) => quintic.plus(times, self.trace()?),
+            SampleReading::OpposedCorners(times) => {
+                let opposed = Reading::from(self.trace()?).with_second_scaled(-1.0, 0.0);
+                quintic.plus(times, &opposed)
+            }
         })
     }
 
-    /// Returns the standard deviation, as of a white noise of the recorded samples, of what cubics leave out:
-    /// the largest root mean square over the time that a lever takes to swing [m/s²].
+    /// Returns the standard deviations, as of a white noise of the recorded samples, of what cubics leave out of
+    /// each sensor: the largest root mean square over the time that a lever takes to swing [m/s²].
     ///
     /// # Errors
     ///
     /// As [`between::read`].
-    fn left_out_m_s2(&self) -> Result<f64, Error> {
+    fn left_out_m_s2(&self) -> Result<[f64; 2], Error> {
         if self.is_exact() {
-            return Ok(0.0);
+            return Ok([0.0; 2]);
         }
         let quintic = self.quintic()?;
         Ok(*self.cache.left_out.get_or_init(|| {
             let Conditioned { raw, used, .. } = self.conditioned;
             let span = (SWING_S * used.rate.hertz()).ceil().max(1.0) as usize;
-            let squares: Vec<f64> = quintic.beyond_cubic().map(|away| away * away).collect();
-            let (mut sum, mut largest) = (0.0, 0.0_f64);
-            for (index, square) in squares.iter().enumerate() {
-                let gone = index.checked_sub(span).map_or(0.0, |gone| squares[gone]);
-                sum += square - gone;
-                largest = largest.max(sum);
-            }
-            (largest / span as f64 * raw.rate.hertz() / used.rate.hertz()).sqrt()
+            let of_sensor = |reading: &Reading<'_>| {
+                (swing_square(reading, span) * raw.rate.hertz() / used.rate.hertz()).sqrt()
+            };
+            [of_sensor(quintic), quintic.second().map_or(0.0, of_sensor)]
         }))
     }
 
     /// Returns the standard deviations, as of white noises of the recorded samples, of the recorder's and the
-    /// channel's own, and of what cubics leave out [m/s²].
+    /// channel's own, and of what cubics leave out [m/s²]; of two sensors together, each with its weight.
     ///
     /// # Errors
     ///
     /// As [`between::read`].
-    pub(super) fn noises_m_s2(&self) -> Result<[f64; 2], Error> {
-        Ok([self.conditioned.noise.deviation_m_s2, self.left_out_m_s2()?])
+    pub(super) fn noises_m_s2(&self, weights: [f64; 2]) -> Result<[f64; 2], Error> {
+        let [first, second] = self.left_out_m_s2()?;
+        let recorded = self.conditioned.noise.deviation_m_s2;
+        let Some(other) = self.conditioned.second.as_deref() else {
+            return Ok([recorded, first]);
+        };
+        let joined = |a: f64, b: f64| libm::hypot(weights[0] * a, weights[1] * b);
+        let across = other.conditioned.noise.deviation_m_s2;
+        Ok([joined(recorded, across), joined(first, second)])
     }
 
     /// Returns both together, as a white noise in time; `None` without any [m²/s³].
@@ -145,39 +179,54 @@ impl<'a> Readings<'a> {
     /// # Errors
     ///
     /// As [`between::read`].
-    pub(super) fn noise_m2_s3(&self) -> Result<Option<f64>, Error> {
-        let [recorded, between] = self.noises_m_s2()?;
+    pub(super) fn noise_m2_s3(&self, weights: [f64; 2]) -> Result<Option<f64>, Error> {
+        let [recorded, between] = self.noises_m_s2(weights)?;
         let strength = libm::hypot(recorded, between);
         let interval = self.conditioned.raw.rate.interval().seconds();
         Ok((strength > 0.0).then_some(strength * strength * interval))
     }
 
     fn quintic(&self) -> Result<&'a Reading<'static>, Error> {
-        let Self {
-            conditioned, cache, ..
-        } = *self;
+        let cache = self.cache;
         if let Some(reading) = cache.quintic.get() {
             return Ok(reading);
         }
-        let reading = match conditioned.exact() {
-            Some(exact) => exact,
-            None => {
-                let samples = Cow::Owned(conditioned.used.clone());
-                between::read(samples, Between::BandLimited)?
-            }
-        };
+        let reading = joined(self.of_each(|sensor| match sensor.exact() {
+            Some(exact) => Ok(exact),
+            None => between::read(Cow::Owned(sensor.used.clone()), Between::BandLimited),
+        })?)?;
         Ok(cache.quintic.get_or_init(|| reading))
     }
 
     fn trace(&self) -> Result<&'a Reading<'static>, Error> {
-        let Self {
-            conditioned, cache, ..
-        } = *self;
+        let cache = self.cache;
         if let Some(trace) = cache.trace.get() {
             return Ok(trace);
         }
-        let trace = conditioning::corner_trace(conditioned)?;
-        let trace = between::read(Cow::Owned(trace), Between::BandLimited)?;
+        let trace = joined(self.of_each(|sensor| {
+            let trace = conditioning::corner_trace(sensor)?;
+            between::read(Cow::Owned(trace), Between::BandLimited)
+        })?)?;
         Ok(cache.trace.get_or_init(|| trace))
     }
+}
+
+/// Returns the largest mean square, over so many intervals, of what cubics leave out [m²/s⁴].
+fn swing_square(reading: &Reading<'_>, span: usize) -> f64 {
+    let squares: Vec<f64> = reading.beyond_cubic().map(|away| away * away).collect();
+    let (mut sum, mut largest) = (0.0, 0.0_f64);
+    for (index, square) in squares.iter().enumerate() {
+        let gone = index.checked_sub(span).map_or(0.0, |gone| squares[gone]);
+        sum += square - gone;
+        largest = largest.max(sum);
+    }
+    largest / span as f64
+}
+
+/// Puts the reading of the second sensor beside that of the judged one.
+fn joined<'r>((first, second): (Reading<'r>, Option<Reading<'r>>)) -> Result<Reading<'r>, Error> {
+    Ok(match second {
+        Some(second) => first.beside(second)?,
+        None => first,
+    })
 }

@@ -62,15 +62,6 @@ pub(super) fn replay_findings(
     runs: &[&VariantRun],
 ) -> Vec<Finding> {
     let mut findings = implausible(design);
-    if design.lever.directions().is_some() {
-        let part = 100.0 * libm::sin(design.criterion.threshold_rad);
-        findings.push(Finding::warning(
-            "radial-left-out",
-            format!(
-                "The design states an axis, the recording is one channel: acceleration along the lever's arm was left out. At the limit angle it counts with {part:.0} % of its size."
-            ),
-        ));
-    }
     if policy.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
             "polarity-undeclared",

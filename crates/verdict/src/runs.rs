@@ -3,6 +3,7 @@
 use super::Answer;
 use super::decision::{VariantRun, combine};
 use super::ensemble::MemberPeaks;
+use super::in_plane::{self, InPlane};
 use super::meter::Meter;
 use super::policy::{AssessDetail, Policy, Variant};
 use super::readings::Readings;
@@ -59,6 +60,19 @@ impl RunSetup<'_> {
         self.policy.initial(model, stop, lever)
     }
 
+    /// Returns how the recorded accelerations drive the lever.
+    pub(super) fn projection(&self, opens_when: OpensWhen) -> Result<Projection, Error> {
+        match self.readings.conditioned().second {
+            Some(_) => Ok(InPlane::of(&self.design.lever)?.projection(opens_when)),
+            None => Ok(Projection::ALIGNED),
+        }
+    }
+
+    /// Returns how much the noise of each sensor counts.
+    pub(super) fn weights(&self, projection: &Projection) -> [f64; 2] {
+        in_plane::weights(projection, self.threshold_rad())
+    }
+
     /// Does `of` each item and returns the results in the items' order; `runs` says how many runs
     /// an item takes, few of which on a short recording stay on one thread.
     ///
@@ -101,13 +115,14 @@ impl RunSetup<'_> {
     ) -> Result<RunOutcome, Error> {
         let (method, tolerance_rad) = self.policy.method_on(variant.model);
         let with_errors = detail != RunDetail::PeakOnly;
+        let projection = self.projection(variant.opens_when)?;
         let noise_m2_s3 = match with_errors && method == Method::EventDriven {
-            true => self.readings.noise_m2_s3()?,
+            true => self.readings.noise_m2_s3(self.weights(&projection))?,
             false => None,
         };
         let options = RunOptions {
             stop: variant.model,
-            projection: Projection::ALIGNED,
+            projection,
             opens_when: variant.opens_when,
             method,
             tolerance_rad,
@@ -162,7 +177,7 @@ impl RunSetup<'_> {
         let parts = replay::subdivision(self.signal.rate, self.design, variant.model);
         let options = BatchOptions {
             stop: variant.model,
-            projection: Projection::ALIGNED,
+            projection: self.projection(variant.opens_when)?,
             opens_when: variant.opens_when,
             initial: self.initial(variant.model),
             window: self

@@ -4,7 +4,7 @@ use super::ensemble::Scatter;
 use super::policy::Variant;
 use super::runs::{RunDetail, RunSetup};
 use super::variant::VariantResult;
-use crate::conditioning::{self, Conditioned, between};
+use crate::conditioning::{self, Conditioned};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::batch::AskedPeaks;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
@@ -111,14 +111,13 @@ fn with_bias_kept(
     conditioned: &Conditioned,
     variants: &[Variant],
 ) -> Result<Vec<f64>, Error> {
-    let biased = conditioning::filtered(
-        &Conditioned {
+    let biased = setup.readings.read(|sensor| {
+        let biased = Conditioned {
             bias_m_s2: 0.0,
-            ..conditioned.clone()
-        },
-        conditioned.filter,
-    )?;
-    let biased = between::read(Cow::Owned(biased), setup.readings.between())?;
+            ..sensor.clone()
+        };
+        conditioning::filtered(&biased, conditioned.filter)
+    })?;
     setup.share(1, variants, |variant| {
         let outcome = setup.run(&biased, *variant, setup.window, RunDetail::PeakOnly)?;
         Ok(if outcome.broke_down {

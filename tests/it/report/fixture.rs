@@ -365,6 +365,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         });
     let opens_by_direction = opens.filter(|_| by_polarity.len() > 1).into_iter();
     let document = Document {
+        mechanism: None,
+        in_plane: None,
         opens,
         opens_by_direction: opens_by_direction
             .map(|opens| (opens.opens_when, opens))
@@ -496,6 +498,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
     traces.extend(runs[1..].iter().map(|(_, trace)| trace.clone()));
     let evidence = Evidence {
         sled206: None,
+        catch_traces: Vec::new(),
+        second: None,
         spectrum_raw: amplitudes(&raw),
         spectrum_used: amplitudes(&used),
         spectrogram: windows(&used),

@@ -72,6 +72,7 @@ impl TryFrom<SettingsAsStated> for MarginRequest {
 const OF_REPLAY: &[Setting] = &[
     Setting::InputFormat,
     Setting::Channel,
+    Setting::RadialChannel,
     Setting::TimeColumn,
     Setting::TimeUnit,
     Setting::TimeSource,

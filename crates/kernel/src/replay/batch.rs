@@ -221,7 +221,7 @@ fn plain_peaks(
 /// and `None` if none has one.
 fn catch_angles(count: usize, member: MemberOf<'_>) -> Option<Vec<f64>> {
     let angle = |index: usize| {
-        let catch = member(index).catch;
+        let catch = member(index).catch.filter(|catch| !catch.never_moves());
         catch.map_or(f64::INFINITY, |catch| catch.lever_angle_rad)
     };
     let angles: Vec<f64> = (0..count).map(angle).collect();

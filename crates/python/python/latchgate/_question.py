@@ -32,6 +32,8 @@ class Settings(TypedDict, total=False):
     """Format of the file; detected if left out."""
     channel: str | int
     """Name or number (from 1) of the channel; the one lateral acceleration if left out."""
+    radial_channel: str | int
+    """Second in-plane channel, for a design with an axis."""
     time_column: str | int
     """Name or number of the column that holds the time."""
     time_unit: str

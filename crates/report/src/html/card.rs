@@ -122,6 +122,7 @@ fn rests_on(document: &Document) -> Markup {
         let stops = words::stops(document);
         lines.extend(stops.map(|text| format!("{}.", words::capital(&text))));
     }
+    lines.extend(words::in_plane(document).map(|text| format!("In plane: {text}.")));
     lines.extend(words::catch(document).map(String::from));
     let leading = words::leading_run(document);
     lines.extend(leading.and_then(|run| words::computation(document, run)));

@@ -4,13 +4,14 @@ use super::markup::{code_fact, fact, heads};
 use crate::escape::terminal as line;
 use crate::words::{self, DIGITS, instant};
 use latchgate_document::Document;
-use latchgate_document::blocks::{ConditioningBlock, RecordingBlock};
+use latchgate_document::blocks::{ConditioningBlock, InPlaneBlock, RecordingBlock};
 use latchgate_document::number::{ABSENT, count, exact, significant, trimmed};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::parameters::Slot;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::TestFacts;
 use latchgate_verdict::conditioning::FilterStandard;
+use latchgate_verdict::in_plane::InPlane;
 use maud::{Markup, html};
 
 /// Returns what was judged: test, channel, design, and who checked it.
@@ -130,6 +131,7 @@ pub(super) fn conditioning(document: &Document) -> Markup {
     html! {
         h3 { "Conditioning" }
         @if let Some(block) = &document.conditioning { table.facts { tbody { (conditioning_facts(block)) } } }
+        @if let Some(block) = &document.in_plane { table.facts { tbody { (second_channel(block)) } } }
         @else { p { "Nothing was conditioned." } }
     }
 }
@@ -151,6 +153,26 @@ fn conditioning_facts(block: &ConditioningBlock) -> Markup {
             (fact("Made by a formula, by the card", "yes: clipping and dead sensors were not looked for"))
         }
         (fact("Order", "units, faults, bias, resampling, filter; the sign enters last, in the model"))
+    }
+}
+
+/// Returns how the second in-plane channel was used.
+fn second_channel(block: &InPlaneBlock) -> Markup {
+    let InPlane {
+        second_axis,
+        tangential,
+        radial,
+    } = block.directions;
+    let cosines =
+        |[y, second]: [f64; 2]| format!("{} of Y, {} of {second_axis}", exact(y), exact(second));
+    html! {
+        (fact("Second in-plane channel", &format!("{}, along {second_axis}, conditioned as the judged one", block.radial_channel)))
+        (fact("Along the way of the centre of mass, left door", &cosines(tangential)))
+        (fact("From the pivot to it, left door", &cosines(radial)))
+        (fact("Bias removed of it", &format!("{}\u{00A0}m/s² ± {}", significant(block.bias_m_s2, DIGITS), significant(block.bias_standard_error_m_s2, 4))))
+        @if let Some(magnitude) = magnitude(block.peak_g, block.peak_time_s) {
+            (fact("Largest magnitude of it as used", &magnitude))
+        }
     }
 }
 

@@ -7,15 +7,24 @@ use crate::words::{DIGITS, instant};
 use latchgate_document::Document;
 use latchgate_document::number::significant;
 use latchgate_kernel::range::Range;
+use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::Severity;
+use latchgate_verdict::Evidence;
 use latchgate_verdict::conditioning::Cfc;
 
 pub(super) const NAME: &str = "acceleration";
 
 pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
-    let signals = [&context.evidence.raw, &context.evidence.used];
-    let samples = signals.into_iter().flat_map(|signal| &signal.samples);
+    let Evidence {
+        raw, used, second, ..
+    } = context.evidence;
+    let second = second.as_ref().map(|second| ("velocity", second));
+    let signals: Vec<(&str, &Signal)> = [("raw", raw), ("used", used)]
+        .into_iter()
+        .chain(second)
+        .collect();
+    let samples = signals.iter().flat_map(|(_, signal)| &signal.samples);
     let range = frame::extent(samples.map(|value| value / STANDARD_GRAVITY));
     if range == Range::EMPTY {
         return None;
@@ -37,16 +46,13 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
             panel.band("band", from * scale, to * scale)
         })
         .level("zero", 0.0)
-        .each(
-            ["raw", "used"].into_iter().zip(signals),
-            |panel, (class, signal)| {
-                let samples = signal.samples.iter().enumerate();
-                let points = samples.map(|(index, value)| {
-                    Point::new(signal.time_s(index) * scale, value / STANDARD_GRAVITY)
-                });
-                panel.function(class, points)
-            },
-        )
+        .each(signals, |panel, (class, signal)| {
+            let samples = signal.samples.iter().enumerate();
+            let points = samples.map(|(index, value)| {
+                Point::new(signal.time_s(index) * scale, value / STANDARD_GRAVITY)
+            });
+            panel.function(class, points)
+        })
         .each(
             faults.iter().take(8).zip(0..),
             |panel, ((at_s, code), line)| {
@@ -83,6 +89,10 @@ fn legend(context: &PlotContext, has_bias: bool, has_faults: bool) -> Vec<Legend
         LegendEntry::line("raw", "as recorded"),
         LegendEntry::line("used", used_text(context.document)),
     ];
+    if let Some(block) = &context.document.in_plane {
+        let text = format!("{}, across, as used", block.radial_channel);
+        entries.push(LegendEntry::line("velocity", text));
+    }
     if has_bias {
         entries.push(LegendEntry::new(Sample::Patch("band"), "bias window"));
     }

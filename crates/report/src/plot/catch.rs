@@ -37,7 +37,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         .x("", context.time());
     let upper = context.limit(upper).level("edge", blocked).text(
         "muted halo",
-        (At::Low(8.0), At::Value(blocked, 14.0)),
+        (At::High(-8.0), At::Value(blocked, 14.0)),
         format!(
             "stopped at φb = {} rad while the catch is engaged",
             exact(blocked)
@@ -54,7 +54,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         .level("edge", engagement)
         .text(
             "muted halo",
-            (At::Low(8.0), At::Value(engagement, -6.0)),
+            (At::High(-8.0), At::Value(engagement, -6.0)),
             format!("engaged from ψb = {} rad", exact(engagement)),
         );
     let instants = [

@@ -123,38 +123,78 @@ pub fn gravity(channels: &[Channel], index: usize) -> Option<Finding> {
     })
 }
 
+/// Returns the largest magnitudes of the channels that differ from the judged one by their axis alone.
+pub fn of_other_axes(channels: &[Channel], judged: &Channel) -> Vec<super::Neighbour> {
+    let is_judged = |channel: &Channel| channel.name == judged.name;
+    let Some(index) = channels.iter().position(is_judged) else {
+        return Vec::new();
+    };
+    let of_axis = |channel: &Channel| {
+        let axis = latchgate_recording::axis_of(channel)?.letter;
+        let signal = neighbour(index, channel)?.signal;
+        let peak_m_s2 = signal
+            .samples
+            .iter()
+            .fold(0.0_f64, |most, a| most.max(a.abs()));
+        Some(super::Neighbour {
+            name: channel.name.clone(),
+            axis,
+            peak_m_s2,
+        })
+    };
+    let others = families(channels, index).map(|family| {
+        let others = family.into_iter().flatten();
+        let others = others.filter(|channel| !is_judged(channel) && !is_refuted(channel));
+        others.filter_map(of_axis).collect::<Vec<_>>()
+    });
+    let mut others = others.filter(|others| !others.is_empty());
+    others.next().unwrap_or_default()
+}
+
 /// Finds the channels of the three axes of one sensor: those whose names differ by x, y and z alone,
 /// or the three that there are.
 fn axes(channels: &[Channel], index: usize) -> Option<[&Channel; 3]> {
-    let own = &channels[index];
-    let alike = |other: &&Channel| {
-        other.unit == own.unit
-            && other.values.len() == own.values.len()
-            && other.rate == own.rate
-            && other.start_s.total_cmp(&own.start_s).is_eq()
-    };
-    let named = |name: &str| {
-        channels
-            .iter()
-            .filter(alike)
-            .find(|other| other.name == name)
-    };
-    let letters = own.name.char_indices().rev();
-    let by_name = letters.filter_map(|(place, letter)| {
-        let family = [['x', 'y', 'z'], ['X', 'Y', 'Z']];
-        let family = family.iter().find(|family| family.contains(&letter))?;
-        let with = |axis: &char| {
-            let (before, after) = (&own.name[..place], &own.name[place + 1..]);
-            named(&format!("{before}{axis}{after}"))
-        };
-        let [x, y, z] = family;
-        Some([with(x)?, with(y)?, with(z)?])
+    let mut families = families(channels, index);
+    let by_name = families.find_map(|family| match family {
+        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+        _ => None,
     });
-    let mut by_name = by_name;
-    by_name.next().or_else(|| {
-        let all: Vec<&Channel> = channels.iter().filter(alike).collect();
+    by_name.or_else(|| {
+        let all: Vec<&Channel> = channels
+            .iter()
+            .filter(|other| is_of_one_clock(&channels[index], other))
+            .collect();
         <[&Channel; 3]>::try_from(all).ok()
     })
+}
+
+/// Tells whether two channels have one unit and one clock.
+fn is_of_one_clock(one: &Channel, other: &Channel) -> bool {
+    other.unit == one.unit
+        && other.values.len() == one.values.len()
+        && other.rate == one.rate
+        && other.start_s.total_cmp(&one.start_s).is_eq()
+}
+
+/// Lists, for each letter of a channel's name that may be its axis, the channels that there are for x, y and z.
+fn families(channels: &[Channel], index: usize) -> impl Iterator<Item = [Option<&Channel>; 3]> {
+    let judged = &channels[index];
+    let named = |name: String| {
+        channels
+            .iter()
+            .filter(|other| is_of_one_clock(judged, other))
+            .find(|other| other.name == name)
+    };
+    judged
+        .name
+        .char_indices()
+        .rev()
+        .filter_map(move |(place, letter)| {
+            let families = [['x', 'y', 'z'], ['X', 'Y', 'Z']];
+            let family = families.iter().find(|family| family.contains(&letter))?;
+            let (before, after) = (&judged.name[..place], &judged.name[place + 1..]);
+            Some(family.map(|axis| named(format!("{before}{axis}{after}"))))
+        })
 }
 
 /// Returns the length of what three axes read at rest, in their unit: before the event, or, where

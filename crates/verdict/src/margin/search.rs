@@ -5,6 +5,7 @@ use super::{Advice, Basis, Boundary, Change, Margin, MarginOptions, NominalAnswe
 use crate::assess::assess_again;
 use crate::conditioning::{self, Conditioned};
 use crate::faults::Faults;
+use crate::in_plane;
 use crate::meter::Meter;
 use crate::readings::{ReadingCache, Readings};
 use crate::runs::{RunDetail, RunSetup};
@@ -114,9 +115,15 @@ impl<'a> MarginSearch<'a> {
         let signal = &conditioned.used;
         let signs = policy.polarity.signs().iter();
         let unbalance_sign = design.lever.unbalance_sign();
-        let strongest_m_s2 = signs
-            .flat_map(|sign| (signal.samples.iter()).map(|a| -unbalance_sign * sign.sign() * a))
-            .fold(0.0, f64::max);
+        let mut strongest_m_s2 = 0.0;
+        for sign in signs {
+            let along = in_plane::tangential(conditioned, &design.lever, *sign)?;
+            let opening = along
+                .samples
+                .iter()
+                .map(|a| -unbalance_sign * sign.sign() * a);
+            strongest_m_s2 = opening.fold(strongest_m_s2, f64::max);
+        }
         let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
         let spoiled = faults.first_bad.is_some();
         let mut search = Self {
@@ -747,10 +754,20 @@ fn scaled<'c>(
         return (Cow::Borrowed(conditioned), readings);
     }
     let mut scaled = conditioned.clone();
-    for samples in [&mut scaled.raw.samples, &mut scaled.used.samples] {
+    scale_samples(&mut scaled, scale);
+    (Cow::Owned(scaled), fresh)
+}
+
+fn scale_samples(conditioned: &mut Conditioned, scale: f64) {
+    for samples in [&mut conditioned.raw.samples, &mut conditioned.used.samples] {
         samples.iter_mut().for_each(|a| *a *= scale);
     }
-    scaled.formula = scaled.formula.map(|formula| formula.scaled(scale, 0.0));
-    scaled.bias_m_s2 *= scale;
-    (Cow::Owned(scaled), fresh)
+    conditioned.formula = conditioned
+        .formula
+        .take()
+        .map(|formula| formula.scaled(scale, 0.0));
+    conditioned.bias_m_s2 *= scale;
+    if let Some(second) = &mut conditioned.second {
+        scale_samples(&mut second.conditioned, scale);
+    }
 }

@@ -1,0 +1,344 @@
+//! An inertia catch in design files, verdicts, reports and the study.
+//!
+//! Expected instants and peaks are those of a Taylor series of both bodies at 200 bits (see `catch`).
+
+use crate::support::{Done, Folder, finish, latchgate, program};
+use latchgate_document::design_file::from_toml;
+use latchgate_kernel::model::Design;
+use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::pulse::{Pulse, Vertex};
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions};
+use latchgate_kernel::replay::{self, RunOptions};
+use latchgate_kernel::signal::Projection;
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, SampleRate};
+use latchgate_study::catch;
+use latchgate_verdict::ensemble::Scatter;
+use serde_json::Value;
+use std::fs;
+
+/// The design of the study, as a file.
+const DESIGN: &str = "\
+name = \"with a catch\"
+[lever]
+preload_torque_nm = 1.0
+[catch]
+moment_of_inertia_kg_m2 = 1e-6
+pivot_damping_nm_s_per_rad = 1e-6
+spring_stiffness_nm_per_rad = 0.002
+preload_torque_nm = 0.0037
+unbalance_kg_m = 4.8e-5
+engagement_angle_rad = 0.15
+end_stop_angle_rad = 0.3
+lever_angle_rad = 0.06
+rest_restitution = 0.4
+end_stop_restitution = 0.4
+engagement_restitution = 0.3
+reversible = true
+";
+
+/// Two trapezoids of −40 g and 12 ms each, this far apart [ms], as a pulse's word.
+fn two_pulses(gap_ms: f64) -> String {
+    let second = 12.0 + gap_ms;
+    let points = [
+        (0.0, 0.0),
+        (1.0, -40.0),
+        (11.0, -40.0),
+        (12.0, 0.0),
+        (second, 0.0),
+        (second + 1.0, -40.0),
+        (second + 11.0, -40.0),
+        (second + 12.0, 0.0),
+    ];
+    let points: Vec<String> = points
+        .iter()
+        .map(|(time, value)| format!("{time}:{value}"))
+        .collect();
+    format!(
+        "pulse:polyline,points={},unit=g,rate=20kHz,tail=200ms",
+        points.join("/")
+    )
+}
+
+/// Replays the nominal lever of a design file on a rigid stop.
+fn replayed(folder: &Folder, design: &str, recording: &str, further: &[&str]) -> Done {
+    folder.write("design.toml", design);
+    let design = folder.path().join("design.toml");
+    let design = design.to_str().unwrap();
+    let mut arguments = vec!["replay", recording, "--design", design];
+    arguments.extend(["--opens-when", "negative", "--format", "json"]);
+    arguments.extend(further);
+    latchgate(&arguments)
+}
+
+const NOMINAL: [&str; 4] = ["--no-report", "--members", "0", "--model=rigid"];
+
+#[test]
+fn verif_two_pulses_are_judged_by_what_the_catch_does() {
+    let folder = Folder::new("catch-two-pulses");
+    let cases = [
+        ("held in both", DESIGN.to_string(), 10.0, "pass"),
+        ("overtaken in the second", DESIGN.to_string(), 16.0, "fail"),
+        (
+            "locked in the first",
+            DESIGN.replace("reversible = true", "reversible = false"),
+            16.0,
+            "pass",
+        ),
+    ];
+    for (name, design, gap_ms, expected) in cases {
+        let done = replayed(&folder, &design, &two_pulses(gap_ms), &NOMINAL);
+        let document = done.document();
+        assert_eq!(document["verdict"], expected, "{name}: {}", document["why"]);
+        let mechanism = &document["mechanism"];
+        assert_eq!(mechanism["kind"], "inertia-catch", "{name}");
+        let near = |found: &Value, expected: f64| {
+            let found = found.as_f64().unwrap_or(f64::NAN);
+            assert!(
+                (found - expected).abs() < 1e-12,
+                "{name}: {found}, not {expected}"
+            );
+        };
+        let run = &mechanism["runs"][0];
+        near(&mechanism["speed_ratio"], 1.779_917_601_043_024_9);
+        near(&run["engaged_s"], 0.005_058_223_780_534_052);
+        near(&run["lever_arrives_s"], 0.006_850_148_730_732_921_5);
+        let why = document["why"].as_array().unwrap();
+        assert!(why.iter().any(|reason| reason["code"] == "catch"), "{name}");
+        if expected == "fail" {
+            near(&run["lever_passes_s"], 0.031_710_381_875_066_52);
+            near(&document["nominal"]["peak_angle_rad"], 0.733_836_703_863_60);
+        }
+    }
+}
+
+/// A catch that nothing moves leaves every number as it is; the lever alone has no mechanism.
+#[test]
+fn verif_a_catch_without_unbalance_changes_no_number() {
+    let folder = Folder::new("catch-idle");
+    let recording = two_pulses(16.0);
+    let (lever, _) = DESIGN.split_once("[catch]").unwrap();
+    let idle = DESIGN.replace("unbalance_kg_m = 4.8e-5", "unbalance_kg_m = 0.0");
+    let of = |design: &str| replayed(&folder, design, &recording, &["--no-report"]).document();
+    let (plain, beside) = (of(lever), of(&idle));
+    assert!(plain.get("mechanism").is_none());
+    for key in [
+        "verdict",
+        "nominal",
+        "models",
+        "ensemble",
+        "error_budget_rad",
+        "opens",
+    ] {
+        assert_eq!(plain[key], beside[key], "{key}");
+    }
+}
+
+/// Every member of a batch comes as far as the scalar kernel says, lever and catch drawn alike.
+#[test]
+fn verif_members_beside_a_catch_agree_with_the_scalar_kernel() {
+    let mut design = from_toml(DESIGN).unwrap();
+    for (key, deviation) in [
+        ("catch.unbalance_kg_m", 5e-6),
+        ("catch.engagement_angle_rad", 0.02),
+        ("catch.lever_angle_rad", 0.004),
+        ("preload_torque_nm", 0.1),
+    ] {
+        design.tolerance.insert(key.into(), deviation);
+    }
+    design.validate().unwrap();
+    let scatter = Scatter::new(&design, 0.0, 1).unwrap();
+    let level = -40.0 * STANDARD_GRAVITY;
+    let vertices = [(0, 0.0), (1, level), (11, level), (12, 0.0)];
+    let both = [0, 26].into_iter().flat_map(|start| {
+        vertices.map(|(at, value)| Vertex::new(f64::from(start + at) * 1e-3, value))
+    });
+    let rate = SampleRate::from_hertz(20_000.0).unwrap();
+    let reading = Pulse::Polyline(both.collect()).reading(rate, 1000).unwrap();
+    for stop in [StopModel::Rigid, StopModel::Soft] {
+        let options = BatchOptions {
+            stop,
+            projection: Projection::ALIGNED,
+            opens_when: OpensWhen::Negative,
+            initial: None,
+            window: None,
+            coast: true,
+            asked: AskedPeaks::ALL,
+            threshold_rad: design.criterion.threshold_rad,
+            threads: 2,
+        };
+        let member = |index: usize| scatter.member(u32::try_from(index).unwrap());
+        let peaks = batch::peaks(&reading, 200, &member, &options).unwrap();
+        let mut stopped = 0;
+        for (index, peak) in peaks.iter().enumerate() {
+            let member = member(index);
+            let drawn = Design {
+                lever: member.lever,
+                stop: member.stop,
+                catch: member.catch,
+                ..design.clone()
+            };
+            let seen = reading.scaled(member.scale, member.bias_m_s2);
+            let outcome =
+                replay::run(&seen, &drawn, &RunOptions::new(stop, OpensWhen::Negative)).unwrap();
+            let catch = outcome.catch.unwrap();
+            assert_eq!(catch.tie_s, None, "{index}");
+            stopped += usize::from(catch.stops > 0);
+            let away = (peak.peak_angle_rad - outcome.run.peak_angle_rad).abs();
+            assert!(away < 1e-9, "{index}: {away:e}");
+        }
+        assert!((20..=200).contains(&stopped), "{stopped}");
+    }
+}
+
+#[test]
+fn verif_a_report_with_a_catch_is_drawn_and_verified() {
+    let folder = Folder::new("catch-report");
+    let out = folder.path().join("report");
+    let out = out.to_str().unwrap();
+    let done = replayed(
+        &folder,
+        DESIGN,
+        &two_pulses(16.0),
+        &["--members=128", "--out", out],
+    );
+    assert_eq!(done.code, 1, "{}", done.err);
+    let picture = fs::read_to_string(format!("{out}/catch.svg")).unwrap();
+    assert!(picture.contains("ψb = 0.15 rad") && picture.contains("φb = 0.06 rad"));
+    let page = fs::read_to_string(format!("{out}/report.html")).unwrap();
+    assert!(page.contains("passes it at 31.7"), "what the catch did");
+    assert!(
+        page.contains("Catch: unbalance, mass times arm"),
+        "its numbers"
+    );
+    let verified = latchgate(&["verify", &format!("{out}/verdict.json")]);
+    assert_eq!(verified.code, 0, "{}{}", verified.out, verified.err);
+}
+
+#[test]
+fn verif_what_is_no_catch_is_refused() {
+    let without = |key: &str| {
+        let lines = DESIGN.lines().filter(|line| !line.starts_with(key));
+        lines.collect::<Vec<_>>().join("\n")
+    };
+    let with = |from: &str, to: &str| DESIGN.replace(from, to);
+    let cases = [
+        (without("unbalance_kg_m"), "none of unbalance_kg_m"),
+        (without("reversible"), "none of reversible"),
+        (with("reversible = true", "reversible = 1"), "true or false"),
+        (
+            DESIGN.to_string() + "unbalanced_kg_m = 1.0\n",
+            "catch.unbalance_kg_m",
+        ),
+        (
+            with("end_stop_angle_rad = 0.3", "end_stop_angle_rad = 0.1"),
+            "catch.end_stop_angle_rad",
+        ),
+        (
+            with("rest_restitution = 0.4", "rest_restitution = 1.4"),
+            "0 to 1",
+        ),
+        (
+            with(
+                "[lever]",
+                "[tolerance]\n\"catch.unbalance\" = 1e-6\n[lever]",
+            ),
+            "tolerance.catch.unbalance_kg_m",
+        ),
+        (
+            "[tolerance]\n\"catch.unbalance_kg_m\" = 1e-6\n".into(),
+            "tolerance",
+        ),
+    ];
+    for (text, part) in cases {
+        let refused = from_toml(&text).map(|design| design.name);
+        let message = refused.expect_err(&text).to_string();
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    let crossing = with(
+        "[lever]",
+        "[tolerance]\n\"catch.engagement_angle_rad\" = 0.03\n\"catch.end_stop_angle_rad\" = 0.03\n[lever]",
+    );
+    let refused = Scatter::new(&from_toml(&crossing).unwrap(), 0.0, 1);
+    let message = refused.unwrap_err().to_string();
+    assert!(message.contains("engagement_angle_rad"), "{message}");
+}
+
+/// The template is a design that is judged, and its catch is the faster of the two.
+#[test]
+fn cli_init_writes_a_design_with_a_catch() {
+    let folder = Folder::new("init-catch");
+    let arguments = ["init", "design", "--mechanism", "catch"];
+    let done = finish(program().current_dir(folder.path()).args(arguments));
+    assert_eq!(done.code, 0, "{}", done.err);
+    let text = fs::read_to_string(folder.path().join("design.toml")).unwrap();
+    let design = from_toml(&text).unwrap();
+    let (catch, lever) = (design.catch.unwrap(), design.lever);
+    assert!(catch.lift_off_acceleration_m_s2() < lever.lift_off_acceleration_m_s2());
+    assert!(catch.speed_ratio(&lever) > 1.0);
+    assert!(catch.lever_angle_rad < design.criterion.threshold_rad);
+    let other = latchgate(&["init", "card", "--mechanism", "catch"]);
+    assert_eq!(other.code, 2);
+}
+
+/// Where static numbers promise and the record opens: the gap of 13.506 ms, and windows of the ringing.
+#[test]
+fn verif_the_study_of_the_catch_finds_where_the_record_opens() {
+    let folder = Folder::new("catch-study");
+    let out = folder.path().join("study");
+    let arguments = [
+        "study",
+        "catch",
+        "--format",
+        "json",
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    let done = latchgate(&arguments);
+    assert_eq!(done.code, 0, "{}", done.err);
+    let study = done.document();
+    let value = |subject: &str, what: &str| {
+        let mut lines = study["headlines"].as_array().unwrap().iter();
+        let line = lines.find(|line| line["subject"] == subject && line["what"] == what);
+        line.unwrap_or_else(|| panic!("{subject}: {what}"))["value"].as_f64()
+    };
+    let gap = value("two pulses, reversible catch", "opens from a gap on [ms]").unwrap();
+    assert!((13.505_975..13.507).contains(&gap), "{gap}");
+    assert_eq!(
+        value("two pulses, irreversible catch", "gaps that open [-]"),
+        Some(0.0)
+    );
+    assert_eq!(
+        value("two pulses, lever alone", "gaps that open [-]"),
+        Some(161.0)
+    );
+    let table = fs::read_to_string(out.join("catch.csv")).unwrap();
+    let row_at = |gap_s: f64| {
+        let is_meant = |row: &&str| {
+            let cells: Vec<&str> = row.split(',').collect();
+            cells[..3] == ["two-pulses", "rigid", "reversible-catch"]
+                && (cells[3].parse::<f64>().unwrap() - gap_s).abs() < 1e-9
+        };
+        table
+            .lines()
+            .find(is_meant)
+            .unwrap_or_else(|| panic!("{gap_s}"))
+    };
+    // Held, open from 14 to 20 ms, held from 22 to 26, open from 28 to 30, held from 35.
+    for (gap_s, expected) in [
+        (0.013, "false"),
+        (0.014, "true"),
+        (0.02, "true"),
+        (0.022, "false"),
+        (0.026, "false"),
+        (0.028, "true"),
+        (0.03, "true"),
+        (0.035, "false"),
+    ] {
+        assert_eq!(row_at(gap_s).split(',').nth(5), Some(expected), "{gap_s}");
+    }
+    let lever = folder.write("lever.toml", "name = \"lever\"\n");
+    let refused = latchgate(&["study", "catch", "--design", &lever]);
+    assert_eq!(refused.code, 4);
+    assert!(refused.err.contains("[catch]"), "{}", refused.err);
+    assert_eq!(catch::example().catch, from_toml(DESIGN).unwrap().catch);
+}
