@@ -6,7 +6,7 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::batch::{self, MemberPeak};
 use latchgate_kernel::replay::{self, Method, Run, RunOptions};
-use latchgate_kernel::signal::Signal;
+use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_kernel::units::OpensWhen;
 use std::hint::black_box;
 use std::ops::Range;
@@ -102,7 +102,46 @@ fn kernel<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Vec<Entry<'a>
             with_bound,
             bound,
         ),
+        across(signal, stop),
+        beside_a_catch(signal, stop),
     ]
+}
+
+/// The kernel with a second in-plane channel, half of the judged one.
+fn across(signal: &Signal, stop: StopModel) -> Entry<'static> {
+    let mut second = signal.clone();
+    second.samples.iter_mut().for_each(|a| *a *= 0.5);
+    let reading = Reading::from(signal.clone()).beside(Reading::from(second));
+    let reading = reading.expect("both have one clock");
+    let design = Design::reference();
+    let options = scenes::plain(stop, Method::EventDriven);
+    Entry {
+        name: "kernel, two in-plane axes".into(),
+        samples: signal.samples.len() - 1,
+        levers: 1,
+        off: Off::default(),
+        run: Box::new(move |_| {
+            black_box(replay::run(black_box(&reading), &design, &options).expect("two axes run"));
+        }),
+    }
+}
+
+/// The kernel with an inertia catch, which meets the lever.
+fn beside_a_catch<'a>(signal: &'a Signal, stop: StopModel) -> Entry<'a> {
+    let design = Design {
+        lever: Design::reference().lever,
+        ..latchgate_study::catch::example()
+    };
+    let options = scenes::plain(stop, Method::EventDriven);
+    Entry {
+        name: "kernel, beside an inertia catch".into(),
+        samples: signal.samples.len() - 1,
+        levers: 1,
+        off: Off::default(),
+        run: Box::new(move |_| {
+            black_box(replay::run(black_box(signal), &design, &options).expect("a catch runs"));
+        }),
+    }
 }
 
 /// The paper's method at the paper's step.

@@ -37,6 +37,8 @@ pub(crate) fn unconditioned(signal: &Signal) -> Conditioned {
         filter_standard: FilterStandard::Iso6487,
         resample_hz: None,
         velocity_change_m_s: 0.0,
+        second: None,
+        neighbours: Vec::new(),
         slow_clock: None,
         findings: Vec::new(),
     }
