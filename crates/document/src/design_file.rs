@@ -328,7 +328,7 @@ fn stated_catch(entries: &toml::Table, text: &str) -> Result<Catch, Error> {
         return Err(Error::malformed(
             "every number of [catch], and reversible",
             format!("none of {}", lacking.join(", ")),
-            "state them; `latchgate init design --mechanism catch` writes a file to start from",
+            "state them; `latchgate init design` writes a file with a catch, if asked for its mechanism",
         ));
     }
     match entries.get("reversible") {

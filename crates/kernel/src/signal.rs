@@ -188,8 +188,9 @@ impl<'a> Reading<'a> {
     /// Returns the accelerations along the way of the centre of mass and, beside it, across; the reading
     /// itself where there is no second sensor.
     pub fn projected(&self, projection: &Projection) -> Reading<'_> {
-        let Some(second) = &self.second else {
-            return self.into();
+        let second = match &self.second {
+            Some(second) if *projection != Projection::ALIGNED => second,
+            _ => return self.into(),
         };
         let part = |cosines: [f64; 2]| {
             let sum = |first: &[f64], second: &[f64]| {

@@ -335,7 +335,7 @@ fn headlines(options: &Options, rows: &[Row]) -> Result<Vec<Headline>, Error> {
             if let Some(pair) = first_change {
                 let gap_s = least_gap_s(options, *model, beside, pair[0].value, pair[1].value)?;
                 figures = figures.digits(5);
-                figures.say("opens from a gap on [ms]", 1e3 * gap_s);
+                figures.say("opens from a gap on [ms]", (1e6 * gap_s).round() / 1e3);
             }
             headlines.extend(figures.lines);
             let mut figures = Figures::of(format!("ringing, {}", beside.title()), *model);
