@@ -101,9 +101,6 @@ pub struct ReadArguments {
     /// Column name, 1-based number or MCAP topic:field.path [default: the one lateral acceleration]
     #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
     pub channel: Option<String>,
-    /// Second in-plane channel, for a design with an axis [default: none]
-    #[arg(long, value_name = "NAME", allow_hyphen_values = true)]
-    pub radial_channel: Option<String>,
     /// Column name or 1-based number of the time [default: found]
     #[arg(
         long,
@@ -191,7 +188,6 @@ impl ReadArguments {
             time_column: self.time_column.clone(),
             time_unit: self.time_unit,
             time_source: self.time_source,
-            radial_channel: self.radial_channel.clone(),
             sheet: self.sheet.clone(),
             header_line: self.header_line,
             unit_line: self.unit_line,
@@ -220,6 +216,9 @@ pub struct ReplayArguments {
     /// How the recording is read.
     #[command(flatten)]
     pub read: ReadArguments,
+    /// Second in-plane channel, for a design with an axis [default: none]
+    #[arg(help_heading = "Signal", long, value_name = "NAME", allow_hyphen_values = true)]
+    pub radial_channel: Option<String>,
     /// Velocity change of the sensor's place, from another source [m/s] [default: the card]
     #[arg(help_heading = "Signal", long, value_name = "M/S", value_parser = parse_positive, allow_hyphen_values = true)]
     pub velocity_change: Option<f64>,
@@ -296,6 +295,7 @@ impl ReplayArguments {
     /// As [`Common::changed_limits`].
     pub fn request(&self, common: &Common) -> Result<Request, Error> {
         Ok(Request {
+            radial_channel: self.radial_channel.clone(),
             velocity_change_m_s: self.velocity_change,
             accepted: {
                 let words: BTreeSet<AcceptedWord> = self.accept.iter().copied().collect();
