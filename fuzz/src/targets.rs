@@ -101,11 +101,6 @@ fn both(name: &str, format: &str, data: &[u8]) {
     let one = read(name, Some(format), data, Selection::Lateral, &plain);
     read(name, Some(format), data, Selection::Every, &plain);
     let with_unit = read(name, Some(format), data, Selection::Lateral, &told);
-    let rated = ReadOptions {
-        rate_hz: Some(10_000.0),
-        ..told.clone()
-    };
-    read(name, Some(format), data, Selection::Lateral, &rated);
     if let Some(one) = one {
         let other = with_unit.expect("an option that adds a unit takes no channel away");
         assert_eq!(one.channels[0].values, other.channels[0].values);
