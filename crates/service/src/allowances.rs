@@ -24,17 +24,17 @@ impl Allowances {
         let since = |last: Instant| now.duration_since(last).as_secs_f64() * per_s;
         if buckets.len() >= REMEMBERED {
             // Whoever has the whole allowance again need not be remembered.
-            buckets.retain(|_, (left, last)| *left + since(*last) < burst);
+            buckets.retain(|_, (tokens, last)| *tokens + since(*last) < burst);
         }
         let is_one_too_many = buckets.len() >= REMEMBERED && !buckets.contains_key(name);
         let name = if is_one_too_many { "others" } else { name };
-        let (left, last) = buckets.entry(name.into()).or_insert((burst, now));
-        *left = (*left + since(*last)).min(burst);
+        let (tokens, last) = buckets.entry(name.into()).or_insert((burst, now));
+        *tokens = (*tokens + since(*last)).min(burst);
         *last = now;
-        if *left < 1.0 {
-            return Err(((1.0 - *left) / per_s).ceil().max(1.0) as u32);
+        if *tokens < 1.0 {
+            return Err(((1.0 - *tokens) / per_s).ceil().max(1.0) as u32);
         }
-        *left -= 1.0;
+        *tokens -= 1.0;
         Ok(())
     }
 }

@@ -99,15 +99,18 @@ impl Parts {
     pub fn delete(
         &self,
         recordings: &[String],
-        by: &str,
+        deleted_by: &str,
         why: &str,
         from: impl Display,
     ) -> Result<u64, StoreError> {
         let mut deleted = 0;
         for id in recordings {
-            if self.ledger.delete_recording(id, by, why, now_ms())? {
+            if self
+                .ledger
+                .delete_recording(id, deleted_by, why, now_ms())?
+            {
                 deleted += 1;
-                audit::told("recording deleted", id, by, &from);
+                audit::record("recording deleted", id, deleted_by, &from);
                 self.remove_copies(id);
             }
         }
@@ -272,15 +275,15 @@ impl App {
             return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 2));
         }
         let free = self.blobs.free_bytes().map_err(Problem::from)?;
-        let most = self.config.free_bytes;
-        if free < most.saturating_add(bytes) {
+        let free_bytes_min = self.config.free_bytes;
+        if free < free_bytes_min.saturating_add(bytes) {
             let found = format!("{free} bytes free, {bytes} to come");
             let way_out = "free space where the data lie, or lower `free_mib` in the service's \
                            configuration; nothing that was acknowledged is lost";
             let status = StatusCode::INSUFFICIENT_STORAGE;
             return Err(Problem {
                 retry_after_s: Some(5),
-                ..Problem::over(status, "free_bytes", most, found, way_out)
+                ..Problem::over(status, "free_bytes", free_bytes_min, found, way_out)
             });
         }
         Ok(())
@@ -297,17 +300,17 @@ impl App {
         self.on_disk(move |parts| {
             let mut under_way = locked(&parts.under_way);
             let kept = parts.ledger.bytes_of(&owner)?;
-            let held = under_way.entry(owner.clone()).or_default();
+            let reserved = under_way.entry(owner.clone()).or_default();
             let share = parts.config.own_bytes;
-            let left = share.saturating_sub(kept).saturating_sub(*held);
-            let bytes = length.unwrap_or(parts.config.upload_bytes).min(left);
-            *held += bytes;
+            let left_bytes = share.saturating_sub(kept).saturating_sub(*reserved);
+            let bytes = length.unwrap_or(parts.config.upload_bytes).min(left_bytes);
+            *reserved += bytes;
             drop(under_way);
             Ok(Reserved {
                 app,
                 owner,
                 bytes,
-                left,
+                left_bytes,
             })
         })
         .await
@@ -321,20 +324,20 @@ impl App {
     pub fn admit_jobs(&self, visitor: &Visitor, count: u64) -> Result<(), Problem> {
         self.admit_bytes(1 << 20)?;
         let load = self.ledger.load(&visitor.name)?;
-        let most = self.config.own_queue;
-        if load.owner_jobs.saturating_add(count) > most {
+        let jobs_max = self.config.own_queue;
+        if load.owner_jobs.saturating_add(count) > jobs_max {
             let found = format!(
                 "{count} more than the {} of this token that wait",
                 load.owner_jobs
             );
             let status = StatusCode::TOO_MANY_REQUESTS;
-            return Err(Problem::later(status, "own_queue", most, found, 5));
+            return Err(Problem::later(status, "own_queue", jobs_max, found, 5));
         }
-        let most = self.config.queue;
-        if load.queued.saturating_add(count) > most {
+        let queue_max = self.config.queue;
+        if load.queued.saturating_add(count) > queue_max {
             let found = format!("{count} more than the {} that wait", load.queued);
             let status = StatusCode::SERVICE_UNAVAILABLE;
-            return Err(Problem::later(status, "queue", most, found, 5));
+            return Err(Problem::later(status, "queue", queue_max, found, 5));
         }
         Ok(())
     }
@@ -345,22 +348,22 @@ pub struct Reserved {
     app: App,
     owner: String,
     bytes: u64,
-    left: u64,
+    left_bytes: u64,
 }
 
 impl Reserved {
     /// Returns what the token may still upload [bytes].
-    pub fn left(&self) -> u64 {
-        self.left
+    pub fn left_bytes(&self) -> u64 {
+        self.left_bytes
     }
 }
 
 impl Drop for Reserved {
     fn drop(&mut self) {
         let mut under_way = locked(&self.app.under_way);
-        if let Some(held) = under_way.get_mut(&self.owner) {
-            *held -= self.bytes;
-            if *held == 0 {
+        if let Some(reserved) = under_way.get_mut(&self.owner) {
+            *reserved -= self.bytes;
+            if *reserved == 0 {
                 under_way.remove(&self.owner);
             }
         }
@@ -404,12 +407,12 @@ impl Store {
                 )
             },
         )?;
-        let told = |error: StoreError| format!("{shown}: {error}");
-        let ledger = SqliteLedger::open(&data.join(LEDGER)).map_err(told)?;
+        let error_text = |error: StoreError| format!("{shown}: {error}");
+        let ledger = SqliteLedger::open(&data.join(LEDGER)).map_err(error_text)?;
         let order_s = config.order_time.as_secs();
         Ok(Self {
             ledger: Arc::new(ledger.with_limits(config.child_memory_bytes, order_s)),
-            blobs: Arc::new(BlobFolder::open(&data.join("blobs")).map_err(told)?),
+            blobs: Arc::new(BlobFolder::open(&data.join("blobs")).map_err(error_text)?),
             lock: Some(lock),
         })
     }

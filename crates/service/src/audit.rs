@@ -8,6 +8,6 @@ pub const TARGET: &str = "audit";
 
 /// Tells that `who` did something, `what`, with something named `which`, from an address or by the
 /// command line. No secret, query or header belongs into any of them.
-pub fn told(what: &str, which: &str, who: &str, from: impl Display) {
+pub fn record(what: &str, which: &str, who: &str, from: impl Display) {
     tracing::info!(target: TARGET, what, which, who, %from, "audit");
 }

@@ -140,7 +140,7 @@ pub enum Presented {
 
 /// What came of a look at what was presented.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Seen {
+pub enum Recognition {
     /// No token exists: whoever reaches the loopback may do everything.
     Open(Visitor),
     /// A token or a session that is known.
@@ -157,7 +157,7 @@ const NOTED_MS: i64 = 5 * 60_000;
 
 /// Tokens and sessions as they were last read.
 #[derive(Debug, Default)]
-struct Known {
+struct TokenCache {
     /// When that was; `None` where they are to be read again.
     read: Option<Instant>,
     tokens: Vec<StoredToken>,
@@ -177,7 +177,7 @@ pub struct SessionTimes {
 #[derive(Debug)]
 pub struct Door {
     times: SessionTimes,
-    known: Mutex<Known>,
+    cache: Mutex<TokenCache>,
 }
 
 impl Door {
@@ -185,7 +185,7 @@ impl Door {
     pub fn new(times: SessionTimes) -> Self {
         Self {
             times,
-            known: Mutex::default(),
+            cache: Mutex::default(),
         }
     }
 
@@ -198,38 +198,38 @@ impl Door {
         &self,
         ledger: &dyn Ledger,
         presented: Option<&Presented>,
-    ) -> Result<Seen, StoreError> {
-        let mut known = locked(&self.known);
-        if known.read.is_none_or(|read| read.elapsed() >= FRESH) {
+    ) -> Result<Recognition, StoreError> {
+        let mut cache = locked(&self.cache);
+        if cache.read.is_none_or(|read| read.elapsed() >= FRESH) {
             let tokens = ledger.tokens()?;
-            if known.read.is_some() || !known.tokens.is_empty() {
-                tell_changes(&known.tokens, &tokens);
+            if cache.read.is_some() || !cache.tokens.is_empty() {
+                tell_changes(&cache.tokens, &tokens);
             }
-            known.tokens = tokens;
-            known.sessions = ledger.sessions()?;
-            known.read = Some(Instant::now());
+            cache.tokens = tokens;
+            cache.sessions = ledger.sessions()?;
+            cache.read = Some(Instant::now());
         }
-        let seen = self.seen(Some(ledger), presented, &mut known);
-        Ok(seen.unwrap_or(Seen::Stranger))
+        let recognition = self.recognise(Some(ledger), presented, &mut cache);
+        Ok(recognition.unwrap_or(Recognition::Stranger))
     }
 
     /// Looks at what someone presents without a look at the disk, where the lists were just read and no
     /// use is to be noted.
-    pub fn look_again(&self, presented: Option<&Presented>) -> Option<Seen> {
-        let mut known = self.known.try_lock().ok()?;
-        known.read.filter(|read| read.elapsed() < FRESH)?;
-        self.seen(None, presented, &mut known)
+    pub fn look_again(&self, presented: Option<&Presented>) -> Option<Recognition> {
+        let mut cache = self.cache.try_lock().ok()?;
+        cache.read.filter(|read| read.elapsed() < FRESH)?;
+        self.recognise(None, presented, &mut cache)
     }
 
     /// Finds who presents something; `None` where a use is to be noted and there is no ledger at hand.
-    fn seen(
+    fn recognise(
         &self,
         ledger: Option<&dyn Ledger>,
         presented: Option<&Presented>,
-        known: &mut Known,
-    ) -> Option<Seen> {
-        if known.tokens.is_empty() {
-            return Some(Seen::Open(Visitor {
+        cache: &mut TokenCache,
+    ) -> Option<Recognition> {
+        if cache.tokens.is_empty() {
+            return Some(Recognition::Open(Visitor {
                 name: "local".into(),
                 scopes: Scope::ALL.to_vec(),
                 token: None,
@@ -239,16 +239,16 @@ impl Door {
         }
         let now = now_ms();
         let number = match presented {
-            None => return Some(Seen::Stranger),
+            None => return Some(Recognition::Stranger),
             Some(Presented::Token(token)) => {
-                let hashes = known.tokens.iter().map(|own| own.sha256.as_str());
-                found(hashes, token).map(|at| known.tokens[at].number)
+                let hashes = cache.tokens.iter().map(|stored| stored.sha256.as_str());
+                matching_hash(hashes, token).map(|index| cache.tokens[index].number)
             }
             Some(Presented::Session(session)) => {
-                let hashes = known.sessions.iter().map(|own| own.sha256.as_str());
-                match found(hashes, session) {
-                    Some(at) if self.lasts(&known.sessions[at], now) => {
-                        let session = &mut known.sessions[at];
+                let hashes = cache.sessions.iter().map(|stored| stored.sha256.as_str());
+                match matching_hash(hashes, session) {
+                    Some(index) if self.lasts(&cache.sessions[index], now) => {
+                        let session = &mut cache.sessions[index];
                         if now - session.seen_ms > NOTED_MS {
                             let ledger = ledger?;
                             session.seen_ms = now;
@@ -261,15 +261,15 @@ impl Door {
             }
         };
         let valid = |token: &&mut StoredToken| Some(token.number) == number && token.is_valid(now);
-        let Some(token) = known.tokens.iter_mut().find(valid) else {
-            return Some(Seen::Stranger);
+        let Some(token) = cache.tokens.iter_mut().find(valid) else {
+            return Some(Recognition::Stranger);
         };
         if token.used_ms.is_none_or(|used| now - used > NOTED_MS) {
             let ledger = ledger?;
             token.used_ms = Some(now);
             noted(ledger.used_token(token.number, now));
         }
-        Some(Seen::Known(Visitor {
+        Some(Recognition::Known(Visitor {
             name: token.name.clone(),
             scopes: token.scopes.split(',').filter_map(Scope::of).collect(),
             token: Some(token.number),
@@ -304,7 +304,7 @@ impl Door {
             created_ms: now,
             seen_ms: now,
         })?;
-        locked(&self.known).read = None;
+        locked(&self.cache).read = None;
         Ok(secret)
     }
 
@@ -319,7 +319,7 @@ impl Door {
                 ledger.end_session(&session.sha256)?;
             }
         }
-        locked(&self.known).read = None;
+        locked(&self.cache).read = None;
         Ok(())
     }
 
@@ -330,7 +330,7 @@ impl Door {
     /// [`StoreError`] if that cannot be written.
     pub fn sign_out(&self, ledger: &dyn Ledger, session: &str) -> Result<(), StoreError> {
         ledger.end_session(&sha256_hex(session.as_bytes()))?;
-        locked(&self.known).read = None;
+        locked(&self.cache).read = None;
         Ok(())
     }
 }
@@ -346,28 +346,28 @@ fn noted(outcome: Result<(), StoreError>) {
 /// process has a log of its own.
 fn tell_changes(before: &[StoredToken], now: &[StoredToken]) {
     for token in now {
-        let known = before.iter().find(|known| known.number == token.number);
-        let what = match known {
+        let earlier = before.iter().find(|earlier| earlier.number == token.number);
+        let what = match earlier {
             None => "token made",
-            Some(known) if token.revoked && !known.revoked => "token taken back",
-            Some(known) if token.ends_ms != known.ends_ms => "token ends otherwise",
+            Some(earlier) if token.revoked && !earlier.revoked => "token taken back",
+            Some(earlier) if token.ends_ms != earlier.ends_ms => "token ends otherwise",
             Some(_) => continue,
         };
-        audit::told(what, &token.reference(), "operator", "the command line");
+        audit::record(what, &token.reference(), "operator", "the command line");
     }
 }
 
 /// Finds what was presented among hashes; every one is compared to its end, whatever was found before.
-fn found<'a>(hashes: impl Iterator<Item = &'a str>, presented: &str) -> Option<usize> {
+fn matching_hash<'a>(hashes: impl Iterator<Item = &'a str>, presented: &str) -> Option<usize> {
     let presented = sha256_hex(presented.as_bytes());
-    let mut found = None;
-    for (at, sha256) in hashes.enumerate() {
+    let mut matching = None;
+    for (index, sha256) in hashes.enumerate() {
         let is_same: Choice = sha256.as_bytes().ct_eq(presented.as_bytes());
         if bool::from(is_same) {
-            found = Some(at);
+            matching = Some(index);
         }
     }
-    found
+    matching
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

@@ -43,7 +43,7 @@ const GATE: &str = "gate.toml";
 
 /// How a gate stands, as the command line says it.
 #[derive(Debug, Default, Deserialize)]
-struct Told {
+struct GateStatus {
     done: u64,
     missing: u64,
     engine: Option<EngineTasks>,
@@ -141,8 +141,8 @@ impl Place<'_> {
             File::create(&marked).map_err(|error| error.to_string())?;
             return Ok(None);
         }
-        let told = match self.status() {
-            Ok(told) => told,
+        let status = match self.status() {
+            Ok(status) => status,
             Err(text) => {
                 look.unanswered += 1;
                 let error = Some(text.clone());
@@ -158,11 +158,11 @@ impl Place<'_> {
             }
         };
         look.unanswered = 0;
-        look.decided = told.done;
-        if told.missing == 0 {
+        look.decided = status.done;
+        if status.missing == 0 {
             return self.decided(parts, gate).map(Some);
         }
-        let tasks = told.engine.unwrap_or_default();
+        let tasks = status.engine.unwrap_or_default();
         let idle = tasks.error.is_none() && tasks.running + tasks.waiting == 0;
         if idle && tasks.stuck > 0 && look.resubmits < RESUBMITS {
             look.resubmits += 1;
@@ -177,7 +177,7 @@ impl Place<'_> {
         Err(format!(
             "{} of {} pairs are not in the store, and nothing in the queue is to judge them; see \
              what the tasks printed in {}",
-            told.missing,
+            status.missing,
             gate.recordings.len() * gate.designs.len(),
             self.folder.join("store/engine").display()
         ))
@@ -185,22 +185,22 @@ impl Place<'_> {
 
     /// Writes recordings, designs and gate file where the nodes read them.
     fn lay_out(&self, parts: &Parts, gate: &StoredGate) -> Result<(), String> {
-        let told = |error: io::Error| format!("{}: {error}", self.folder.display());
-        fs::create_dir_all(self.folder.join("designs")).map_err(told)?;
+        let io_text = |error: io::Error| format!("{}: {error}", self.folder.display());
+        fs::create_dir_all(self.folder.join("designs")).map_err(io_text)?;
         let mut placed = Vec::with_capacity(gate.recordings.len());
         for recording in &gate.recordings {
             placed.push(self.place(parts, recording)?);
         }
         for (number, design) in gate.designs.iter().enumerate() {
             let text = design_text(design);
-            fs::write(self.folder.join(design_file(number)), text).map_err(told)?;
+            fs::write(self.folder.join(design_file(number)), text).map_err(io_text)?;
         }
-        fs::write(self.folder.join(GATE), gate_file(gate, &placed)?).map_err(told)?;
+        fs::write(self.folder.join(GATE), gate_file(gate, &placed)?).map_err(io_text)?;
         let read = self.plan()?;
         if read
             .designs
             .iter()
-            .map(|own| json!(own))
+            .map(|design| json!(design))
             .eq(gate.designs.iter().cloned())
         {
             return Ok(());
@@ -210,11 +210,11 @@ impl Place<'_> {
 
     /// Writes the files of a recording; returns the path of the one to read.
     fn place(&self, parts: &Parts, recording: &GateRecording) -> Result<String, String> {
-        let found = parts
+        let stored = parts
             .ledger
             .recording(&recording.id)
             .map_err(|error| error.to_string())?;
-        let manifest = found.ok_or("a recording of the gate is gone")?.manifest;
+        let manifest = stored.ok_or("a recording of the gate is gone")?.manifest;
         let home = format!("recordings/{}", recording.id);
         let path = format!("{home}/{}", manifest.name);
         // Without a file of its name it is the folder that the files form.
@@ -236,7 +236,7 @@ impl Place<'_> {
     fn copy(&self, parts: &Parts, name: &str, file: &StoredFile) -> Result<(), StoreError> {
         let path = self.folder.join(name);
         // Whoever can write in the folder may have changed what was laid out.
-        if fs::metadata(&path).is_ok_and(|known| known.len() == file.bytes)
+        if fs::metadata(&path).is_ok_and(|metadata| metadata.len() == file.bytes)
             && sha256_of(File::open(&path)?)? == file.sha256
         {
             return Ok(());
@@ -275,27 +275,27 @@ impl Place<'_> {
         self.run(&words).map(drop)
     }
 
-    fn status(&self) -> Result<Told, String> {
-        let said = self.run(&["--status", "--format", "json"])?;
-        serde_json::from_str(&said).map_err(|error| format!("how the gate stands: {error}"))
+    fn status(&self) -> Result<GateStatus, String> {
+        let answer = self.run(&["--status", "--format", "json"])?;
+        serde_json::from_str(&answer).map_err(|error| format!("how the gate stands: {error}"))
     }
 
     /// Runs the command line on the gate; returns what it printed.
     fn run(&self, words: &[&str]) -> Result<String, String> {
         let (out, err) = (self.folder.join("printed"), self.folder.join("said"));
-        let told = |error: io::Error| format!("{}: {error}", self.options.program.display());
+        let io_text = |error: io::Error| format!("{}: {error}", self.options.program.display());
         let mut child = Command::new(&self.options.program)
             .args(["gate", GATE, "--store", "store"])
             .args(words)
             .current_dir(&self.folder)
             .stdin(Stdio::null())
-            .stdout(File::create(&out).map_err(told)?)
-            .stderr(File::create(&err).map_err(told)?)
+            .stdout(File::create(&out).map_err(io_text)?)
+            .stderr(File::create(&err).map_err(io_text)?)
             .spawn()
-            .map_err(told)?;
+            .map_err(io_text)?;
         let began = Instant::now();
         let status = loop {
-            if let Some(status) = child.try_wait().map_err(told)? {
+            if let Some(status) = child.try_wait().map_err(io_text)? {
                 break status;
             }
             if began.elapsed() >= self.options.time {
@@ -310,35 +310,36 @@ impl Place<'_> {
             std::thread::sleep(Duration::from_millis(20));
         };
         if status.success() {
-            return fs::read_to_string(&out).map_err(told);
+            return fs::read_to_string(&out).map_err(io_text);
         }
-        let mut said = String::new();
-        let read = File::open(&err).and_then(|file| file.take(TOLD).read_to_string(&mut said));
-        let lines = said
+        let mut message = String::new();
+        let read = File::open(&err).and_then(|file| file.take(TOLD).read_to_string(&mut message));
+        let lines = message
             .lines()
             .map(|line| line.trim_start_matches("latchgate: "));
-        let said = lines.collect::<Vec<_>>().join("; ");
+        let message = lines.collect::<Vec<_>>().join("; ");
         Err(match read {
-            Ok(1..) => said,
+            Ok(1..) => message,
             _ => format!("latchgate gate ended with {status}"),
         })
     }
 
     /// Reads what was laid out, as the nodes do.
     fn plan(&self) -> Result<Plan, String> {
-        let told = |errors: Vec<Error>| errors.first().map_or_else(String::new, Error::to_string);
+        let first_text =
+            |errors: Vec<Error>| errors.first().map_or_else(String::new, Error::to_string);
         let text = fs::read_to_string(self.folder.join(GATE)).map_err(|error| error.to_string())?;
         let limits = Limits::default();
-        let file = GateFile::from_toml(GATE, &text, &limits).map_err(told)?;
-        Plan::of(GATE, &file, &self.folder, &[], &limits).map_err(told)
+        let file = GateFile::from_toml(GATE, &text, &limits).map_err(first_text)?;
+        Plan::of(GATE, &file, &self.folder, &[], &limits).map_err(first_text)
     }
 
     /// Reads the decisions out of the store, in the order of the gate's recordings.
     fn decided(&self, parts: &Parts, gate: &StoredGate) -> Result<Decided, String> {
-        let told = |error: Error| error.to_string();
+        let error_text = |error: Error| error.to_string();
         let (plan, limits) = (self.plan()?, Limits::default());
         let store = self.folder.join("store");
-        let submission = Submission::read(&store, GATE).map_err(told)?;
+        let submission = Submission::read(&store, GATE).map_err(error_text)?;
         let control = Control::default();
         // What was judged is what lies here, and that is what the service was given.
         for recording in &gate.recordings {
@@ -349,18 +350,22 @@ impl Place<'_> {
             collection.check_unchanged(&limits, &control)?;
             collection.judged()
         });
-        let names = plan.recordings.iter().map(|own| own.name.as_str());
-        let by_name: BTreeMap<&str, JudgedRecording> = names.zip(judged.map_err(told)?).collect();
-        let mut own = Vec::with_capacity(gate.recordings.len());
+        let names = plan
+            .recordings
+            .iter()
+            .map(|recording| recording.name.as_str());
+        let by_name: BTreeMap<&str, JudgedRecording> =
+            names.zip(judged.map_err(error_text)?).collect();
+        let mut decisions = Vec::with_capacity(gate.recordings.len());
         for recording in &gate.recordings {
             let mut name = self.place(parts, recording)?;
             if let Some(channel) = recording.request["channel"].as_str() {
                 name = format!("{name}#{channel}");
             }
             let judged = by_name.get(name.as_str()).cloned();
-            own.push(judged.ok_or_else(|| format!("{name} is not in the store"))?);
+            decisions.push(judged.ok_or_else(|| format!("{name} is not in the store"))?);
         }
-        Ok(own)
+        Ok(decisions)
     }
 }
 
@@ -383,7 +388,7 @@ fn gate_file(gate: &StoredGate, placed: &[String]) -> Result<String, String> {
     let requests: Vec<Value> = file
         .recordings
         .iter()
-        .map(|own| json!(own.request))
+        .map(|entry| json!(entry.request))
         .collect();
     let mut files = vec![Vec::new(); requests.len()];
     for (recording, path) in gate.recordings.iter().zip(placed) {
@@ -437,8 +442,8 @@ fn design_text(design: &Value) -> String {
     let mut before = design.clone();
     before["criterion"]["raised_from_rad"] = Value::Null;
     for key in changed(design) {
-        if let Some((table, own)) = key.split_once('.') {
-            before[table][own] = design["modified_from"][key].clone();
+        if let Some((table, name)) = key.split_once('.') {
+            before[table][name] = design["modified_from"][key].clone();
         }
     }
     let keys = before.as_object().into_iter().flatten();

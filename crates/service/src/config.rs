@@ -232,8 +232,8 @@ pub const KEYS: &[Key] = &[
 
 /// Returns what a key is.
 pub fn meaning(name: &str) -> &'static str {
-    let known = KEYS.iter().find(|key| key.name == name);
-    known.map_or("", |key| key.meaning)
+    let key = KEYS.iter().find(|key| key.name == name);
+    key.map_or("", |key| key.meaning)
 }
 
 /// Where a value comes from.
@@ -305,16 +305,16 @@ impl Layers {
             }
         }
         for (name, value) in environment {
-            let Some(own) = name.strip_prefix("LATCHGATE_SERVE_") else {
+            let Some(key_name) = name.strip_prefix("LATCHGATE_SERVE_") else {
                 continue;
             };
-            let own = own.to_lowercase();
-            if own == "config" {
+            let key_name = key_name.to_lowercase();
+            if key_name == "config" {
                 continue;
             }
             let origin = Origin::Environment(name.clone());
             layers
-                .put(&own, value, origin)
+                .put(&key_name, value, origin)
                 .map_err(|error| format!("{name}: {error}"))?;
         }
         for (name, value) in flags {
@@ -329,22 +329,22 @@ impl Layers {
         if self.text("data").is_empty()
             && let Some((data, from)) = default_data()
         {
-            let found = (data.display().to_string(), Origin::Environment(from.into()));
-            self.0.insert("data", found);
+            let value = (data.display().to_string(), Origin::Environment(from.into()));
+            self.0.insert("data", value);
         }
         let gates = Path::new(self.text("data")).join("gates");
         for (name, place) in [("engine_folder", gates), ("engine_program", program())] {
             if self.text(name).is_empty() {
-                let found = (place.display().to_string(), Origin::Default);
-                self.0.insert(name, found);
+                let value = (place.display().to_string(), Origin::Default);
+                self.0.insert(name, value);
             }
         }
     }
 
     fn put(&mut self, name: &str, value: String, origin: Origin) -> Result<(), String> {
         let Some(key) = KEYS.iter().find(|key| key.name == name) else {
-            let known: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
-            return Err(format!("unknown key `{name}`; known: {}", known.join(", ")));
+            let names: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
+            return Err(format!("unknown key `{name}`; known: {}", names.join(", ")));
         };
         self.0.insert(key.name, (value, origin));
         Ok(())
@@ -369,26 +369,26 @@ impl Layers {
     }
 
     /// Returns a whole number within bounds.
-    fn number(&self, name: &str, least: u64, most: u64) -> Result<u64, String> {
-        let what = format!("a whole number from {least} to {most}");
+    fn number(&self, name: &str, min: u64, max: u64) -> Result<u64, String> {
+        let what = format!("a whole number from {min} to {max}");
         let number: u64 = self.value(name, &what)?;
-        if (least..=most).contains(&number) {
+        if (min..=max).contains(&number) {
             Ok(number)
         } else {
             Err(format!("`{name}` must be {what}, found {number}"))
         }
     }
 
-    fn seconds(&self, name: &str, most: u64) -> Result<Duration, String> {
-        Ok(Duration::from_secs(self.number(name, 1, most)?))
+    fn seconds(&self, name: &str, max: u64) -> Result<Duration, String> {
+        Ok(Duration::from_secs(self.number(name, 1, max)?))
     }
 
-    fn hours(&self, name: &str, most: u64) -> Result<Duration, String> {
-        Ok(Duration::from_secs(self.number(name, 1, most)? * 3600))
+    fn hours(&self, name: &str, max: u64) -> Result<Duration, String> {
+        Ok(Duration::from_secs(self.number(name, 1, max)? * 3600))
     }
 
-    fn mebibytes(&self, name: &str, most: u64) -> Result<u64, String> {
-        Ok(self.number(name, 1, most)? << 20)
+    fn mebibytes(&self, name: &str, max: u64) -> Result<u64, String> {
+        Ok(self.number(name, 1, max)? << 20)
     }
 }
 
@@ -462,8 +462,8 @@ fn users(layers: &Layers) -> Result<Option<ProxyUsers>, String> {
     }
     let words = layers.text("user_scopes").split(',').map(str::trim);
     let scopes = words.map(|word| {
-        let known = Scope::ALL.map(Scope::name).join(", ");
-        Scope::of(word).ok_or_else(|| format!("`user_scopes` takes {known}, found `{word}`"))
+        let names = Scope::ALL.map(Scope::name).join(", ");
+        Scope::of(word).ok_or_else(|| format!("`user_scopes` takes {names}, found `{word}`"))
     });
     Ok(Some(ProxyUsers {
         header: layers.value("user_header", "the name of a header")?,
@@ -636,8 +636,10 @@ fn proxies(layers: &Layers) -> Result<Vec<IpAddr>, String> {
     let words = layers.text("proxies").split(',').map(str::trim);
     let addresses = words.filter(|word| !word.is_empty()).map(|word| {
         let address = word.parse::<IpAddr>();
-        let told = |_| format!("`proxies` takes addresses with commas between, found `{word}`");
-        address.map(|address| address.to_canonical()).map_err(told)
+        let message = |_| format!("`proxies` takes addresses with commas between, found `{word}`");
+        address
+            .map(|address| address.to_canonical())
+            .map_err(message)
     });
     addresses.collect()
 }
@@ -671,16 +673,16 @@ fn default_data() -> Option<(PathBuf, &'static str)> {
         ("XDG_STATE_HOME", "latchgate"),
         ("HOME", ".local/state/latchgate"),
     ];
-    let mut found = places
+    let mut dirs = places
         .into_iter()
         .filter_map(|(name, below)| Some((PathBuf::from(set(name)?).join(below), name)));
-    found.next()
+    dirs.next()
 }
 
 /// Finds the program beside this one, or on the path.
 fn program() -> PathBuf {
     let beside = std::env::current_exe().ok();
-    let beside = beside.map(|own| own.with_file_name("latchgate"));
+    let beside = beside.map(|exe| exe.with_file_name("latchgate"));
     beside
         .filter(|path| path.is_file())
         .unwrap_or_else(|| Path::new("latchgate").into())

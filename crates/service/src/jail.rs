@@ -87,10 +87,10 @@ pub fn allow_cpu(seconds: u64) {
     );
 }
 
-fn limit(resource: Resource, most: u64) -> Result<(), String> {
+fn limit(resource: Resource, maximum: u64) -> Result<(), String> {
     let both = Rlimit {
-        current: Some(most),
-        maximum: Some(most),
+        current: Some(maximum),
+        maximum: Some(maximum),
     };
     rustix::process::setrlimit(resource, both).map_err(|error| error.to_string())
 }
@@ -171,8 +171,8 @@ fn call_filter() -> Result<BpfProgram, seccompiler::BackendError> {
     use SeccompCmpOp::{Eq, MaskedEq};
     let is = SeccompCondition::new;
     // A signal may go to itself alone, as an abort sends it.
-    let own = u64::from(std::process::id());
-    let rule = SeccompRule::new(vec![is(0, Dword, Eq, own)?])?;
+    let own_pid = u64::from(std::process::id());
+    let rule = SeccompRule::new(vec![is(0, Dword, Eq, own_pid)?])?;
     rules.insert(libc::SYS_tgkill, vec![rule]);
     // Limits may be its own alone: each may be read (no new value is given), that of processor time
     // is set for each order. Whether it is raised or lowered cannot be seen here: its value lies

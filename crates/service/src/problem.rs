@@ -88,8 +88,8 @@ impl Problem {
     pub fn of_body(status: StatusCode, text: String) -> Self {
         if status == StatusCode::PAYLOAD_TOO_LARGE {
             let way_out = "a question or a gate file is shorter; recordings go to /v1/recordings";
-            let (most, found) = (QUESTION_BYTES as u64, "a larger body".into());
-            return Self::over(status, "body_bytes", most, found, way_out);
+            let (bytes_max, found) = (QUESTION_BYTES as u64, "a larger body".into());
+            return Self::over(status, "body_bytes", bytes_max, found, way_out);
         }
         Self::bad_request(text)
     }

@@ -244,9 +244,12 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     raise_open_files(config.connections)?;
     let store = Store::open(&config)?;
     // Whoever held these is gone: this process alone serves the folder.
-    let told = |error: crate::store::StoreError| error.to_string();
-    store.ledger.reclaim(running_ms(), true).map_err(told)?;
-    let has_tokens = store.ledger.tokens().map_err(told)?;
+    let error_text = |error: crate::store::StoreError| error.to_string();
+    store
+        .ledger
+        .reclaim(running_ms(), true)
+        .map_err(error_text)?;
+    let has_tokens = store.ledger.tokens().map_err(error_text)?;
     if has_tokens.is_empty() && config.users.is_none() && !config.listen.is_private() {
         return Err(format!(
             "{} can be reached from elsewhere, and no token exists: make one with `latchgate-serve \
@@ -281,30 +284,30 @@ fn serve(config: Config) -> Result<ExitCode, String> {
 /// take those that a child is started with.
 fn raise_open_files(connections: usize) -> Result<(), String> {
     let needed = (2 * connections + http::SPARE) as u64 + 64;
-    let known = getrlimit(Resource::Nofile);
+    let limits = getrlimit(Resource::Nofile);
     let within = |limit: Option<u64>| limit.is_none_or(|limit| limit >= needed);
-    if within(known.current) {
+    if within(limits.current) {
         return Ok(());
     }
-    if !within(known.maximum) {
-        let most = known.maximum.unwrap_or_default();
+    if !within(limits.maximum) {
+        let maximum = limits.maximum.unwrap_or_default();
         return Err(format!(
-            "{connections} connections need {needed} open files, and this process may have {most}: \
+            "{connections} connections need {needed} open files, and this process may have {maximum}: \
              raise that (`ulimit -n`, LimitNOFILE= of systemd), or lower `connections`"
         ));
     }
     let raised = Rlimit {
         current: Some(needed),
-        maximum: known.maximum,
+        maximum: limits.maximum,
     };
     setrlimit(Resource::Nofile, raised)
         .map_err(|error| format!("{needed} open files cannot be allowed: {error}"))
 }
 
 async fn listen(app: App) -> Result<ExitCode, String> {
-    let (listener, own) = http::Listener::bind(&app.config.listen).await?;
+    let (listener, address) = http::Listener::bind(&app.config.listen).await?;
     let data = app.config.data.display();
-    say(format!("latchgate serves {own}, data in {data}"))?;
+    say(format!("latchgate serves {address}, data in {data}"))?;
     tokio::spawn(reclaim(app.clone()));
     tokio::spawn(keep_store(app.clone()));
     tokio::spawn(gate::keep(app.clone()));
@@ -430,7 +433,7 @@ fn trials(config: &Config) -> Result<ExitCode, String> {
     options.silence = Duration::from_secs(2);
     let folder = FreshFolder::make()?;
     let blobs = store::BlobFolder::open(&folder.0).map_err(|error| error.to_string())?;
-    let mut whole = true;
+    let mut all_stopped = true;
     for trial in Trial::ALL {
         let mut slot = Slot::new(options.clone()).map_err(|error| error.to_string())?;
         let outcome = slot.order(&Order::Try { trial }, None, &blobs, &mut |_| {});
@@ -442,11 +445,11 @@ fn trials(config: &Config) -> Result<ExitCode, String> {
             Err(lost @ (Lost::Ended(_) | Lost::Late { .. })) => (true, lost.to_string()),
             Err(lost) => (false, lost.to_string()),
         };
-        whole &= stopped;
+        all_stopped &= stopped;
         let word = if stopped { "stopped" } else { "NOT STOPPED" };
         say(format!("{trial:?}: {word} ({how})"))?;
     }
-    Ok(ExitCode::from(if whole { 0 } else { 4 }))
+    Ok(ExitCode::from(if all_stopped { 0 } else { 4 }))
 }
 
 /// A folder that this process made, for itself alone; it goes with the value. Others write into the

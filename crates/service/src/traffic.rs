@@ -51,12 +51,12 @@ impl Traffic {
     /// Notes how long a request took until its answer began.
     pub fn took(&self, method: &str, route: &str, time: Duration) {
         let kind = kind_of(method, route);
-        let Some(at) = KINDS.iter().position(|known| *known == kind) else {
+        let Some(index) = KINDS.iter().position(|name| *name == kind) else {
             return;
         };
-        let times = &self.times[at];
+        let times = &self.times[index];
         let seconds = time.as_secs_f64();
-        let step = STEPS.iter().position(|most| seconds <= *most);
+        let step = STEPS.iter().position(|seconds_max| seconds <= *seconds_max);
         times.counts[step.unwrap_or(STEPS.len())].fetch_add(1, Ordering::Relaxed);
         let us = u64::try_from(time.as_micros()).unwrap_or(u64::MAX);
         times.sum_us.fetch_add(us, Ordering::Relaxed);
@@ -68,11 +68,11 @@ impl Traffic {
         for (kind, times) in KINDS.iter().zip(&self.times) {
             let mut count = 0;
             let steps = STEPS.iter().map(ToString::to_string);
-            for (own, most) in times.counts.iter().zip(steps.chain(["+Inf".into()])) {
-                count += own.load(Ordering::Relaxed);
+            for (counter, seconds_max) in times.counts.iter().zip(steps.chain(["+Inf".into()])) {
+                count += counter.load(Ordering::Relaxed);
                 let _ = writeln!(
                     text,
-                    "{name}_bucket{{kind=\"{kind}\",le=\"{most}\"}} {count}"
+                    "{name}_bucket{{kind=\"{kind}\",le=\"{seconds_max}\"}} {count}"
                 );
             }
             let sum = Duration::from_micros(times.sum_us.load(Ordering::Relaxed)).as_secs_f64();

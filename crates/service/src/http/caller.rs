@@ -30,9 +30,9 @@ impl Caller {
     /// Returns who calls. `x-forwarded-for` is believed of named proxies alone: its last address that
     /// is none of theirs.
     pub(super) fn of(peer: Peer, headers: &HeaderMap, proxies: &[IpAddr]) -> Self {
-        let told = headers.get_all("x-forwarded-for").iter();
-        let told = told.filter_map(|value| value.to_str().ok());
-        let addresses = told.flat_map(|value| value.split(',')).map(str::trim);
+        let values = headers.get_all("x-forwarded-for").iter();
+        let values = values.filter_map(|value| value.to_str().ok());
+        let addresses = values.flat_map(|value| value.split(',')).map(str::trim);
         let mut addresses: Vec<IpAddr> = addresses.filter_map(|text| text.parse().ok()).collect();
         addresses.retain(|address| !proxies.contains(&address.to_canonical()));
         let last = addresses.last().map(IpAddr::to_canonical);

@@ -59,8 +59,8 @@ pub(super) async fn send_of_report(
         headers.insert(header::ETAG, tag);
     }
     // Whoever has it asks each time whether it may still be seen: it outlasts no sign-out.
-    let asked = HeaderValue::from_static("private, no-cache");
-    headers.insert(header::CACHE_CONTROL, asked);
+    let cache_control = HeaderValue::from_static("private, no-cache");
+    headers.insert(header::CACHE_CONTROL, cache_control);
     contained(headers);
     if download || name.ends_with(".csv") {
         headers.insert(header::CONTENT_DISPOSITION, attachment(result, name));
@@ -77,8 +77,8 @@ pub(super) fn contained(headers: &mut header::HeaderMap) {
 /// Names a download after recording, design and report, in letters that any system takes.
 pub(super) fn attachment(result: &StoredResult, name: &str) -> HeaderValue {
     let summary = &result.summary;
-    let whole = format!("{}-{}", summary.file, summary.design);
-    let plain: String = whole
+    let full_name = format!("{}-{}", summary.file, summary.design);
+    let plain: String = full_name
         .chars()
         .take(60)
         .map(|c| {

@@ -34,20 +34,20 @@ impl Form {
     /// A problem if it names no boundary.
     pub(super) async fn begin(
         request: Request,
-        most: u64,
+        bytes_max: u64,
         beyond: Problem,
     ) -> Result<Self, Problem> {
         let meter = Arc::new(Mutex::new(Count {
             is_granted: false,
             pending: 0,
-            all: 0,
-            most,
+            total: 0,
+            bytes_max,
             beyond,
         }));
         let (head, body) = request.into_parts();
         let metered = Metered {
             body: body.into_data_stream(),
-            rest: Bytes::new(),
+            unread: Bytes::new(),
             meter: Arc::clone(&meter),
         };
         let request = Request::from_parts(head, Body::from_stream(metered));
@@ -143,9 +143,9 @@ struct Count {
     /// Bytes that were taken since the form last went on.
     pending: u64,
     /// Bytes that were taken in all.
-    all: u64,
+    total: u64,
     /// Bytes that may be taken in all.
-    most: u64,
+    bytes_max: u64,
     /// What is said of more.
     beyond: Problem,
 }
@@ -164,7 +164,7 @@ impl Count {
                 way_out,
             ));
         }
-        if self.all > self.most {
+        if self.total > self.bytes_max {
             return Err(self.beyond.clone());
         }
         Ok(())
@@ -180,7 +180,7 @@ fn locked(meter: &Meter) -> MutexGuard<'_, Count> {
 /// A body that gives a piece only where one was granted.
 struct Metered {
     body: BodyDataStream,
-    rest: Bytes,
+    unread: Bytes,
     meter: Meter,
 }
 
@@ -193,17 +193,17 @@ impl Stream for Metered {
         if !locked(&metered.meter).is_granted {
             return Poll::Pending;
         }
-        if metered.rest.is_empty() {
+        if metered.unread.is_empty() {
             match Pin::new(&mut metered.body).poll_next(context) {
-                Poll::Ready(Some(Ok(bytes))) => metered.rest = bytes,
+                Poll::Ready(Some(Ok(bytes))) => metered.unread = bytes,
                 other => return other,
             }
         }
-        let piece = metered.rest.split_to(PIECE.min(metered.rest.len()));
+        let piece = metered.unread.split_to(PIECE.min(metered.unread.len()));
         let mut count = locked(&metered.meter);
         count.is_granted = false;
         count.pending += piece.len() as u64;
-        count.all += piece.len() as u64;
+        count.total += piece.len() as u64;
         Poll::Ready(Some(Ok(piece)))
     }
 }

@@ -5,7 +5,7 @@ use super::listener::NO_ADDRESS;
 use super::{Caller, INTERFACE, Needs, declared};
 use crate::app::App;
 use crate::audit;
-use crate::auth::{Presented, Seen, Visitor};
+use crate::auth::{Presented, Recognition, Visitor};
 use crate::http::pages;
 use crate::problem::{Problem, QUESTION_BYTES};
 use axum::body::HttpBody as _;
@@ -83,7 +83,7 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     let status = response.status();
     if matches!(status, StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN) {
         let what = format!("{method} {path}");
-        audit::told("refused", &what, &visitor, caller);
+        audit::record("refused", &what, &visitor, caller);
     }
     let counter = match status.as_u16() {
         ..400 => &app.traffic.answered,
@@ -112,10 +112,10 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
 }
 
 fn no_place(app: &App) -> Problem {
-    let (most, own) = (app.config.connections, app.config.address_connections);
-    let found = format!("as many, or {own} of this address, that are open");
+    let (connections_max, address_max) = (app.config.connections, app.config.address_connections);
+    let found = format!("as many, or {address_max} of this address, that are open");
     let status = StatusCode::SERVICE_UNAVAILABLE;
-    Problem::later(status, "connections", most as u64, found, 1)
+    Problem::later(status, "connections", connections_max as u64, found, 1)
 }
 
 /// Waits until the whole body has come of a request that is no upload, and no longer than it may take:
@@ -130,25 +130,25 @@ async fn received(
     if is_upload || matches!(*method, Method::GET | Method::HEAD) {
         return Ok((request, None));
     }
-    let (name, most) = if path == "/login" {
+    let (name, bytes_max) = if path == "/login" {
         ("login_bytes", LOGIN_BYTES)
     } else {
         ("body_bytes", QUESTION_BYTES)
     };
     let stated = request.body().size_hint().upper();
-    let bytes = stated.map_or(most, |stated| {
-        usize::try_from(stated).unwrap_or(most).min(most)
+    let bytes = stated.map_or(bytes_max, |stated| {
+        usize::try_from(stated).unwrap_or(bytes_max).min(bytes_max)
     });
     let (head, body) = request.into_parts();
     let time = app.config.question_time;
-    let whole = async {
+    let read_body = async {
         let kib = u32::try_from(bytes.div_ceil(1024)).unwrap_or(u32::MAX);
         let room = Arc::clone(&app.bodies).acquire_many_owned(kib).await.ok();
-        axum::body::to_bytes(body, most)
+        axum::body::to_bytes(body, bytes_max)
             .await
             .map(|bytes| (bytes, room))
     };
-    match tokio::time::timeout(time, whole).await {
+    match tokio::time::timeout(time, read_body).await {
         Ok(Ok((bytes, room))) => Ok((Request::from_parts(head, bytes.into()), room)),
         Ok(Err(error))
             if error
@@ -157,7 +157,13 @@ async fn received(
         {
             let way_out = "a question or a gate file is shorter; recordings go to /v1/recordings";
             let (status, found) = (StatusCode::PAYLOAD_TOO_LARGE, "a larger body".into());
-            Err(Problem::over(status, name, most as u64, found, way_out))
+            Err(Problem::over(
+                status,
+                name,
+                bytes_max as u64,
+                found,
+                way_out,
+            ))
         }
         Ok(Err(_)) => Err(Problem::bad_request("the body ended before it was whole")),
         Err(_) => {
@@ -174,13 +180,13 @@ async fn received(
 
 /// Tells whether programs ask here, who are answered as `/openapi.json` says, or people.
 fn is_interface(path: &str) -> bool {
-    let known = |(_, known, _): &(&str, &str, Needs)| *known == path;
-    path == "/v1" || path.starts_with("/v1/") || INTERFACE.iter().any(known)
+    let is_described = |(_, is_described, _): &(&str, &str, Needs)| *is_described == path;
+    path == "/v1" || path.starts_with("/v1/") || INTERFACE.iter().any(is_described)
 }
 
 /// Adds the headers that every answer carries, where it has none of its own.
 fn guarded(headers: &mut HeaderMap) {
-    let own: [(HeaderName, &'static str); 6] = [
+    let default_headers: [(HeaderName, &'static str); 6] = [
         (header::CONTENT_SECURITY_POLICY, POLICY),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (header::REFERRER_POLICY, "same-origin"),
@@ -194,7 +200,7 @@ fn guarded(headers: &mut HeaderMap) {
             "same-origin",
         ),
     ];
-    for (name, value) in own {
+    for (name, value) in default_headers {
         headers
             .entry(name)
             .or_insert(HeaderValue::from_static(value));
@@ -211,17 +217,17 @@ async fn admit(
     let headers = &headers;
     let refuse = |problem: Problem| Box::new(problem.into_response());
     same_origin(method, headers).map_err(refuse)?;
-    let seen = match user_of_proxy(app, headers, peer).map_err(refuse)? {
-        Some(user) => Seen::Known(user),
-        None => seen(app, headers).await.map_err(refuse)?,
+    let recognition = match user_of_proxy(app, headers, peer).map_err(refuse)? {
+        Some(user) => Recognition::Known(user),
+        None => recognised(app, headers).await.map_err(refuse)?,
     };
     // Strangers share nothing, lest one of them keeps the others from signing in.
     let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
-    let allowed = match &seen {
-        Seen::Open(visitor) | Seen::Known(visitor) => {
+    let allowed = match &recognition {
+        Recognition::Open(visitor) | Recognition::Known(visitor) => {
             app.of_tokens.take(&visitor.name, rate, burst)
         }
-        Seen::Stranger => {
+        Recognition::Stranger => {
             let address = caller.network().to_string();
             app.of_addresses.take(&address, rate, burst)
         }
@@ -237,14 +243,14 @@ async fn admit(
         method.as_str()
     };
     let route = declared().find(|(verb, known, _)| *verb == asked_as && *known == path);
-    match (seen, route) {
-        (Seen::Open(visitor), _) => {
+    match (recognition, route) {
+        (Recognition::Open(visitor), _) => {
             // Without a token the name under which this is asked must be the machine's own, lest
             // a page from elsewhere points its name here.
             known_host(app, headers).map_err(refuse)?;
             Ok(visitor)
         }
-        (Seen::Known(visitor), route) => {
+        (Recognition::Known(visitor), route) => {
             let needs = route.and_then(|(_, _, needs)| needs).unwrap_or(&[]);
             if let Some(scope) = needs.iter().find(|scope| !visitor.may(**scope)) {
                 return Err(refuse(Problem::forbidden(*scope)));
@@ -252,8 +258,8 @@ async fn admit(
             Ok(visitor)
         }
         // Where nobody is asked, a stranger may, and elsewhere learns nothing of what there is.
-        (Seen::Stranger, Some((_, _, None))) => Ok(Visitor::nobody()),
-        (Seen::Stranger, _) => {
+        (Recognition::Stranger, Some((_, _, None))) => Ok(Visitor::nobody()),
+        (Recognition::Stranger, _) => {
             let wants_page = headers
                 .get(header::ACCEPT)
                 .and_then(|accept| accept.to_str().ok())
@@ -267,18 +273,22 @@ async fn admit(
 }
 
 /// Looks at the token or the session that a request presents.
-async fn seen(app: &App, headers: &HeaderMap) -> Result<Seen, Problem> {
-    let (presented, asked) = (presented(headers), app.clone());
+async fn recognised(app: &App, headers: &HeaderMap) -> Result<Recognition, Problem> {
+    let (presented, asking_app) = (presented(headers), app.clone());
     let looked = match app.door.look_again(presented.as_ref()) {
         Some(seen) => Ok(Ok(seen)),
         None => {
-            let look = move || asked.door.look(&*asked.ledger, presented.as_ref());
+            let look = move || {
+                asking_app
+                    .door
+                    .look(&*asking_app.ledger, presented.as_ref())
+            };
             tokio::task::spawn_blocking(look).await
         }
     };
     match looked {
         // Where a proxy names its users, nobody is let in without one.
-        Ok(Ok(Seen::Open(_))) if app.config.users.is_some() => Ok(Seen::Stranger),
+        Ok(Ok(Recognition::Open(_))) if app.config.users.is_some() => Ok(Recognition::Stranger),
         Ok(Ok(seen)) => Ok(seen),
         Ok(Err(error)) => Err(error.into()),
         Err(_) => Err(Problem::not_found("answer")),
@@ -355,7 +365,7 @@ fn presented(headers: &HeaderMap) -> Option<Presented> {
 /// Returns the session of the page's cookie.
 pub(crate) fn session(headers: &HeaderMap) -> Option<String> {
     // Behind TLS another host or port may have set the plain one.
-    let wanted = if behind_tls(headers) {
+    let cookie_name = if behind_tls(headers) {
         TLS_COOKIE
     } else {
         COOKIE
@@ -366,7 +376,7 @@ pub(crate) fn session(headers: &HeaderMap) -> Option<String> {
         .flat_map(|value| value.split(';'));
     cookies.find_map(|cookie| {
         let (name, value) = cookie.trim().split_once('=')?;
-        (name == wanted).then(|| value.to_string())
+        (name == cookie_name).then(|| value.to_string())
     })
 }
 
@@ -412,8 +422,8 @@ fn known_host(app: &App, headers: &HeaderMap) -> Result<(), Problem> {
         Some((name, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => name,
         _ => host.as_str(),
     };
-    let own = ["localhost", "127.0.0.1", "[::1]"];
-    if own.contains(&name) || app.config.hosts.iter().any(|known| known == name) {
+    let loopback_names = ["localhost", "127.0.0.1", "[::1]"];
+    if loopback_names.contains(&name) || app.config.hosts.iter().any(|host| host == name) {
         return Ok(());
     }
     let text = "the service is not known by this name; state it in the configuration's `hosts`";

@@ -37,17 +37,19 @@ impl Listener {
     ///
     /// What is in the way, in a sentence.
     pub async fn bind(listen: &Listen) -> Result<(Self, String), String> {
-        let told = |error: io::Error| format!("{listen}: {error}; choose another with --listen");
+        let bind_error =
+            |error: io::Error| format!("{listen}: {error}; choose another with --listen");
         match listen {
             Listen::Tcp(address) => {
-                let listener = TcpListener::bind(address).await.map_err(told)?;
-                let own = listener.local_addr().map_err(told)?;
-                Ok((Self::Tcp(listener), format!("http://{own}/")))
+                let listener = TcpListener::bind(address).await.map_err(bind_error)?;
+                let address = listener.local_addr().map_err(bind_error)?;
+                Ok((Self::Tcp(listener), format!("http://{address}/")))
             }
             Listen::Unix(path) => {
-                remove_left(path).map_err(told)?;
-                let listener = UnixListener::bind(path).map_err(told)?;
-                fs::set_permissions(path, Permissions::from_mode(SOCKET_MODE)).map_err(told)?;
+                remove_left(path).map_err(bind_error)?;
+                let listener = UnixListener::bind(path).map_err(bind_error)?;
+                fs::set_permissions(path, Permissions::from_mode(SOCKET_MODE))
+                    .map_err(bind_error)?;
                 Ok((Self::Unix(listener), listen.to_string()))
             }
         }

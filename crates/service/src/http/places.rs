@@ -15,22 +15,27 @@ pub(crate) const SPARE: usize = 32;
 pub(super) struct Places(Arc<Mutex<BTreeMap<IpAddr, usize>>>);
 
 impl Places {
-    /// Takes a place unless `most` are taken, or `most_of_one` by this address.
-    pub(super) fn take(&self, peer: IpAddr, most: usize, most_of_one: usize) -> Option<Place> {
+    /// Takes a place unless `places_max` are taken, or `address_max` by this address.
+    pub(super) fn take(
+        &self,
+        peer: IpAddr,
+        places_max: usize,
+        address_max: usize,
+    ) -> Option<Place> {
         let address = network_of(peer);
-        let mut taken = locked(&self.0);
-        let of_all: usize = taken.values().sum();
-        let own = taken.entry(address).or_default();
-        if of_all >= most || *own >= most_of_one {
-            let is_unknown = *own == 0;
+        let mut by_address = locked(&self.0);
+        let total: usize = by_address.values().sum();
+        let count = by_address.entry(address).or_default();
+        if total >= places_max || *count >= address_max {
+            let is_unknown = *count == 0;
             if is_unknown {
-                taken.remove(&address);
+                by_address.remove(&address);
             }
             return None;
         }
-        *own += 1;
+        *count += 1;
         Some(Place {
-            taken: Arc::clone(&self.0),
+            by_address: Arc::clone(&self.0),
             address,
         })
     }
@@ -39,17 +44,17 @@ impl Places {
 /// A place, free again when it is dropped.
 #[derive(Debug)]
 pub(super) struct Place {
-    taken: Arc<Mutex<BTreeMap<IpAddr, usize>>>,
+    by_address: Arc<Mutex<BTreeMap<IpAddr, usize>>>,
     address: IpAddr,
 }
 
 impl Drop for Place {
     fn drop(&mut self) {
-        let mut taken = locked(&self.taken);
-        if let Some(own) = taken.get_mut(&self.address) {
-            *own -= 1;
-            if *own == 0 {
-                taken.remove(&self.address);
+        let mut by_address = locked(&self.by_address);
+        if let Some(count) = by_address.get_mut(&self.address) {
+            *count -= 1;
+            if *count == 0 {
+                by_address.remove(&self.address);
             }
         }
     }

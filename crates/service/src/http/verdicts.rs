@@ -103,23 +103,23 @@ pub(super) async fn submit(
     let asking = with_pulse_kept(&app, asking, &visitor).await?;
     let question = question(&app, asking).await?;
     let id = question.id();
-    let wanted = id.clone();
-    let known = app
-        .on_disk(move |parts| match parts.ledger.job(&wanted) {
+    let job_id = id.clone();
+    let earlier = app
+        .on_disk(move |parts| match parts.ledger.job(&job_id) {
             // The question is at hand and is asked anew.
             Err(StoreError::Damaged { .. }) => Ok(None),
-            known => known,
+            earlier => earlier,
         })
         .await?;
     if let Some(Job {
         state: JobState::Done { report_id },
         ..
-    }) = known
+    }) = earlier
     {
         match answered(&app, &report_id).await {
             Err(problem) if problem.code == "damaged" => {
-                let wanted = id.clone();
-                app.on_disk(move |parts| parts.ledger.requeue(&wanted))
+                let job_id = id.clone();
+                app.on_disk(move |parts| parts.ledger.requeue(&job_id))
                     .await?;
             }
             sent => return sent,
@@ -132,9 +132,9 @@ pub(super) async fn submit(
     let admitted = tokio::task::spawn_blocking(move || admitting.admit_jobs(&owner, 1)).await;
     admitted.unwrap_or_else(|_| Err(Problem::not_found("place")))?;
     let watched = app.crew.watch(&id);
-    let wanted = id.clone();
+    let job_id = id.clone();
     let (job, is_new) = app
-        .on_disk(move |parts| parts.ledger.submit(&wanted, &question, &visitor.name))
+        .on_disk(move |parts| parts.ledger.submit(&job_id, &question, &visitor.name))
         .await?;
     if is_new {
         app.crew.ring();
@@ -159,8 +159,8 @@ async fn ended(
             if watched.changed().await.is_err() {
                 // Nobody tells any more: it ended meanwhile, or the service does.
                 let id = job.id;
-                let found = app.on_disk(move |parts| parts.ledger.job(&id)).await?;
-                return Ok(found.map_or(JobState::Queued, |job| job.state));
+                let job = app.on_disk(move |parts| parts.ledger.job(&id)).await?;
+                return Ok(job.map_or(JobState::Queued, |job| job.state));
             }
             state = watched.borrow_and_update().state.clone();
         }
@@ -173,17 +173,15 @@ async fn ended(
 }
 
 async fn result(app: &App, report_id: &str) -> Result<StoredResult, Problem> {
-    let wanted = report_id.to_string();
-    let found = app
-        .on_disk(move |parts| parts.ledger.result(&wanted))
-        .await?;
-    found.ok_or_else(|| Problem::not_found("such verdict"))
+    let id = report_id.to_string();
+    let stored = app.on_disk(move |parts| parts.ledger.result(&id)).await?;
+    stored.ok_or_else(|| Problem::not_found("such verdict"))
 }
 
 /// Sends a verdict's document.
 async fn answered(app: &App, report_id: &str) -> Result<Response, Problem> {
     let result = result(app, report_id).await?;
-    let mut response = whole(app, &result, VERDICT_FILE, false).await?;
+    let mut response = send_or_remake(app, &result, VERDICT_FILE, false).await?;
     let place = format!("/v1/verdicts/{report_id}");
     if let Ok(place) = place.parse() {
         response.headers_mut().insert(header::LOCATION, place);
@@ -207,8 +205,10 @@ pub(super) async fn what_if(
     let Json(asking) =
         asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
     let question = question(&app, asking).await?;
-    let wanted = question.recording.clone();
-    let stored = app.apart(move |parts| parts.recording(&wanted)).await?;
+    let recording_id = question.recording.clone();
+    let stored = app
+        .apart(move |parts| parts.recording(&recording_id))
+        .await?;
     let order = Order::Answer {
         how: How::WhatIf,
         recording: question.recording,
@@ -268,21 +268,21 @@ async fn sent(
 ) -> Result<Response, Problem> {
     let result = result(app, report_id).await?;
     let tag = format!("\"{report_id}-{name}\"");
-    let known = headers
+    let is_cached = headers
         .get(header::IF_NONE_MATCH)
         .and_then(|value| value.to_str().ok())
         .is_some_and(|value| value.contains(&tag));
-    if known && result.files.contains_key(name) {
+    if is_cached && result.files.contains_key(name) {
         return Ok((StatusCode::NOT_MODIFIED, [(header::ETAG, tag)]).into_response());
     }
-    whole(app, &result, name, download).await
+    send_or_remake(app, &result, name, download).await
 }
 
 /// Time for which a file is waited for that is made again.
 const REMAKE: Duration = Duration::from_secs(60);
 
 /// Sends a file of a report; one that was lost is made again first.
-async fn whole(
+async fn send_or_remake(
     app: &App,
     result: &StoredResult,
     name: &str,
@@ -294,8 +294,8 @@ async fn whole(
         Err(problem) if result.is_stripped && is_of_report(name) => problem,
         sent => return sent,
     };
-    let (report_id, wanted) = (result.report_id.clone(), name.to_string());
-    let Some(made) = remade(app, &report_id, &wanted).await? else {
+    let (report_id, lost_name) = (result.report_id.clone(), name.to_string());
+    let Some(made) = remade(app, &report_id, &lost_name).await? else {
         return Err(lost);
     };
     files::send_of_report(app, &made, name, download).await
@@ -337,9 +337,9 @@ fn is_of_report(name: &str) -> bool {
 /// Has a report made again of which a file was lost; `None` where nothing could make it.
 async fn remade(app: &App, report_id: &str, lost: &str) -> Result<Option<StoredResult>, Problem> {
     let (id, lost) = (report_id.to_string(), lost.to_string());
-    let (own, name) = (id.clone(), lost.clone());
+    let (remake_id, name) = (id.clone(), lost.clone());
     let remake = app
-        .on_disk(move |parts| parts.ledger.remake(&own, &name))
+        .on_disk(move |parts| parts.ledger.remake(&remake_id, &name))
         .await?;
     let job = match remake {
         Remake::Waits(job) => job,
@@ -477,22 +477,22 @@ pub(super) async fn list(
     Ok(Json(listed(&app, wanted).await?))
 }
 
-pub(crate) async fn listed(app: &App, wanted: Wanted) -> Result<VerdictList, Problem> {
-    let limit = bounded("limit", wanted.limit, 50, (1, 200))?;
+pub(crate) async fn listed(app: &App, query: Wanted) -> Result<VerdictList, Problem> {
+    let limit = bounded("limit", query.limit, 50, (1, 200))?;
     let filter = ResultFilter {
-        verdict: wanted.verdict,
-        recording: wanted.recording,
-        design: wanted.design,
-        text: wanted.filter,
-        order: wanted.sort,
-        after: wanted.cursor,
+        verdict: query.verdict,
+        recording: query.recording,
+        design: query.design,
+        text: query.filter,
+        order: query.sort,
+        after: query.cursor,
         limit,
     };
-    let found = app
+    let page = app
         .on_disk(move |parts| parts.ledger.results(&filter))
         .await?;
-    let (damaged, next) = (found.damaged.len(), found.next);
-    let verdicts = found.entries.into_iter().map(|stored| VerdictEntry {
+    let (damaged, next) = (page.damaged.len(), page.next);
+    let verdicts = page.entries.into_iter().map(|stored| VerdictEntry {
         report_id: stored.report_id,
         recording: stored.recording,
         created_ms: stored.created_ms,

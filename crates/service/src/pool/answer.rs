@@ -28,15 +28,15 @@ pub(super) type Files = Vec<(String, Vec<u8>)>;
 
 /// What was prepared lately, the latest last.
 #[derive(Debug, Default)]
-pub(super) struct Desk {
+pub(super) struct Worker {
     prepared: Vec<(String, Prepared)>,
 }
 
-impl Desk {
+impl Worker {
     /// Forgets what belongs to recordings that are no longer held.
-    pub(super) fn keep_only(&mut self, held: &[String]) {
+    pub(super) fn keep_only(&mut self, held_ids: &[String]) {
         self.prepared
-            .retain(|(key, _)| held.iter().any(|id| key.starts_with(id.as_str())));
+            .retain(|(key, _)| held_ids.iter().any(|id| key.starts_with(id.as_str())));
     }
 
     /// Answers an order about `source`, whose text `head` begins with.
@@ -79,9 +79,9 @@ impl Desk {
         {
             settings.insert("members".into(), json!(0));
         }
-        let asked = request_of(&stated)?;
-        let design = design_of(design, &asked)?;
-        let prepared = self.prepared(recording, source, (&stated, &asked), control);
+        let question = request_of(&stated)?;
+        let design = design_of(design, &question)?;
+        let prepared = self.prepared(recording, source, (&stated, &question), control);
         if how == How::Decide {
             let (row, read) = match &prepared {
                 Ok(prepared) => (prepared.row(&design, control), prepared.recording()),
@@ -128,9 +128,12 @@ impl Desk {
         control: &Control<'_>,
     ) -> Result<&Prepared, Box<Refused>> {
         let key = format!("{recording}{stated}");
-        let known = self.prepared.iter().position(|(known, _)| *known == key);
-        let prepared = match known {
-            Some(at) => self.prepared.remove(at).1,
+        let index = self
+            .prepared
+            .iter()
+            .position(|(earlier_key, _)| *earlier_key == key);
+        let prepared = match index {
+            Some(index) => self.prepared.remove(index).1,
             None => Prepared::open(source, request, &Limits::default(), control)?,
         };
         if self.prepared.len() >= PREPARED {
@@ -245,28 +248,29 @@ fn changed(design: &Design) -> Vec<String> {
 
 /// Says what was changed of a design, or, where nothing was, what tells it from the paper's.
 fn changes(design: &Design) -> String {
-    let mut told = design.clone();
+    let mut described = design.clone();
     if design.modified.is_empty() {
         let (values, paper) = (json!(design), json!(Design::reference()));
         for (table, numbers) in values.as_object().into_iter().flatten() {
             for (key, number) in numbers.as_object().into_iter().flatten() {
-                let other = paper[table][key].as_f64();
-                if number.is_number() && number.as_f64() != other {
+                let paper_value = paper[table][key].as_f64();
+                if number.is_number() && number.as_f64() != paper_value {
                     let key = format!("{table}.{key}");
-                    told.modified_from
-                        .extend(other.map(|other| (key.clone(), other)));
-                    told.modified.push(key);
+                    described
+                        .modified_from
+                        .extend(paper_value.map(|paper_value| (key.clone(), paper_value)));
+                    described.modified.push(key);
                 }
             }
         }
     }
-    let words = report::full_design(&told);
+    let words = report::full_design(&described);
     match words.strip_prefix(&design.name) {
-        Some(rest) => rest.to_string(),
+        Some(changes) => changes.to_string(),
         // The paper's lever has a name of its own in words.
         None => words
             .find(", modified: ")
-            .map_or_else(String::new, |at| words[at..].to_string()),
+            .map_or_else(String::new, |index| words[index..].to_string()),
     }
 }
 

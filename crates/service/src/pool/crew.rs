@@ -50,7 +50,7 @@ pub struct Progress {
 }
 
 /// An order of someone who waits.
-struct Asked {
+struct WaitingOrder {
     order: Order,
     manifest: Option<Manifest>,
     reply: oneshot::Sender<Result<Delivered, Lost>>,
@@ -77,7 +77,7 @@ pub const ANSWERS: [&str; 4] = ["pass", "fail", "undecided", "unusable"];
 struct Shared {
     ledger: Arc<dyn Ledger>,
     blobs: Arc<dyn Blobs>,
-    asked: Mutex<VecDeque<Asked>>,
+    waiting: Mutex<VecDeque<WaitingOrder>>,
     bell: Condvar,
     ends: AtomicBool,
     watched: Mutex<HashMap<String, watch::Sender<Progress>>>,
@@ -122,7 +122,7 @@ impl Crew {
         let shared = Arc::new(Shared {
             ledger,
             blobs,
-            asked: Mutex::default(),
+            waiting: Mutex::default(),
             bell: Condvar::new(),
             ends: AtomicBool::new(false),
             watched: Mutex::default(),
@@ -164,21 +164,21 @@ impl Crew {
         order: Order,
         manifest: Option<Manifest>,
     ) -> Result<Delivered, Problem> {
-        let (mut faults, mut others) = (0, 0);
+        let (mut faults, mut machine_losses) = (0, 0);
         loop {
             let (reply, replied) = oneshot::channel();
             {
-                let mut asked = locked(&self.shared.asked);
+                let mut waiting = locked(&self.shared.waiting);
                 if self.shared.ends.load(Ordering::Relaxed) {
                     let text = "the service is ending; try again";
                     return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 1));
                 }
-                if asked.len() >= WAITING {
-                    let found = format!("{} that wait for a place", asked.len());
-                    let (status, most) = (StatusCode::SERVICE_UNAVAILABLE, WAITING as u64);
-                    return Err(Problem::later(status, "waiting", most, found, 1));
+                if waiting.len() >= WAITING {
+                    let found = format!("{} that wait for a place", waiting.len());
+                    let (status, waiting_max) = (StatusCode::SERVICE_UNAVAILABLE, WAITING as u64);
+                    return Err(Problem::later(status, "waiting", waiting_max, found, 1));
                 }
-                asked.push_back(Asked {
+                waiting.push_back(WaitingOrder {
                     order: order.clone(),
                     manifest: manifest.clone(),
                     reply,
@@ -200,9 +200,9 @@ impl Crew {
                 }
                 // Whoever waits does not wait for ever.
                 Cause::Machine => {
-                    others += 1;
-                    tokio::time::sleep(Duration::from_millis(100 << others)).await;
-                    others < ATTEMPTS
+                    machine_losses += 1;
+                    tokio::time::sleep(Duration::from_millis(100 << machine_losses)).await;
+                    machine_losses < ATTEMPTS
                 }
                 Cause::Unknown | Cause::Store => false,
             };
@@ -236,7 +236,7 @@ impl Crew {
         for thread in locked(&self.threads).drain(..) {
             let _ = thread.join();
         }
-        locked(&self.shared.asked).clear();
+        locked(&self.shared.waiting).clear();
     }
 }
 
@@ -313,7 +313,7 @@ fn pause_ms(attempts: i64) -> i64 {
 
 /// What a place does next.
 enum Next {
-    Asked(Box<Asked>),
+    Order(Box<WaitingOrder>),
     Job(Box<Job>),
     End,
 }
@@ -323,13 +323,13 @@ fn serve(shared: &Shared, mut slot: Slot, takes_jobs: bool) {
         let began;
         match next(shared, &slot, takes_jobs) {
             Next::End => return,
-            Next::Asked(asked) => {
+            Next::Order(waiting) => {
                 began = Instant::now();
-                let Asked {
+                let WaitingOrder {
                     order,
                     manifest,
                     reply,
-                } = *asked;
+                } = *waiting;
                 if !reply.is_closed() {
                     let blobs = &*shared.blobs;
                     let outcome = slot.order(&order, manifest.as_ref(), blobs, &mut |_| {});
@@ -353,33 +353,34 @@ fn serve(shared: &Shared, mut slot: Slot, takes_jobs: bool) {
 
 /// Waits for something to do.
 fn next(shared: &Shared, slot: &Slot, takes_jobs: bool) -> Next {
-    let mut asked = locked(&shared.asked);
+    let mut waiting = locked(&shared.waiting);
     loop {
         if shared.ends.load(Ordering::Relaxed) {
             return Next::End;
         }
         // One whose recording the child holds already comes first.
-        let held = |asked: &Asked| asked.order.needs().is_some_and(|id| slot.holds(id));
-        let at = asked.iter().position(held).unwrap_or(0);
-        if let Some(asked) = asked.remove(at) {
-            return Next::Asked(Box::new(asked));
+        let is_held =
+            |waiting: &WaitingOrder| waiting.order.needs().is_some_and(|id| slot.holds(id));
+        let index = waiting.iter().position(is_held).unwrap_or(0);
+        if let Some(waiting) = waiting.remove(index) {
+            return Next::Order(Box::new(waiting));
         }
         if takes_jobs {
-            drop(asked);
+            drop(waiting);
             let lease = running_ms() + LEASE.as_millis() as i64;
             match shared.ledger.take(running_ms(), lease) {
                 Ok(Some(job)) => return Next::Job(Box::new(job)),
                 Ok(None) => {}
                 Err(error) => tracing::warn!(%error, "no job can be taken"),
             }
-            asked = locked(&shared.asked);
-            if !asked.is_empty() {
+            waiting = locked(&shared.waiting);
+            if !waiting.is_empty() {
                 continue;
             }
         }
-        asked = shared
+        waiting = shared
             .bell
-            .wait_timeout(asked, LOOK)
+            .wait_timeout(waiting, LOOK)
             .unwrap_or_else(PoisonError::into_inner)
             .0;
     }
@@ -394,8 +395,8 @@ impl Shared {
     }
 
     fn count_answer(&self, verdict: &str) {
-        let at = ANSWERS.iter().position(|answer| *answer == verdict);
-        if let Some(counter) = at.and_then(|at| self.counters.answers.get(at)) {
+        let index = ANSWERS.iter().position(|answer| *answer == verdict);
+        if let Some(counter) = index.and_then(|index| self.counters.answers.get(index)) {
             counter.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -526,11 +527,11 @@ impl Shared {
             request: question.request.clone(),
             design: question.design.clone(),
         };
-        let mut held = Instant::now();
+        let mut lease_renewed = Instant::now();
         let mut beat = |part: Option<f64>| {
             self.tell(&job.id, JobState::Running, part);
-            if held.elapsed() > LEASE / 4 {
-                held = Instant::now();
+            if lease_renewed.elapsed() > LEASE / 4 {
+                lease_renewed = Instant::now();
                 let lease = running_ms() + LEASE.as_millis() as i64;
                 if let Err(error) = self.ledger.hold(&job.id, job.attempt, lease) {
                     tracing::warn!(%error, job = %job.id, "a lease could not be held");

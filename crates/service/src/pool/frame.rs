@@ -43,12 +43,12 @@ pub(super) fn copy(
     mut take: impl FnMut(&[u8]) -> io::Result<()>,
 ) -> io::Result<()> {
     let mut piece = vec![0; PIECE];
-    let mut left = bytes;
-    while left > 0 {
-        let wanted = usize::try_from(left).map_or(PIECE, |left| left.min(PIECE));
-        input.read_exact(&mut piece[..wanted])?;
-        take(&piece[..wanted])?;
-        left -= wanted as u64;
+    let mut bytes_left = bytes;
+    while bytes_left > 0 {
+        let length = usize::try_from(bytes_left).map_or(PIECE, |bytes_left| bytes_left.min(PIECE));
+        input.read_exact(&mut piece[..length])?;
+        take(&piece[..length])?;
+        bytes_left -= length as u64;
     }
     Ok(())
 }

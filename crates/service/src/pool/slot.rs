@@ -1,7 +1,7 @@
 //! The parent's side: one child, driven over its pipes under a deadline.
 
 use super::frame;
-use super::words::{Answer, Enclosed, Enclosure, Order, Said, Told};
+use super::words::{Answer, ChildMessage, Enclosed, Enclosure, Order, OrderMessage};
 use crate::jail::Jail;
 use crate::store::{Blobs, Manifest, StoreError, StoredFile};
 use std::fmt;
@@ -176,10 +176,12 @@ impl Slot {
             reason: error.to_string(),
         })?;
         let late = self.watchdog.guard(&running.process, self.options.silence);
-        let said = frame::read::<Said>(&mut running.output);
+        let greeting = frame::read::<ChildMessage>(&mut running.output);
         self.watchdog.leave();
-        match said {
-            Ok(Some(Said::Hello { jail })) if !jail.is_whole() && !self.options.without_jail => {
+        match greeting {
+            Ok(Some(ChildMessage::Hello { jail }))
+                if !jail.is_whole() && !self.options.without_jail =>
+            {
                 Err(Lost::NotStarted {
                     reason: format!(
                         "its jail lacks {}; a kernel with Landlock and seccomp gives it, and \
@@ -188,7 +190,7 @@ impl Slot {
                     ),
                 })
             }
-            Ok(Some(Said::Hello { jail })) => {
+            Ok(Some(ChildMessage::Hello { jail })) => {
                 self.running = Some(running);
                 Ok(Some(jail))
             }
@@ -225,7 +227,7 @@ impl Slot {
         };
         let needed = manifest.filter(|_| {
             let id = order.needs().unwrap_or("");
-            !running.holds.iter().any(|held| held == id)
+            !running.holds.iter().any(|held_id| held_id == id)
         });
         // Found damaged here, nothing was sent yet and the child may stay.
         let files = match needed.map(|manifest| opened(manifest, blobs)).transpose() {
@@ -236,13 +238,13 @@ impl Slot {
             }
         };
         let late = self.watchdog.guard(&running.process, self.options.silence);
-        let told = Told {
+        let message = OrderMessage {
             order: order.clone(),
             enclosed: needed.map(enclosure),
             cpu_s: self.options.order_time.as_secs(),
         };
-        let outcome = tell(&mut running, &told, files)
-            .map_err(Heard::from)
+        let outcome = tell(&mut running, &message, files)
+            .map_err(NoAnswer::from)
             .and_then(|()| self.listen(&mut running, blobs, beat));
         self.watchdog.leave();
         match outcome {
@@ -250,9 +252,9 @@ impl Slot {
                 self.running = Some(running);
                 Ok(delivered)
             }
-            Err(Heard::Store(error)) => Err(error.into()),
-            Err(Heard::Odd(reason)) => Err(Lost::Unclear { reason }),
-            Err(Heard::Nothing) => Err(self.end_of(running, &late)),
+            Err(NoAnswer::Store(error)) => Err(error.into()),
+            Err(NoAnswer::Odd(reason)) => Err(Lost::Unclear { reason }),
+            Err(NoAnswer::Nothing) => Err(self.end_of(running, &late)),
         }
     }
 
@@ -262,18 +264,21 @@ impl Slot {
         running: &mut Running,
         blobs: &dyn Blobs,
         beat: &mut dyn FnMut(Option<f64>),
-    ) -> Result<Delivered, Heard> {
+    ) -> Result<Delivered, NoAnswer> {
         let until = Instant::now() + self.options.order_time;
         loop {
-            match frame::read::<Said>(&mut running.output)? {
-                None => return Err(Heard::Nothing),
-                Some(Said::Hello { .. }) => return Err(Heard::Odd("a second greeting".into())),
-                Some(Said::Beat { part }) => {
-                    let left = until.saturating_duration_since(Instant::now());
-                    self.watchdog.guard_again(left.min(self.options.silence));
+            match frame::read::<ChildMessage>(&mut running.output)? {
+                None => return Err(NoAnswer::Nothing),
+                Some(ChildMessage::Hello { .. }) => {
+                    return Err(NoAnswer::Odd("a second greeting".into()));
+                }
+                Some(ChildMessage::Beat { part }) => {
+                    let time_left = until.saturating_duration_since(Instant::now());
+                    self.watchdog
+                        .guard_again(time_left.min(self.options.silence));
                     beat(part);
                 }
-                Some(Said::Answer {
+                Some(ChildMessage::Answer {
                     answer,
                     files,
                     holds,
@@ -291,13 +296,13 @@ impl Slot {
         running: &mut Running,
         files: Vec<Enclosed>,
         blobs: &dyn Blobs,
-    ) -> Result<Vec<StoredFile>, Heard> {
-        let all = files
+    ) -> Result<Vec<StoredFile>, NoAnswer> {
+        let total = files
             .iter()
             .fold(0_u64, |sum, file| sum.saturating_add(file.bytes));
-        if all > self.options.answer_bytes || files.len() > 64 {
-            return Err(Heard::Odd(format!(
-                "{} files of {all} bytes, at most {}",
+        if total > self.options.answer_bytes || files.len() > 64 {
+            return Err(NoAnswer::Odd(format!(
+                "{} files of {total} bytes, at most {}",
                 files.len(),
                 self.options.answer_bytes
             )));
@@ -305,9 +310,9 @@ impl Slot {
         let mut stored = Vec::with_capacity(files.len());
         for file in files {
             if !is_plain(&file.name) {
-                return Err(Heard::Odd("a file without a plain name".into()));
+                return Err(NoAnswer::Odd("a file without a plain name".into()));
             }
-            let mut writer = blobs.begin().map_err(Heard::Store)?;
+            let mut writer = blobs.begin().map_err(NoAnswer::Store)?;
             let mut failed = None;
             frame::copy(&mut running.output, file.bytes, |piece| {
                 // The rest is read nevertheless, so that the child stays in step.
@@ -317,8 +322,8 @@ impl Slot {
                 Ok(())
             })?;
             match failed {
-                Some(error) => return Err(Heard::Store(error)),
-                None => stored.push(writer.finish(&file.name).map_err(Heard::Store)?),
+                Some(error) => return Err(NoAnswer::Store(error)),
+                None => stored.push(writer.finish(&file.name).map_err(NoAnswer::Store)?),
             }
         }
         Ok(stored)
@@ -355,13 +360,13 @@ impl Slot {
 }
 
 /// What was heard instead of an answer.
-enum Heard {
+enum NoAnswer {
     Nothing,
     Odd(String),
     Store(StoreError),
 }
 
-impl From<io::Error> for Heard {
+impl From<io::Error> for NoAnswer {
     fn from(error: io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof => Self::Nothing,
@@ -435,8 +440,12 @@ fn opened(manifest: &Manifest, blobs: &dyn Blobs) -> Result<Vec<(File, u64)>, St
         .collect()
 }
 
-fn tell(running: &mut Running, told: &Told, files: Option<Vec<(File, u64)>>) -> io::Result<()> {
-    frame::write(&mut running.input, told)?;
+fn tell(
+    running: &mut Running,
+    message: &OrderMessage,
+    files: Option<Vec<(File, u64)>>,
+) -> io::Result<()> {
+    frame::write(&mut running.input, message)?;
     for (file, bytes) in files.into_iter().flatten() {
         let mut file = file.take(bytes);
         io::copy(&mut file, &mut running.input)?;
@@ -456,10 +465,10 @@ type Watch = Option<(Instant, Arc<Mutex<Child>>, Arc<AtomicBool>)>;
 
 impl Watchdog {
     fn new() -> io::Result<Self> {
-        let (tell, told) = channel();
+        let (tell, watches) = channel();
         std::thread::Builder::new()
             .name("watchdog".into())
-            .spawn(move || watch(&told))?;
+            .spawn(move || watch(&watches))?;
         Ok(Self {
             tell,
             guarded: None,
@@ -487,12 +496,14 @@ impl Watchdog {
     }
 }
 
-fn watch(told: &Receiver<Watch>) {
+fn watch(watches: &Receiver<Watch>) {
     let mut watched: Watch = None;
     loop {
         let next = match &watched {
-            None => told.recv().map_err(|_| RecvTimeoutError::Disconnected),
-            Some((until, ..)) => told.recv_timeout(until.saturating_duration_since(Instant::now())),
+            None => watches.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            Some((until, ..)) => {
+                watches.recv_timeout(until.saturating_duration_since(Instant::now()))
+            }
         };
         match next {
             Ok(next) => watched = next,

@@ -41,11 +41,11 @@ pub(super) fn attempt(trial: Trial) -> Answer {
             None => Err(std::io::Error::other("no parent is to be seen")),
         },
         Trial::TakeMemory => {
-            let mut taken = vec![0_u8; MEMORY];
-            for byte in taken.iter_mut().step_by(4096) {
+            let mut memory = vec![0_u8; MEMORY];
+            for byte in memory.iter_mut().step_by(4096) {
                 *byte = 1;
             }
-            Ok(if std::hint::black_box(&taken).len() == MEMORY {
+            Ok(if std::hint::black_box(&memory).len() == MEMORY {
                 "the memory was taken"
             } else {
                 "nothing"

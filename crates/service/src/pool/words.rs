@@ -116,7 +116,7 @@ pub(super) struct Enclosure {
 
 /// An order with the recording it needs, if the child does not hold that.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Told {
+pub(super) struct OrderMessage {
     pub(super) order: Order,
     pub(super) enclosed: Option<Enclosure>,
     /// Seconds of processor time that the order may take.
@@ -126,7 +126,7 @@ pub(super) struct Told {
 /// What a child says.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(tag = "says", rename_all = "kebab-case")]
-pub(super) enum Said {
+pub(super) enum ChildMessage {
     /// It is there, shut in as stated.
     Hello { jail: Jail },
     /// It works; the part that is done, 0 to 1, where that is known.
