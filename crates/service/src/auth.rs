@@ -1,4 +1,4 @@
-//! Who may do what: tokens with scopes, compared in constant time.
+//! Authorisation: tokens with scopes, compared in constant time.
 
 use crate::audit;
 use crate::clock::now_ms;
@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use subtle::{Choice, ConstantTimeEq};
 
-/// What a token may do.
+/// A right that a token grants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Scope {
     /// Look at recordings, verdicts and designs.
@@ -17,7 +17,7 @@ pub enum Scope {
     Submit,
     /// Delete recordings and designs.
     Delete,
-    /// See what the service is doing.
+    /// See the state of the service.
     Admin,
 }
 
@@ -25,7 +25,7 @@ impl Scope {
     /// Lists every scope.
     pub const ALL: [Self; 4] = [Self::Read, Self::Submit, Self::Delete, Self::Admin];
 
-    /// Returns the word for it.
+    /// Returns the word of the scope.
     pub fn name(self) -> &'static str {
         match self {
             Self::Read => "read",
@@ -56,12 +56,12 @@ impl Secret {
         Ok(Self(format!("lg_{}", crate::store::Hex(&bits))))
     }
 
-    /// Shows it.
+    /// Returns the token.
     pub fn reveal(&self) -> &str {
         &self.0
     }
 
-    /// Returns its hash, which is what is stored.
+    /// Returns its hash, which is stored in its place.
     pub fn sha256(&self) -> String {
         sha256_hex(self.0.as_bytes())
     }
@@ -73,20 +73,20 @@ impl fmt::Debug for Secret {
     }
 }
 
-/// How somebody came in.
+/// Way of a visitor's authentication.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// Not at all.
+    /// None.
     Nobody,
-    /// Nobody is asked who he is.
+    /// None needed: no token exists.
     Open,
-    /// By a token, or a session of it.
+    /// A token, or a session of it.
     Token,
-    /// By the name that a proxy gave.
+    /// A name given by a proxy.
     Proxy,
 }
 
-/// Who asks.
+/// The sender of a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Visitor {
     /// Name of the token's holder; `local` where no token exists.
@@ -96,12 +96,12 @@ pub struct Visitor {
     pub token: Option<i64>,
     /// How the visitor came in.
     pub way: Way,
-    /// Where a user whom a proxy named signs out; empty where that is not known.
+    /// Address at which a user of a proxy signs out; empty if unknown.
     pub sign_out: String,
 }
 
 impl Visitor {
-    /// Returns one who may do nothing that anybody is asked for.
+    /// Returns a visitor without any scope.
     pub fn nobody() -> Self {
         Self {
             name: "nobody".into(),
@@ -112,7 +112,7 @@ impl Visitor {
         }
     }
 
-    /// Returns the user whom a proxy names.
+    /// Returns the user that a proxy names.
     pub fn of_proxy(name: &str, scopes: Vec<Scope>, sign_out: &str) -> Self {
         Self {
             name: name.into(),
@@ -123,57 +123,57 @@ impl Visitor {
         }
     }
 
-    /// Tells whether the visitor may do something.
+    /// Returns true if the visitor has a scope.
     pub fn may(&self, scope: Scope) -> bool {
         self.scopes.contains(&scope)
     }
 }
 
-/// What somebody shows at the door.
+/// Credential of a request.
 #[derive(Debug, Clone)]
 pub enum Presented {
     /// A token.
     Token(String),
-    /// What the cookie of somebody who signed in holds.
+    /// The secret of a session, from the cookie.
     Session(String),
 }
 
-/// What came of a look at what was presented.
+/// Result of checking a credential.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Recognition {
-    /// No token exists: whoever reaches the loopback may do everything.
+    /// No token exists, so every visitor on the loopback may do everything.
     Open(Visitor),
-    /// A token or a session that is known.
+    /// A valid token or session.
     Known(Visitor),
-    /// None, or one that is not known.
+    /// No credential, or an unknown one.
     Stranger,
 }
 
-/// Time for which the lists of tokens and sessions are taken as read.
+/// Time for which the cached tokens and sessions are used.
 const FRESH: Duration = Duration::from_secs(1);
 
-/// Time after which another use of a token or a session is noted [ms].
+/// Time after which another use of a token or a session is written down [ms].
 const NOTED_MS: i64 = 5 * 60_000;
 
-/// Tokens and sessions as they were last read.
+/// Tokens and sessions as last read from the ledger.
 #[derive(Debug, Default)]
 struct TokenCache {
-    /// When that was; `None` where they are to be read again.
+    /// Instant of that; `None` if they must be read again.
     read: Option<Instant>,
     tokens: Vec<StoredToken>,
     sessions: Vec<StoredSession>,
 }
 
-/// How long a session lasts.
+/// Lifetimes of a session.
 #[derive(Debug, Clone, Copy)]
 pub struct SessionTimes {
-    /// Without any use [ms].
+    /// Lifetime without use [ms].
     pub idle_ms: i64,
-    /// In all [ms].
+    /// Lifetime in total [ms].
     pub whole_ms: i64,
 }
 
-/// Tokens and sessions, and how much each visitor has asked lately.
+/// Checks credentials against cached tokens and sessions.
 #[derive(Debug)]
 pub struct Door {
     times: SessionTimes,
@@ -181,7 +181,7 @@ pub struct Door {
 }
 
 impl Door {
-    /// Makes a door behind which nobody has been seen yet.
+    /// Returns a door with an empty cache.
     pub fn new(times: SessionTimes) -> Self {
         Self {
             times,
@@ -189,11 +189,11 @@ impl Door {
         }
     }
 
-    /// Looks at what someone presents.
+    /// Checks a credential; reads tokens and sessions again if the cache is old.
     ///
     /// # Errors
     ///
-    /// [`StoreError`] if tokens or sessions cannot be read; nobody is let in then.
+    /// [`StoreError`] if tokens or sessions cannot be read; no visitor is admitted then.
     pub fn look(
         &self,
         ledger: &dyn Ledger,
@@ -213,15 +213,14 @@ impl Door {
         Ok(recognition.unwrap_or(Recognition::Stranger))
     }
 
-    /// Looks at what someone presents without a look at the disk, where the lists were just read and no
-    /// use is to be noted.
+    /// Checks a credential without the disk; `None` if the cache is old or a use must be written down.
     pub fn look_again(&self, presented: Option<&Presented>) -> Option<Recognition> {
         let mut cache = self.cache.try_lock().ok()?;
         cache.read.filter(|read| read.elapsed() < FRESH)?;
         self.recognise(None, presented, &mut cache)
     }
 
-    /// Finds who presents something; `None` where a use is to be noted and there is no ledger at hand.
+    /// Checks a credential against the cache; `None` if a use must be written down and `ledger` is absent.
     fn recognise(
         &self,
         ledger: Option<&dyn Ledger>,
@@ -283,7 +282,7 @@ impl Door {
             && now_ms - session.created_ms < self.times.whole_ms
     }
 
-    /// Begins a session with a token; what is returned goes into the cookie.
+    /// Begins a session with a token; returns the secret for the cookie.
     ///
     /// # Errors
     ///
@@ -335,15 +334,15 @@ impl Door {
     }
 }
 
-/// Lets nobody wait at the door because a use cannot be noted: on a full disk people read on.
+/// Logs a use that could not be written down. It is no reason to refuse: on a full disk people can still read.
 fn noted(outcome: Result<(), StoreError>) {
     if let Err(error) = outcome {
         tracing::warn!(%error, "the use of a token or a session was not noted");
     }
 }
 
-/// Tells which tokens were made and taken back since they were read before: by the command line, whose
-/// process has a log of its own.
+/// Records in the audit log which tokens were made and revoked since the last reading. The command line did it,
+/// and its process has a log of its own.
 fn tell_changes(before: &[StoredToken], now: &[StoredToken]) {
     for token in now {
         let earlier = before.iter().find(|earlier| earlier.number == token.number);
@@ -357,7 +356,7 @@ fn tell_changes(before: &[StoredToken], now: &[StoredToken]) {
     }
 }
 
-/// Finds what was presented among hashes; every one is compared to its end, whatever was found before.
+/// Returns the index of the hash of a secret. All hashes are compared in full, so that the time tells nothing.
 fn matching_hash<'a>(hashes: impl Iterator<Item = &'a str>, presented: &str) -> Option<usize> {
     let presented = sha256_hex(presented.as_bytes());
     let mut matching = None;

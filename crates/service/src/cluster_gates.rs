@@ -1,9 +1,8 @@
-//! Gates that are handed to a cluster: laid out in a folder that its nodes see, submitted and asked
-//! after by the command line, `latchgate gate`, whose store of shares tells how far they are.
+//! Gates on a cluster: written to a folder that its nodes see, then submitted and monitored by the command
+//! line, `latchgate gate`, whose store of shares holds their progress.
 //!
-//! The folder holds what was handed over and the ledger what came of it, so that a service that starts
-//! anew finds both again. To hand a gate over twice is no harm: what is in the store is not judged
-//! again.
+//! The folder holds the input and the ledger the outcome, so that a service that restarts finds both again.
+//! Submitting a gate twice is harmless: pairs in the store are not judged again.
 
 use crate::app::{App, Parts};
 use crate::config::EngineOptions;
@@ -23,25 +22,25 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Time between two looks at a gate.
+/// Time between two polls of a gate.
 const EVERY: Duration = Duration::from_secs(2);
 
-/// Looks in a row that find nothing of a gate in the queue before it counts as lost there.
+/// Polls in a row that find nothing of a gate in the queue before it counts as lost.
 const GONE: u32 = 3;
 
-/// Looks in a row without an answer before a gate is given up.
+/// Polls in a row without an answer before a gate is given up.
 const UNANSWERED: u32 = 20;
 
-/// Times that tasks which never run are submitted again.
+/// Number of times that tasks which never run are submitted again.
 const RESUBMITS: u32 = 3;
 
-/// Letters of what a program says that are told.
+/// Largest number of bytes of a program's message that are passed on.
 const TOLD: u64 = 2000;
 
 /// Name of the gate file.
 const GATE: &str = "gate.toml";
 
-/// How a gate stands, as the command line says it.
+/// State of a gate, as the command line reports it.
 #[derive(Debug, Default, Deserialize)]
 struct GateStatus {
     done: u64,
@@ -49,7 +48,7 @@ struct GateStatus {
     engine: Option<EngineTasks>,
 }
 
-/// Hands over the gates that wait for it, and looks how the others stand, until the service ends.
+/// Submits the waiting gates and polls the others, until the service ends.
 pub async fn keep(app: App) {
     loop {
         let kept = app.apart(|parts| {
@@ -57,7 +56,7 @@ pub async fn keep(app: App) {
                 if standing.gate.engine.is_some()
                     && let Err(problem) = step(parts, &standing)
                 {
-                    // The others go on.
+                    // One gate that fails does not hold up the others.
                     let gate = &standing.gate.id;
                     tracing::warn!(%gate, problem = %problem.detail, "a gate of the cluster cannot be looked at");
                 }
@@ -71,7 +70,7 @@ pub async fn keep(app: App) {
     }
 }
 
-/// Does what is next for a gate.
+/// Takes the next step of a gate, if it is due.
 fn step(parts: &Parts, standing: &GateStanding) -> Result<(), Problem> {
     let gate = &standing.gate;
     let mut look = parts
@@ -106,7 +105,7 @@ fn step(parts: &Parts, standing: &GateStanding) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Ends a gate with what went wrong; who submits it again has it handed over again.
+/// Ends a gate with a problem. Submitting it again starts it again, so the mark of its submission is removed.
 fn fail(parts: &Parts, gate: &StoredGate, text: String) -> Result<(), Problem> {
     if let Some(options) = &parts.config.engine {
         let _ = fs::remove_file(options.folder.join(&gate.id).join("submitted"));
@@ -119,14 +118,14 @@ fn fail(parts: &Parts, gate: &StoredGate, text: String) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Where a gate of the cluster lies.
+/// Folder of a gate of the cluster.
 struct Place<'a> {
     folder: PathBuf,
     options: &'a EngineOptions,
 }
 
 impl Place<'_> {
-    /// Hands the gate over, or looks how it stands; returns the decisions once all are there.
+    /// Submits the gate, or polls it; returns the decisions once all are in the store.
     fn advance(
         &self,
         parts: &Parts,
@@ -183,7 +182,7 @@ impl Place<'_> {
         ))
     }
 
-    /// Writes recordings, designs and gate file where the nodes read them.
+    /// Writes recordings, designs and gate file into the folder that the nodes read.
     fn lay_out(&self, parts: &Parts, gate: &StoredGate) -> Result<(), String> {
         let io_text = |error: io::Error| format!("{}: {error}", self.folder.display());
         fs::create_dir_all(self.folder.join("designs")).map_err(io_text)?;
@@ -217,7 +216,7 @@ impl Place<'_> {
         let manifest = stored.ok_or("a recording of the gate is gone")?.manifest;
         let home = format!("recordings/{}", recording.id);
         let path = format!("{home}/{}", manifest.name);
-        // Without a file of its name it is the folder that the files form.
+        // A recording without a file of its name is the folder that its files form.
         let is_file = manifest.files.iter().any(|file| file.name == manifest.name);
         let around = if is_file { &home } else { &path };
         let card = manifest
@@ -235,7 +234,7 @@ impl Place<'_> {
 
     fn copy(&self, parts: &Parts, name: &str, file: &StoredFile) -> Result<(), StoreError> {
         let path = self.folder.join(name);
-        // Whoever can write in the folder may have changed what was laid out.
+        // Nodes can write in this folder, so an existing file counts only if its hash is right.
         if fs::metadata(&path).is_ok_and(|metadata| metadata.len() == file.bytes)
             && sha256_of(File::open(&path)?)? == file.sha256
         {
@@ -280,7 +279,7 @@ impl Place<'_> {
         serde_json::from_str(&answer).map_err(|error| format!("how the gate stands: {error}"))
     }
 
-    /// Runs the command line on the gate; returns what it printed.
+    /// Runs the command line on the gate; returns its standard output.
     fn run(&self, words: &[&str]) -> Result<String, String> {
         let (out, err) = (self.folder.join("printed"), self.folder.join("said"));
         let io_text = |error: io::Error| format!("{}: {error}", self.options.program.display());
@@ -324,7 +323,7 @@ impl Place<'_> {
         })
     }
 
-    /// Reads what was laid out, as the nodes do.
+    /// Reads the gate from the folder, as the nodes do.
     fn plan(&self) -> Result<Plan, String> {
         let first_text =
             |errors: Vec<Error>| errors.first().map_or_else(String::new, Error::to_string);
@@ -341,7 +340,7 @@ impl Place<'_> {
         let store = self.folder.join("store");
         let submission = Submission::read(&store, GATE).map_err(error_text)?;
         let control = Control::default();
-        // What was judged is what lies here, and that is what the service was given.
+        // Writing the recordings again checks that the nodes judged the files that the service holds.
         for recording in &gate.recordings {
             self.place(parts, recording)?;
         }
@@ -373,8 +372,8 @@ fn design_file(number: usize) -> String {
     format!("designs/{number}.toml")
 }
 
-/// Writes the gate file of the cluster: the entries of the gate's own with the paths of what was laid
-/// out, and nothing that is required, which is held at home.
+/// Returns the gate file of the cluster: the entries of the gate with the paths in the folder. It has no
+/// requirements; the service checks those itself.
 fn gate_file(gate: &StoredGate, placed: &[String]) -> Result<String, String> {
     let odd = || "the gate file cannot be read again".to_string();
     let file =
@@ -422,7 +421,7 @@ fn gate_file(gate: &StoredGate, placed: &[String]) -> Result<String, String> {
     Ok(text)
 }
 
-/// Returns the keys of a design that overrides changed.
+/// Returns the keys of a design that were overridden.
 fn changed(design: &Value) -> impl Iterator<Item = &str> {
     design["modified"]
         .as_array()
@@ -436,8 +435,8 @@ fn number_at<'a>(design: &'a Value, key: &str) -> &'a Value {
     &design[table][key]
 }
 
-/// Writes the design file that a design was before overrides changed it, since these are a part of
-/// what it is.
+/// Returns the design file of a design without its overrides; the node applies them again, since they are part
+/// of the design's identity.
 fn design_text(design: &Value) -> String {
     let mut before = design.clone();
     before["criterion"]["raised_from_rad"] = Value::Null;

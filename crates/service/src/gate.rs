@@ -1,5 +1,5 @@
-//! Gates over what is stored: a gate file whose `files` name recordings and whose `file` names
-//! designs of the store, its pairs decided by children, its outcome made by the library.
+//! Gates on stored data: a gate file whose `files` name recordings and whose `file` names designs of the
+//! store. Children decide the pairs; the library makes the outcome.
 
 use crate::app::{App, Parts};
 use crate::clock::now_ms;
@@ -27,19 +27,19 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Recordings that a gate looks through for its names.
+/// Largest number of recordings among which a gate's names are sought.
 const LOOKED_THROUGH: u32 = 100_000;
 
-/// Time between two looks whether a gate's last pair is decided.
+/// Time between two polls for gates whose last pair is decided.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Time after which an outcome that could not be made is tried again.
+/// Time after which an outcome that could not be made is retried.
 const AGAIN: Duration = Duration::from_secs(5);
 
-/// Pairs that are not as required of which the full report is made, too.
+/// Largest number of pairs not as required that get a full report.
 const IN_FULL: usize = 50;
 
-/// What a gate is asked beside its file.
+/// Submission of a gate: its file and settings.
 #[derive(Debug, Clone, Default)]
 pub struct GateSubmission {
     /// Name.
@@ -48,16 +48,16 @@ pub struct GateSubmission {
     pub text: String,
     /// The gate to compare with.
     pub baseline: Option<String>,
-    /// Whether pairs of the baseline may be gone.
+    /// True if pairs of the baseline may be gone.
     pub allow_removed: bool,
-    /// Whether what is no worse than the baseline is let stand.
+    /// True if a pair that is no worse than in the baseline is accepted.
     pub no_worse: bool,
-    /// The day against which exceptions are held; today unless stated.
+    /// Day at which exceptions must be valid; today unless stated.
     pub date: Option<String>,
 }
 
-/// Looks up what a gate file names; returns the gate and, unless a cluster judges it, the question of
-/// each pair.
+/// Finds the recordings and designs that a gate file names; returns the gate and, unless a cluster judges it,
+/// the question of each pair.
 ///
 /// # Errors
 ///
@@ -70,7 +70,7 @@ pub fn planned(
     let mut file = GateFile::from_toml(&submission.name, &submission.text, &Limits::default())
         .map_err(bad_gate)?;
     keep_pulses(parts, &mut file, owner)?;
-    // Each pair is held against each of them, here.
+    // Each pair is compared with each rule in this process, so their number is bounded.
     let rules = (file.require.len() + file.allow.len()) as u64;
     within("gate_rules", parts.config.gate_rules, rules, "rules")?;
     let mut errors = Vec::new();
@@ -102,7 +102,7 @@ pub fn planned(
         baseline: submission.baseline,
         allow_removed: submission.allow_removed,
         no_worse: submission.no_worse,
-        // Without exceptions no day decides anything.
+        // Without exceptions the day has no effect, and must not change the gate's identity.
         date: if file.allow.is_empty() {
             String::new()
         } else {
@@ -129,7 +129,7 @@ pub fn planned(
     Ok((stored, pairs))
 }
 
-/// Keeps the pulses that stand among the files, each of which is named by its canonical word then.
+/// Stores the pulses among the files and replaces each by its canonical word.
 fn keep_pulses(parts: &Parts, file: &mut GateFile, owner: &str) -> Result<(), Problem> {
     let files = file
         .recordings
@@ -142,7 +142,7 @@ fn keep_pulses(parts: &Parts, file: &mut GateFile, owner: &str) -> Result<(), Pr
     Ok(())
 }
 
-/// Refuses a gate that is larger than the key of the configuration says.
+/// Refuses a gate beyond the limit of a key of the configuration.
 fn within(key: &str, limit: u64, found: u64, what: &str) -> Result<(), Problem> {
     if found <= limit {
         return Ok(());
@@ -174,7 +174,7 @@ fn entered(recording: &PlannedRecording) -> GateRecording {
     }
 }
 
-/// Words everything that is wrong with a gate file.
+/// Returns a problem with all mistakes of a gate file.
 fn bad_gate(errors: Vec<Error>) -> Problem {
     let first = errors.first().map(Problem::of_recording);
     let texts: Vec<String> = errors.iter().map(ToString::to_string).collect();
@@ -209,7 +209,7 @@ fn recordings(
         for files in &entry.files {
             let is_identity = stored.iter().any(|recording| recording.id == *files);
             if let Some(what) = damaged.first().filter(|_| !is_identity) {
-                // It might be one that the name or pattern means, and a gate must not lack it.
+                // The damaged row might be one that the pattern means, and a gate must not omit it silently.
                 let expected = format!("recordings that can be read to tell which `{files}` means");
                 let hint = "upload that recording again, restore a backup, or name the recordings by identity";
                 let found = format!("a damaged row: {what}");
@@ -378,7 +378,7 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
     Ok(standing)
 }
 
-/// Says of which pairs the machine or the store has left no decision: nothing is said against their
+/// Returns a problem if the machine or the store left pairs without a decision. That is no fault of their
 /// recordings, and the gate has no summary until it is submitted again.
 fn no_decision(jobs: &[Job]) -> Option<Problem> {
     let lost = jobs.iter().filter_map(|job| match &job.state {
@@ -401,7 +401,7 @@ fn no_decision(jobs: &[Job]) -> Option<Problem> {
     Some(Problem::new(status, "pairs-not-judged", title, detail))
 }
 
-/// Ends a gate with what went wrong; who submits it again has the rest judged.
+/// Ends a gate with a problem. Submitting it again has the remaining pairs judged.
 pub(crate) fn end_without(
     parts: &Parts,
     gate: &StoredGate,
@@ -487,8 +487,8 @@ pub async fn keep(app: App) {
     }
 }
 
-/// Makes the outcome of every gate whose last pair is decided; false if that of one could not be
-/// made, which holds up no other.
+/// Makes the outcome of every gate whose last pair is decided; false if one could not be made. The others are
+/// made all the same.
 fn settle_open(parts: &Parts) -> Result<bool, Problem> {
     let mut is_whole = true;
     for standing in parts.ledger.open_gates()?.entries {
@@ -501,7 +501,7 @@ fn settle_open(parts: &Parts) -> Result<bool, Problem> {
     Ok(is_whole)
 }
 
-/// Holds the decisions of a gate against what it requires.
+/// Compares the decisions of a gate with its requirements.
 fn summed_up(
     parts: &Parts,
     gate: &StoredGate,
@@ -540,12 +540,12 @@ fn summed_up(
     Ok((plan, summary))
 }
 
-/// Puts the decisions of the jobs of a gate's pairs together.
+/// Collects the decisions of a gate from the jobs of its pairs.
 fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Decided {
     let mut judged = Vec::with_capacity(gate.recordings.len());
     for jobs in jobs.chunks(gate.designs.len()) {
         let rows: Vec<DecisionRow> = jobs.iter().zip(&gate.designs).map(row_of).collect();
-        // Every pair of a recording was read from the same file, and of the same channel.
+        // All pairs of a recording share its file and channel, so any decided one has both.
         let read = jobs.iter().find_map(|job| match &job.state {
             JobState::Decided { row } => Some(row),
             _ => None,
@@ -561,7 +561,7 @@ fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Decided {
     judged
 }
 
-/// Returns the row of a pair; one whose job has no answer is unusable, whatever the reason.
+/// Returns the row of a pair; unusable if its job has no answer.
 fn row_of((job, design): (&Job, &Value)) -> DecisionRow {
     let refused = match &job.state {
         JobState::Decided { row } => {

@@ -131,13 +131,13 @@ pub fn main() -> ExitCode {
 
 fn run(arguments: Arguments) -> Result<ExitCode, String> {
     if let Some(Command::Child { memory_bytes }) = arguments.command {
-        // Whoever reads has gone, or said what no parent says; there is nobody to tell.
+        // The parent has gone or broken the protocol, so there is no one to report to.
         return Ok(match child_work(memory_bytes) {
             Ok(()) => ExitCode::SUCCESS,
             Err(_) => ExitCode::FAILURE,
         });
     }
-    // Whatever is written is the owner's alone.
+    // Files are readable by their owner alone.
     rustix::process::umask(rustix::fs::Mode::from_raw_mode(0o077));
     let layers = layers(&arguments.common)?;
     match arguments.command {
@@ -212,7 +212,7 @@ fn show(layers: &Layers, origin: bool) -> Result<ExitCode, String> {
 }
 
 fn child_options(config: &Config) -> ChildOptions {
-    // The program that runs, also where another has taken its place on the disk meanwhile.
+    // This is the running program, even if its file on the disk was replaced meanwhile.
     let program = PathBuf::from("/proc/self/exe");
     ChildOptions {
         program,
@@ -243,7 +243,7 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     log(&config);
     raise_open_files(config.connections)?;
     let store = Store::open(&config)?;
-    // Whoever held these is gone: this process alone serves the folder.
+    // This process alone serves the folder, so the holders of these leases are gone.
     let error_text = |error: crate::store::StoreError| error.to_string();
     store
         .ledger
@@ -279,9 +279,9 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     outcome
 }
 
-/// Lets this process have the files that its connections need: two each, one to the client and one
-/// to a stored file, and some for connections without a place, ledger, children and log. Were there fewer, idle connections could
-/// take those that a child is started with.
+/// Raises the limit of open files to the need of the connections: two each, one for the client and one for a stored
+/// file, and some for connections without a place, ledger, children and log. With fewer, idle connections could
+/// take those that starting a child needs.
 fn raise_open_files(connections: usize) -> Result<(), String> {
     let needed = (2 * connections + http::SPARE) as u64 + 64;
     let limits = getrlimit(Resource::Nofile);
@@ -315,14 +315,14 @@ async fn listen(app: App) -> Result<ExitCode, String> {
     http::serve(app.clone(), listener)
         .await
         .map_err(|error| error.to_string())?;
-    // What lies in the ledger itself is read without its log.
+    // After this the ledger can be read without its log, for example from a read-only copy.
     if let Err(problem) = app.on_disk(|parts| parts.ledger.settle()).await {
         tracing::warn!(problem = %problem.detail, "the ledger's log stays");
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Takes back jobs whose lease has run out, from time to time.
+/// Reclaims jobs whose lease has run out, periodically.
 async fn reclaim(app: App) {
     loop {
         tokio::time::sleep(Duration::from_secs(5)).await;
@@ -337,17 +337,17 @@ async fn reclaim(app: App) {
     }
 }
 
-/// How far the clock may differ from the time that went by, before nothing is deleted by age.
+/// Largest difference of clock and monotonic time with which recordings are deleted by age.
 const CLOCK_DIFFERS: Duration = Duration::from_secs(600);
 
-/// How far the clock may have gone on since the last look of an earlier process.
+/// Largest advance of the clock since the last check by an earlier process [ms].
 const CLOCK_GONE_MS: i64 = 7 * 86_400_000;
 
-/// Time for which nothing is deleted by age after that: whoever runs the machine sees its clock.
+/// Time without deletions by age after a larger advance, in which an operator can notice a wrong clock.
 const CLOCK_DOUBTED: Duration = Duration::from_secs(86_400);
 
-/// Removes at the start, and then from time to time, the files of deleted recordings, what an earlier process
-/// left in the store that no row names, and recordings that are older than `keep_days`.
+/// Removes, at the start and then periodically, the files of deleted recordings, files of earlier processes that no
+/// row names, and recordings older than `keep_days`.
 async fn keep_store(app: App) {
     let (began, began_ms) = (Instant::now(), now_ms());
     let before = app
@@ -355,7 +355,7 @@ async fn keep_store(app: App) {
         .await;
     let is_doubted = match before {
         Ok(Some(before)) => began_ms - before > CLOCK_GONE_MS,
-        // Nobody knows for how long none looked.
+        // Without a record of the last check its distance is unknown.
         _ => true,
     };
     loop {
@@ -400,8 +400,8 @@ async fn keep_store(app: App) {
     }
 }
 
-/// Deletes recordings that are older than `keep`, unless the clock was set since the start: what is
-/// old by a wrong clock would be gone.
+/// Deletes recordings older than `keep`, unless the clock was set since the start: a wrong clock would delete new
+/// ones.
 async fn delete_aged(app: &App, keep: Duration, passed: Duration, by_clock_ms: i64) {
     let differs_ms = by_clock_ms.abs_diff(passed.as_millis() as i64);
     if u128::from(differs_ms) > CLOCK_DIFFERS.as_millis() {
@@ -425,10 +425,10 @@ async fn delete_aged(app: &App, keep: Duration, passed: Duration, by_clock_ms: i
     }
 }
 
-/// Has a child try each thing that its jail must stop, and says what came of it.
+/// Has a child run each trial against its jail, and prints the outcomes.
 fn trials(config: &Config) -> Result<ExitCode, String> {
     let mut options = child_options(config);
-    // Trials are to end soon, and 1 GiB is to be too much.
+    // The limits make the trials of time end soon and that of 1 GiB of memory fail.
     options.memory_bytes = options.memory_bytes.min(1 << 30);
     options.silence = Duration::from_secs(2);
     let folder = FreshFolder::make()?;
@@ -452,8 +452,8 @@ fn trials(config: &Config) -> Result<ExitCode, String> {
     Ok(ExitCode::from(if all_stopped { 0 } else { 4 }))
 }
 
-/// A folder that this process made, for itself alone; it goes with the value. Others write into the
-/// folder of temporary files as well: a name that is taken, or can be guessed, may lead anywhere.
+/// A folder that this process made for itself; dropping it removes it. Other users write into the folder of
+/// temporary files as well, so a name that exists or can be guessed may be their link.
 struct FreshFolder(PathBuf);
 
 impl FreshFolder {

@@ -19,7 +19,7 @@ use std::time::Duration;
 use tokio_stream::wrappers::ReceiverStream;
 use utoipa::{IntoParams, ToSchema};
 
-/// Time between two looks at a gate whose steps are told.
+/// Time between two polls of a gate whose events are streamed.
 const LOOK: Duration = Duration::from_millis(300);
 
 /// How a gate is asked.
@@ -108,7 +108,7 @@ impl GateEntry {
     }
 }
 
-/// Finds a gate, its outcome made where all pairs are decided.
+/// Finds a gate; makes its outcome if all pairs are decided.
 pub(crate) async fn find(app: &App, id: &str) -> Result<GateStanding, Problem> {
     let gate_id = id.to_string();
     let standing = app

@@ -1,4 +1,4 @@
-//! Who is let in, same-origin checks on every change, and headers of every answer.
+//! Authentication, same-origin checks on every change, and headers of every answer.
 
 use super::caller::Peer;
 use super::listener::NO_ADDRESS;
@@ -24,20 +24,19 @@ use tokio::sync::OwnedSemaphorePermit;
 /// Name of the cookie that the page's sign-in sets.
 pub(crate) const COOKIE: &str = "latchgate-session";
 
-/// Its name behind TLS: browsers take it from this host alone, and send it over TLS alone.
+/// Name of the cookie behind TLS: browsers accept it from this host alone, and send it over TLS alone.
 pub(crate) const TLS_COOKIE: &str = "__Host-latchgate-session";
 
-/// Where everybody is let in, and nobody has an allowance: whoever watches the service, and what a
-/// page loads.
+/// Paths without authentication and rate limit, for monitoring and for the files of pages.
 const FREE: &[&str] = &["/healthz", "/readyz", "/assets/{name}"];
 
-/// Bytes of a sign-in.
+/// Largest body of a sign-in [bytes].
 pub(super) const LOGIN_BYTES: usize = 4 << 10;
 
-/// What a page may load: what this service serves, nothing inline.
+/// Content security policy of pages: they load from this service, and nothing inline.
 const POLICY: &str = "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'; object-src 'none'";
 
-/// Lets a request in or not, passes it on, and notes what became of it.
+/// Admits or refuses a request, passes it on, and logs its outcome.
 pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Next) -> Response {
     let began = Instant::now();
     let method = request.method().clone();
@@ -72,7 +71,7 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
             let name = visitor.name.clone();
             request.extensions_mut().insert(visitor);
             match received(&app, &path, request).await {
-                // Until it is answered its body takes room.
+                // The permit for the body's memory is held until the answer.
                 Ok((request, _room)) => (name, next.run(request).await),
                 Err(problem) => (name, problem.into_response()),
             }
@@ -94,12 +93,12 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     let took = began.elapsed();
     app.traffic.took(method.as_str(), &path, took);
     let ms = u64::try_from(took.as_millis()).unwrap_or(u64::MAX);
-    // Neither query nor headers: they may hold what is not to be kept.
+    // Query and headers are not logged, since they may contain secrets.
     tracing::info!(%method, path, status = status.as_u16(), ms, visitor, from = %caller, "request");
     if let Some(problem) = response.extensions_mut().remove::<Problem>()
         && !is_interface
     {
-        // The headers stay: when to come again, how to sign in.
+        // Headers such as Retry-After and WWW-Authenticate stay.
         response.headers_mut().remove(header::CONTENT_TYPE);
         response.headers_mut().remove(header::CONTENT_LENGTH);
         let page = pages::problem(&problem).into_response();
@@ -118,8 +117,8 @@ fn no_place(app: &App) -> Problem {
     Problem::later(status, "connections", connections_max as u64, found, 1)
 }
 
-/// Waits until the whole body has come of a request that is no upload, and no longer than it may take:
-/// a client that sends a byte now and then would hold a place for hours.
+/// Waits for the whole body of a request that is no upload, within a deadline. Without it a client that sends a
+/// byte now and then would hold a place for hours.
 async fn received(
     app: &App,
     path: &str,
@@ -178,13 +177,13 @@ async fn received(
     }
 }
 
-/// Tells whether programs ask here, who are answered as `/openapi.json` says, or people.
+/// Returns true if a path is for programs, which get problem documents in place of pages.
 fn is_interface(path: &str) -> bool {
     let is_described = |(_, is_described, _): &(&str, &str, Needs)| *is_described == path;
     path == "/v1" || path.starts_with("/v1/") || INTERFACE.iter().any(is_described)
 }
 
-/// Adds the headers that every answer carries, where it has none of its own.
+/// Adds the headers of every answer, unless it has them already.
 fn guarded(headers: &mut HeaderMap) {
     let default_headers: [(HeaderName, &'static str); 6] = [
         (header::CONTENT_SECURITY_POLICY, POLICY),
@@ -221,7 +220,7 @@ async fn admit(
         Some(user) => Recognition::Known(user),
         None => recognised(app, headers).await.map_err(refuse)?,
     };
-    // Strangers share nothing, lest one of them keeps the others from signing in.
+    // Strangers are limited by address, so that one cannot keep the others from signing in.
     let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
     let allowed = match &recognition {
         Recognition::Open(visitor) | Recognition::Known(visitor) => {
@@ -245,8 +244,8 @@ async fn admit(
     let route = declared().find(|(verb, known, _)| *verb == asked_as && *known == path);
     match (recognition, route) {
         (Recognition::Open(visitor), _) => {
-            // Without a token the name under which this is asked must be the machine's own, lest
-            // a page from elsewhere points its name here.
+            // Without tokens the host must be the machine's, lest a page from elsewhere resolves its own name
+            // to this address (DNS rebinding).
             known_host(app, headers).map_err(refuse)?;
             Ok(visitor)
         }
@@ -257,7 +256,7 @@ async fn admit(
             }
             Ok(visitor)
         }
-        // Where nobody is asked, a stranger may, and elsewhere learns nothing of what there is.
+        // A stranger may use routes without authentication, and does not learn which others exist.
         (Recognition::Stranger, Some((_, _, None))) => Ok(Visitor::nobody()),
         (Recognition::Stranger, _) => {
             let wants_page = headers
@@ -272,7 +271,7 @@ async fn admit(
     }
 }
 
-/// Looks at the token or the session that a request presents.
+/// Checks the credential of a request, without the disk if the cache allows.
 async fn recognised(app: &App, headers: &HeaderMap) -> Result<Recognition, Problem> {
     let (presented, asking_app) = (presented(headers), app.clone());
     let looked = match app.door.look_again(presented.as_ref()) {
@@ -287,7 +286,7 @@ async fn recognised(app: &App, headers: &HeaderMap) -> Result<Recognition, Probl
         }
     };
     match looked {
-        // Where a proxy names its users, nobody is let in without one.
+        // If a proxy names its users, a request without a user is a stranger's even without tokens.
         Ok(Ok(Recognition::Open(_))) if app.config.users.is_some() => Ok(Recognition::Stranger),
         Ok(Ok(seen)) => Ok(seen),
         Ok(Err(error)) => Err(error.into()),
@@ -295,8 +294,8 @@ async fn recognised(app: &App, headers: &HeaderMap) -> Result<Recognition, Probl
     }
 }
 
-/// Returns the user whom a proxy names, where one is configured and this is a request of it. A name
-/// from anybody else, or beside a token, is refused: one of the two is not what it seems.
+/// Returns the user that a configured proxy names in a request. A name from another peer, or beside a token, is
+/// refused, since one of the two must be forged or mistaken.
 fn user_of_proxy(app: &App, headers: &HeaderMap, peer: Peer) -> Result<Option<Visitor>, Problem> {
     let Some(users) = &app.config.users else {
         return Ok(None);
@@ -350,7 +349,7 @@ fn unknown() -> Response {
     response
 }
 
-/// Returns what a request presents: a token in its header, or a session in the page's cookie.
+/// Returns the credential of a request: a token in its header, or a session in the page's cookie.
 fn presented(headers: &HeaderMap) -> Option<Presented> {
     let bearer = headers
         .get(header::AUTHORIZATION)
@@ -364,7 +363,7 @@ fn presented(headers: &HeaderMap) -> Option<Presented> {
 
 /// Returns the session of the page's cookie.
 pub(crate) fn session(headers: &HeaderMap) -> Option<String> {
-    // Behind TLS another host or port may have set the plain one.
+    // Another host or port may have set the plain cookie, so it does not count behind TLS.
     let cookie_name = if behind_tls(headers) {
         TLS_COOKIE
     } else {
@@ -380,14 +379,14 @@ pub(crate) fn session(headers: &HeaderMap) -> Option<String> {
     })
 }
 
-/// Tells whether a proxy says that its client came by TLS.
+/// Returns true if a proxy reports that its client uses TLS.
 pub(crate) fn behind_tls(headers: &HeaderMap) -> bool {
     headers
         .get("x-forwarded-proto")
         .is_some_and(|proto| proto == "https")
 }
 
-/// Refuses a change that a page from elsewhere asks for.
+/// Refuses a change requested by a page of another origin.
 fn same_origin(method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
     if matches!(*method, Method::GET | Method::HEAD) {
         return Ok(());
@@ -412,7 +411,7 @@ fn same_origin(method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Refuses a name that is neither the loopback's nor configured.
+/// Refuses a host name that is neither the loopback's nor configured.
 fn known_host(app: &App, headers: &HeaderMap) -> Result<(), Problem> {
     let host = headers
         .get(header::HOST)

@@ -1,4 +1,4 @@
-//! Questions under way: how far they are, asked once or told as it goes.
+//! Progress of questions, requested once or streamed.
 
 use crate::app::App;
 use crate::pool::Progress;
@@ -54,7 +54,7 @@ impl JobStanding {
     }
 }
 
-/// Says that a question became a job.
+/// Answers that a question became a job.
 pub(super) fn accepted(job: &str, state: &JobState) -> Response {
     let place = [(header::LOCATION, format!("/v1/jobs/{job}"))];
     let standing = Json(JobStanding::of(job, state));
@@ -101,7 +101,7 @@ pub(super) async fn events(
     Placed(id): Placed<String>,
 ) -> Result<Events, Problem> {
     let watched = app.crew.watch(&id);
-    // It may have ended before anybody watched.
+    // The job may have ended before it was watched.
     let state = state_of(&app, &id).await?;
     let now = Progress { state, part: None };
     let steps = tokio_stream::once(now).chain(WatchStream::from_changes(watched));
@@ -111,10 +111,10 @@ pub(super) async fn events(
     })))
 }
 
-/// Events as they are told.
+/// A stream of server-sent events.
 pub(super) type Events = Sse<KeepAliveStream<ReceiverStream<Result<Event, Infallible>>>>;
 
-/// Tells events up to the one that says that it is the last.
+/// Returns a stream of events up to the first that is marked as the last.
 pub(super) fn event_stream(events: impl Stream<Item = (Event, bool)> + Send + 'static) -> Events {
     let (sender, received) = tokio::sync::mpsc::channel(4);
     tokio::spawn(async move {

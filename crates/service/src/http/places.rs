@@ -1,4 +1,4 @@
-//! Places for connections: so many in all and for each address, and a few more that are asked for
+//! Places for connections, limited in total and by address, and a few spare connections that are answered on
 //! health alone.
 
 use super::caller::network_of;
@@ -7,10 +7,10 @@ use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::task::AbortHandle;
 
-/// Connections beyond the places.
+/// Number of connections without a place.
 pub(crate) const SPARE: usize = 32;
 
-/// Places that are taken, by address.
+/// Number of places in use, by address.
 #[derive(Debug, Default)]
 pub(super) struct Places(Arc<Mutex<BTreeMap<IpAddr, usize>>>);
 
@@ -60,8 +60,8 @@ impl Drop for Place {
     }
 }
 
-/// Connections that found no place. Each new one ends the oldest, so that whoever asks at once is
-/// answered however many others come and say nothing.
+/// Connections without a place. Each new one ends the oldest, so that a client that asks at once is answered,
+/// however many silent ones connect.
 #[derive(Debug, Default)]
 pub(super) struct Spare(VecDeque<AbortHandle>);
 

@@ -1,4 +1,4 @@
-//! How an upload becomes files: streamed to the disk, hashed on the way, never read here.
+//! Files of an upload: streamed to the disk and hashed on the way, but never parsed in this process.
 
 use super::form::Form;
 use crate::app::App;
@@ -11,16 +11,16 @@ use std::sync::Arc;
 use tokio::sync::mpsc;
 use tokio_stream::{Stream, StreamExt};
 
-/// Letters of a name.
+/// Largest number of letters of a name.
 const NAME_LETTERS: usize = 200;
 
-/// Bytes of a form beside its files.
+/// Largest number of bytes of a form besides its files.
 const FORM_BYTES: u64 = 1 << 20;
 
-/// Bytes of a card.
+/// Largest card [bytes].
 const CARD_BYTES: u64 = 1 << 20;
 
-/// An upload whose files are on the disk and not in their places yet.
+/// An upload whose files are on the disk, but not in their final places.
 pub(super) struct Received {
     name: String,
     files: Vec<(String, BlobWriter)>,
@@ -46,8 +46,8 @@ impl Received {
     }
 }
 
-/// Takes an upload in: the raw file, or a form with `file`, `card` and further parts. `stated` is
-/// its length, and `left_bytes` what its token may still upload [bytes].
+/// Receives an upload: the raw file, or a form with `file`, `card` and further parts. `stated` is its length,
+/// `left_bytes` the bytes that its token may still upload.
 ///
 /// # Errors
 ///
@@ -103,14 +103,14 @@ pub(super) async fn receive(
     }
 }
 
-/// How much of an upload is taken.
+/// Limits of an upload.
 #[derive(Clone, Copy)]
 struct Room {
-    /// Bytes.
+    /// Bytes that may still come.
     left_bytes: u64,
-    /// What its token may upload in all, where that is what is left.
+    /// Total share of its token, if that is the tighter limit.
     share: Option<u64>,
-    /// What one upload may have.
+    /// Largest size of one upload [bytes].
     bytes_max: u64,
 }
 
@@ -228,8 +228,7 @@ async fn of_form(
     Ok(received)
 }
 
-/// Writes a stream of bytes into a blob that is not in its place yet, on a thread that may wait for
-/// the disk.
+/// Writes a stream of bytes into an unplaced blob, on a thread that may wait for the disk.
 async fn store(
     app: &App,
     stream: impl Stream<Item = Result<Bytes, Problem>>,
@@ -261,7 +260,7 @@ async fn store(
     }
 }
 
-/// Writes what comes, and closes the file: a form may have many.
+/// Writes a stream to a file and closes it, since a form may have many.
 fn write(blobs: &dyn Blobs, mut waiting: mpsc::Receiver<Bytes>) -> Result<BlobWriter, StoreError> {
     let mut writer = blobs.begin()?;
     while let Some(piece) = waiting.blocking_recv() {
@@ -271,7 +270,7 @@ fn write(blobs: &dyn Blobs, mut waiting: mpsc::Receiver<Bytes>) -> Result<BlobWr
     Ok(writer)
 }
 
-/// Takes a name that a file of an upload may have: relative, with `/` between folders.
+/// Checks the name of a file of an upload: relative, with `/` between folders.
 fn plain(name: &str) -> Result<String, Problem> {
     let odd = |c: char| c.is_control() || c == '\\';
     let parts_fit = name.split('/').all(|part| !matches!(part, "" | "." | ".."));

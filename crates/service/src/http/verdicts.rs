@@ -51,7 +51,7 @@ pub(super) struct Waiting {
     wait: Option<u32>,
 }
 
-/// Makes a question plain: every setting and every number of the design written out.
+/// Returns a question with every setting and every number of the design written out.
 async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
     let request = request_of(&asking.request)?;
     let (design, design_name) =
@@ -65,7 +65,7 @@ async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
     })
 }
 
-/// Keeps the pulse that stands where a recording may.
+/// Stores the pulse that a question names in place of a recording.
 async fn with_pulse_kept(
     app: &App,
     mut asking: Asking,
@@ -106,7 +106,7 @@ pub(super) async fn submit(
     let job_id = id.clone();
     let earlier = app
         .on_disk(move |parts| match parts.ledger.job(&job_id) {
-            // The question is at hand and is asked anew.
+            // The job is replaced by a new one, since the question is at hand.
             Err(StoreError::Damaged { .. }) => Ok(None),
             earlier => earlier,
         })
@@ -146,7 +146,7 @@ pub(super) async fn submit(
     }
 }
 
-/// Waits until a job has ended, or for so long; returns how it stands then.
+/// Waits until a job has ended, or for `wait`; returns its state then.
 async fn ended(
     app: &App,
     job: Job,
@@ -157,7 +157,7 @@ async fn ended(
         let mut state = job.state;
         while !state.has_ended() {
             if watched.changed().await.is_err() {
-                // Nobody tells any more: it ended meanwhile, or the service does.
+                // No more progress comes: the job has ended meanwhile, or the service ends.
                 let id = job.id;
                 let job = app.on_disk(move |parts| parts.ledger.job(&id)).await?;
                 return Ok(job.map_or(JobState::Queued, |job| job.state));
@@ -233,7 +233,7 @@ pub(super) async fn what_if(
     }
 }
 
-/// Returns the card of a what-if, and what its curve is drawn from.
+/// Returns the card of a what-if, with the data of its curve.
 fn card(document: &Document, angle_rad: &[f32]) -> Markup {
     html! {
         (latchgate::report::html::answer(document))
@@ -278,7 +278,7 @@ async fn sent(
     send_or_remake(app, &result, name, download).await
 }
 
-/// Time for which a file is waited for that is made again.
+/// Longest wait for a file that is made again.
 const REMAKE: Duration = Duration::from_secs(60);
 
 /// Sends a file of a report; one that was lost is made again first.
@@ -290,7 +290,7 @@ async fn send_or_remake(
 ) -> Result<Response, Problem> {
     let lost = match files::send_of_report(app, result, name, download).await {
         Err(problem) if problem.code == "damaged" => problem,
-        // It went with its recording, and is made again where that is there again.
+        // It was removed with its recording, and can be made again if that was uploaded again.
         Err(problem) if result.is_stripped && is_of_report(name) => problem,
         sent => return sent,
     };
@@ -301,7 +301,7 @@ async fn send_or_remake(
     files::send_of_report(app, &made, name, download).await
 }
 
-/// Has what a page needs of a report made again where it was lost.
+/// Has the files that a page needs of a report made again, if they were lost.
 pub(crate) async fn made_whole(app: &App, report_id: &str) -> Result<(), Problem> {
     for name in [VERDICT_FILE, SERIES_FILE] {
         let result = result(app, report_id).await?;
@@ -329,12 +329,12 @@ const PLOTS: [&str; 8] = [
     "spread.svg",
 ];
 
-/// Tells whether a report has a file of that name.
+/// Returns true if a report may have a file of that name.
 fn is_of_report(name: &str) -> bool {
     [VERDICT_FILE, SERIES_FILE, REPORT_FILE].contains(&name) || PLOTS.contains(&name)
 }
 
-/// Has a report made again of which a file was lost; `None` where nothing could make it.
+/// Has a report with a lost file made again; `None` if that is impossible.
 async fn remade(app: &App, report_id: &str, lost: &str) -> Result<Option<StoredResult>, Problem> {
     let (id, lost) = (report_id.to_string(), lost.to_string());
     let (remake_id, name) = (id.clone(), lost.clone());

@@ -9,26 +9,26 @@ use std::io::{self, BufReader, Read, Write};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// Recordings and tables that a child holds.
+/// Largest number of recordings that a child holds.
 const HELD: usize = 6;
 
 /// Time between two beats.
 const BEAT: Duration = Duration::from_millis(200);
 
-/// A recording or table that the child holds.
+/// A recording that the child holds.
 struct HeldRecording {
     id: String,
     source: Source,
-    /// The bytes of the file that is read.
+    /// The bytes of the file to read.
     head: Arc<[u8]>,
     bytes: u64,
 }
 
-/// Shuts itself in and answers orders until its input ends.
+/// Enters the jail and answers orders until its input ends.
 ///
 /// # Errors
 ///
-/// Any error of the pipes; the parent has gone, or says what no parent would.
+/// Any error of the pipes: the parent has gone, or breaks the protocol.
 pub fn work(memory_bytes: u64) -> io::Result<()> {
     let out = Mutex::new(io::stdout());
     let mut input = BufReader::new(io::stdin());
@@ -80,7 +80,7 @@ fn say(out: &Mutex<io::Stdout>, message: &ChildMessage) -> io::Result<()> {
     out.flush()
 }
 
-/// Does a piece of work that says from time to time that it goes on.
+/// Runs work while sending beats.
 fn beating<T>(out: &Mutex<io::Stdout>, work: impl FnOnce(&Control<'_>) -> T) -> T {
     let last = Mutex::new(Instant::now());
     let proceed = |part: Option<f64>| {
@@ -91,7 +91,7 @@ fn beating<T>(out: &Mutex<io::Stdout>, work: impl FnOnce(&Control<'_>) -> T) -> 
             return true;
         }
         *last = Instant::now();
-        // Nobody listens any more: there is no use in going on.
+        // If a beat cannot be sent the parent has gone, so the work stops.
         say(out, &ChildMessage::Beat { part }).is_ok()
     };
     work(&Control {
@@ -127,7 +127,7 @@ fn deliver(
     out.flush()
 }
 
-/// Lets the oldest go until there is room for so many bytes more.
+/// Drops the oldest recordings until there is room for `bytes` more.
 fn make_room(recordings: &mut Vec<HeldRecording>, bytes: u64, bytes_max: u64) {
     let total_bytes = |recordings: &[HeldRecording]| {
         recordings

@@ -4,10 +4,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io::{self, Read, Write};
 
-/// Bytes of one frame at most.
+/// Largest frame [bytes].
 const FRAME_BYTES: u32 = 16 << 20;
 
-/// Bytes that are copied at a time.
+/// Size of a piece that is copied [bytes].
 const PIECE: usize = 64 << 10;
 
 pub(super) fn write(out: &mut impl Write, words: &impl Serialize) -> io::Result<()> {
@@ -20,7 +20,7 @@ pub(super) fn write(out: &mut impl Write, words: &impl Serialize) -> io::Result<
     out.write_all(&text)
 }
 
-/// Reads a frame; `None` where the other side has ended between two of them.
+/// Reads a frame; `None` if the other side has closed the pipe between two frames.
 pub(super) fn read<T: DeserializeOwned>(input: &mut impl Read) -> io::Result<Option<T>> {
     let mut length = [0; 4];
     match input.read_exact(&mut length) {
@@ -36,7 +36,7 @@ pub(super) fn read<T: DeserializeOwned>(input: &mut impl Read) -> io::Result<Opt
     Ok(Some(serde_json::from_slice(&text)?))
 }
 
-/// Copies so many bytes, handing each piece on.
+/// Reads `bytes` bytes and passes them to `take` piece by piece.
 pub(super) fn copy(
     input: &mut impl Read,
     bytes: u64,

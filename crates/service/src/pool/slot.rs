@@ -15,7 +15,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// How children are started and bounded.
+/// Start and limits of children.
 #[derive(Debug, Clone)]
 pub struct ChildOptions {
     /// The program, this one.
@@ -24,15 +24,15 @@ pub struct ChildOptions {
     pub memory_bytes: u64,
     /// Time that an order may take.
     pub order_time: Duration,
-    /// Time that a child may say nothing while it works.
+    /// Longest silence of a working child.
     pub silence: Duration,
-    /// Bytes of the files that a child may hand over with one answer.
+    /// Largest size of the files with one answer [bytes].
     pub answer_bytes: u64,
-    /// Whether a child works whose jail is not whole.
+    /// True if a child may work in an incomplete jail.
     pub without_jail: bool,
 }
 
-/// An answer, its files stored.
+/// An answer whose files are stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Delivered {
     /// The answer.
@@ -41,7 +41,7 @@ pub struct Delivered {
     pub files: Vec<StoredFile>,
 }
 
-/// Why an order has no answer.
+/// Reason why an order has no answer.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Lost {
     /// No child could be started, or it ended before it had its order.
@@ -70,7 +70,7 @@ pub enum Lost {
     Store(#[from] StoreError),
 }
 
-/// How a child ended.
+/// End of a child.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
     /// By a signal.
@@ -80,8 +80,8 @@ pub enum Ending {
 }
 
 impl Ending {
-    /// True if the child did it by itself: it exited, or took a signal that a fault of its own
-    /// raises. Any other signal was sent: by a person, a supervisor, or a system short of memory.
+    /// Returns true if the child ended by its own fault: it exited, or got a signal that a fault raises. Any
+    /// other signal was sent: by a person, a supervisor, or a system short of memory.
     pub fn is_own_fault(self) -> bool {
         match self {
             Self::Exit(_) => true,
@@ -149,18 +149,18 @@ impl Slot {
         })
     }
 
-    /// Tells whether the child holds a recording.
+    /// Returns true if the child holds a recording.
     pub fn holds(&self, id: &str) -> bool {
         let holds = |running: &Running| running.holds.iter().any(|held| held == id);
         self.running.as_ref().is_some_and(holds)
     }
 
-    /// True if the last order found no child because none could be started.
+    /// Returns true if no child could be started for the last order.
     pub fn failed_to_start(&self) -> bool {
         self.failed_to_start
     }
 
-    /// Starts a child if none runs, and returns how it is shut in where it is new.
+    /// Starts a child if none runs; returns the jail of a new one.
     ///
     /// # Errors
     ///
@@ -197,15 +197,14 @@ impl Slot {
             Ok(Some(_)) => Err(Lost::NotStarted {
                 reason: "it did not greet".into(),
             }),
-            // It has no order yet, so whatever ended it is no fault of a recording.
+            // The child has no order yet, so its end is no fault of a recording.
             Ok(None) | Err(_) => Err(Lost::NotStarted {
                 reason: self.end_of(running, &late).to_string(),
             }),
         }
     }
 
-    /// Gives an order and waits for its answer, whose files go into `blobs`. `beat` is told of each
-    /// sign of life.
+    /// Sends an order and waits for its answer, whose files go into `blobs`. `beat` is called with each beat.
     ///
     /// # Errors
     ///
@@ -229,7 +228,7 @@ impl Slot {
             let id = order.needs().unwrap_or("");
             !running.holds.iter().any(|held_id| held_id == id)
         });
-        // Found damaged here, nothing was sent yet and the child may stay.
+        // If a file is damaged, nothing was sent to the child yet, so it can stay.
         let files = match needed.map(|manifest| opened(manifest, blobs)).transpose() {
             Ok(files) => files,
             Err(error) => {
@@ -258,7 +257,7 @@ impl Slot {
         }
     }
 
-    /// Reads what the child says until it has answered.
+    /// Reads the child's messages up to its answer.
     fn listen(
         &mut self,
         running: &mut Running,
@@ -315,7 +314,7 @@ impl Slot {
             let mut writer = blobs.begin().map_err(NoAnswer::Store)?;
             let mut failed = None;
             frame::copy(&mut running.output, file.bytes, |piece| {
-                // The rest is read nevertheless, so that the child stays in step.
+                // The remaining bytes are read all the same, so that the next message begins at its start.
                 if failed.is_none() {
                     failed = writer.write(piece).err();
                 }
@@ -329,11 +328,12 @@ impl Slot {
         Ok(stored)
     }
 
-    /// Says how a child ended.
+    /// Returns the reason for the end of a child.
     fn end_of(&self, running: Running, late: &AtomicBool) -> Lost {
         let status = {
             let mut process = locked(&running.process);
-            // Its output has ended; if it has not, it has nothing more to say.
+            // A child whose output has closed ends on its own at once; the pause leaves it time, so that its own
+            // exit is seen and not the kill below.
             std::thread::sleep(Duration::from_millis(5));
             if let Ok(Some(status)) = process.try_wait() {
                 Ok(status)
@@ -359,7 +359,7 @@ impl Slot {
     }
 }
 
-/// What was heard instead of an answer.
+/// Outcome of listening without an answer.
 enum NoAnswer {
     Nothing,
     Odd(String),
@@ -375,7 +375,7 @@ impl From<io::Error> for NoAnswer {
     }
 }
 
-/// Says what mostly lies behind a signal.
+/// Returns the usual cause of a signal.
 fn meaning(signal: i32) -> &'static str {
     match signal {
         libc::SIGABRT => ", as when it needs more memory than it may have",
@@ -403,7 +403,7 @@ fn spawn(options: &ChildOptions) -> io::Result<Running> {
         .arg(options.memory_bytes.to_string())
         .env_clear()
         .current_dir("/")
-        // A Ctrl-C on the terminal and a signal to the service's group are not meant for it: the
+        // In a group of its own the child does not get a Ctrl-C or a signal to the service's group; the
         // service lets it finish.
         .process_group(0)
         .stdin(Stdio::piped())
@@ -432,7 +432,7 @@ fn enclosure(manifest: &Manifest) -> Enclosure {
     }
 }
 
-/// Opens the files of a recording, each found to have its hash, in the order of the enclosure.
+/// Opens the files of a recording and checks their hashes, in the order of the enclosure.
 fn opened(manifest: &Manifest, blobs: &dyn Blobs) -> Result<Vec<(File, u64)>, StoreError> {
     let files = manifest.files.iter().chain(&manifest.card);
     files
@@ -460,7 +460,7 @@ struct Watchdog {
     guarded: Option<(Arc<Mutex<Child>>, Arc<AtomicBool>)>,
 }
 
-/// What the watchdog looks after.
+/// A child with its deadline and the mark that it was late.
 type Watch = Option<(Instant, Arc<Mutex<Child>>, Arc<AtomicBool>)>;
 
 impl Watchdog {
@@ -475,7 +475,7 @@ impl Watchdog {
         })
     }
 
-    /// Ends `process` after some time unless told otherwise; returns a mark that says whether it did.
+    /// Ends `process` after `time` unless that is changed; returns a mark that is set if it did.
     fn guard(&mut self, process: &Arc<Mutex<Child>>, time: Duration) -> Arc<AtomicBool> {
         let late = Arc::new(AtomicBool::new(false));
         self.guarded = Some((Arc::clone(process), Arc::clone(&late)));

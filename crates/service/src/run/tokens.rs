@@ -109,7 +109,7 @@ pub(super) fn run(command: TokenCommand, data: &Path) -> Result<ExitCode, String
     }
 }
 
-/// Makes a token, and prints it; it ends after `lasts_ms`, with 0 never.
+/// Makes a token and prints it; it ends after `lasts_ms`, or never if that is 0.
 fn make(
     ledger: &dyn Ledger,
     name: String,
