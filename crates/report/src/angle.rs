@@ -3,14 +3,14 @@
 use latchgate_document::number::trimmed;
 use std::f64::consts::FRAC_PI_2;
 
-/// What is known of a peak.
+/// A peak as it may be shown.
 #[derive(Debug, Clone, PartialEq)]
 pub enum KnownPeak {
     /// It lies beyond 90°, where no figure means anything.
     Beyond,
-    /// It is known.
+    /// It has a figure.
     Within(AngleText),
-    /// Its error is as large as itself.
+    /// Its error is as large as itself; the words say what cannot be computed.
     Open(&'static str),
 }
 
@@ -24,8 +24,8 @@ pub struct AngleText {
 }
 
 impl KnownPeak {
-    /// Sorts a peak by its error: none is shown that is as large as the peak itself. Where peak and error stay
-    /// below the threshold, they are shown as a bound. `opens`: it is certain that the lever does.
+    /// Sorts a peak by its error: an error as large as the peak itself is not shown. Where peak and error stay
+    /// below the threshold, they are shown as a bound. `opens` is true if the lever certainly opens.
     pub fn of(peak_rad: f64, error_rad: Option<f64>, threshold_rad: f64, opens: bool) -> Self {
         if peak_rad > FRAC_PI_2 {
             return Self::Beyond;
@@ -38,10 +38,10 @@ impl KnownPeak {
                 radians: format!("{}\u{00A0}rad", trimmed(peak_rad, 3)),
             });
         };
-        let most = peak_rad.max(0.0) + large;
-        if most <= threshold_rad {
+        let upper_rad = peak_rad.max(0.0) + large;
+        if upper_rad <= threshold_rad {
             // Rounded up, since it is a bound.
-            let bound = most * (1.0 + 5e-3);
+            let bound = upper_rad * (1.0 + 5e-3);
             return Self::Within(AngleText {
                 degrees: format!("at most {}°", trimmed(bound.to_degrees(), 3)),
                 radians: format!("{}\u{00A0}rad", trimmed(bound, 3)),
@@ -54,7 +54,7 @@ impl KnownPeak {
         })
     }
 
-    /// Returns it in a few words.
+    /// Returns the peak in a few words.
     pub fn short(self) -> String {
         match self {
             Self::Beyond => "> 90°".into(),
@@ -69,7 +69,7 @@ impl KnownPeak {
 fn degrees(radians: f64, error_rad: Option<f64>) -> String {
     let (value, error) = (radians.to_degrees(), error_rad.map(f64::to_degrees));
     let place = |number: f64| libm::log10(number.abs()).floor();
-    let most = if value == 0.0 {
+    let decimals_max = if value == 0.0 {
         4.0
     } else {
         3.0 - place(value)
@@ -77,7 +77,7 @@ fn degrees(radians: f64, error_rad: Option<f64>) -> String {
     let Some(error) = error.filter(|error| error.is_finite() && *error > 0.0) else {
         return format!("{}°", trimmed(value, 4));
     };
-    let decimals = (1.0 - place(error)).min(most).clamp(0.0, 9.0);
+    let decimals = (1.0 - place(error)).min(decimals_max).clamp(0.0, 9.0);
     let unit = libm::pow(10.0, -decimals);
     let error = (error / unit).ceil() * unit;
     let digits = decimals as usize;

@@ -1,5 +1,4 @@
-//! Places and axes of sensors spelt out, by tables in `codes/` that are added to without a look at
-//! the program: a code, a blank, its words.
+//! Places and axes of sensors spelt out, by tables in `codes/`: a code, a blank, its words.
 
 /// Codes of NHTSA's databases: attachments, then what follows them.
 const NHTSA: &str = include_str!("codes/nhtsa.txt");
@@ -13,14 +12,14 @@ pub fn spelt(code: &str) -> Option<String> {
     let code = code.trim();
     if code.len() == 16 && code.is_ascii() && !code.contains(' ') {
         let mut words = vec![word(ISO_MME, &code[2..6])?];
-        let fine = [6, 8, 10].map(|at| fine_location(&code[at..at + 2]));
+        let fine = [6, 8, 10].map(|start| fine_location(&code[start..start + 2]));
         let side = match code.as_bytes()[1] {
             b'1' | b'4' | b'7' => Some("left"),
             b'3' | b'6' | b'9' => Some("right"),
             _ => None,
         };
-        let is_told = fine.contains(&Some("left")) || fine.contains(&Some("right"));
-        words.extend(side.filter(|_| !is_told));
+        let names_side = fine.contains(&Some("left")) || fine.contains(&Some("right"));
+        words.extend(side.filter(|_| !names_side));
         words.extend(fine.into_iter().flatten());
         return Some(format!("{}{}", words.join(", "), axis(&code[14..15])));
     }
@@ -60,9 +59,9 @@ fn axis(direction: &str) -> String {
 
 fn word(table: &'static str, code: &str) -> Option<&'static str> {
     let lines = table.lines().filter(|line| !line.starts_with('#'));
-    let mut known = lines.filter_map(|line| line.split_once(' '));
-    let found = known.find(|(known, _)| known.eq_ignore_ascii_case(code));
-    found.map(|(_, words)| words)
+    let mut entries = lines.filter_map(|line| line.split_once(' '));
+    let entry = entries.find(|(entry_code, _)| entry_code.eq_ignore_ascii_case(code));
+    entry.map(|(_, words)| words)
 }
 
 #[cfg(test)]

@@ -8,18 +8,18 @@ use latchgate_verdict::Answer;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// Verdicts that are compared at most.
+/// Largest number of verdicts compared.
 pub const VERDICTS_MAX: usize = 8;
 
-/// Inputs that the sentence names at most.
+/// Largest number of inputs that the sentence names.
 const NAMED_INPUTS: usize = 3;
 
-/// A row: what it is about, and what each verdict has there.
+/// A row of the comparison.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ComparedRow {
-    /// As in `largest angle`.
+    /// Name of the quantity, such as `largest angle`.
     pub name: String,
-    /// In words, one for each verdict.
+    /// Its value in words, one for each verdict.
     pub values: Vec<String>,
 }
 
@@ -54,7 +54,7 @@ pub fn subject(document: &Document) -> String {
     format!("{}{channel}, design: {design}", recording.file)
 }
 
-/// Says what was changed and what that did: `preload torque 0.1 → 5 N·m, all else equal: FAIL → PASS`.
+/// Returns what was changed and its effect: `preload torque 0.1 → 5 N·m, all else equal: FAIL → PASS`.
 pub fn sentence(documents: &[&Document]) -> String {
     let answers = ComparedRow::of("", documents, |document| {
         words::answer(document.verdict).into()
@@ -124,7 +124,7 @@ fn opens(document: &Document) -> String {
 fn varied(document: &Document) -> String {
     match &document.ensemble {
         Some(ensemble) => format!("{} of {}", ensemble.exceeded, ensemble.members),
-        None if words::spared(document).is_some() => "none can".into(),
+        None if words::sparing_bound(document).is_some() => "none can".into(),
         None => "–".into(),
     }
 }
@@ -189,7 +189,7 @@ fn inputs(documents: &[&Document]) -> Vec<ComparedRow> {
         .flat_map(|settings| settings.keys())
         .collect();
     for key in keys {
-        // What these say is told above.
+        // Rows above show both already.
         if ["channel", "opens_when"].contains(&key.as_str()) {
             continue;
         }
@@ -204,7 +204,7 @@ fn inputs(documents: &[&Document]) -> Vec<ComparedRow> {
         });
     }
     rows.retain(ComparedRow::differs);
-    // Another channel has another content.
+    // Another channel has another hash, so its row would repeat that of the recording.
     if rows.iter().any(|row| row.name == "recording") {
         rows.retain(|row| row.name != "content");
     }

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-/// What is shown, in this order: the head of a part, and the keys of a verdict that belong to it.
+/// Parts in the order shown: the head of each, and the keys of a verdict that belong to it.
 const PARTS: [(&str, &[&str]); 4] = [
     ("recording", &["recording", "test", "conditioning"]),
     ("settings", &["request"]),
@@ -26,32 +26,32 @@ pub struct DifferingValue {
     pub key: String,
     /// The part it belongs to: `recording`, `settings`, `design` or `results`.
     pub part: Cow<'static, str>,
-    /// In each verdict; null where the key is absent.
+    /// Its value in each verdict; null where the key is absent.
     pub values: Vec<Value>,
 }
 
 /// Lists the keys of verdicts whose values differ.
 pub fn between(verdicts: &[&Map<String, Value>]) -> Vec<DifferingValue> {
-    let mut found = Vec::new();
+    let mut differing = Vec::new();
     for (part, keys) in PARTS {
         for key in keys {
             let values = verdicts.iter().map(|verdict| verdict.get(*key)).collect();
-            walk(part, key, values, &mut found);
+            walk(part, key, values, &mut differing);
         }
     }
-    found
+    differing
 }
 
-/// Notes the values that differ; lists are taken whole, but for those of what has a code.
+/// Adds the values that differ. A list is one value, except a list of entries with codes.
 fn walk(
     part: &'static str,
     key: &str,
     values: Vec<Option<&Value>>,
-    found: &mut Vec<DifferingValue>,
+    differing: &mut Vec<DifferingValue>,
 ) {
     let coded: Option<Vec<Value>> = values.iter().map(|value| by_code((*value)?)).collect();
     if let Some(coded) = coded {
-        return walk(part, key, coded.iter().map(Some).collect(), found);
+        return walk(part, key, coded.iter().map(Some).collect(), differing);
     }
     let objects: Option<Vec<&Map<String, Value>>> =
         values.iter().map(|value| (*value)?.as_object()).collect();
@@ -60,10 +60,10 @@ fn walk(
         for inner in keys {
             let name = format!("{key}.{inner}");
             let values = objects.iter().map(|object| object.get(inner)).collect();
-            walk(part, &name, values, found);
+            walk(part, &name, values, differing);
         }
     } else if values.iter().any(|value| *value != values[0]) {
-        found.push(DifferingValue {
+        differing.push(DifferingValue {
             key: key.to_string(),
             part: part.into(),
             values: values
@@ -79,11 +79,11 @@ fn by_code(list: &Value) -> Option<Value> {
     let mut texts: Map<String, Value> = Map::new();
     for entry in list.as_array()? {
         let (code, text) = (entry.get("code")?.as_str()?, entry.get("text")?.as_str()?);
-        let all = match texts.get(code).and_then(Value::as_str) {
+        let joined = match texts.get(code).and_then(Value::as_str) {
             Some(earlier) => format!("{earlier} {text}"),
             None => text.to_string(),
         };
-        texts.insert(code.into(), all.into());
+        texts.insert(code.into(), joined.into());
     }
     Some(Value::Object(texts))
 }

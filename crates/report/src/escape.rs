@@ -7,7 +7,7 @@
 use latchgate_document::json::steers;
 use std::borrow::Cow;
 
-/// Stands for a character that must not be shown.
+/// Replaces a character that must not be shown.
 const REPLACEMENT: char = '\u{FFFD}';
 
 /// Returns `text` for use between tags and inside quoted attributes of HTML, SVG and XML.
@@ -58,8 +58,8 @@ fn quoted_for_posix(word: &str) -> String {
     }
 }
 
-/// The command prompt knows double quotes alone. PowerShell expands within them, and so takes words with what it would
-/// expand in single ones.
+/// Quotes a word for both shells of Windows. The command prompt knows double quotes alone; PowerShell expands
+/// variables within them, so words that it would expand are in single quotes.
 fn quoted_for_windows(word: &str) -> String {
     if is_plain(word, "-_./=:+\\") {
         word.to_string()

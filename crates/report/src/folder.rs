@@ -19,13 +19,13 @@ pub const STATIC_FILE: &str = "static.json";
 /// File name of the page of several verdicts.
 pub const COMPARE_FILE: &str = "compare.html";
 
-/// Attempts to put a report in its place while others put theirs there.
+/// Attempts to put a report in its place while other processes put theirs there.
 const ATTEMPTS: u32 = 100;
 
-/// What is done where a folder cannot be made.
+/// Step that an error names where a folder cannot be made.
 const MAKE: &str = "make the report folder";
 
-/// Number of the next folder that this process writes beside another.
+/// Number of the next temporary folder of this process.
 static NEXT: AtomicU32 = AtomicU32::new(0);
 
 /// Returns the name of a report's folder, `<recording>-<design>-<id>`, of characters that any file
@@ -75,9 +75,9 @@ pub(super) fn put(
             "it holds files that are no report; name an empty folder, or one that is not there yet";
         return Err(Error::io_at("write a report into the folder", dir, &reason));
     }
-    // Of `.` and `..` there is no beside.
-    let whole = dir.file_name().is_some();
-    let beside = if whole {
+    // `.` and `..` cannot be renamed, so their files are exchanged one by one.
+    let has_name = dir.file_name().is_some();
+    let beside = if has_name {
         Unplaced::beside(dir)?
     } else {
         fs::create_dir_all(dir).map_err(|error| Error::io_at(MAKE, dir, &error))?;
@@ -89,12 +89,12 @@ pub(super) fn put(
             .map_err(|error| Error::io_at("write the report", &path, &error))?;
     }
     beside.settle(dir, |beside| {
-        (!whole || holds_others(dir, ours)).then(|| exchange(beside, dir, ours, files))
+        (!has_name || holds_others(dir, ours)).then(|| exchange(beside, dir, ours, files))
     })?;
     Ok(files.iter().map(|(name, _)| dir.join(name)).collect())
 }
 
-/// A folder in the making. It goes with its end, unless it has taken another's place.
+/// A temporary folder. Dropping it removes it, unless it was renamed into its place.
 #[derive(Debug)]
 pub struct Unplaced {
     parent: PathBuf,
@@ -108,7 +108,7 @@ impl Drop for Unplaced {
 }
 
 impl Unplaced {
-    /// Makes an empty folder beside `dir`, under a name that no other run of this machine takes.
+    /// Makes an empty folder beside `dir`, under a name that no other process of this machine uses.
     ///
     /// # Errors
     ///
@@ -129,26 +129,25 @@ impl Unplaced {
                     let parent = parent.to_path_buf();
                     return Ok(Self { parent, path });
                 }
-                // What lies under its name, a link of somebody else's among that, is not written into.
+                // Nothing is written into what already has that name; it may be another user's link.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(Error::io_at(MAKE, &path, &error)),
             }
         }
     }
 
-    /// Returns a path that no other run of this machine takes.
+    /// Returns a path that no other process of this machine uses.
     fn unused(parent: &Path) -> PathBuf {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         parent.join(format!(".latchgate-{}-{number}.part", std::process::id()))
     }
 
-    /// Returns where the folder lies until it is placed.
+    /// Returns the path of the folder until it is placed.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Lets the folder take the place of `dir`, unless `otherwise`, asked at each attempt, knows
-    /// what to do with it.
+    /// Renames the folder to `dir`, unless `otherwise`, called before each attempt, returns a result.
     ///
     /// # Errors
     ///
@@ -175,7 +174,7 @@ impl Unplaced {
             };
             match fs::rename(dir, &old.path) {
                 Ok(()) => {}
-                // Another run was quicker.
+                // Another process has just moved the folder away.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
                 Err(error) => return Err(cannot(error)),
             }
@@ -192,7 +191,7 @@ impl Unplaced {
     }
 }
 
-/// Tells whether a folder holds files, and no report among them.
+/// Returns true if a folder holds files, and no report among them.
 fn is_foreign(dir: &Path) -> bool {
     const FILES: [&str; 4] = [VERDICT_FILE, MARGIN_FILE, STATIC_FILE, COMPARE_FILE];
     let is_one = |name: &&str| {
@@ -205,18 +204,15 @@ fn is_foreign(dir: &Path) -> bool {
     holds_any && !FILES.iter().any(is_one)
 }
 
-/// Tells whether a folder holds anything but files of the names `ours`.
+/// Returns true if a folder holds anything but files of the names `ours`.
 fn holds_others(dir: &Path, ours: &[impl AsRef<str>]) -> bool {
     let Ok(entries) = fs::read_dir(dir) else {
         return false;
     };
     entries.flatten().any(|entry| {
         let name = entry.file_name();
-        let known = |known: &&str| name == **known;
-        ours.iter()
-            .map(AsRef::as_ref)
-            .find(known)
-            .is_none_or(|_| entry.path().is_dir())
+        let is_ours = ours.iter().any(|our_name| name == *our_name.as_ref());
+        !is_ours || entry.path().is_dir()
     })
 }
 

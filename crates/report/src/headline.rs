@@ -9,17 +9,17 @@ use latchgate_verdict::decision::{NOISE_TIMES, unanimous};
 use latchgate_verdict::ensemble::Driver;
 use latchgate_verdict::{Answer, Ensemble, Reason, RunAnswer};
 
-/// What remains where no single quantity decides.
+/// Remedy where no single quantity decides.
 const FARTHER: &str = "a design farther from the limit angle would decide.";
 
-/// Letters of a headline, at most.
+/// Largest number of letters of a headline.
 const HEADLINE_LETTERS: usize = 240;
 
-/// Returns what the verdict means in a sentence: what the lever does, or what would decide it, or
-/// why there is no answer. Without an ensemble it claims no more than the nominal lever does.
+/// Returns the meaning of a verdict in a sentence: what the lever does, or what would decide it, or
+/// why there is no answer. Without an ensemble the sentence speaks of the nominal lever alone.
 pub fn headline(document: &Document) -> String {
     let lever = match document.ensemble {
-        None if words::spared(document).is_none() => "The nominal lever",
+        None if words::sparing_bound(document).is_none() => "The nominal lever",
         _ => "The lever",
     };
     let first = document.why.first();
@@ -46,7 +46,7 @@ pub fn headline(document: &Document) -> String {
             }
         }
         (Answer::Undecided, _) => would_decide(document),
-        // The findings tell it in full.
+        // The findings hold the full text.
         _ => first.map_or_else(String::new, |reason| cause(document, reason)),
     }
 }
@@ -62,17 +62,19 @@ fn share_of_limit(document: &Document, angle_rad: f64) -> String {
     format!("{}\u{00A0}%", trimmed(percent, 3))
 }
 
-/// Says how far the varied levers of a pass come, of whatever stop and opening direction, where one comes farther
-/// than the nominal ones.
+/// Returns the largest angle of the varied levers of a pass over all stops and opening directions; nothing if the
+/// nominal levers reach it.
 fn varied_levers(document: &Document, nominal_rad: f64) -> String {
-    let all = ensembles(document);
-    if let Some(most) = all.iter().max_by_key(|ensemble| ensemble.exceeded)
-        && most.exceeded > 0
+    let ensembles = ensembles(document);
+    if let Some(worst) = ensembles.iter().max_by_key(|ensemble| ensemble.exceeded)
+        && worst.exceeded > 0
     {
-        let (exceeded, members) = (most.exceeded, most.members);
+        let (exceeded, members) = (worst.exceeded, worst.members);
         return format!("; {exceeded} of {members} varied levers open");
     }
-    let peaks = all.iter().filter_map(|ensemble| ensemble.peak_angle_rad);
+    let peaks = ensembles
+        .iter()
+        .filter_map(|ensemble| ensemble.peak_angle_rad);
     let highest_rad = peaks.map(|peak| peak.max).fold(0.0, f64::max);
     if highest_rad <= nominal_rad {
         return String::new();
@@ -91,14 +93,16 @@ fn ensembles(document: &Document) -> Vec<&Ensemble> {
     }
 }
 
-/// Returns from when on a recording is unusable, where that is known, and the cause without its remedy.
+/// Returns the instant from which a recording is unusable, if known, and the cause without its remedy.
 fn cause(document: &Document, reason: &Reason) -> String {
     let finding = document
         .findings
         .iter()
         .find(|finding| finding.code == reason.code && finding.severity == Severity::Blocking);
     let from = finding.and_then(|finding| finding.at_s);
-    let from = from.map_or_else(String::new, |at| format!("From {}: ", words::instant(at)));
+    let from = from.map_or_else(String::new, |at_s| {
+        format!("From {}: ", words::instant(at_s))
+    });
     let cause = words::sentence(first_clause(&reason.text));
     words::shortened(&format!("{from}{cause}"), HEADLINE_LETTERS)
 }
@@ -106,15 +110,15 @@ fn cause(document: &Document, reason: &Reason) -> String {
 /// Returns a text up to its first semicolon or full stop, those of quoted words aside.
 fn first_clause(text: &str) -> &str {
     let mut quoted = false;
-    let end = text.char_indices().find_map(|(at, letter)| {
+    let end = text.char_indices().find_map(|(index, letter)| {
         quoted ^= letter == '"';
-        let ends = matches!(letter, ';' | '.') && text[at + 1..].starts_with(' ');
-        (ends && !quoted).then_some(at)
+        let ends = matches!(letter, ';' | '.') && text[index + 1..].starts_with(' ');
+        (ends && !quoted).then_some(index)
     });
     &text[..end.unwrap_or(text.len())]
 }
 
-/// Says what would decide: the remedy of what keeps the rule from an answer.
+/// Returns what would decide: the remedy of the largest obstacle to an answer.
 fn would_decide(document: &Document) -> String {
     let Some(first) = document.why.first() else {
         return "Nothing decides.".into();
@@ -147,7 +151,7 @@ fn would_decide(document: &Document) -> String {
     }
 }
 
-/// The part of an error that takes most of it.
+/// The largest part of an error.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum LargestPart {
     Interpolation,
@@ -155,9 +159,8 @@ enum LargestPart {
     Numerical,
 }
 
-/// Says what would decide where errors of the largest angles reach the limit angle: the remedy of their largest
-/// part, if it is the same for every stop and opening direction that is undecided, and the rest of each error
-/// leaves an answer.
+/// Returns what would decide where errors of the largest angles reach the limit angle: the remedy of their largest
+/// part, if it is the same for every undecided stop and opening direction, and each run has an answer without it.
 fn remedy_of_error(document: &Document) -> String {
     let undecided = document.answers.iter();
     let undecided = undecided.filter(|answer| answer.answer == Answer::Undecided);
@@ -190,14 +193,12 @@ fn deciding_part(document: &Document, answer: &RunAnswer) -> Option<LargestPart>
         (noise_rad, LargestPart::Noise),
         (numerical_rad, LargestPart::Numerical),
     ];
-    let (part_rad, part) = parts
-        .into_iter()
-        .max_by(|one, other| one.0.total_cmp(&other.0))?;
+    let (part_rad, part) = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     let distance_rad = distance_to_limit_rad(document, answer)?;
     (total_rad - part_rad < distance_rad).then_some(part)
 }
 
-/// Tells whether the error of an undecided run reaches the limit angle.
+/// Returns true if the error of an undecided run reaches the limit angle.
 fn error_reaches_limit(document: &Document) -> bool {
     document.answers.iter().any(|answer| {
         let distance_rad = distance_to_limit_rad(document, answer);
@@ -216,14 +217,17 @@ fn distance_to_limit_rad(document: &Document, answer: &RunAnswer) -> Option<f64>
     Some((run.peak_angle_rad - document.threshold_rad).abs())
 }
 
-/// Says what would decide where neither few nor most varied levers open: the remedy of the input that goes
-/// with the largest angle most, among those that decide if they are known better.
+/// Returns what would decide where neither few nor most varied levers open: the remedy of the input that drives
+/// the largest angle most, among those that would decide if they were known better.
 fn remedy_of_scatter(document: &Document) -> String {
     let ensembles = ensembles(document);
-    let drivers = document.ensemble.iter().flat_map(|own| &own.drivers);
+    let drivers = document
+        .ensemble
+        .iter()
+        .flat_map(|ensemble| &ensemble.drivers);
     let deciding = drivers.filter(|driver| decides(document, &ensembles, &driver.parameter));
     let share = |driver: &&Driver| driver.share.unwrap_or(0.0);
-    match deciding.max_by(|one, other| share(one).total_cmp(&share(other))) {
+    match deciding.max_by(|a, b| share(a).total_cmp(&share(b))) {
         Some(driver) if driver.parameter == "input.bias_g" => format!(
             "The sensor's zero is known to ±{}\u{00A0}g only: a longer quiet stretch before contact, or the setting `bias`, would decide.",
             trimmed(driver.standard_deviation, 2)
@@ -237,16 +241,16 @@ fn remedy_of_scatter(document: &Document) -> String {
     }
 }
 
-/// Tells whether all stops and opening directions would give one answer if a parameter were known better.
+/// Returns true if all stops and opening directions would give one answer if a parameter were known better.
 fn decides(document: &Document, ensembles: &[&Ensemble], parameter: &str) -> bool {
     let answer_if_known = |answer: &RunAnswer| {
         if answer.answer != Answer::Undecided {
             return answer.answer;
         }
-        let ensemble = ensembles
-            .iter()
-            .find(|own| (own.model, own.opens_when) == (answer.model, answer.opens_when));
-        let mut drivers = ensemble.into_iter().flat_map(|own| &own.drivers);
+        let ensemble = ensembles.iter().find(|ensemble| {
+            (ensemble.model, ensemble.opens_when) == (answer.model, answer.opens_when)
+        });
+        let mut drivers = ensemble.into_iter().flat_map(|ensemble| &ensemble.drivers);
         let driver = drivers.find(|driver| driver.parameter == parameter);
         driver.map_or(Answer::Undecided, |driver| driver.answer_if_known)
     };

@@ -1,11 +1,11 @@
 //! `report.html`: one file that opens offline, in light and dark, and prints on A4.
 //!
-//! The page fetches nothing and is complete without its script, which lets the first plot be read
-//! off and zoomed. Page one decides: verdict, event, findings, test and design. Page two says how
-//! sure that is. The rest is folded; in print it stands where it was unfolded.
+//! The page fetches nothing and is complete without its script, which adds cursors and zoom to the
+//! first plot. Page one has verdict, event, findings, test and design; page two the certainty of the
+//! verdict. The rest is folded; print shows what was unfolded.
 //!
-//! `card` is the head of the page, `results` what the runs say, `ensemble` the scattered levers,
-//! `sources` what all rests on; `margin` is the page of margins, `statics` that of static thresholds, `overlay` that of two verdicts.
+//! `card` is the head of the page, `results` what the runs say, `ensemble` the varied levers,
+//! `sources` the inputs; `margin` is the page of margins, `statics` that of static thresholds, `overlay` that of two verdicts.
 //! `markup` holds what they share, `sheet` is the style.
 
 mod card;
@@ -62,27 +62,27 @@ pub(super) fn page(document: &Document, evidence: Option<&Evidence>, figures: &[
         }
         @if let Some((data, table)) = &data {
             (block("event-data", "application/json", data))
-            // A page that holds very long series would open slowly; they stand beside it.
+            // A page with very long series would open slowly; their own file holds them.
             (block("series", "text/csv", if table.len() > SERIES_BYTES { "" } else { table }))
         }
     };
     frame.head() + &body.into_string() + &frame.tail()
 }
 
-/// Bytes of series that a page takes in.
+/// Largest number of bytes of series in a page.
 pub(super) const SERIES_BYTES: usize = 6 << 20;
 
-/// What lets the first plot be read off and zoomed.
+/// Script that adds cursors and zoom to the first plot.
 pub const SCRIPT: &str = include_str!("html/event.js");
 
-/// Returns a block of data that nothing runs.
+/// Returns a block of data, which the browser does not run.
 fn block(id: &str, kind: &str, text: &str) -> Markup {
-    // Names of what was measured do not stand here, so that nothing ends the block but its end.
+    // A `<` in a name could end the block early.
     let text = text.replace('<', "\\u003c").replace('&', "\\u0026");
     html! { script type=(kind) id=(id) { (PreEscaped(text)) } }
 }
 
-/// Returns what decides.
+/// Returns the first page: verdict, event, findings, test and design.
 fn first_page(document: &Document, figures: &[Figure], name: &str) -> Markup {
     let event = figures.iter().find(|drawing| drawing.name == plot::EVENT);
     html! {
@@ -100,8 +100,8 @@ fn deciding(document: &Document, event: Option<&Figure>, name: &str) -> Markup {
     }
 }
 
-/// Returns head, card, plot and findings, which the first page begins with, for a page that holds [`style`] and
-/// loads [`SCRIPT`]; the folded findings stand behind. The script takes the samples from an element `#series`.
+/// Returns the start of the first page, head, card, plot and findings, for a page that holds [`style`] and
+/// loads [`SCRIPT`]; the folded findings follow. The script takes the samples from an element `#series`.
 pub fn first_block(document: &Document, series: Option<&SampledSeries>) -> Markup {
     let drawn = series.and_then(|series| plot::event::draw(document, series));
     let event = drawn.as_ref().map(|(event, _)| event);
@@ -127,7 +127,7 @@ pub fn answer(document: &Document) -> Markup {
     html! { div.card.(document.verdict.name()) { (card::answer(document)) } }
 }
 
-/// Returns the rules of reports and comparisons, without what identifies one.
+/// Returns the rules of reports and comparisons, without an identity at the foot.
 pub fn style() -> String {
     sheet::plain() + plot::overlay::RULES
 }
@@ -136,11 +136,11 @@ fn all_findings(document: &Document) -> Markup {
     fold("all-findings", "All findings", &results::findings(document))
 }
 
-/// Returns how sure the answer is.
+/// Returns the second page: the certainty of the answer.
 fn second_page(document: &Document) -> Markup {
     html! {
         div.second {
-            // What faulty samples come to says nothing.
+            // Results of faulty samples mean nothing.
             @if document.verdict != Answer::Unusable {
                 (results::budget(document))
                 (ensemble::ensemble(document))

@@ -16,7 +16,7 @@
 //! - `margin_words`: what the terminal and the page of a margin say of an answer in the same words;
 //! - `headline`: the first line of a verdict: what the lever does, or what would decide;
 //! - `opening`: the instant at which a lever opens, with the digits that its spread deserves;
-//! - `page`: what every page of ours begins and ends with;
+//! - `page`: the start and the end of every page;
 //! - `plot`: plots in SVG: the same drawing stands inline in the report and alone in a file;
 //! - `series`: signal and trajectories as a table, sample by sample;
 //! - `sheet`: the style of pages: screen in light and dark, paper in light alone;
@@ -83,7 +83,7 @@ pub fn id_in(dir: &Path) -> Option<String> {
 }
 
 /// Returns the files of a report, names with bytes: `report.html`, each plot as `.svg`, the
-/// series and `verdict.json`, the page first and the document last. Who keeps them decides where.
+/// series and `verdict.json`, the page first and the document last.
 pub fn files(document: &Document, evidence: Option<&Evidence>) -> Vec<(String, Vec<u8>)> {
     let figures = plot::figures(document, evidence);
     let page = html::page(document, evidence, &figures);
@@ -114,8 +114,8 @@ pub fn files_without_series(
 }
 
 /// Writes the files of a report into `dir`, which is created if absent, in place of those of an earlier
-/// report, and returns the paths, the page's first. Whoever looks finds the earlier report, this one or
-/// none. `recording` is the path that was replayed, kept for whoever verifies.
+/// report, and returns the paths, the page's first. A reader meets the earlier report, this one or
+/// none. `recording` is the path that was replayed, kept for a later verification.
 ///
 /// # Errors
 ///

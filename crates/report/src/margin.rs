@@ -62,7 +62,7 @@ pub fn write(
     super::folder::put(dir, &FILES, &files(document, margins))
 }
 
-/// A number with all its digits, or nothing.
+/// Returns a number with all its digits, or nothing.
 fn cell(value: Option<f64>) -> String {
     value.map_or_else(String::new, |value| value.to_string())
 }
@@ -100,7 +100,7 @@ fn limit_table(points: &[LimitPoint]) -> String {
 }
 
 /// Returns the margins for a terminal, a screen at most: the verdict with the advice, what was judged, one
-/// table, then what must be said of it. All boundaries and findings stand in the files.
+/// table, then its notes. All boundaries and findings are in the files.
 pub fn text(document: &MarginDocument, report: Option<&Path>, look: Look) -> String {
     let mut out = TerminalLines::new(look);
     out.headline(document.verdict, &headline(document));
@@ -141,7 +141,7 @@ pub fn text(document: &MarginDocument, report: Option<&Path>, look: Look) -> Str
     out.into_string()
 }
 
-/// Writes the table of margins and what must be said of it.
+/// Writes the table of margins and its notes.
 fn margins(out: &mut TerminalLines, document: &MarginDocument) {
     out.blank();
     out.table(&table(document));

@@ -1,4 +1,4 @@
-//! What the terminal and the page of `latchgate margin` say of an answer in the same words.
+//! Words of an answer that the terminal and the page of `latchgate margin` share.
 
 use latchgate_document::margin_document::MarginDocument;
 use latchgate_document::number::plain;
@@ -6,7 +6,7 @@ use latchgate_kernel::units::shortest;
 use latchgate_verdict::Answer;
 use latchgate_verdict::margin::{Margin, Quantity};
 
-/// Returns a bracket with as many digits as tell its ends apart, 17 at most.
+/// Returns a bracket with enough digits to distinguish its ends, 17 at most.
 pub(super) fn bracket((low, high): (f64, f64)) -> String {
     let digits = (4..=17)
         .find(|digits| plain(low, *digits) != plain(high, *digits))
@@ -62,7 +62,7 @@ pub(super) fn advised(answer: &Margin) -> String {
     )
 }
 
-/// Returns what happens where the answer changes.
+/// Returns the kind of change: where passes begin or end.
 pub(super) fn direction(answer: &Margin) -> &'static str {
     let above = answer.at().is_some_and(|at| at > answer.present);
     match (answer.passes_at_present, above) {
@@ -74,20 +74,20 @@ pub(super) fn direction(answer: &Margin) -> &'static str {
     }
 }
 
-/// Returns each quantity without an advice, and why, those with the same reason together.
+/// Returns the quantities without an advice, joined, with the reason that they share.
 pub(super) fn without_advice(document: &MarginDocument) -> Vec<(String, String)> {
-    let mut found: Vec<(String, String)> = Vec::new();
+    let mut reasons: Vec<(String, String)> = Vec::new();
     for answer in &document.answers {
         let Some(why) = &answer.advice.reason else {
             continue;
         };
-        match found.iter_mut().find(|(_, known)| known == why) {
+        match reasons.iter_mut().find(|(_, reason)| reason == why) {
             Some((titles, _)) => {
                 titles.push_str(", ");
                 titles.push_str(&answer.title);
             }
-            None => found.push((answer.title.to_string(), why.clone())),
+            None => reasons.push((answer.title.to_string(), why.clone())),
         }
     }
-    found
+    reasons
 }

@@ -1,4 +1,4 @@
-//! The instant at which a lever opens, with the digits that its spread deserves.
+//! The instant at which a lever opens, with the digits that its spread allows.
 
 use latchgate_document::Document;
 use latchgate_document::number::trimmed;
@@ -17,13 +17,13 @@ const FINEST_S: f64 = 1e-5;
 /// From here on an instant is shown in seconds [s].
 const LONG_S: f64 = 10.0;
 
-/// What stands before an instant of opening that is certain.
+/// Verb before an instant of opening that is certain.
 pub const OPENS: &str = "opens";
 
-/// What stands before one that is not.
+/// Verb before an instant of opening that is not certain.
 pub const MAY_OPEN: &str = "may open";
 
-/// Returns what stands before an instant of opening under an answer.
+/// Returns the verb before an instant of opening under an answer.
 pub fn opens_or_may(answer: Answer) -> &'static str {
     match answer {
         Answer::Undecided => MAY_OPEN,
@@ -47,7 +47,7 @@ pub fn span(opens: &Opening) -> Option<OpeningSpan> {
     (end_s - start_s > longest).then_some(OpeningSpan { start_s, end_s })
 }
 
-/// Says when the lever opens: `opens at 14.4 ms`, `opens between 77 and 104 ms (9 of 10 varied levers in that span)`, or
+/// Returns when the lever opens: `opens at 14.4 ms`, `opens between 77 and 104 ms (9 of 10 varied levers in that span)`, or
 /// how many varied levers do where the nominal one does not.
 ///
 /// `verb` is `opens` or `may open`.
@@ -73,7 +73,7 @@ pub fn sentence(opens: &Opening, verb: &str) -> String {
 /// Returns the instant: `at 14.4 ms`, or `between 77 and 104 ms`.
 fn instant(opens: &Opening) -> String {
     if let Some(OpeningSpan { start_s, end_s }) = span(opens) {
-        // Two digits of the span; outwards.
+        // The span has two digits and is rounded outwards, so that it holds the unrounded one.
         let unit = power_of_ten(end_s - start_s, f64::floor) / 10.0;
         let start = rounded(start_s, unit, f64::floor);
         let end = rounded(end_s, unit, f64::ceil);
@@ -107,27 +107,28 @@ pub fn cell(opens: &Opening) -> String {
     text.replace(" and ", " … ")
 }
 
-/// Returns an instant of one nominal run, of which no spread is known.
+/// Returns an instant of one nominal run, which has no spread.
 pub fn nominal_instant(seconds: f64) -> String {
     let (scale, name) = time_unit(seconds);
     format!("{}\u{00A0}{name}", trimmed(seconds * scale, 3))
 }
 
-/// Says when a run opens: as [`sentence`] of the run that the document names, else when the nominal lever
-/// crosses; `None` if it does not.
+/// Returns when a run opens: the [`sentence`] of its varied levers if the document has one, else the instant at
+/// which the nominal lever crosses; `None` if it does not cross.
 pub fn of_run(document: &Document, run: &Run) -> Option<String> {
     let crossing = run.first_crossing_s?;
-    let of_run = |opens: &&Opening| (opens.model, opens.opens_when) == (run.model, run.opens_when);
+    let is_of_run =
+        |opens: &&Opening| (opens.model, opens.opens_when) == (run.model, run.opens_when);
     let named = document
         .opens
         .iter()
         .chain(document.opens_by_direction.values())
-        .filter(of_run)
+        .filter(is_of_run)
         .find(|opens| opens.first_s.is_some());
     let verb = opens_or_may(
         document
             .answer_of(run)
-            .map_or(document.verdict, |own| own.answer),
+            .map_or(document.verdict, |answer| answer.answer),
     );
     Some(match named {
         Some(opens) => sentence(opens, verb),
@@ -144,7 +145,7 @@ fn time_unit(seconds: f64) -> (f64, &'static str) {
 }
 
 fn power_of_ten(value: f64, round: fn(f64) -> f64) -> f64 {
-    // A power of ten itself must not be rounded to its neighbour.
+    // The logarithm of a power of ten may be off by a few ulp; it must not move to the next integer.
     let exponent = libm::log10(value);
     let nearest = exponent.round();
     let exponent = if (exponent - nearest).abs() < 1e-9 {

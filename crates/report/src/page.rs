@@ -1,5 +1,5 @@
-//! What every page of ours begins and ends with: style, script, and the promise that nothing else
-//! is run or fetched.
+//! The start and the end of every page: style, script, and a content security policy by which nothing
+//! else is run or fetched.
 
 use super::escape;
 use super::sheet;
@@ -12,11 +12,11 @@ use sha2::{Digest, Sha256};
 pub struct PageFrame<'a> {
     /// Title.
     pub title: &'a str,
-    /// What the foot of every printed page names; letters, digits, blanks, `-`, `_` and `.` alone.
+    /// Identity at the foot of every printed page; letters, digits, blanks, `-`, `_` and `.` alone.
     pub identity: &'a str,
     /// Style rules.
     pub style: &'a str,
-    /// Script; the page is to be complete without it.
+    /// Script; the page must be complete without it.
     pub script: &'a str,
 }
 

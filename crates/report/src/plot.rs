@@ -72,11 +72,11 @@ pub const WIDTH: f64 = 900.0;
 pub struct Figure {
     /// Name: file name without `.svg`, and prefix of the ids inside.
     pub name: &'static str,
-    /// What it shows, in a few words.
+    /// Its content in a few words.
     pub title: String,
     /// How to read it, one or two sentences.
     pub caption: String,
-    /// What a reader who does not see it should know, with its numbers.
+    /// Text for a reader who does not see the drawing, with its numbers.
     pub description: String,
     /// Height in units of the drawing.
     pub height: f64,
@@ -129,8 +129,8 @@ impl Figure {
     }
 }
 
-/// Returns view, panels, curves and marks of the plot on the first page, for whoever draws it anew from the
-/// columns of [`crate::series::csv`].
+/// Returns view, panels, curves and marks of the plot on the first page, from which a script can redraw it with
+/// the columns of [`crate::series::csv`].
 pub fn event_data(document: &Document, series: &SampledSeries) -> Option<Value> {
     event::draw(document, series).map(|(_, data)| data)
 }
@@ -158,16 +158,16 @@ pub fn figures(document: &Document, evidence: Option<&Evidence>) -> Vec<Figure> 
     .collect()
 }
 
-/// What every plot needs: the results, and one time axis for all of them.
+/// Data that all plots share: the results, and one time axis.
 struct PlotContext<'a> {
     document: &'a Document,
     evidence: &'a Evidence,
-    /// What is shown.
+    /// The window shown.
     span: Window,
     /// Factor from seconds to the time shown.
     time_scale: f64,
     time_unit: &'static str,
-    /// What identifies the drawing away from its report.
+    /// Identity of the drawing outside its report.
     origin: String,
 }
 
@@ -212,7 +212,7 @@ impl<'a> PlotContext<'a> {
         Scale::Linear(from_s * self.time_scale, until_s * self.time_scale)
     }
 
-    /// Returns a chart that stands in the report, and names it alone.
+    /// Returns an empty chart with the report's identity at its foot.
     fn chart(&self) -> Chart {
         Chart {
             room: [0.0, 16.0, FOOTER],
@@ -221,7 +221,7 @@ impl<'a> PlotContext<'a> {
         }
     }
 
-    /// Adds where the judged window starts and ends, if one was asked for.
+    /// Adds the ends of the judged window, if one was requested.
     fn judged_window(&self, panel: Panel) -> Panel {
         let window = self.document.request.window_s;
         let ends = window
@@ -235,9 +235,11 @@ impl<'a> PlotContext<'a> {
     /// Adds the line of the limit angle across, with its words at the left.
     fn limit(&self, panel: Panel) -> Panel {
         let limit = self.document.threshold_rad;
-        let at = (At::Low(8.0), At::Value(limit, -6.0));
+        let label_place = (At::Low(8.0), At::Value(limit, -6.0));
         let text = format!("limit {} rad", exact(limit));
-        panel.level("limit", limit).text("alarm halo", at, text)
+        panel
+            .level("limit", limit)
+            .text("alarm halo", label_place, text)
     }
 
     /// Returns the angle over time of a trace, in the unit of time shown.

@@ -74,7 +74,7 @@ pub fn from_csv(text: &[u8]) -> Result<SampledSeries, Error> {
     for record in reader.records() {
         let record = record.map_err(|error| malformed(error.to_string()))?;
         for ((name, cell), values) in heads.iter().zip(&record).zip(&mut columns) {
-            // What is not finite is written as nothing.
+            // A value that is not finite is an empty cell.
             let value = if cell.is_empty() { "NaN" } else { cell };
             let line = || record.position().map_or(0, csv::Position::line);
             let value = value.parse();
@@ -111,7 +111,7 @@ pub fn from_csv(text: &[u8]) -> Result<SampledSeries, Error> {
     Ok(series)
 }
 
-/// Returns whose angle stands in a column, by its name.
+/// Returns stop and opening direction of a column of angles by its name.
 fn run_of(name: &str) -> Option<(StopModel, OpensWhen)> {
     let words = name.strip_prefix("angle_")?.strip_suffix("_rad")?;
     let (model, opens_when) = words.split_once('_')?;
@@ -122,7 +122,7 @@ fn run_of(name: &str) -> Option<(StopModel, OpensWhen)> {
 /// First columns of a series.
 const HEAD: &str = "time_s,acceleration_recorded_m_s2,acceleration_used_m_s2,velocity_m_s";
 
-/// Tells whether a file holds a series.
+/// Returns true if a file holds a series.
 pub fn is_one(path: &Path) -> bool {
     let mut head = [0; HEAD.len()];
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut head));

@@ -8,7 +8,7 @@ pub(super) fn style(identity: &str) -> String {
     rules(&foot(identity))
 }
 
-/// Returns the rules of all pages with those of the report, but for the foot.
+/// Returns the rules of all pages with those of the report, without the foot.
 pub(super) fn plain() -> String {
     rules("") + REPORT
 }

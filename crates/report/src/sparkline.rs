@@ -43,8 +43,8 @@ pub fn render(values: &[f64], width: usize) -> String {
             })
         })
         .collect();
-    let all = shown.iter().flatten().copied();
-    let Range { low, high } = all.fold(Range::EMPTY, Range::including);
+    let extremes = shown.iter().flatten().copied();
+    let Range { low, high } = extremes.fold(Range::EMPTY, Range::including);
     shown
         .into_iter()
         .map(|value| value.map_or(' ', |value| block(value, low, high)))

@@ -1,4 +1,4 @@
-//! What `latchgate static` hands over: its text, and a page to file.
+//! Output of `latchgate static`: its text, and a page to file.
 
 pub use super::folder::STATIC_FILE as DOCUMENT_FILE;
 use super::html::static_page;
@@ -33,29 +33,29 @@ pub fn write(dir: &Path, document: &StaticDocument) -> Result<Vec<PathBuf>, Erro
 
 /// Returns the answer in a sentence.
 pub(crate) fn headline(document: &StaticDocument) -> String {
-    let whole = match document.opening {
+    let condition = match document.opening {
         Some(_) => "in the worst direction",
         None => "in the worst direction, gravity counted",
     };
     if document.worst_g >= REQUIRED_G {
         return format!(
-            "Holds {REQUIRED_G} g in every direction: opens at {} {whole}.",
+            "Holds {REQUIRED_G} g in every direction: opens at {} {condition}.",
             g(document.worst_g)
         );
     }
     let axes = document.rows.iter().filter(|row| is_axis(row.direction));
-    let (mut known, mut hold) = (0, true);
+    let (mut axis_rows, mut all_hold) = (0, true);
     for row in axes {
-        known += 1;
-        hold &= row.holds(REQUIRED_G);
+        axis_rows += 1;
+        all_hold &= row.holds(REQUIRED_G);
     }
-    let axes = match (known, hold) {
+    let axes = match (axis_rows, all_hold) {
         (0, _) => "",
         (_, true) => " It holds along the axes, not in any direction.",
         (_, false) => " It does not hold along the axes either.",
     };
     format!(
-        "Does not hold {REQUIRED_G} g: opens at {} {whole}.{axes}",
+        "Does not hold {REQUIRED_G} g: opens at {} {condition}.{axes}",
         g(document.worst_g)
     )
 }
@@ -64,12 +64,12 @@ fn is_axis(direction: Direction) -> bool {
     !matches!(direction, Direction::Plane | Direction::Space)
 }
 
-/// Writes a level cut, not rounded: none is shown above what it is.
+/// Returns a level, cut and not rounded, so that none is shown above its value.
 pub(crate) fn g(value: f64) -> String {
     format!("{}\u{00A0}g", significant(cut(value, 4), 4))
 }
 
-/// Writes the part of a load that a level is, cut as well.
+/// Returns a level as a part of a load, cut as well.
 pub(crate) fn part(value: f64) -> String {
     significant(cut(value, 3), 3)
 }
@@ -83,14 +83,14 @@ fn cut(value: f64, digits: i32) -> f64 {
         10.0,
         libm::floor(libm::log10(value)) - f64::from(digits - 1),
     );
-    // A number that has no more digits stays.
+    // A number without further digits must not lose its last one to a rounding error.
     let steps = value / unit;
-    let whole = if (steps - steps.round()).abs() < 1e-9 {
+    let kept_steps = if (steps - steps.round()).abs() < 1e-9 {
         steps.round()
     } else {
         steps.floor()
     };
-    whole * unit
+    kept_steps * unit
 }
 
 /// Heads of the columns of thresholds.
@@ -105,7 +105,7 @@ pub(crate) const HEADS: [&str; 8] = [
     "#interior",
 ];
 
-/// Returns the cells of a row: thresholds, and margins as the part of the load that it bears.
+/// Returns the cells of a row: thresholds, and margins as parts of the load.
 pub(crate) fn cells(row: &StaticRow) -> [String; 8] {
     let level = |value: Option<f64>| match (value, row.share) {
         (Some(value), _) => g(value),
@@ -153,7 +153,7 @@ pub(crate) fn element_cells(element: &StaticElement) -> [String; 6] {
     ]
 }
 
-/// Returns what the lever comes to: names with values.
+/// Returns the properties of the lever: names with values.
 pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
     let number = |value: f64| significant(value, 7);
     let limit = super::words::limit_angle(document.threshold_rad);
@@ -181,13 +181,13 @@ pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
             format!("{} kg·m", number(document.unbalance_kg_m)),
         ),
     ];
-    let left = document.torque_left_nm;
+    let torque_left_nm = document.torque_left_nm;
     facts.push((
         "Left at 30 g",
         format!(
             "{} N·m ({} kgf·m), worst direction, without gravity",
-            significant(left, 5),
-            significant(left / STANDARD_GRAVITY, 5)
+            significant(torque_left_nm, 5),
+            significant(torque_left_nm / STANDARD_GRAVITY, 5)
         ),
     ));
     if let Some(opening) = document.opening {
@@ -197,7 +197,7 @@ pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
     facts
 }
 
-/// Returns the thresholds for a terminal: the answer, the lever, a row for each direction, then what must be said.
+/// Returns the thresholds for a terminal: the answer, the lever, a row for each direction, then the notes.
 pub fn text(document: &StaticDocument, report: Option<&Path>, look: Look) -> String {
     let mut out = wrapped(&format!("STATIC  {}", headline(document)), look.width, 8);
     out.push('\n');

@@ -1,5 +1,5 @@
-//! TerminalLines of a terminal: names at the left, texts wrapped with a hanging indent, colours that say
-//! nothing that words do not.
+//! Lines of a terminal: names at the left, texts wrapped with a hanging indent. No meaning is carried by
+//! colour alone.
 
 use super::escape;
 use latchgate_recording::Severity;
@@ -7,24 +7,24 @@ use latchgate_verdict::Answer;
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Columns that names take.
+/// Width of the names [columns].
 const NAMES: usize = 12;
 
-/// Least columns of a text, however narrow the terminal.
+/// Least width of a text [columns], however narrow the terminal.
 const NARROWEST: usize = 24;
 
-/// How an answer looks on the terminal that it is written to.
+/// Properties of the output that an answer is written to.
 #[derive(Debug, Clone, Copy)]
 pub struct Look {
-    /// Columns to wrap to; `None`: a text is one line.
+    /// Width to wrap to [columns]; `None` leaves a text on one line.
     pub width: Option<usize>,
-    /// Whether colours are written.
+    /// True if colours are written.
     pub colour: bool,
-    /// Whether paths are written so that they can be clicked.
+    /// True if paths are written as links.
     pub links: bool,
-    /// Whether it is told how the answer came about.
+    /// True if the text says how the answer was decided.
     pub detail: bool,
-    /// Words settings as whoever asks names them.
+    /// Replaces names of settings by those of the interface in use, such as options of the command line.
     pub worded: fn(&str) -> String,
 }
 
@@ -40,7 +40,7 @@ impl Default for Look {
     }
 }
 
-/// Columns of what is written to a file or another program.
+/// Width of a text written to a file or another program [columns].
 pub const PIPED: usize = 100;
 
 impl Look {
@@ -71,10 +71,10 @@ impl Look {
     /// Returns a path, to be clicked where that is possible.
     pub(super) fn path(&self, path: &Path) -> String {
         let shown = escape::terminal(&path.display().to_string()).into_owned();
-        let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-        match (self.links, whole.to_str()) {
-            (true, Some(whole)) => {
-                let address = file_address(whole, std::path::MAIN_SEPARATOR);
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        match (self.links, absolute.to_str()) {
+            (true, Some(absolute)) => {
+                let address = file_address(absolute, std::path::MAIN_SEPARATOR);
                 format!("\x1b]8;;{address}\x1b\\{shown}\x1b]8;;\x1b\\")
             }
             _ => shown,
@@ -108,7 +108,7 @@ fn sign(answer: Answer) -> (char, &'static str) {
     }
 }
 
-/// TerminalLines that grow.
+/// Lines of a terminal, written one after the other.
 #[derive(Debug)]
 pub(super) struct TerminalLines {
     out: String,
@@ -138,7 +138,7 @@ impl TerminalLines {
         self.wrapped(&format!("{head}  "), indent, sentence);
     }
 
-    /// Writes a name and what belongs to it; whatever `text` holds, it stays in its lines.
+    /// Writes a name and its text, escaped so that it cannot leave its lines.
     pub(super) fn line(&mut self, name: &str, text: &str) {
         self.marked(name, "", "", text);
     }
@@ -177,7 +177,7 @@ impl TerminalLines {
         }
     }
 
-    /// Words the settings that a text names.
+    /// Replaces the names of settings in a text by those of [`Look::worded`].
     pub(super) fn worded(&self, text: &str) -> String {
         (self.look.worded)(text)
     }
@@ -187,12 +187,12 @@ impl TerminalLines {
     }
 
     /// Writes `head`, then words of `text` up to the width; further lines begin at `indent`, the
-    /// first holds `taken` columns beyond it already.
-    fn wrapped_from(&mut self, head: &str, indent: usize, taken: usize, text: &str) {
+    /// first holds `first_column` columns beyond it already.
+    fn wrapped_from(&mut self, head: &str, indent: usize, first_column: usize, text: &str) {
         let text = self.worded(text);
         let text = escape::terminal(&text);
         self.out.push_str(head);
-        wrap(&mut self.out, &text, self.look.width, indent, taken);
+        wrap(&mut self.out, &text, self.look.width, indent, first_column);
         self.out.push('\n');
     }
 }
@@ -200,7 +200,7 @@ impl TerminalLines {
 /// Returns a text wrapped to `width` columns; further lines begin at `indent`.
 pub fn wrapped(text: &str, width: Option<usize>, indent: usize) -> String {
     let mut out = String::with_capacity(text.len() + 64);
-    // The first line begins at the margin.
+    // The first line is not indented, so it keeps the columns of the indent free as well.
     match width {
         Some(width) => wrap(&mut out, text, Some(width), indent, 0),
         None => out.push_str(text),
@@ -208,13 +208,13 @@ pub fn wrapped(text: &str, width: Option<usize>, indent: usize) -> String {
     out
 }
 
-/// Writes words up to the width; further lines begin at `indent`, the first holds `taken` columns beyond it
+/// Writes words up to the width; further lines begin at `indent`, the first holds `first_column` columns beyond it
 /// already.
-fn wrap(out: &mut String, text: &str, width: Option<usize>, indent: usize, taken: usize) {
+fn wrap(out: &mut String, text: &str, width: Option<usize>, indent: usize, first_column: usize) {
     let width = width.map_or(usize::MAX, |width| {
         width.saturating_sub(indent).max(NARROWEST)
     });
-    let mut column = taken;
+    let mut column = first_column;
     let mut first = true;
     for word in text.split(' ') {
         let letters = word.chars().count();
@@ -284,24 +284,24 @@ pub fn table(rows: &[Vec<String>], right: &[usize]) -> String {
     out
 }
 
-/// Returns the columns of the longest line.
+/// Returns the width of the longest line [columns].
 pub(super) fn widest(text: &str) -> usize {
     text.lines().map(letters).max().unwrap_or(0)
 }
 
-/// Returns the columns of a text, sequences that colour or link not counted.
+/// Returns the width of a text [columns], without the escape sequences of colours and links.
 fn letters(text: &str) -> usize {
     let mut count = 0;
-    let mut rest = text.chars();
-    while let Some(c) = rest.next() {
+    let mut letters = text.chars();
+    while let Some(c) = letters.next() {
         if c != '\x1b' {
             count += 1;
-        } else if rest.next() == Some(']') {
-            // An address ends with an escape and a stroke.
-            while rest.next().is_some_and(|c| c != '\x1b') {}
-            rest.next();
+        } else if letters.next() == Some(']') {
+            // A link's address ends with an escape and a backslash.
+            while letters.next().is_some_and(|c| c != '\x1b') {}
+            letters.next();
         } else {
-            while rest.next().is_some_and(|c| c != 'm') {}
+            while letters.next().is_some_and(|c| c != 'm') {}
         }
     }
     count

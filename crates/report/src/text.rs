@@ -11,10 +11,10 @@ use latchgate_verdict::sled::SledCheck;
 use latchgate_verdict::wording::filter_name;
 use std::path::Path;
 
-/// Findings that are told unasked.
+/// Findings shown without detail.
 const FINDINGS: usize = 3;
 
-/// Letters of a finding that is told unasked and blocks nothing.
+/// Letters shown of a finding that does not block, without detail.
 const LETTERS: usize = 140;
 
 /// Returns the verdict in a few lines: [`answer`] and [`afterwards`].
@@ -22,9 +22,9 @@ pub fn render(document: &Document, report: Option<&Path>, look: Look) -> String 
     answer(document, look) + &afterwards(document, report, None, look)
 }
 
-/// Returns what is known at once: what the verdict is and what that means, what was judged, peak and
-/// limit angle, what it rests on and the gravest findings. With [`Look::detail`] it says how the answer
-/// came about.
+/// Returns the part that needs no further work: the verdict and its meaning, what was judged, peak and
+/// limit angle, its grounds and the most severe findings. With [`Look::detail`] it says how the answer
+/// was decided.
 pub fn answer(document: &Document, look: Look) -> String {
     let mut out = TerminalLines::new(look);
     out.headline(document.verdict, &headline::headline(document));
@@ -56,8 +56,8 @@ pub fn answer(document: &Document, look: Look) -> String {
     out.into_string()
 }
 
-/// Returns what takes longer than the verdict: the advice, where the report is, if one was written into
-/// `report`, and its `pdf`, and how to verify it.
+/// Returns the part that takes longer than the verdict: the advice, the paths of the report in `report` and of
+/// its `pdf`, if they were written, and how to verify it.
 pub fn afterwards(
     document: &Document,
     report: Option<&Path>,
@@ -98,7 +98,7 @@ pub fn afterwards(
     out.into_string()
 }
 
-/// Writes what a recording that can carry an answer comes to.
+/// Writes the results of a usable recording.
 fn judged(out: &mut TerminalLines, document: &Document) {
     let several = document.polarities.len() > 1;
     if several {
@@ -124,7 +124,7 @@ fn judged(out: &mut TerminalLines, document: &Document) {
     }
     if let Some(ensemble) = &document.ensemble {
         out.line("varied", &words::varied(ensemble));
-    } else if let Some(bound) = words::spared(document) {
+    } else if let Some(bound) = words::sparing_bound(document) {
         let text = format!(
             "none of the varied levers can open: the loosest {}",
             bound.name()
@@ -145,25 +145,25 @@ fn judged(out: &mut TerminalLines, document: &Document) {
     }
 }
 
-/// Writes the findings: the gravest, or all of them.
-fn findings(out: &mut TerminalLines, document: &Document, all: bool) {
+/// Writes the findings: the most severe, or all of them.
+fn findings(out: &mut TerminalLines, document: &Document, detail: bool) {
     if document.findings.is_empty() {
         out.line("findings", "none");
         return;
     }
     let mut findings: Vec<&Finding> = document.findings.iter().collect();
     findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    let told = |finding: &&&Finding| all || words::always_told(finding);
-    let shown: Vec<&&Finding> = findings.iter().filter(told).collect();
-    let most = if all { usize::MAX } else { FINDINGS };
+    let is_shown = |finding: &&&Finding| detail || words::is_always_shown(finding);
+    let shown: Vec<&&Finding> = findings.iter().filter(is_shown).collect();
+    let shown_max = if detail { usize::MAX } else { FINDINGS };
     let mut name = "findings";
-    for finding in shown.iter().take(most) {
-        let at = finding
+    for finding in shown.iter().take(shown_max) {
+        let instant = finding
             .at_s
-            .map_or_else(String::new, |at| format!(" at {}", words::instant(at)));
+            .map_or_else(String::new, |at_s| format!(" at {}", words::instant(at_s)));
         let text = words::sentence(&finding.text);
-        let whole = all || finding.severity == Severity::Blocking || words::is_remark(finding);
-        let text = if whole {
+        let in_full = detail || finding.severity == Severity::Blocking || words::is_remark(finding);
+        let text = if in_full {
             text
         } else {
             words::first_sentences(&out.worded(&text), LETTERS)
@@ -171,24 +171,27 @@ fn findings(out: &mut TerminalLines, document: &Document, all: bool) {
         out.graded(
             name,
             finding.severity,
-            &format!("{}{at}: {text}", finding.code),
+            &format!("{}{instant}: {text}", finding.code),
         );
         name = "";
     }
-    let rest = findings.len() - shown.len().min(most);
-    if rest > 0 {
+    let hidden = findings.len() - shown.len().min(shown_max);
+    if hidden > 0 {
         let more = if shown.is_empty() { "" } else { " more" };
-        let notes = if shown.len() <= most {
+        let notes = if shown.len() <= shown_max {
             "note"
         } else {
             "finding"
         };
-        let many = if rest == 1 { "" } else { "s" };
-        out.line(name, &format!("{rest}{more} {notes}{many}; -v tells them"));
+        let many = if hidden == 1 { "" } else { "s" };
+        out.line(
+            name,
+            &format!("{hidden}{more} {notes}{many}; -v tells them"),
+        );
     }
 }
 
-/// Writes how the answer came about.
+/// Writes how the answer was decided.
 fn detail(out: &mut TerminalLines, document: &Document) {
     for (index, reason) in document.why.iter().enumerate() {
         let name = if index == 0 { "why" } else { "" };
@@ -244,11 +247,11 @@ fn detail(out: &mut TerminalLines, document: &Document) {
 /// A recording that was judged, or not, in a table of several.
 #[derive(Debug, Clone, Copy)]
 pub struct TableRow<'a> {
-    /// What came of it.
+    /// Its document.
     pub document: &'a Document,
-    /// Whether it was judged.
+    /// True if it was judged.
     pub judged: bool,
-    /// Where its report lies.
+    /// Folder of its report.
     pub report: Option<&'a Path>,
 }
 
@@ -267,7 +270,7 @@ pub fn table(rows: &[TableRow<'_>], look: Look) -> String {
     ];
     let mut cells = vec![heads.map(String::from).to_vec()];
     cells.extend(order.into_iter().map(|row| table_row(row, look)));
-    // What a narrow terminal has no room for stands in the reports.
+    // A narrow terminal has no room for the last columns; the reports hold them.
     let mut table = terminal::table(&cells, &[2, 3]);
     while look
         .width
@@ -321,13 +324,13 @@ fn table_row(row: &TableRow<'_>, look: Look) -> Vec<String> {
     let shown = |text: &str| super::escape::terminal(text).into_owned();
     let none = || "–".to_string();
     let run = document.nominal.as_ref();
-    // Of an answer that hangs on the opening direction neither run is the one.
-    let one = document.verdict != Answer::Undecided || document.polarities.len() < 2;
-    let run = run.filter(|_| one && document.verdict != Answer::Unusable);
+    // An answer that depends on the opening direction has no single run to show.
+    let has_one_answer = document.verdict != Answer::Undecided || document.polarities.len() < 2;
+    let run = run.filter(|_| has_one_answer && document.verdict != Answer::Unusable);
     let peak = run.map_or_else(none, |run| words::short_peak(document, run));
     let opens = document
         .opens
-        .filter(|opens| one && opens.first_s.is_some());
+        .filter(|opens| has_one_answer && opens.first_s.is_some());
     let report = row.report.map(|folder| folder.join(REPORT_FILE));
     let verdict = if row.judged {
         look.verdict(document.verdict)

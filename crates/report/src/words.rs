@@ -1,7 +1,7 @@
 //! Words that the terminal and the page share.
 //!
-//! Numbers with their units, names of stops, numbers of the design and whole sentences: what must
-//! not differ between the two. How it is laid out is the matter of each.
+//! Numbers with their units, names of stops, numbers of the design and whole sentences, which must
+//! not differ between the two. Each lays them out by itself.
 
 use crate::angle::KnownPeak;
 use crate::codes;
@@ -39,9 +39,8 @@ pub(super) fn answer(answer: Answer) -> &'static str {
     }
 }
 
-/// Returns what shows that no varied lever comes to the limit, where that spared the ensemble of the lever
-/// with the largest peak.
-pub(super) fn spared(document: &Document) -> Option<Bound> {
+/// Returns the bound that made the ensemble unnecessary for the nominal run: no varied lever reaches the limit.
+pub(super) fn sparing_bound(document: &Document) -> Option<Bound> {
     let run = document.nominal.as_ref()?;
     document.answer_of(run)?.bound
 }
@@ -57,7 +56,7 @@ pub(super) fn judged_runs(document: &Document) -> Vec<&Run> {
     }
 }
 
-/// Returns the largest angle that a run may come to in the record or after it, errors included [rad].
+/// Returns the largest angle that a run may reach in the record or after it, errors included [rad].
 pub(super) fn highest_rad(document: &Document, run: &Run) -> f64 {
     let answer = document.answer_of(run);
     let error = answer.and_then(|answer| answer.uncertainty_rad);
@@ -76,10 +75,10 @@ pub(super) fn leading_run(document: &Document) -> Option<&Run> {
     }
     let highest = |run: &&Run| highest_rad(document, run);
     let runs = judged_runs(document).into_iter();
-    runs.max_by(|one, other| highest(one).total_cmp(&highest(other)))
+    runs.max_by(|a, b| highest(a).total_cmp(&highest(b)))
 }
 
-/// Tells whether a pass has preloads that do not pass between itself and the advice.
+/// Returns true if some preload between that of a pass and the advised one does not pass.
 pub(super) fn is_isolated_pass(document: &Document) -> bool {
     let present = document.design.lever.preload_torque_nm;
     let advice = document.preload_answer.as_ref();
@@ -89,7 +88,8 @@ pub(super) fn is_isolated_pass(document: &Document) -> bool {
         })
 }
 
-/// Says up to which restitution a pass stays one: a stop's is seldom measured, and never constant.
+/// Returns the largest restitution at which a pass stays one. The restitution of a stop is seldom measured, and never
+/// constant.
 pub(super) fn restitution(document: &Document) -> Option<String> {
     let advice = document.restitution_answer.as_ref()?;
     let tried = format!("{} values tried", advice.tried);
@@ -103,58 +103,58 @@ pub(super) fn restitution(document: &Document) -> Option<String> {
     })
 }
 
-/// What a pass does not say, since the samples of a recording cannot show it.
+/// Faults that a pass does not exclude, since the samples of a recording cannot show them.
 pub const UNSEEN: &str = "no tool can tell a wrong sign, half the scale, half the time, or a wrong axis under a right name";
 
-/// Returns a text cut between two words, where it has more letters than `most`.
-pub(super) fn shortened(text: &str, most: usize) -> String {
-    if text.chars().count() <= most {
+/// Returns a text cut between two words, where it has more letters than `letters_max`.
+pub(super) fn shortened(text: &str, letters_max: usize) -> String {
+    if text.chars().count() <= letters_max {
         return text.to_string();
     }
-    let cut: String = text.chars().take(most).collect();
+    let cut: String = text.chars().take(letters_max).collect();
     // A word of half the text, such as a path, is cut itself.
     let end = cut.rfind(' ').filter(|end| 2 * end >= cut.len());
     let end = end.unwrap_or(cut.len());
     format!("{} …", cut[..end].trim_end_matches([',', ';', ':']))
 }
 
-/// Returns the first sentences of a text that have at most so many letters together; the first cut between two
+/// Returns the first sentences of a text that have at most `letters_max` letters together; the first cut between two
 /// words, where it alone has more.
-pub(super) fn first_sentences(text: &str, most: usize) -> String {
-    let ends = text.match_indices(". ").map(|(at, _)| at + 1);
-    let fits = |end: &usize| text[..*end].chars().count() <= most;
-    if text.chars().count() <= most {
+pub(super) fn first_sentences(text: &str, letters_max: usize) -> String {
+    let ends = text.match_indices(". ").map(|(stop, _)| stop + 1);
+    let fits = |end: &usize| text[..*end].chars().count() <= letters_max;
+    if text.chars().count() <= letters_max {
         return text.to_string();
     }
     match ends.filter(fits).last() {
         Some(end) => text[..end].to_string(),
-        None => shortened(text, most),
+        None => shortened(text, letters_max),
     }
 }
 
-/// What an opening direction comes to.
+/// Answer of an opening direction.
 pub(super) struct DirectionRow {
     /// The sign of the recorded acceleration that opens.
     pub(super) sign: &'static str,
-    /// The answer, as a word in small letters: in capitals it would be found for the verdict.
+    /// The answer as a word in small letters; in capitals it would be taken for the verdict.
     pub(super) word: &'static str,
     /// What the lever does.
     pub(super) text: String,
 }
 
-/// Returns what each opening direction comes to.
+/// Returns the answer of each opening direction.
 pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
     let row = |(sign, stops): (&OpensWhen, &BTreeMap<StopModel, Run>)| {
-        let of_sign = document.answers.iter();
-        let of_sign = of_sign.filter(|answer| answer.opens_when == *sign);
-        let answers: Vec<Answer> = of_sign.map(|answer| answer.answer).collect();
+        let answers = document.answers.iter();
+        let answers = answers.filter(|answer| answer.opens_when == *sign);
+        let answers: Vec<Answer> = answers.map(|answer| answer.answer).collect();
         let word = match answers.as_slice() {
-            [first, rest @ ..] if rest.iter().all(|other| other == first) => first.name(),
+            [first, others @ ..] if others.iter().all(|answer| answer == first) => first.name(),
             _ => "undecided",
         };
-        let largest = stops.values().max_by(|one, other| {
-            highest_rad(document, one).total_cmp(&highest_rad(document, other))
-        });
+        let largest = stops
+            .values()
+            .max_by(|a, b| highest_rad(document, a).total_cmp(&highest_rad(document, b)));
         let does = match document.opens_by_direction.get(sign) {
             Some(opens) if word == Answer::Fail.name() => opening::sentence(opens, opening::OPENS),
             Some(opens) => opening::sentence(opens, opening::MAY_OPEN),
@@ -171,7 +171,7 @@ pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
     document.polarities.iter().map(row).collect()
 }
 
-/// Returns which sign of the recorded acceleration opens, and who says so.
+/// Returns the sign of the recorded acceleration that opens, and the source that says so.
 pub(super) fn direction(recording: &RecordingBlock) -> String {
     match &recording.opens_when {
         Some(CardPolarity::Both) => format!(
@@ -187,7 +187,7 @@ pub(super) fn direction(recording: &RecordingBlock) -> String {
     }
 }
 
-/// Returns what each stop comes to, where both were run.
+/// Returns the answer of each stop, if both were run.
 pub(super) fn stops(document: &Document) -> Option<String> {
     if document.models.len() < 2 {
         return document
@@ -200,7 +200,7 @@ pub(super) fn stops(document: &Document) -> Option<String> {
         .values()
         .map(|run| match opening::of_run(document, run) {
             Some(opens) => format!("{} {opens}", stop(run.model)),
-            None => match known_peak(document, run) {
+            None => match peak_with_error(document, run) {
                 KnownPeak::Open(words) => format!("{}: {words}", stop(run.model)),
                 _ => format!("{} stays, {}", stop(run.model), short_peak(document, run)),
             },
@@ -248,7 +248,7 @@ pub(super) fn computation(document: &Document, run: &Run) -> Option<String> {
         // Where both directions are judged, the other one has its own answer.
         .filter(|row| row.name != "polarity" || document.polarities.len() < 2)
         .filter_map(|row| Some((row.name, row.value?.abs())))
-        .max_by(|one, other| one.1.total_cmp(&other.1));
+        .max_by(|a, b| a.1.total_cmp(&b.1));
     let largest = largest.map_or_else(String::new, |(name, value)| {
         let value = trimmed(value.to_degrees(), 2);
         format!(" Largest other influence: {name}, {value}° (not included).")
@@ -286,14 +286,14 @@ pub(super) fn conditioned(block: &ConditioningBlock) -> String {
     format!("{filter}, {bias}{peak}")
 }
 
-/// Returns what the samples before a fault give, where that is a fail in one opening direction.
+/// Returns the answer of the samples before a fault, if it is a fail in one opening direction.
 pub(super) fn before_fault(document: &Document) -> Option<&str> {
     let mut why = document.why.iter();
     let reason = why.find(|reason| reason.code == "failed-before-fault")?;
     Some(&reason.text)
 }
 
-/// Says what the recording answers without its filter, where that differs.
+/// Returns the answer of the recording without its filter, if it differs.
 pub(super) fn without_filter(document: &Document) -> Option<String> {
     let chosen = document.conditioning.as_ref()?.filter?;
     let answer = |filter: Option<Cfc>| {
@@ -304,7 +304,7 @@ pub(super) fn without_filter(document: &Document) -> Option<String> {
     (with != without).then(|| format!("; without the filter: {}", without.name()))
 }
 
-/// Returns what is known of the test, names with values.
+/// Returns the facts of the test, names with values.
 pub fn test_facts(test: &TestFacts) -> Vec<(&'static str, String)> {
     let location = test.location.as_ref().map(|code| {
         codes::spelt(code).map_or_else(|| code.clone(), |words| format!("{words} ({code})"))
@@ -325,7 +325,7 @@ pub fn test_facts(test: &TestFacts) -> Vec<(&'static str, String)> {
 
 /// Returns a peak with its uncertainty and its degrees; beyond 90° that alone.
 pub(super) fn peak(document: &Document, run: &Run) -> String {
-    match known_peak(document, run) {
+    match peak_with_error(document, run) {
         KnownPeak::Beyond => "largest angle > 90°".into(),
         KnownPeak::Within(angle) => format!("largest angle {} ({})", angle.degrees, angle.radians),
         KnownPeak::Open(words) => words.into(),
@@ -334,16 +334,16 @@ pub(super) fn peak(document: &Document, run: &Run) -> String {
 
 /// As [`peak`], in a cell of a table.
 pub(super) fn short_peak(document: &Document, run: &Run) -> String {
-    known_peak(document, run).short()
+    peak_with_error(document, run).short()
 }
 
-/// Tells whether a peak has a figure: its error is smaller than itself, or keeps it below the limit.
+/// Returns true if a peak has a figure: its error is smaller than itself, or keeps it below the limit.
 pub(super) fn has_figure(document: &Document, run: &Run) -> bool {
-    !matches!(known_peak(document, run), KnownPeak::Open(_))
+    !matches!(peak_with_error(document, run), KnownPeak::Open(_))
 }
 
-/// What is known of a peak: no error is shown that is as large as the peak itself.
-fn known_peak(document: &Document, run: &Run) -> KnownPeak {
+/// Returns a peak as it may be shown: without a figure if its error is as large as itself.
+fn peak_with_error(document: &Document, run: &Run) -> KnownPeak {
     let opens = document.verdict == Answer::Fail && run.first_crossing_s.is_some();
     KnownPeak::of(
         run.peak_angle_rad,
@@ -393,7 +393,7 @@ pub(super) fn brief_time(seconds: f64) -> String {
     }
 }
 
-/// Returns how often the lever strikes its stop.
+/// Returns the number of impacts on the stop in words.
 pub(super) fn impacts(run: &Run) -> String {
     match run.impacts {
         0 => "the lever does not strike its stop".into(),
@@ -402,24 +402,23 @@ pub(super) fn impacts(run: &Run) -> String {
     }
 }
 
-/// Tells whether a finding holds a laboratory's words.
+/// Returns true if a finding holds a laboratory's words.
 pub(super) fn is_remark(finding: &Finding) -> bool {
     finding.code.contains("remark")
 }
 
-/// Tells whether a finding is told even in short.
-pub(super) fn always_told(finding: &Finding) -> bool {
+/// Returns true if a finding is shown even without detail.
+pub(super) fn is_always_shown(finding: &Finding) -> bool {
     finding.severity > Severity::Info || is_remark(finding)
 }
 
 /// Counts the findings: `1 blocking, 2 warnings`.
 pub(super) fn findings_count(document: &Document) -> String {
     let number = |severity| {
-        let of = document
-            .findings
-            .iter()
-            .filter(|finding| finding.severity == severity);
-        of.count()
+        let findings = document.findings.iter();
+        findings
+            .filter(|finding| finding.severity == severity)
+            .count()
     };
     let parts: Vec<String> = [
         (number(Severity::Blocking), "blocking", "blocking"),
@@ -428,7 +427,9 @@ pub(super) fn findings_count(document: &Document) -> String {
     ]
     .into_iter()
     .filter(|(number, _, _)| *number > 0)
-    .map(|(number, one, many)| format!("{number} {}", if number == 1 { one } else { many }))
+    .map(|(number, singular, plural)| {
+        format!("{number} {}", if number == 1 { singular } else { plural })
+    })
     .collect();
     if parts.is_empty() {
         "none".into()
@@ -437,14 +438,14 @@ pub(super) fn findings_count(document: &Document) -> String {
     }
 }
 
-/// Returns up to when members were judged, where a fault ends that before the record does.
+/// Returns the instant up to which members were judged, if a fault ends that before the record does.
 pub(super) fn until(ensemble: &Ensemble) -> String {
-    ensemble
-        .judged_until_s
-        .map_or_else(String::new, |at| format!(" up to {}", instant(at)))
+    ensemble.judged_until_s.map_or_else(String::new, |until_s| {
+        format!(" up to {}", instant(until_s))
+    })
 }
 
-/// Returns how many members cross only after the last judged sample, if any do.
+/// Returns the number of members that cross only after the last judged sample, if any do.
 pub(super) fn coasting(ensemble: &Ensemble) -> Option<String> {
     (ensemble.exceeded_in_coast > 0).then(|| {
         format!(
@@ -497,7 +498,7 @@ pub(super) fn opens(polarity: OpensWhen) -> &'static str {
     }
 }
 
-/// Returns the opening direction, who declares it, and how the recording enters the model.
+/// Returns the opening direction, the source that declares it, and the sign with which the recording enters the model.
 pub(super) fn polarity_sentence(document: &Document) -> String {
     let source = document.recording.opens_when_source.name();
     let Some(nominal) = &document.nominal else {
@@ -582,19 +583,21 @@ fn modified(design: &Design, key: &str) -> String {
         Some(name) => ("tolerance of ", name),
         None => ("", key),
     };
-    let known = PARAMETERS
+    let parameter = PARAMETERS
         .iter()
         .chain(CATCH_PARAMETERS)
-        .find(|known| known.name == name || known.tolerance_key() == name);
-    let what = known.map_or_else(
+        .find(|parameter| parameter.name == name || parameter.tolerance_key() == name);
+    let what = parameter.map_or_else(
         || name.to_string(),
-        |known| {
-            let mut letters = known.what.chars();
+        |parameter| {
+            let mut letters = parameter.what.chars();
             let first = letters.next().into_iter().flat_map(char::to_lowercase);
             first.chain(letters).collect()
         },
     );
-    let unit = known.map_or("", |known| known.unit).trim_matches('1');
+    let unit = parameter
+        .map_or("", |parameter| parameter.unit)
+        .trim_matches('1');
     let unit = unit.replace(' ', "·");
     let number = |value: Option<f64>| value.map_or_else(|| "none".into(), exact);
     let blank = if unit.is_empty() { "" } else { "\u{00A0}" };
@@ -618,7 +621,7 @@ pub(super) fn severity(severity: Severity) -> &'static str {
     }
 }
 
-/// Returns what a number of the design, given by its name, is called in a sentence.
+/// Returns the words for a number of the design, given by its name, in a sentence.
 pub(super) fn parameter(name: &str) -> &str {
     match name {
         "input.radial_scale" => "scale of the second channel",
@@ -635,7 +638,7 @@ pub(super) fn parameter_unit(name: &str) -> &'static str {
     }
 }
 
-/// Says which parameter drives the peak.
+/// Returns which parameter drives the peak, in a sentence.
 pub(super) fn drivers_sentence(ensemble: &Ensemble) -> String {
     let chance = ensemble.rank_correlation_by_chance.unwrap_or(1.0);
     let strong: Vec<_> = ensemble
@@ -684,11 +687,11 @@ pub(super) fn sentence(text: &str) -> String {
 pub(super) struct BudgetRow {
     /// Its name in the verdict.
     pub(super) name: &'static str,
-    /// What was varied.
+    /// The quantity that was varied.
     pub(super) meaning: &'static str,
     /// Change of the nominal peak [rad].
     pub(super) value: Option<f64>,
-    /// Why there is no value, where there is none.
+    /// Reason where there is no value.
     pub(super) absent: &'static str,
 }
 

@@ -1,4 +1,4 @@
-//! What every handler shares.
+//! State that all handlers share.
 
 use crate::allowances::Allowances;
 use crate::audit;
@@ -25,13 +25,13 @@ use std::time::{Duration, Instant};
 use tokio::sync::Semaphore;
 use tokio::time::timeout;
 
-/// Bodies of requests that are held at a time, uploads aside [KiB].
+/// Memory for the bodies of requests in progress, without uploads [KiB].
 const BODIES_KIB: usize = 32 << 10;
 
-/// Pages that read whole reports at a time: each may take some 40 MB.
+/// Number of pages made at a time from whole reports; each may take some 40 MB.
 const PAGES: usize = 1;
 
-/// What every handler shares.
+/// State that all handlers share.
 #[derive(Clone)]
 pub struct App(Arc<Parts>);
 
@@ -45,41 +45,41 @@ pub struct Parts {
     pub blobs: Arc<dyn Blobs>,
     /// Children.
     pub crew: Crew,
-    /// What was seen of gates on a cluster.
+    /// Last known state of the gates on a cluster.
     pub engine: Engine,
     /// Tokens.
     pub door: Door,
-    /// What each token may still ask.
+    /// Rate limits by token.
     pub of_tokens: Allowances,
-    /// What each address may still ask that shows no token.
+    /// Rate limits by address, of requests without a token.
     pub of_addresses: Allowances,
-    /// When the ledger was last written to see whether it can be, and what came of it.
+    /// Last trial write of the ledger, if there was one.
     pub probed: Arc<tokio::sync::Mutex<Option<Probed>>>,
-    /// What was served.
+    /// Counters of requests.
     pub traffic: Traffic,
-    /// Bytes that uploads under way may still take, by the name of their token.
+    /// Bytes reserved for uploads in progress, by the name of their token.
     pub under_way: Mutex<HashMap<String, u64>>,
     /// Room for the bodies of requests that are no uploads [KiB].
     pub bodies: Arc<Semaphore>,
-    /// Places to make pages that read whole reports.
+    /// Permits to make pages from whole reports.
     pub pages: Semaphore,
-    /// Held by who removes files of deleted recordings: the next one finds that done.
+    /// Lock of the removal of deleted files; a second caller waits and finds nothing left to remove.
     pub sweeping: tokio::sync::Mutex<()>,
-    /// Bytes of files that are kept, as they were last counted.
+    /// Size of the stored files at the last count [bytes].
     pub stored_bytes: AtomicU64,
-    /// Set when the service ends: no more work is taken.
+    /// True once the service ends and takes no more work.
     pub ends: AtomicBool,
     /// Lock of the data folder; released when the process ends.
     _lock: Option<File>,
 }
 
-/// When the ledger was written, and what came of it.
+/// Instant and outcome of a trial write of the ledger.
 pub type Probed = (Instant, Result<(), StoreError>);
 
-/// Time for which that is taken as true.
+/// Time for which the outcome of a trial write is reused.
 const PROBED: Duration = Duration::from_secs(1);
 
-/// Time in which the ledger must be written.
+/// Longest time of a trial write.
 const WRITTEN: Duration = Duration::from_secs(5);
 
 impl std::ops::Deref for App {
@@ -91,23 +91,26 @@ impl std::ops::Deref for App {
 }
 
 impl Parts {
-    /// Deletes recordings; returns how many of them there were.
+    /// Deletes recordings; returns the number that existed.
     ///
     /// # Errors
     ///
-    /// [`StoreError`]; what is deleted by then is deleted.
+    /// [`StoreError`]; recordings before the failing one stay deleted.
     pub fn delete(
         &self,
         recordings: &[String],
-        by: &str,
+        deleted_by: &str,
         why: &str,
         from: impl Display,
     ) -> Result<u64, StoreError> {
         let mut deleted = 0;
         for id in recordings {
-            if self.ledger.delete_recording(id, by, why, now_ms())? {
+            if self
+                .ledger
+                .delete_recording(id, deleted_by, why, now_ms())?
+            {
                 deleted += 1;
-                audit::told("recording deleted", id, by, &from);
+                audit::record("recording deleted", id, deleted_by, &from);
                 self.remove_copies(id);
             }
         }
@@ -115,11 +118,11 @@ impl Parts {
         Ok(deleted)
     }
 
-    /// Keeps a pulse as a recording, its canonical word being name and content; returns its identity.
+    /// Stores a pulse as a recording whose name and content are its canonical word; returns its identity.
     ///
     /// # Errors
     ///
-    /// A problem: the word is none, or names a file; the disk refuses.
+    /// A problem: the word is not a pulse, or names a file; the disk refuses.
     pub fn keep_pulse(&self, word: &str, owner: &str) -> Result<String, Problem> {
         let word = pulse::canonical(word, None).map_err(|error| Problem::of_recording(&error))?;
         let placing = self.blobs.placing();
@@ -135,7 +138,7 @@ impl Parts {
         Ok(manifest.id())
     }
 
-    /// Removes the copies of a recording that lie where a cluster reads them.
+    /// Removes the copies of a recording in the folder that a cluster reads.
     fn remove_copies(&self, id: &str) {
         let engine = self.config.engine.as_ref();
         let gates = engine.and_then(|engine| fs::read_dir(&engine.folder).ok());
@@ -170,7 +173,7 @@ impl Parts {
 }
 
 impl App {
-    /// Puts the parts together.
+    /// Returns the state of a service that begins.
     pub fn new(config: Config, store: Store, crew: Crew) -> Self {
         let times = SessionTimes {
             idle_ms: config.session_idle.as_millis() as i64,
@@ -197,7 +200,7 @@ impl App {
         }))
     }
 
-    /// Does something that may wait for the disk.
+    /// Runs work that may wait for the disk.
     ///
     /// # Errors
     ///
@@ -209,7 +212,7 @@ impl App {
         self.apart(move |parts| Ok(work(parts)?)).await
     }
 
-    /// Does something that may wait for the disk, or take its time.
+    /// Runs work that may wait for the disk or take long.
     ///
     /// # Errors
     ///
@@ -230,8 +233,8 @@ impl App {
         }
     }
 
-    /// Tells whether the ledger can be written, by writing it; once a second at most, and by one thread,
-    /// however long that takes.
+    /// Checks by a trial write that the ledger can be written: at most once a second, and on one thread
+    /// at a time, however long a write takes.
     ///
     /// # Errors
     ///
@@ -261,7 +264,7 @@ impl App {
         }
     }
 
-    /// Refuses to take more in where the disk is nearly full or the service ends.
+    /// Refuses more data if the disk is nearly full or the service ends.
     ///
     /// # Errors
     ///
@@ -272,22 +275,22 @@ impl App {
             return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 2));
         }
         let free = self.blobs.free_bytes().map_err(Problem::from)?;
-        let most = self.config.free_bytes;
-        if free < most.saturating_add(bytes) {
+        let free_bytes_min = self.config.free_bytes;
+        if free < free_bytes_min.saturating_add(bytes) {
             let found = format!("{free} bytes free, {bytes} to come");
             let way_out = "free space where the data lie, or lower `free_mib` in the service's \
                            configuration; nothing that was acknowledged is lost";
             let status = StatusCode::INSUFFICIENT_STORAGE;
             return Err(Problem {
                 retry_after_s: Some(5),
-                ..Problem::over(status, "free_bytes", most, found, way_out)
+                ..Problem::over(status, "free_bytes", free_bytes_min, found, way_out)
             });
         }
         Ok(())
     }
 
-    /// Takes what an upload may have out of its token's share, lest several at once pass it together;
-    /// `length` is what it states [bytes].
+    /// Reserves the bytes of an upload in its token's share, so that several at once cannot exceed it together;
+    /// `length` is the length that the request states [bytes].
     ///
     /// # Errors
     ///
@@ -297,23 +300,23 @@ impl App {
         self.on_disk(move |parts| {
             let mut under_way = locked(&parts.under_way);
             let kept = parts.ledger.bytes_of(&owner)?;
-            let held = under_way.entry(owner.clone()).or_default();
+            let reserved = under_way.entry(owner.clone()).or_default();
             let share = parts.config.own_bytes;
-            let left = share.saturating_sub(kept).saturating_sub(*held);
-            let bytes = length.unwrap_or(parts.config.upload_bytes).min(left);
-            *held += bytes;
+            let left_bytes = share.saturating_sub(kept).saturating_sub(*reserved);
+            let bytes = length.unwrap_or(parts.config.upload_bytes).min(left_bytes);
+            *reserved += bytes;
             drop(under_way);
             Ok(Reserved {
                 app,
                 owner,
                 bytes,
-                left,
+                left_bytes,
             })
         })
         .await
     }
 
-    /// Refuses jobs of a visitor who has asked too much, or where too many wait.
+    /// Refuses jobs if the visitor, or all visitors together, have too many.
     ///
     /// # Errors
     ///
@@ -321,46 +324,46 @@ impl App {
     pub fn admit_jobs(&self, visitor: &Visitor, count: u64) -> Result<(), Problem> {
         self.admit_bytes(1 << 20)?;
         let load = self.ledger.load(&visitor.name)?;
-        let most = self.config.own_queue;
-        if load.owner_jobs.saturating_add(count) > most {
+        let jobs_max = self.config.own_queue;
+        if load.owner_jobs.saturating_add(count) > jobs_max {
             let found = format!(
                 "{count} more than the {} of this token that wait",
                 load.owner_jobs
             );
             let status = StatusCode::TOO_MANY_REQUESTS;
-            return Err(Problem::later(status, "own_queue", most, found, 5));
+            return Err(Problem::later(status, "own_queue", jobs_max, found, 5));
         }
-        let most = self.config.queue;
-        if load.queued.saturating_add(count) > most {
+        let queue_max = self.config.queue;
+        if load.queued.saturating_add(count) > queue_max {
             let found = format!("{count} more than the {} that wait", load.queued);
             let status = StatusCode::SERVICE_UNAVAILABLE;
-            return Err(Problem::later(status, "queue", most, found, 5));
+            return Err(Problem::later(status, "queue", queue_max, found, 5));
         }
         Ok(())
     }
 }
 
-/// Bytes that are taken out of a token's share as long as an upload is under way.
+/// Bytes reserved in a token's share while an upload is in progress.
 pub struct Reserved {
     app: App,
     owner: String,
     bytes: u64,
-    left: u64,
+    left_bytes: u64,
 }
 
 impl Reserved {
-    /// Returns what the token may still upload [bytes].
-    pub fn left(&self) -> u64 {
-        self.left
+    /// Returns the bytes that the token may still upload.
+    pub fn left_bytes(&self) -> u64 {
+        self.left_bytes
     }
 }
 
 impl Drop for Reserved {
     fn drop(&mut self) {
         let mut under_way = locked(&self.app.under_way);
-        if let Some(held) = under_way.get_mut(&self.owner) {
-            *held -= self.bytes;
-            if *held == 0 {
+        if let Some(reserved) = under_way.get_mut(&self.owner) {
+            *reserved -= self.bytes;
+            if *reserved == 0 {
                 under_way.remove(&self.owner);
             }
         }
@@ -380,12 +383,12 @@ pub struct Store {
     pub ledger: Arc<dyn Ledger>,
     /// The blobs.
     pub blobs: Arc<dyn Blobs>,
-    /// Held as long as this process is the one that serves the folder.
+    /// Lock of the process that serves the folder.
     lock: Option<File>,
 }
 
 impl Store {
-    /// Opens the store to serve it; one process may.
+    /// Opens the store to serve it; one process at a time can.
     ///
     /// # Errors
     ///
@@ -404,17 +407,17 @@ impl Store {
                 )
             },
         )?;
-        let told = |error: StoreError| format!("{shown}: {error}");
-        let ledger = SqliteLedger::open(&data.join(LEDGER)).map_err(told)?;
+        let error_text = |error: StoreError| format!("{shown}: {error}");
+        let ledger = SqliteLedger::open(&data.join(LEDGER)).map_err(error_text)?;
         let order_s = config.order_time.as_secs();
         Ok(Self {
             ledger: Arc::new(ledger.with_limits(config.child_memory_bytes, order_s)),
-            blobs: Arc::new(BlobFolder::open(&data.join("blobs")).map_err(told)?),
+            blobs: Arc::new(BlobFolder::open(&data.join("blobs")).map_err(error_text)?),
             lock: Some(lock),
         })
     }
 
-    /// Opens the store beside a process that may be serving it, made if absent.
+    /// Opens the store while another process may be serving it; makes it if absent.
     ///
     /// # Errors
     ///
@@ -424,8 +427,8 @@ impl Store {
         Self::with(data, SqliteLedger::open)
     }
 
-    /// Opens a store that is there to read it alone; a process may be serving it, and it may lie where
-    /// nothing can be written.
+    /// Opens an existing store read-only, while another process may be serving it, also on a read-only
+    /// disk.
     ///
     /// # Errors
     ///
@@ -464,7 +467,7 @@ impl Store {
     }
 }
 
-/// Makes a folder for data, or takes one that is empty or holds some; lets nobody but the owner in.
+/// Makes a folder for data, or accepts one that is empty or holds data; only its owner can enter.
 ///
 /// # Errors
 ///
@@ -474,7 +477,7 @@ pub fn own_folder(data: &Path) -> Result<(), String> {
     let shown = data.display();
     let cannot = |error: io::Error| format!("{shown}: {error}");
     fs::create_dir_all(data).map_err(cannot)?;
-    // A disk of its own has that.
+    // The root of a disk has the folder lost+found.
     let counts = |entry: io::Result<fs::DirEntry>| {
         entry.is_ok_and(|entry| entry.file_name() != "lost+found")
     };

@@ -1,4 +1,4 @@
-//! Who may do what: tokens with scopes, compared in constant time.
+//! Authorisation: tokens with scopes, compared in constant time.
 
 use crate::audit;
 use crate::clock::now_ms;
@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use subtle::{Choice, ConstantTimeEq};
 
-/// What a token may do.
+/// A right that a token grants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Scope {
     /// Look at recordings, verdicts and designs.
@@ -17,7 +17,7 @@ pub enum Scope {
     Submit,
     /// Delete recordings and designs.
     Delete,
-    /// See what the service is doing.
+    /// See the state of the service.
     Admin,
 }
 
@@ -25,7 +25,7 @@ impl Scope {
     /// Lists every scope.
     pub const ALL: [Self; 4] = [Self::Read, Self::Submit, Self::Delete, Self::Admin];
 
-    /// Returns the word for it.
+    /// Returns the word of the scope.
     pub fn name(self) -> &'static str {
         match self {
             Self::Read => "read",
@@ -56,12 +56,12 @@ impl Secret {
         Ok(Self(format!("lg_{}", crate::store::Hex(&bits))))
     }
 
-    /// Shows it.
+    /// Returns the token.
     pub fn reveal(&self) -> &str {
         &self.0
     }
 
-    /// Returns its hash, which is what is stored.
+    /// Returns its hash, which is stored in its place.
     pub fn sha256(&self) -> String {
         sha256_hex(self.0.as_bytes())
     }
@@ -73,20 +73,20 @@ impl fmt::Debug for Secret {
     }
 }
 
-/// How somebody came in.
+/// Way of a visitor's authentication.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// Not at all.
+    /// None.
     Nobody,
-    /// Nobody is asked who he is.
+    /// None needed: no token exists.
     Open,
-    /// By a token, or a session of it.
+    /// A token, or a session of it.
     Token,
-    /// By the name that a proxy gave.
+    /// A name given by a proxy.
     Proxy,
 }
 
-/// Who asks.
+/// The sender of a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Visitor {
     /// Name of the token's holder; `local` where no token exists.
@@ -96,12 +96,12 @@ pub struct Visitor {
     pub token: Option<i64>,
     /// How the visitor came in.
     pub way: Way,
-    /// Where a user whom a proxy named signs out; empty where that is not known.
+    /// Address at which a user of a proxy signs out; empty if unknown.
     pub sign_out: String,
 }
 
 impl Visitor {
-    /// Returns one who may do nothing that anybody is asked for.
+    /// Returns a visitor without any scope.
     pub fn nobody() -> Self {
         Self {
             name: "nobody".into(),
@@ -112,7 +112,7 @@ impl Visitor {
         }
     }
 
-    /// Returns the user whom a proxy names.
+    /// Returns the user that a proxy names.
     pub fn of_proxy(name: &str, scopes: Vec<Scope>, sign_out: &str) -> Self {
         Self {
             name: name.into(),
@@ -123,113 +123,112 @@ impl Visitor {
         }
     }
 
-    /// Tells whether the visitor may do something.
+    /// Returns true if the visitor has a scope.
     pub fn may(&self, scope: Scope) -> bool {
         self.scopes.contains(&scope)
     }
 }
 
-/// What somebody shows at the door.
+/// Credential of a request.
 #[derive(Debug, Clone)]
 pub enum Presented {
     /// A token.
     Token(String),
-    /// What the cookie of somebody who signed in holds.
+    /// The secret of a session, from the cookie.
     Session(String),
 }
 
-/// What came of a look at what was presented.
+/// Result of checking a credential.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Seen {
-    /// No token exists: whoever reaches the loopback may do everything.
+pub enum Recognition {
+    /// No token exists, so every visitor on the loopback may do everything.
     Open(Visitor),
-    /// A token or a session that is known.
+    /// A valid token or session.
     Known(Visitor),
-    /// None, or one that is not known.
+    /// No credential, or an unknown one.
     Stranger,
 }
 
-/// Time for which the lists of tokens and sessions are taken as read.
+/// Time for which the cached tokens and sessions are used.
 const FRESH: Duration = Duration::from_secs(1);
 
-/// Time after which another use of a token or a session is noted [ms].
+/// Time after which another use of a token or a session is written down [ms].
 const NOTED_MS: i64 = 5 * 60_000;
 
-/// Tokens and sessions as they were last read.
+/// Tokens and sessions as last read from the ledger.
 #[derive(Debug, Default)]
-struct Known {
-    /// When that was; `None` where they are to be read again.
+struct TokenCache {
+    /// Instant of that; `None` if they must be read again.
     read: Option<Instant>,
     tokens: Vec<StoredToken>,
     sessions: Vec<StoredSession>,
 }
 
-/// How long a session lasts.
+/// Lifetimes of a session.
 #[derive(Debug, Clone, Copy)]
 pub struct SessionTimes {
-    /// Without any use [ms].
+    /// Lifetime without use [ms].
     pub idle_ms: i64,
-    /// In all [ms].
+    /// Lifetime in total [ms].
     pub whole_ms: i64,
 }
 
-/// Tokens and sessions, and how much each visitor has asked lately.
+/// Checks credentials against cached tokens and sessions.
 #[derive(Debug)]
 pub struct Door {
     times: SessionTimes,
-    known: Mutex<Known>,
+    cache: Mutex<TokenCache>,
 }
 
 impl Door {
-    /// Makes a door behind which nobody has been seen yet.
+    /// Returns a door with an empty cache.
     pub fn new(times: SessionTimes) -> Self {
         Self {
             times,
-            known: Mutex::default(),
+            cache: Mutex::default(),
         }
     }
 
-    /// Looks at what someone presents.
+    /// Checks a credential; reads tokens and sessions again if the cache is old.
     ///
     /// # Errors
     ///
-    /// [`StoreError`] if tokens or sessions cannot be read; nobody is let in then.
+    /// [`StoreError`] if tokens or sessions cannot be read; no visitor is admitted then.
     pub fn look(
         &self,
         ledger: &dyn Ledger,
         presented: Option<&Presented>,
-    ) -> Result<Seen, StoreError> {
-        let mut known = locked(&self.known);
-        if known.read.is_none_or(|read| read.elapsed() >= FRESH) {
+    ) -> Result<Recognition, StoreError> {
+        let mut cache = locked(&self.cache);
+        if cache.read.is_none_or(|read| read.elapsed() >= FRESH) {
             let tokens = ledger.tokens()?;
-            if known.read.is_some() || !known.tokens.is_empty() {
-                tell_changes(&known.tokens, &tokens);
+            if cache.read.is_some() || !cache.tokens.is_empty() {
+                tell_changes(&cache.tokens, &tokens);
             }
-            known.tokens = tokens;
-            known.sessions = ledger.sessions()?;
-            known.read = Some(Instant::now());
+            cache.tokens = tokens;
+            cache.sessions = ledger.sessions()?;
+            cache.read = Some(Instant::now());
         }
-        let seen = self.seen(Some(ledger), presented, &mut known);
-        Ok(seen.unwrap_or(Seen::Stranger))
+        let recognition = self.recognise(Some(ledger), presented, &mut cache);
+        Ok(recognition.unwrap_or(Recognition::Stranger))
     }
 
-    /// Looks at what someone presents without a look at the disk, where the lists were just read and no
-    /// use is to be noted.
-    pub fn look_again(&self, presented: Option<&Presented>) -> Option<Seen> {
-        let mut known = self.known.try_lock().ok()?;
-        known.read.filter(|read| read.elapsed() < FRESH)?;
-        self.seen(None, presented, &mut known)
+    /// Checks a credential without the disk; `None` if the cache is old or a use must be written down.
+    pub fn look_again(&self, presented: Option<&Presented>) -> Option<Recognition> {
+        let mut cache = self.cache.try_lock().ok()?;
+        cache.read.filter(|read| read.elapsed() < FRESH)?;
+        self.recognise(None, presented, &mut cache)
     }
 
-    /// Finds who presents something; `None` where a use is to be noted and there is no ledger at hand.
-    fn seen(
+    /// Checks a credential against the cache; `None` if a use must be written down and `ledger` is absent.
+    fn recognise(
         &self,
         ledger: Option<&dyn Ledger>,
         presented: Option<&Presented>,
-        known: &mut Known,
-    ) -> Option<Seen> {
-        if known.tokens.is_empty() {
-            return Some(Seen::Open(Visitor {
+        cache: &mut TokenCache,
+    ) -> Option<Recognition> {
+        if cache.tokens.is_empty() {
+            return Some(Recognition::Open(Visitor {
                 name: "local".into(),
                 scopes: Scope::ALL.to_vec(),
                 token: None,
@@ -239,16 +238,16 @@ impl Door {
         }
         let now = now_ms();
         let number = match presented {
-            None => return Some(Seen::Stranger),
+            None => return Some(Recognition::Stranger),
             Some(Presented::Token(token)) => {
-                let hashes = known.tokens.iter().map(|own| own.sha256.as_str());
-                found(hashes, token).map(|at| known.tokens[at].number)
+                let hashes = cache.tokens.iter().map(|stored| stored.sha256.as_str());
+                matching_hash(hashes, token).map(|index| cache.tokens[index].number)
             }
             Some(Presented::Session(session)) => {
-                let hashes = known.sessions.iter().map(|own| own.sha256.as_str());
-                match found(hashes, session) {
-                    Some(at) if self.lasts(&known.sessions[at], now) => {
-                        let session = &mut known.sessions[at];
+                let hashes = cache.sessions.iter().map(|stored| stored.sha256.as_str());
+                match matching_hash(hashes, session) {
+                    Some(index) if self.lasts(&cache.sessions[index], now) => {
+                        let session = &mut cache.sessions[index];
                         if now - session.seen_ms > NOTED_MS {
                             let ledger = ledger?;
                             session.seen_ms = now;
@@ -261,15 +260,15 @@ impl Door {
             }
         };
         let valid = |token: &&mut StoredToken| Some(token.number) == number && token.is_valid(now);
-        let Some(token) = known.tokens.iter_mut().find(valid) else {
-            return Some(Seen::Stranger);
+        let Some(token) = cache.tokens.iter_mut().find(valid) else {
+            return Some(Recognition::Stranger);
         };
         if token.used_ms.is_none_or(|used| now - used > NOTED_MS) {
             let ledger = ledger?;
             token.used_ms = Some(now);
             noted(ledger.used_token(token.number, now));
         }
-        Some(Seen::Known(Visitor {
+        Some(Recognition::Known(Visitor {
             name: token.name.clone(),
             scopes: token.scopes.split(',').filter_map(Scope::of).collect(),
             token: Some(token.number),
@@ -283,7 +282,7 @@ impl Door {
             && now_ms - session.created_ms < self.times.whole_ms
     }
 
-    /// Begins a session with a token; what is returned goes into the cookie.
+    /// Begins a session with a token; returns the secret for the cookie.
     ///
     /// # Errors
     ///
@@ -304,7 +303,7 @@ impl Door {
             created_ms: now,
             seen_ms: now,
         })?;
-        locked(&self.known).read = None;
+        locked(&self.cache).read = None;
         Ok(secret)
     }
 
@@ -319,7 +318,7 @@ impl Door {
                 ledger.end_session(&session.sha256)?;
             }
         }
-        locked(&self.known).read = None;
+        locked(&self.cache).read = None;
         Ok(())
     }
 
@@ -330,44 +329,44 @@ impl Door {
     /// [`StoreError`] if that cannot be written.
     pub fn sign_out(&self, ledger: &dyn Ledger, session: &str) -> Result<(), StoreError> {
         ledger.end_session(&sha256_hex(session.as_bytes()))?;
-        locked(&self.known).read = None;
+        locked(&self.cache).read = None;
         Ok(())
     }
 }
 
-/// Lets nobody wait at the door because a use cannot be noted: on a full disk people read on.
+/// Logs a use that could not be written down. It is no reason to refuse: on a full disk people can still read.
 fn noted(outcome: Result<(), StoreError>) {
     if let Err(error) = outcome {
         tracing::warn!(%error, "the use of a token or a session was not noted");
     }
 }
 
-/// Tells which tokens were made and taken back since they were read before: by the command line, whose
-/// process has a log of its own.
+/// Records in the audit log which tokens were made and revoked since the last reading. The command line did it,
+/// and its process has a log of its own.
 fn tell_changes(before: &[StoredToken], now: &[StoredToken]) {
     for token in now {
-        let known = before.iter().find(|known| known.number == token.number);
-        let what = match known {
+        let earlier = before.iter().find(|earlier| earlier.number == token.number);
+        let what = match earlier {
             None => "token made",
-            Some(known) if token.revoked && !known.revoked => "token taken back",
-            Some(known) if token.ends_ms != known.ends_ms => "token ends otherwise",
+            Some(earlier) if token.revoked && !earlier.revoked => "token taken back",
+            Some(earlier) if token.ends_ms != earlier.ends_ms => "token ends otherwise",
             Some(_) => continue,
         };
-        audit::told(what, &token.reference(), "operator", "the command line");
+        audit::record(what, &token.reference(), "operator", "the command line");
     }
 }
 
-/// Finds what was presented among hashes; every one is compared to its end, whatever was found before.
-fn found<'a>(hashes: impl Iterator<Item = &'a str>, presented: &str) -> Option<usize> {
+/// Returns the index of the hash of a secret. All hashes are compared in full, so that the time tells nothing.
+fn matching_hash<'a>(hashes: impl Iterator<Item = &'a str>, presented: &str) -> Option<usize> {
     let presented = sha256_hex(presented.as_bytes());
-    let mut found = None;
-    for (at, sha256) in hashes.enumerate() {
+    let mut matching = None;
+    for (index, sha256) in hashes.enumerate() {
         let is_same: Choice = sha256.as_bytes().ct_eq(presented.as_bytes());
         if bool::from(is_same) {
-            found = Some(at);
+            matching = Some(index);
         }
     }
-    found
+    matching
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

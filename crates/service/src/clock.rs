@@ -1,10 +1,10 @@
-//! The clock of the wall, and the time that goes by whatever that says.
+//! Wall-clock time, and monotonic time.
 
 use std::sync::OnceLock;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// Returns the time since this process first asked [ms]. No clock that is set changes it: by it pauses
-/// and leases end.
+/// Returns the monotonic time since the first call [ms], which ends pauses and leases. Setting the clock does not
+/// change it.
 pub fn running_ms() -> i64 {
     static BEGAN: OnceLock<Instant> = OnceLock::new();
     let passed = BEGAN.get_or_init(Instant::now).elapsed();

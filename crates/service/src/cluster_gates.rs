@@ -1,9 +1,8 @@
-//! Gates that are handed to a cluster: laid out in a folder that its nodes see, submitted and asked
-//! after by the command line, `latchgate gate`, whose store of shares tells how far they are.
+//! Gates on a cluster: written to a folder that its nodes see, then submitted and monitored by the command
+//! line, `latchgate gate`, whose store of shares holds their progress.
 //!
-//! The folder holds what was handed over and the ledger what came of it, so that a service that starts
-//! anew finds both again. To hand a gate over twice is no harm: what is in the store is not judged
-//! again.
+//! The folder holds the input and the ledger the outcome, so that a service that restarts finds both again.
+//! Submitting a gate twice is harmless: pairs in the store are not judged again.
 
 use crate::app::{App, Parts};
 use crate::config::EngineOptions;
@@ -23,33 +22,33 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Time between two looks at a gate.
+/// Time between two polls of a gate.
 const EVERY: Duration = Duration::from_secs(2);
 
-/// Looks in a row that find nothing of a gate in the queue before it counts as lost there.
+/// Polls in a row that find nothing of a gate in the queue before it counts as lost.
 const GONE: u32 = 3;
 
-/// Looks in a row without an answer before a gate is given up.
+/// Polls in a row without an answer before a gate is given up.
 const UNANSWERED: u32 = 20;
 
-/// Times that tasks which never run are submitted again.
+/// Number of times that tasks which never run are submitted again.
 const RESUBMITS: u32 = 3;
 
-/// Letters of what a program says that are told.
+/// Largest number of bytes of a program's message that are passed on.
 const TOLD: u64 = 2000;
 
 /// Name of the gate file.
 const GATE: &str = "gate.toml";
 
-/// How a gate stands, as the command line says it.
+/// State of a gate, as the command line reports it.
 #[derive(Debug, Default, Deserialize)]
-struct Told {
+struct GateStatus {
     done: u64,
     missing: u64,
     engine: Option<EngineTasks>,
 }
 
-/// Hands over the gates that wait for it, and looks how the others stand, until the service ends.
+/// Submits the waiting gates and polls the others, until the service ends.
 pub async fn keep(app: App) {
     loop {
         let kept = app.apart(|parts| {
@@ -57,7 +56,7 @@ pub async fn keep(app: App) {
                 if standing.gate.engine.is_some()
                     && let Err(problem) = step(parts, &standing)
                 {
-                    // The others go on.
+                    // One gate that fails does not hold up the others.
                     let gate = &standing.gate.id;
                     tracing::warn!(%gate, problem = %problem.detail, "a gate of the cluster cannot be looked at");
                 }
@@ -71,7 +70,7 @@ pub async fn keep(app: App) {
     }
 }
 
-/// Does what is next for a gate.
+/// Takes the next step of a gate, if it is due.
 fn step(parts: &Parts, standing: &GateStanding) -> Result<(), Problem> {
     let gate = &standing.gate;
     let mut look = parts
@@ -106,7 +105,7 @@ fn step(parts: &Parts, standing: &GateStanding) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Ends a gate with what went wrong; who submits it again has it handed over again.
+/// Ends a gate with a problem. Submitting it again starts it again, so the mark of its submission is removed.
 fn fail(parts: &Parts, gate: &StoredGate, text: String) -> Result<(), Problem> {
     if let Some(options) = &parts.config.engine {
         let _ = fs::remove_file(options.folder.join(&gate.id).join("submitted"));
@@ -119,14 +118,14 @@ fn fail(parts: &Parts, gate: &StoredGate, text: String) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Where a gate of the cluster lies.
+/// Folder of a gate of the cluster.
 struct Place<'a> {
     folder: PathBuf,
     options: &'a EngineOptions,
 }
 
 impl Place<'_> {
-    /// Hands the gate over, or looks how it stands; returns the decisions once all are there.
+    /// Submits the gate, or polls it; returns the decisions once all are in the store.
     fn advance(
         &self,
         parts: &Parts,
@@ -141,8 +140,8 @@ impl Place<'_> {
             File::create(&marked).map_err(|error| error.to_string())?;
             return Ok(None);
         }
-        let told = match self.status() {
-            Ok(told) => told,
+        let status = match self.status() {
+            Ok(status) => status,
             Err(text) => {
                 look.unanswered += 1;
                 let error = Some(text.clone());
@@ -158,11 +157,11 @@ impl Place<'_> {
             }
         };
         look.unanswered = 0;
-        look.decided = told.done;
-        if told.missing == 0 {
+        look.decided = status.done;
+        if status.missing == 0 {
             return self.decided(parts, gate).map(Some);
         }
-        let tasks = told.engine.unwrap_or_default();
+        let tasks = status.engine.unwrap_or_default();
         let idle = tasks.error.is_none() && tasks.running + tasks.waiting == 0;
         if idle && tasks.stuck > 0 && look.resubmits < RESUBMITS {
             look.resubmits += 1;
@@ -177,30 +176,30 @@ impl Place<'_> {
         Err(format!(
             "{} of {} pairs are not in the store, and nothing in the queue is to judge them; see \
              what the tasks printed in {}",
-            told.missing,
+            status.missing,
             gate.recordings.len() * gate.designs.len(),
             self.folder.join("store/engine").display()
         ))
     }
 
-    /// Writes recordings, designs and gate file where the nodes read them.
+    /// Writes recordings, designs and gate file into the folder that the nodes read.
     fn lay_out(&self, parts: &Parts, gate: &StoredGate) -> Result<(), String> {
-        let told = |error: io::Error| format!("{}: {error}", self.folder.display());
-        fs::create_dir_all(self.folder.join("designs")).map_err(told)?;
+        let io_text = |error: io::Error| format!("{}: {error}", self.folder.display());
+        fs::create_dir_all(self.folder.join("designs")).map_err(io_text)?;
         let mut placed = Vec::with_capacity(gate.recordings.len());
         for recording in &gate.recordings {
             placed.push(self.place(parts, recording)?);
         }
         for (number, design) in gate.designs.iter().enumerate() {
             let text = design_text(design);
-            fs::write(self.folder.join(design_file(number)), text).map_err(told)?;
+            fs::write(self.folder.join(design_file(number)), text).map_err(io_text)?;
         }
-        fs::write(self.folder.join(GATE), gate_file(gate, &placed)?).map_err(told)?;
+        fs::write(self.folder.join(GATE), gate_file(gate, &placed)?).map_err(io_text)?;
         let read = self.plan()?;
         if read
             .designs
             .iter()
-            .map(|own| json!(own))
+            .map(|design| json!(design))
             .eq(gate.designs.iter().cloned())
         {
             return Ok(());
@@ -210,14 +209,14 @@ impl Place<'_> {
 
     /// Writes the files of a recording; returns the path of the one to read.
     fn place(&self, parts: &Parts, recording: &GateRecording) -> Result<String, String> {
-        let found = parts
+        let stored = parts
             .ledger
             .recording(&recording.id)
             .map_err(|error| error.to_string())?;
-        let manifest = found.ok_or("a recording of the gate is gone")?.manifest;
+        let manifest = stored.ok_or("a recording of the gate is gone")?.manifest;
         let home = format!("recordings/{}", recording.id);
         let path = format!("{home}/{}", manifest.name);
-        // Without a file of its name it is the folder that the files form.
+        // A recording without a file of its name is the folder that its files form.
         let is_file = manifest.files.iter().any(|file| file.name == manifest.name);
         let around = if is_file { &home } else { &path };
         let card = manifest
@@ -235,8 +234,8 @@ impl Place<'_> {
 
     fn copy(&self, parts: &Parts, name: &str, file: &StoredFile) -> Result<(), StoreError> {
         let path = self.folder.join(name);
-        // Whoever can write in the folder may have changed what was laid out.
-        if fs::metadata(&path).is_ok_and(|known| known.len() == file.bytes)
+        // Nodes can write in this folder, so an existing file counts only if its hash is right.
+        if fs::metadata(&path).is_ok_and(|metadata| metadata.len() == file.bytes)
             && sha256_of(File::open(&path)?)? == file.sha256
         {
             return Ok(());
@@ -275,27 +274,27 @@ impl Place<'_> {
         self.run(&words).map(drop)
     }
 
-    fn status(&self) -> Result<Told, String> {
-        let said = self.run(&["--status", "--format", "json"])?;
-        serde_json::from_str(&said).map_err(|error| format!("how the gate stands: {error}"))
+    fn status(&self) -> Result<GateStatus, String> {
+        let answer = self.run(&["--status", "--format", "json"])?;
+        serde_json::from_str(&answer).map_err(|error| format!("how the gate stands: {error}"))
     }
 
-    /// Runs the command line on the gate; returns what it printed.
+    /// Runs the command line on the gate; returns its standard output.
     fn run(&self, words: &[&str]) -> Result<String, String> {
         let (out, err) = (self.folder.join("printed"), self.folder.join("said"));
-        let told = |error: io::Error| format!("{}: {error}", self.options.program.display());
+        let io_text = |error: io::Error| format!("{}: {error}", self.options.program.display());
         let mut child = Command::new(&self.options.program)
             .args(["gate", GATE, "--store", "store"])
             .args(words)
             .current_dir(&self.folder)
             .stdin(Stdio::null())
-            .stdout(File::create(&out).map_err(told)?)
-            .stderr(File::create(&err).map_err(told)?)
+            .stdout(File::create(&out).map_err(io_text)?)
+            .stderr(File::create(&err).map_err(io_text)?)
             .spawn()
-            .map_err(told)?;
+            .map_err(io_text)?;
         let began = Instant::now();
         let status = loop {
-            if let Some(status) = child.try_wait().map_err(told)? {
+            if let Some(status) = child.try_wait().map_err(io_text)? {
                 break status;
             }
             if began.elapsed() >= self.options.time {
@@ -310,37 +309,38 @@ impl Place<'_> {
             std::thread::sleep(Duration::from_millis(20));
         };
         if status.success() {
-            return fs::read_to_string(&out).map_err(told);
+            return fs::read_to_string(&out).map_err(io_text);
         }
-        let mut said = String::new();
-        let read = File::open(&err).and_then(|file| file.take(TOLD).read_to_string(&mut said));
-        let lines = said
+        let mut message = String::new();
+        let read = File::open(&err).and_then(|file| file.take(TOLD).read_to_string(&mut message));
+        let lines = message
             .lines()
             .map(|line| line.trim_start_matches("latchgate: "));
-        let said = lines.collect::<Vec<_>>().join("; ");
+        let message = lines.collect::<Vec<_>>().join("; ");
         Err(match read {
-            Ok(1..) => said,
+            Ok(1..) => message,
             _ => format!("latchgate gate ended with {status}"),
         })
     }
 
-    /// Reads what was laid out, as the nodes do.
+    /// Reads the gate from the folder, as the nodes do.
     fn plan(&self) -> Result<Plan, String> {
-        let told = |errors: Vec<Error>| errors.first().map_or_else(String::new, Error::to_string);
+        let first_text =
+            |errors: Vec<Error>| errors.first().map_or_else(String::new, Error::to_string);
         let text = fs::read_to_string(self.folder.join(GATE)).map_err(|error| error.to_string())?;
         let limits = Limits::default();
-        let file = GateFile::from_toml(GATE, &text, &limits).map_err(told)?;
-        Plan::of(GATE, &file, &self.folder, &[], &limits).map_err(told)
+        let file = GateFile::from_toml(GATE, &text, &limits).map_err(first_text)?;
+        Plan::of(GATE, &file, &self.folder, &[], &limits).map_err(first_text)
     }
 
     /// Reads the decisions out of the store, in the order of the gate's recordings.
     fn decided(&self, parts: &Parts, gate: &StoredGate) -> Result<Decided, String> {
-        let told = |error: Error| error.to_string();
+        let error_text = |error: Error| error.to_string();
         let (plan, limits) = (self.plan()?, Limits::default());
         let store = self.folder.join("store");
-        let submission = Submission::read(&store, GATE).map_err(told)?;
+        let submission = Submission::read(&store, GATE).map_err(error_text)?;
         let control = Control::default();
-        // What was judged is what lies here, and that is what the service was given.
+        // Writing the recordings again checks that the nodes judged the files that the service holds.
         for recording in &gate.recordings {
             self.place(parts, recording)?;
         }
@@ -349,18 +349,22 @@ impl Place<'_> {
             collection.check_unchanged(&limits, &control)?;
             collection.judged()
         });
-        let names = plan.recordings.iter().map(|own| own.name.as_str());
-        let by_name: BTreeMap<&str, JudgedRecording> = names.zip(judged.map_err(told)?).collect();
-        let mut own = Vec::with_capacity(gate.recordings.len());
+        let names = plan
+            .recordings
+            .iter()
+            .map(|recording| recording.name.as_str());
+        let by_name: BTreeMap<&str, JudgedRecording> =
+            names.zip(judged.map_err(error_text)?).collect();
+        let mut decisions = Vec::with_capacity(gate.recordings.len());
         for recording in &gate.recordings {
             let mut name = self.place(parts, recording)?;
             if let Some(channel) = recording.request["channel"].as_str() {
                 name = format!("{name}#{channel}");
             }
             let judged = by_name.get(name.as_str()).cloned();
-            own.push(judged.ok_or_else(|| format!("{name} is not in the store"))?);
+            decisions.push(judged.ok_or_else(|| format!("{name} is not in the store"))?);
         }
-        Ok(own)
+        Ok(decisions)
     }
 }
 
@@ -368,8 +372,8 @@ fn design_file(number: usize) -> String {
     format!("designs/{number}.toml")
 }
 
-/// Writes the gate file of the cluster: the entries of the gate's own with the paths of what was laid
-/// out, and nothing that is required, which is held at home.
+/// Returns the gate file of the cluster: the entries of the gate with the paths in the folder. It has no
+/// requirements; the service checks those itself.
 fn gate_file(gate: &StoredGate, placed: &[String]) -> Result<String, String> {
     let odd = || "the gate file cannot be read again".to_string();
     let file =
@@ -383,7 +387,7 @@ fn gate_file(gate: &StoredGate, placed: &[String]) -> Result<String, String> {
     let requests: Vec<Value> = file
         .recordings
         .iter()
-        .map(|own| json!(own.request))
+        .map(|entry| json!(entry.request))
         .collect();
     let mut files = vec![Vec::new(); requests.len()];
     for (recording, path) in gate.recordings.iter().zip(placed) {
@@ -417,7 +421,7 @@ fn gate_file(gate: &StoredGate, placed: &[String]) -> Result<String, String> {
     Ok(text)
 }
 
-/// Returns the keys of a design that overrides changed.
+/// Returns the keys of a design that were overridden.
 fn changed(design: &Value) -> impl Iterator<Item = &str> {
     design["modified"]
         .as_array()
@@ -431,14 +435,14 @@ fn number_at<'a>(design: &'a Value, key: &str) -> &'a Value {
     &design[table][key]
 }
 
-/// Writes the design file that a design was before overrides changed it, since these are a part of
-/// what it is.
+/// Returns the design file of a design without its overrides; the node applies them again, since they are part
+/// of the design's identity.
 fn design_text(design: &Value) -> String {
     let mut before = design.clone();
     before["criterion"]["raised_from_rad"] = Value::Null;
     for key in changed(design) {
-        if let Some((table, own)) = key.split_once('.') {
-            before[table][own] = design["modified_from"][key].clone();
+        if let Some((table, name)) = key.split_once('.') {
+            before[table][name] = design["modified_from"][key].clone();
         }
     }
     let keys = before.as_object().into_iter().flatten();

@@ -17,7 +17,7 @@ pub struct Key {
     pub name: &'static str,
     /// Its value unless stated.
     pub default: &'static str,
-    /// What it is.
+    /// Its description.
     pub meaning: &'static str,
 }
 
@@ -230,16 +230,16 @@ pub const KEYS: &[Key] = &[
     key("log_format", "json", "json or text."),
 ];
 
-/// Returns what a key is.
+/// Returns the description of a key.
 pub fn meaning(name: &str) -> &'static str {
-    let known = KEYS.iter().find(|key| key.name == name);
-    known.map_or("", |key| key.meaning)
+    let key = KEYS.iter().find(|key| key.name == name);
+    key.map_or("", |key| key.meaning)
 }
 
-/// Where a value comes from.
+/// Origin of a value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Origin {
-    /// Nobody stated it.
+    /// The default.
     Default,
     /// A file.
     File(PathBuf),
@@ -265,11 +265,11 @@ impl fmt::Display for Origin {
 pub struct Layers(BTreeMap<&'static str, (String, Origin)>);
 
 impl Layers {
-    /// Puts the layers together.
+    /// Combines the layers.
     ///
     /// # Errors
     ///
-    /// What is wrong, in a sentence: an unknown key, a file that cannot be read.
+    /// The mistake, in a sentence: an unknown key, a file that cannot be read.
     pub fn gather(
         file: Option<&Path>,
         environment: impl Iterator<Item = (String, String)>,
@@ -305,16 +305,16 @@ impl Layers {
             }
         }
         for (name, value) in environment {
-            let Some(own) = name.strip_prefix("LATCHGATE_SERVE_") else {
+            let Some(key_name) = name.strip_prefix("LATCHGATE_SERVE_") else {
                 continue;
             };
-            let own = own.to_lowercase();
-            if own == "config" {
+            let key_name = key_name.to_lowercase();
+            if key_name == "config" {
                 continue;
             }
             let origin = Origin::Environment(name.clone());
             layers
-                .put(&own, value, origin)
+                .put(&key_name, value, origin)
                 .map_err(|error| format!("{name}: {error}"))?;
         }
         for (name, value) in flags {
@@ -324,27 +324,27 @@ impl Layers {
         Ok(layers)
     }
 
-    /// Fills in the places that nobody stated, so that what is shown is what is used.
+    /// Sets the default places, so that `config show` shows the values in use.
     fn find_places(&mut self) {
         if self.text("data").is_empty()
             && let Some((data, from)) = default_data()
         {
-            let found = (data.display().to_string(), Origin::Environment(from.into()));
-            self.0.insert("data", found);
+            let value = (data.display().to_string(), Origin::Environment(from.into()));
+            self.0.insert("data", value);
         }
         let gates = Path::new(self.text("data")).join("gates");
         for (name, place) in [("engine_folder", gates), ("engine_program", program())] {
             if self.text(name).is_empty() {
-                let found = (place.display().to_string(), Origin::Default);
-                self.0.insert(name, found);
+                let value = (place.display().to_string(), Origin::Default);
+                self.0.insert(name, value);
             }
         }
     }
 
     fn put(&mut self, name: &str, value: String, origin: Origin) -> Result<(), String> {
         let Some(key) = KEYS.iter().find(|key| key.name == name) else {
-            let known: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
-            return Err(format!("unknown key `{name}`; known: {}", known.join(", ")));
+            let names: Vec<&str> = KEYS.iter().map(|key| key.name).collect();
+            return Err(format!("unknown key `{name}`; known: {}", names.join(", ")));
         };
         self.0.insert(key.name, (value, origin));
         Ok(())
@@ -369,35 +369,35 @@ impl Layers {
     }
 
     /// Returns a whole number within bounds.
-    fn number(&self, name: &str, least: u64, most: u64) -> Result<u64, String> {
-        let what = format!("a whole number from {least} to {most}");
+    fn number(&self, name: &str, min: u64, max: u64) -> Result<u64, String> {
+        let what = format!("a whole number from {min} to {max}");
         let number: u64 = self.value(name, &what)?;
-        if (least..=most).contains(&number) {
+        if (min..=max).contains(&number) {
             Ok(number)
         } else {
             Err(format!("`{name}` must be {what}, found {number}"))
         }
     }
 
-    fn seconds(&self, name: &str, most: u64) -> Result<Duration, String> {
-        Ok(Duration::from_secs(self.number(name, 1, most)?))
+    fn seconds(&self, name: &str, max: u64) -> Result<Duration, String> {
+        Ok(Duration::from_secs(self.number(name, 1, max)?))
     }
 
-    fn hours(&self, name: &str, most: u64) -> Result<Duration, String> {
-        Ok(Duration::from_secs(self.number(name, 1, most)? * 3600))
+    fn hours(&self, name: &str, max: u64) -> Result<Duration, String> {
+        Ok(Duration::from_secs(self.number(name, 1, max)? * 3600))
     }
 
-    fn mebibytes(&self, name: &str, most: u64) -> Result<u64, String> {
-        Ok(self.number(name, 1, most)? << 20)
+    fn mebibytes(&self, name: &str, max: u64) -> Result<u64, String> {
+        Ok(self.number(name, 1, max)? << 20)
     }
 }
 
 /// A cluster to which large gates go.
 #[derive(Debug, Clone)]
 pub struct EngineOptions {
-    /// Pairs of a gate beyond which it goes there.
+    /// Number of pairs beyond which a gate goes to the cluster.
     pub from_pairs: u64,
-    /// Pairs of one task, about.
+    /// Approximate number of pairs of one task.
     pub share_pairs: u64,
     /// Folder that the nodes see.
     pub folder: PathBuf,
@@ -405,7 +405,7 @@ pub struct EngineOptions {
     pub program: PathBuf,
     /// Options of sbatch.
     pub words: Vec<String>,
-    /// Time in which a gate must be handed over, or found again.
+    /// Longest time of one call of the command line on a gate.
     pub time: Duration,
 }
 
@@ -419,7 +419,7 @@ pub enum Listen {
 }
 
 impl Listen {
-    /// Tells whether nobody but this machine comes in there, and nobody for somebody else.
+    /// Returns true if only this machine can connect, and no other machine by way of a proxy.
     pub fn is_private(&self) -> bool {
         matches!(self, Self::Tcp(address) if address.ip().is_loopback())
     }
@@ -452,7 +452,7 @@ pub struct ProxyUsers {
     pub header: HeaderName,
     /// What they may do.
     pub scopes: Vec<Scope>,
-    /// Where they sign out; empty where that is not stated.
+    /// Address at which they sign out; empty if not stated.
     pub sign_out_url: String,
 }
 
@@ -462,8 +462,8 @@ fn users(layers: &Layers) -> Result<Option<ProxyUsers>, String> {
     }
     let words = layers.text("user_scopes").split(',').map(str::trim);
     let scopes = words.map(|word| {
-        let known = Scope::ALL.map(Scope::name).join(", ");
-        Scope::of(word).ok_or_else(|| format!("`user_scopes` takes {known}, found `{word}`"))
+        let names = Scope::ALL.map(Scope::name).join(", ");
+        Scope::of(word).ok_or_else(|| format!("`user_scopes` takes {names}, found `{word}`"))
     });
     Ok(Some(ProxyUsers {
         header: layers.value("user_header", "the name of a header")?,
@@ -483,9 +483,9 @@ pub struct Config {
     pub data: PathBuf,
     /// Names under which the page is served beside the loopback's.
     pub hosts: Vec<String>,
-    /// Addresses of proxies, which are believed for whom they ask.
+    /// Addresses of proxies whose headers on the client are trusted.
     pub proxies: Vec<IpAddr>,
-    /// Whether children work whose jail is not whole.
+    /// True if children work in an incomplete jail.
     pub without_jail: bool,
     /// Children that work on jobs.
     pub places: usize,
@@ -493,7 +493,7 @@ pub struct Config {
     pub child_memory_bytes: u64,
     /// Time that one question may take.
     pub order_time: Duration,
-    /// Time that a child may say nothing.
+    /// Longest silence of a child.
     pub silence: Duration,
     /// Bytes of the files of one report.
     pub answer_bytes: u64,
@@ -533,7 +533,7 @@ pub struct Config {
     pub gate_pairs: u64,
     /// Requirements and exceptions of one gate.
     pub gate_rules: u64,
-    /// What judges large gates.
+    /// Cluster that judges large gates.
     pub engine: Option<EngineOptions>,
     /// Requests of one token per second.
     pub rate_per_s: u64,
@@ -547,7 +547,7 @@ pub struct Config {
     pub drain: Duration,
     /// Least level that is logged.
     pub log: tracing::Level,
-    /// Whether logs are JSON lines.
+    /// True if logs are JSON lines.
     pub log_json: bool,
 }
 
@@ -556,7 +556,7 @@ impl Config {
     ///
     /// # Errors
     ///
-    /// The first that is wrong, in a sentence.
+    /// The first mistake, in a sentence.
     pub fn of(layers: &Layers) -> Result<Self, String> {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let words = |name| layers.text(name).split(',').map(str::trim);
@@ -636,8 +636,10 @@ fn proxies(layers: &Layers) -> Result<Vec<IpAddr>, String> {
     let words = layers.text("proxies").split(',').map(str::trim);
     let addresses = words.filter(|word| !word.is_empty()).map(|word| {
         let address = word.parse::<IpAddr>();
-        let told = |_| format!("`proxies` takes addresses with commas between, found `{word}`");
-        address.map(|address| address.to_canonical()).map_err(told)
+        let message = |_| format!("`proxies` takes addresses with commas between, found `{word}`");
+        address
+            .map(|address| address.to_canonical())
+            .map_err(message)
     });
     addresses.collect()
 }
@@ -664,23 +666,23 @@ fn engine(layers: &Layers) -> Result<Option<EngineOptions>, String> {
     }))
 }
 
-/// Returns where the data lie unless that is stated, and which variable says so.
+/// Returns the default folder of the data, and the environment variable that it comes from.
 fn default_data() -> Option<(PathBuf, &'static str)> {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
     let places = [
         ("XDG_STATE_HOME", "latchgate"),
         ("HOME", ".local/state/latchgate"),
     ];
-    let mut found = places
+    let mut dirs = places
         .into_iter()
         .filter_map(|(name, below)| Some((PathBuf::from(set(name)?).join(below), name)));
-    found.next()
+    dirs.next()
 }
 
 /// Finds the program beside this one, or on the path.
 fn program() -> PathBuf {
     let beside = std::env::current_exe().ok();
-    let beside = beside.map(|own| own.with_file_name("latchgate"));
+    let beside = beside.map(|exe| exe.with_file_name("latchgate"));
     beside
         .filter(|path| path.is_file())
         .unwrap_or_else(|| Path::new("latchgate").into())

@@ -1,4 +1,4 @@
-//! How the gates stand that a cluster has, as this process last saw them.
+//! State of the gates on a cluster, as this process last read it.
 
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -25,7 +25,7 @@ pub struct EngineTasks {
     pub error: Option<String>,
 }
 
-/// What was seen of a gate since this process began.
+/// State of a gate on the cluster since this process began.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Look {
     pub(crate) decided: u64,
@@ -36,17 +36,17 @@ pub(crate) struct Look {
     pub(crate) next: Option<Instant>,
 }
 
-/// What was seen of the gates that a cluster has.
+/// States of the gates on a cluster.
 #[derive(Debug, Default)]
 pub struct Engine(Mutex<HashMap<String, Look>>);
 
 impl Engine {
-    /// Locks what was seen, gate by gate.
+    /// Locks the states, by gate.
     pub(crate) fn looks(&self) -> MutexGuard<'_, HashMap<String, Look>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns how many pairs of a gate are decided, and what the queue has of it.
+    /// Returns the number of decided pairs of a gate, and its tasks in the queue.
     pub fn seen(&self, id: &str) -> (u64, Option<EngineTasks>) {
         let looks = self.looks();
         let look = looks.get(id);

@@ -1,5 +1,5 @@
-//! Gates over what is stored: a gate file whose `files` name recordings and whose `file` names
-//! designs of the store, its pairs decided by children, its outcome made by the library.
+//! Gates on stored data: a gate file whose `files` name recordings and whose `file` names designs of the
+//! store. Children decide the pairs; the library makes the outcome.
 
 use crate::app::{App, Parts};
 use crate::clock::now_ms;
@@ -27,50 +27,50 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Recordings that a gate looks through for its names.
+/// Largest number of recordings among which a gate's names are sought.
 const LOOKED_THROUGH: u32 = 100_000;
 
-/// Time between two looks whether a gate's last pair is decided.
+/// Time between two polls for gates whose last pair is decided.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Time after which an outcome that could not be made is tried again.
+/// Time after which an outcome that could not be made is retried.
 const AGAIN: Duration = Duration::from_secs(5);
 
-/// Pairs that are not as required of which the full report is made, too.
+/// Largest number of pairs not as required that get a full report.
 const IN_FULL: usize = 50;
 
-/// What a gate is asked beside its file.
+/// Submission of a gate: its file and settings.
 #[derive(Debug, Clone, Default)]
-pub struct GateAsked {
+pub struct GateSubmission {
     /// Name.
     pub name: String,
     /// The gate file.
     pub text: String,
     /// The gate to compare with.
     pub baseline: Option<String>,
-    /// Whether pairs of the baseline may be gone.
+    /// True if pairs of the baseline may be gone.
     pub allow_removed: bool,
-    /// Whether what is no worse than the baseline is let stand.
+    /// True if a pair that is no worse than in the baseline is accepted.
     pub no_worse: bool,
-    /// The day against which exceptions are held; today unless stated.
+    /// Day at which exceptions must be valid; today unless stated.
     pub date: Option<String>,
 }
 
-/// Looks up what a gate file names; returns the gate and, unless a cluster judges it, the question of
-/// each pair.
+/// Finds the recordings and designs that a gate file names; returns the gate and, unless a cluster judges it,
+/// the question of each pair.
 ///
 /// # Errors
 ///
 /// A problem with everything that is wrong with the file, or that the baseline has no outcome.
 pub fn planned(
     parts: &Parts,
-    asked: GateAsked,
+    submission: GateSubmission,
     owner: &str,
 ) -> Result<(StoredGate, Vec<Question>), Problem> {
-    let mut file =
-        GateFile::from_toml(&asked.name, &asked.text, &Limits::default()).map_err(told)?;
+    let mut file = GateFile::from_toml(&submission.name, &submission.text, &Limits::default())
+        .map_err(bad_gate)?;
     keep_pulses(parts, &mut file, owner)?;
-    // Each pair is held against each of them, here.
+    // Each pair is compared with each rule in this process, so their number is bounded.
     let rules = (file.require.len() + file.allow.len()) as u64;
     within("gate_rules", parts.config.gate_rules, rules, "rules")?;
     let mut errors = Vec::new();
@@ -79,11 +79,12 @@ pub fn planned(
     let designs = designs(&*parts.ledger, &file, &mut versions, &mut errors)?;
     let count = (recordings.len() * designs.len()) as u64;
     within("gate_pairs", parts.config.gate_pairs, count, "pairs")?;
-    let plan = Plan::from_parts(&asked.name, &file, recordings, designs, errors).map_err(told)?;
-    if let Some(id) = &asked.baseline {
+    let plan =
+        Plan::from_parts(&submission.name, &file, recordings, designs, errors).map_err(bad_gate)?;
+    if let Some(id) = &submission.baseline {
         baseline(parts, id)?;
     }
-    let date = match asked.date {
+    let date = match submission.date {
         Some(date) if file::is_day(&date) => date,
         Some(date) => {
             let text = format!("date: a day such as 2027-03-31, found `{date}`");
@@ -93,15 +94,15 @@ pub fn planned(
     };
     let mut stored = StoredGate {
         id: String::new(),
-        name: asked.name,
-        text: asked.text,
+        name: submission.name,
+        text: submission.text,
         recordings: plan.recordings.iter().map(entered).collect(),
         designs: plan.designs.iter().map(|design| json!(design)).collect(),
         versions,
-        baseline: asked.baseline,
-        allow_removed: asked.allow_removed,
-        no_worse: asked.no_worse,
-        // Without exceptions no day decides anything.
+        baseline: submission.baseline,
+        allow_removed: submission.allow_removed,
+        no_worse: submission.no_worse,
+        // Without exceptions the day has no effect, and must not change the gate's identity.
         date: if file.allow.is_empty() {
             String::new()
         } else {
@@ -114,7 +115,7 @@ pub fn planned(
     stored.created_ms = now_ms();
     let engine = parts.config.engine.as_ref();
     stored.engine = match parts.ledger.gate(&stored.id)? {
-        Some(known) => known.gate.engine,
+        Some(stored_gate) => stored_gate.gate.engine,
         None => engine
             .filter(|engine| count > engine.from_pairs)
             .map(|_| "slurm".into()),
@@ -128,7 +129,7 @@ pub fn planned(
     Ok((stored, pairs))
 }
 
-/// Keeps the pulses that stand among the files, each of which is named by its canonical word then.
+/// Stores the pulses among the files and replaces each by its canonical word.
 fn keep_pulses(parts: &Parts, file: &mut GateFile, owner: &str) -> Result<(), Problem> {
     let files = file
         .recordings
@@ -141,14 +142,14 @@ fn keep_pulses(parts: &Parts, file: &mut GateFile, owner: &str) -> Result<(), Pr
     Ok(())
 }
 
-/// Refuses a gate that is larger than the key of the configuration says.
-fn within(key: &str, most: u64, found: u64, what: &str) -> Result<(), Problem> {
-    if found <= most {
+/// Refuses a gate beyond the limit of a key of the configuration.
+fn within(key: &str, limit: u64, found: u64, what: &str) -> Result<(), Problem> {
+    if found <= limit {
         return Ok(());
     }
     let way_out = format!("divide the gate, or raise `{key}` in the service's configuration");
     let (status, found) = (StatusCode::PAYLOAD_TOO_LARGE, format!("{found} {what}"));
-    Err(Problem::over(status, key, most, found, &way_out))
+    Err(Problem::over(status, key, limit, found, &way_out))
 }
 
 /// Returns the question of a pair, in the order of recordings, and of designs for each.
@@ -173,8 +174,8 @@ fn entered(recording: &PlannedRecording) -> GateRecording {
     }
 }
 
-/// Words everything that is wrong with a gate file.
-fn told(errors: Vec<Error>) -> Problem {
+/// Returns a problem with all mistakes of a gate file.
+fn bad_gate(errors: Vec<Error>) -> Problem {
     let first = errors.first().map(Problem::of_recording);
     let texts: Vec<String> = errors.iter().map(ToString::to_string).collect();
     Problem {
@@ -191,7 +192,7 @@ fn recordings(
     errors: &mut Vec<Error>,
 ) -> Result<Vec<PlannedRecording>, StoreError> {
     let Page {
-        entries: all,
+        entries: stored,
         damaged,
         ..
     } = ledger.recordings(&RecordingFilter {
@@ -199,23 +200,23 @@ fn recordings(
         ..RecordingFilter::default()
     })?;
     let mut newest: BTreeMap<&str, &ListedRecording> = BTreeMap::new();
-    for recording in &all {
+    for recording in &stored {
         newest.entry(&recording.name).or_insert(recording);
     }
-    let mut found: BTreeMap<String, PlannedRecording> = BTreeMap::new();
+    let mut planned_by_name: BTreeMap<String, PlannedRecording> = BTreeMap::new();
     for entry in &file.recordings {
         let request = Arc::new(entry.request.clone());
         for files in &entry.files {
-            let is_identity = all.iter().any(|recording| recording.id == *files);
+            let is_identity = stored.iter().any(|recording| recording.id == *files);
             if let Some(what) = damaged.first().filter(|_| !is_identity) {
-                // It might be one that the name or pattern means, and a gate must not lack it.
+                // The damaged row might be one that the pattern means, and a gate must not omit it silently.
                 let expected = format!("recordings that can be read to tell which `{files}` means");
                 let hint = "upload that recording again, restore a backup, or name the recordings by identity";
                 let found = format!("a damaged row: {what}");
                 errors.push(Error::malformed(expected, found, hint).at(entry.place.clone()));
                 continue;
             }
-            let mut named = named(files, &all, &newest).peekable();
+            let mut named = named(files, &stored, &newest).peekable();
             if named.peek().is_none() {
                 let expected = format!("a stored recording named `{files}`");
                 let hint = "upload it first, or mend the name; /recordings lists them, for programs /v1/recordings";
@@ -231,30 +232,30 @@ fn recordings(
                     path: PathBuf::from(&recording.id),
                     request: Arc::clone(&request),
                 };
-                let differs = |known: &&PlannedRecording| {
-                    known.path != planned.path || known.request != planned.request
+                let differs = |earlier: &&PlannedRecording| {
+                    earlier.path != planned.path || earlier.request != planned.request
                 };
-                let other = found.get(&name).filter(differs);
-                if other.is_some() {
+                let conflict = planned_by_name.get(&name).filter(differs);
+                if conflict.is_some() {
                     let expected = format!("`{name}` with one setting");
                     let hint = "let one entry match it, or give it a channel in both";
                     let two = "two entries that judge it differently";
                     errors.push(Error::malformed(expected, two, hint).at(entry.place.clone()));
                 }
-                found.insert(name, planned);
+                planned_by_name.insert(name, planned);
             }
         }
     }
-    Ok(found.into_values().collect())
+    Ok(planned_by_name.into_values().collect())
 }
 
 /// Returns the recordings that a name, pattern or identity means, each with its name in the gate.
 fn named<'a>(
     files: &'a str,
-    all: &'a [ListedRecording],
+    stored: &'a [ListedRecording],
     newest: &'a BTreeMap<&str, &ListedRecording>,
 ) -> Box<dyn Iterator<Item = (String, &'a ListedRecording)> + 'a> {
-    if let Some(recording) = all.iter().find(|recording| recording.id == files) {
+    if let Some(recording) = stored.iter().find(|recording| recording.id == files) {
         let short = files.get(..8).unwrap_or(files);
         let name = format!("{}@{short}", recording.name);
         return Box::new(std::iter::once((name, recording)));
@@ -268,7 +269,7 @@ fn named<'a>(
         name == files
             || pattern
                 .as_ref()
-                .is_some_and(|own| own.matches_with(name, options))
+                .is_some_and(|pattern| pattern.matches_with(name, options))
     };
     Box::new(
         newest
@@ -285,7 +286,7 @@ fn designs(
     versions: &mut BTreeMap<String, String>,
     errors: &mut Vec<Error>,
 ) -> Result<Vec<Design>, StoreError> {
-    let mut found: BTreeMap<String, Design> = BTreeMap::new();
+    let mut by_name: BTreeMap<String, Design> = BTreeMap::new();
     for entry in &file.designs {
         let (mut design, reference) = match &entry.file {
             None => (Design::reference(), None),
@@ -317,16 +318,16 @@ fn designs(
         if let Some(name) = &entry.name {
             design.name.clone_from(name);
         }
-        if found.contains_key(&design.name) {
+        if by_name.contains_key(&design.name) {
             let expected = format!("one design named `{}`", design.name);
             let error = Error::malformed(expected, "two", "give one of them another `name`");
             errors.push(error.at(entry.place.clone()));
         }
         let reference = reference.filter(|_| entry.set.is_empty());
         versions.extend(reference.map(|full| (design.name.clone(), full)));
-        found.insert(design.name.clone(), design);
+        by_name.insert(design.name.clone(), design);
     }
-    Ok(found.into_values().collect())
+    Ok(by_name.into_values().collect())
 }
 
 /// Reads a file of a gate's outcome.
@@ -377,7 +378,7 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
     Ok(standing)
 }
 
-/// Says of which pairs the machine or the store has left no decision: nothing is said against their
+/// Returns a problem if the machine or the store left pairs without a decision. That is no fault of their
 /// recordings, and the gate has no summary until it is submitted again.
 fn no_decision(jobs: &[Job]) -> Option<Problem> {
     let lost = jobs.iter().filter_map(|job| match &job.state {
@@ -400,7 +401,7 @@ fn no_decision(jobs: &[Job]) -> Option<Problem> {
     Some(Problem::new(status, "pairs-not-judged", title, detail))
 }
 
-/// Ends a gate with what went wrong; who submits it again has the rest judged.
+/// Ends a gate with a problem. Submitting it again has the remaining pairs judged.
 pub(crate) fn end_without(
     parts: &Parts,
     gate: &StoredGate,
@@ -465,14 +466,14 @@ pub(crate) fn settle(
 
 /// Makes the outcome of every gate whose last pair is decided, until the service ends.
 pub async fn keep(app: App) {
-    let (mut seen, mut failed) = (None, None::<Instant>);
+    let (mut last_ended, mut failed_since) = (None, None::<Instant>);
     loop {
         let counters = app.crew.counters();
         let ended = [&counters.jobs_done, &counters.jobs_refused];
         let ended = ended.map(|counter| counter.load(Ordering::Relaxed));
-        let again = failed.is_some_and(|failed| failed.elapsed() > AGAIN);
-        if seen != Some(ended) || again {
-            seen = Some(ended);
+        let again = failed_since.is_some_and(|failed_since| failed_since.elapsed() > AGAIN);
+        if last_ended != Some(ended) || again {
+            last_ended = Some(ended);
             let is_whole = match app.apart(settle_open).await {
                 Ok(is_whole) => is_whole,
                 Err(problem) => {
@@ -480,14 +481,14 @@ pub async fn keep(app: App) {
                     false
                 }
             };
-            failed = (!is_whole).then(Instant::now);
+            failed_since = (!is_whole).then(Instant::now);
         }
         tokio::time::sleep(LOOK).await;
     }
 }
 
-/// Makes the outcome of every gate whose last pair is decided; false if that of one could not be
-/// made, which holds up no other.
+/// Makes the outcome of every gate whose last pair is decided; false if one could not be made. The others are
+/// made all the same.
 fn settle_open(parts: &Parts) -> Result<bool, Problem> {
     let mut is_whole = true;
     for standing in parts.ledger.open_gates()?.entries {
@@ -500,14 +501,14 @@ fn settle_open(parts: &Parts) -> Result<bool, Problem> {
     Ok(is_whole)
 }
 
-/// Holds the decisions of a gate against what it requires.
+/// Compares the decisions of a gate with its requirements.
 fn summed_up(
     parts: &Parts,
     gate: &StoredGate,
     judged: Decided,
 ) -> Result<(Plan, GateSummary), Problem> {
     let limits = Limits::default();
-    let file = GateFile::from_toml(&gate.name, &gate.text, &limits).map_err(told)?;
+    let file = GateFile::from_toml(&gate.name, &gate.text, &limits).map_err(bad_gate)?;
     let odd = |what: String| StoreError::Damaged { what };
     let request = |value: &Value| serde_json::from_value::<Request>(value.clone());
     let mut recordings = Vec::with_capacity(gate.recordings.len());
@@ -526,25 +527,25 @@ fn summed_up(
         .collect();
     let designs = designs.map_err(|error| odd(error.to_string()))?;
     let plan =
-        Plan::from_parts(&gate.name, &file, recordings, designs, Vec::new()).map_err(told)?;
-    let known = gate.baseline.as_deref().map(|id| baseline(parts, id));
-    let known = known.transpose()?;
-    let asked = SummaryOptions {
+        Plan::from_parts(&gate.name, &file, recordings, designs, Vec::new()).map_err(bad_gate)?;
+    let baseline_gate = gate.baseline.as_deref().map(|id| baseline(parts, id));
+    let baseline_gate = baseline_gate.transpose()?;
+    let options = SummaryOptions {
         date: &gate.date,
-        baseline: known.as_ref(),
+        baseline: baseline_gate.as_ref(),
         allow_removed: gate.allow_removed,
         no_worse: gate.no_worse,
     };
-    let summary = gate::summarise(&plan, judged, asked);
+    let summary = gate::summarise(&plan, judged, options);
     Ok((plan, summary))
 }
 
-/// Puts the decisions of the jobs of a gate's pairs together.
+/// Collects the decisions of a gate from the jobs of its pairs.
 fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Decided {
     let mut judged = Vec::with_capacity(gate.recordings.len());
     for jobs in jobs.chunks(gate.designs.len()) {
         let rows: Vec<DecisionRow> = jobs.iter().zip(&gate.designs).map(row_of).collect();
-        // Every pair of a recording was read from the same file, and of the same channel.
+        // All pairs of a recording share its file and channel, so any decided one has both.
         let read = jobs.iter().find_map(|job| match &job.state {
             JobState::Decided { row } => Some(row),
             _ => None,
@@ -560,7 +561,7 @@ fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Decided {
     judged
 }
 
-/// Returns the row of a pair; one whose job has no answer is unusable, whatever the reason.
+/// Returns the row of a pair; unusable if its job has no answer.
 fn row_of((job, design): (&Job, &Value)) -> DecisionRow {
     let refused = match &job.state {
         JobState::Decided { row } => {

@@ -1,21 +1,21 @@
-//! The HTTP interface: routes, who may use them, and what every answer carries.
+//! The HTTP interface: routes, their scopes, and the headers of every answer.
 //!
-//! - `guard`: who is let in, same-origin checks, headers of every answer;
-//! - `listener`: where requests come in;
+//! - `guard`: authentication, same-origin checks, headers of every answer;
+//! - `listener`: the address or socket for requests;
 //! - `server`: connections under deadlines, and the end of service;
-//! - `places`: how many there may be, and whose;
-//! - `paced`: connections that must be read from;
-//! - `caller`: where a request comes from;
+//! - `places`: limits on connections, in all and by address;
+//! - `paced`: connections whose client must read at a least pace;
+//! - `caller`: origin of a request;
 //! - `operations`: health, readiness, limits, counters, the description of the interface;
 //! - `recordings`: uploads;
 //! - `form`: parts of an upload's form;
-//! - `upload`: how an upload becomes files;
+//! - `upload`: files of an upload;
 //! - `verdicts`: questions, answers and their files;
-//! - `jobs`: questions under way;
+//! - `jobs`: questions in progress;
 //! - `gates`: recordings and designs, each with each;
 //! - `designs`: designs by name and version;
 //! - `files`: stored bytes as answers;
-//! - `pages`: what people see in a browser.
+//! - `pages`: pages for the browser.
 
 mod caller;
 pub(crate) mod designs;
@@ -53,17 +53,17 @@ use utoipa::OpenApi;
 use utoipa_axum::router::{OpenApiRouter, UtoipaMethodRouterExt};
 use utoipa_axum::routes;
 
-/// The scopes that a route needs, all of them; `None` where nobody is asked who they are.
+/// The scopes that a route needs, all of them; `None` for a route without authentication.
 pub type Needs = Option<&'static [Scope]>;
 
 const READ: Needs = Some(&[Scope::Read]);
 const SUBMIT: Needs = Some(&[Scope::Submit]);
-/// A question is answered from what is stored, so that it reads, too.
+/// Scopes of a question; its answer comes from stored data, so it also reads.
 const ASK: Needs = Some(&[Scope::Submit, Scope::Read]);
 const DELETE: Needs = Some(&[Scope::Delete]);
 const ADMIN: Needs = Some(&[Scope::Admin]);
 
-/// The routes that take no part in the description of the interface, and what they need.
+/// The routes outside the description of the interface, with their scopes.
 const PAGES: &[(&str, &str, Needs)] = &[
     ("GET", "/", READ),
     ("GET", "/recordings", READ),
@@ -81,7 +81,7 @@ const PAGES: &[(&str, &str, Needs)] = &[
     ("GET", "/assets/{name}", None),
 ];
 
-/// The routes of the interface, and what they need.
+/// The routes of the interface, with their scopes.
 const INTERFACE: &[(&str, &str, Needs)] = &[
     ("GET", "/healthz", None),
     ("GET", "/readyz", None),
@@ -111,7 +111,7 @@ const INTERFACE: &[(&str, &str, Needs)] = &[
     ("DELETE", "/v1/designs/{name}", DELETE),
 ];
 
-/// Lists every route: method, path, and what it needs.
+/// Lists every route: method, path and scopes.
 pub fn declared() -> impl Iterator<Item = (&'static str, &'static str, Needs)> {
     INTERFACE.iter().chain(PAGES).copied()
 }
@@ -167,7 +167,7 @@ pub fn openapi() -> String {
     format!("{description:#}\n")
 }
 
-/// Describes what a route needs, and how it refuses who has not that, or asks too much.
+/// Adds to the description of a route its scopes, and its refusals without them or beyond the rate limit.
 fn secure(operation: &mut Value, needs: Needs) {
     let refusal = |text: &str| {
         let schema = json!({"$ref": "#/components/schemas/Problem"});
@@ -196,7 +196,7 @@ fn secure(operation: &mut Value, needs: Needs) {
     }
 }
 
-/// Returns the service as one thing that answers requests.
+/// Returns the router of the service.
 pub fn router(app: App) -> Router {
     let (routes, _) = interface().split_for_parts();
     routes
@@ -223,7 +223,7 @@ pub fn router(app: App) -> Router {
         .with_state(app)
 }
 
-/// Answers a request that met a fault of the program.
+/// Answers a request whose handler panicked.
 fn panicked(_: Box<dyn Any + Send>) -> Response {
     let text = "the program is at fault; its log says more";
     let status = StatusCode::INTERNAL_SERVER_ERROR;

@@ -1,4 +1,4 @@
-//! The jail of a child: what it may take, and what of the system it may reach, which is nothing.
+//! The jail of a child: limits on its resources, and no access to the system.
 //!
 //! A child has its pipes and memory. Landlock takes files and TCP away, seccomp every call of the
 //! system that is not on a short list (so UDP, programs, other processes too), limits bound memory
@@ -33,13 +33,13 @@ pub struct Jail {
 }
 
 impl Jail {
-    /// Tells whether nothing is lacking.
+    /// Returns true if nothing is lacking.
     pub fn is_whole(&self) -> bool {
         self.lacking.is_empty()
     }
 }
 
-/// Shuts this process in and says what is in force.
+/// Puts this process into the jail; returns what is in force.
 pub fn enter(memory_bytes: u64) -> Jail {
     let mut lacking = Vec::new();
     let mut note = |what: &str, outcome: Result<(), String>| {
@@ -73,7 +73,7 @@ pub fn enter(memory_bytes: u64) -> Jail {
     }
 }
 
-/// Lets this process use so many more seconds of processor time from now on, about.
+/// Allows this process about `seconds` more of processor time.
 pub fn allow_cpu(seconds: u64) {
     let used = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime).tv_sec;
     let until = used.unsigned_abs() + seconds + 1;
@@ -87,17 +87,17 @@ pub fn allow_cpu(seconds: u64) {
     );
 }
 
-fn limit(resource: Resource, most: u64) -> Result<(), String> {
+fn limit(resource: Resource, maximum: u64) -> Result<(), String> {
     let both = Rlimit {
-        current: Some(most),
-        maximum: Some(most),
+        current: Some(maximum),
+        maximum: Some(maximum),
     };
     rustix::process::setrlimit(resource, both).map_err(|error| error.to_string())
 }
 
-/// Takes away every way to a file that the kernel knows.
+/// Removes all access to files that the kernel can control.
 fn shut_files() -> Result<(), String> {
-    // The first version of the rules cannot be done without; later ones join where they are known.
+    // The first version of the rules is required; rights of later versions are added if the kernel knows them.
     let status = Ruleset::default()
         .set_compatibility(CompatLevel::HardRequirement)
         .handle_access(AccessFs::from_all(ABI::V1))
@@ -126,8 +126,8 @@ fn shut_tcp() -> Result<(), String> {
         .map_err(|error| error.to_string())
 }
 
-/// What a computing process that speaks over pipes needs, and no more; [`call_filter`] adds what it
-/// needs in part.
+/// System calls that a computing process with pipes needs; [`call_filter`] adds those that are allowed with
+/// certain arguments alone.
 const CALLS: &[i64] = &[
     libc::SYS_read,
     libc::SYS_write,
@@ -170,13 +170,13 @@ fn call_filter() -> Result<BpfProgram, seccompiler::BackendError> {
     use SeccompCmpArgLen::{Dword, Qword};
     use SeccompCmpOp::{Eq, MaskedEq};
     let is = SeccompCondition::new;
-    // A signal may go to itself alone, as an abort sends it.
-    let own = u64::from(std::process::id());
-    let rule = SeccompRule::new(vec![is(0, Dword, Eq, own)?])?;
+    // The process may signal itself alone, as an abort does.
+    let own_pid = u64::from(std::process::id());
+    let rule = SeccompRule::new(vec![is(0, Dword, Eq, own_pid)?])?;
     rules.insert(libc::SYS_tgkill, vec![rule]);
-    // Limits may be its own alone: each may be read (no new value is given), that of processor time
-    // is set for each order. Whether it is raised or lowered cannot be seen here: its value lies
-    // behind an address. The parent ends what takes too long by its own clock.
+    // Only its own limits are allowed: all may be read (no new value is given), and that of processor time
+    // may be set, as each order needs. The filter cannot see whether it is raised, since the value is behind
+    // a pointer; the parent ends late orders by its own clock.
     let is_read = vec![is(0, Dword, Eq, 0)?, is(2, Qword, Eq, 0)?];
     let is_time = vec![
         is(0, Dword, Eq, 0)?,
@@ -184,7 +184,7 @@ fn call_filter() -> Result<BpfProgram, seccompiler::BackendError> {
     ];
     let limits = vec![SeccompRule::new(is_read)?, SeccompRule::new(is_time)?];
     rules.insert(libc::SYS_prlimit64, limits);
-    // Memory is never to be run: what a recording holds stays data.
+    // Memory may never become executable, so that data of a recording cannot run.
     let may_run = u64::from(libc::PROT_EXEC.unsigned_abs());
     for call in [libc::SYS_mmap, libc::SYS_mprotect] {
         let rule = SeccompRule::new(vec![is(2, Dword, MaskedEq(may_run), 0)?])?;

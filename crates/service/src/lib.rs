@@ -1,9 +1,9 @@
 //! The HTTP service of latchgate: recordings in, verdicts kept, judged in jailed children.
 //!
-//! In reading order: `config` says how it runs, `http` answers requests, `auth` says who
-//! may, `allowances` how often, `audit` tells of what they did, `app` is what they share, `store` keeps what was taken in and answered, `gate` judges
-//! many of them here, `cluster_gates` on a cluster (`engine` is what was last seen there), `pool` has children
-//! read and judge in a `jail`, `problem` words what went wrong, `run` are the commands.
+//! In reading order: `config` is the configuration, `http` answers requests, `auth` authorises them,
+//! `allowances` limits their rate, `audit` logs what people did, `app` is the shared state, `store` keeps recordings
+//! and answers, `gate` judges gates here and `cluster_gates` on a cluster (`engine` is their last known state), `pool`
+//! has children read and judge in a `jail`, `problem` is the form of errors, `run` holds the commands.
 
 #![cfg(target_os = "linux")]
 #![allow(

@@ -7,7 +7,7 @@ fn main() -> ExitCode {
     latchgate_service::run::main()
 }
 
-/// What keeps a hostile recording from reaching more (Landlock, seccomp) is Linux's.
+/// The jail for hostile recordings (Landlock, seccomp) exists on Linux alone.
 #[cfg(not(target_os = "linux"))]
 #[expect(clippy::print_stderr, reason = "all that the program says here")]
 fn main() -> ExitCode {

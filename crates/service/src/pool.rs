@@ -2,13 +2,13 @@
 //!
 //! Each place of the pool is a thread that drives one child over pipes: an order goes in, with the
 //! recording's files if the child does not hold them; beats and one answer come out. A child that
-//! ends, is late or says what it should not is replaced, and its order answered with [`Lost`].
+//! ends, is late or breaks the protocol is replaced, and its order answered with [`Lost`].
 //!
-//! - `words`: what parent and child say to each other;
-//! - `frame`: how it is framed;
+//! - `words`: messages between parent and child;
+//! - `frame`: framing of messages;
 //! - `child`: the child's side: the loop of a worker;
-//! - `answer`: what a child answers to each order;
-//! - `trials`: what a child tries against its jail when asked to;
+//! - `answer`: a child's answer to each order;
+//! - `trials`: trials of a child against its jail;
 //! - `slot`: the parent's side: one child, driven;
 //! - `crew`: all places, their queue, and the jobs of the ledger.
 

@@ -1,5 +1,5 @@
-//! Problem documents (RFC 9457): what was expected, what was found, where, and the way out, in the
-//! words of the library as they read over HTTP.
+//! Problem documents (RFC 9457): expected, found, place and remedy, in the words of the library adapted to
+//! HTTP.
 
 use crate::auth::Scope;
 use crate::store::{Deletion, StoreError};
@@ -14,7 +14,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Bytes of a question or a gate file at most.
+/// Largest question or gate file [bytes].
 pub const QUESTION_BYTES: usize = 1 << 20;
 
 /// Why there is no answer.
@@ -84,12 +84,12 @@ pub struct ProblemLimit {
 }
 
 impl Problem {
-    /// Returns what is wrong with a body that could not be taken in.
+    /// Returns the problem of a body that could not be read.
     pub fn of_body(status: StatusCode, text: String) -> Self {
         if status == StatusCode::PAYLOAD_TOO_LARGE {
             let way_out = "a question or a gate file is shorter; recordings go to /v1/recordings";
-            let (most, found) = (QUESTION_BYTES as u64, "a larger body".into());
-            return Self::over(status, "body_bytes", most, found, way_out);
+            let (bytes_max, found) = (QUESTION_BYTES as u64, "a larger body".into());
+            return Self::over(status, "body_bytes", bytes_max, found, way_out);
         }
         Self::bad_request(text)
     }
@@ -111,19 +111,19 @@ impl Problem {
         }
     }
 
-    /// Says that something is not there.
+    /// Returns a problem: something does not exist.
     pub fn not_found(what: &str) -> Self {
         let detail = format!("there is no {what}");
         Self::new(StatusCode::NOT_FOUND, "not-found", "Not found", detail)
     }
 
-    /// Reads a problem that a child or the store wrote; `None` where it is none.
+    /// Reads a problem that a child or the store wrote; `None` if it is not one.
     pub fn of_value(value: Value) -> Option<Self> {
         let problem: Self = serde_json::from_value(value).ok()?;
         (400..600).contains(&problem.status).then_some(problem)
     }
 
-    /// Says that a token has not the scope that is needed.
+    /// Returns a problem: a token lacks a scope.
     pub fn forbidden(scope: Scope) -> Self {
         let text = format!(
             "this token may not do that; it needs the scope `{}`",
@@ -132,7 +132,7 @@ impl Problem {
         Self::new(StatusCode::FORBIDDEN, "forbidden", "Forbidden", text)
     }
 
-    /// Says that a recording was deleted, when and by whom.
+    /// Returns a problem: a recording was deleted, with the time and the name.
     pub fn deleted(deletion: &Deletion) -> Self {
         let reason = match deletion.why.as_str() {
             "asked" => format!("by {}", deletion.by),
@@ -152,7 +152,7 @@ impl Problem {
         )
     }
 
-    /// Says that what was sent cannot be read.
+    /// Returns a problem: the request cannot be read.
     pub fn bad_request(detail: impl Into<String>) -> Self {
         let detail = for_http(&detail.into());
         Self::new(
@@ -163,7 +163,7 @@ impl Problem {
         )
     }
 
-    /// Says that more was asked than is taken at a time: come again.
+    /// Returns a problem: a limit on concurrent work is reached, and a later request may succeed.
     pub fn later(
         status: StatusCode,
         name: &str,
@@ -181,7 +181,7 @@ impl Problem {
         }
     }
 
-    /// Says that this is not the time.
+    /// Returns a problem: the service cannot answer now.
     pub fn busy(status: StatusCode, detail: impl Into<String>, retry_after_s: u32) -> Self {
         Self {
             retry_after_s: Some(retry_after_s),
@@ -189,7 +189,7 @@ impl Problem {
         }
     }
 
-    /// Says that a limit was crossed.
+    /// Returns a problem: a limit was crossed.
     pub fn over(status: StatusCode, name: &str, value: u64, found: String, way_out: &str) -> Self {
         let detail = format!("limit {name} of {value} crossed: found {found}; {way_out}");
         Self {
@@ -202,7 +202,7 @@ impl Problem {
         }
     }
 
-    /// Words an error of the library for HTTP: of a recording that carries no answer.
+    /// Returns the problem of a recording that cannot be read or judged, worded for HTTP.
     pub fn of_recording(error: &Error) -> Self {
         let place = error.place();
         let (code, title) = named(error.kind());
@@ -245,7 +245,7 @@ impl Problem {
     }
 }
 
-/// The query of a request; one that does not fit is a problem as any other.
+/// The query of a request; one that cannot be read is answered with a problem document.
 #[derive(Debug, Clone, Copy)]
 pub struct Queried<T>(pub T);
 
@@ -259,7 +259,7 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Queried<T> {
     }
 }
 
-/// What stands in the path of a request; what does not fit is a problem as any other.
+/// The parameters in the path of a request; those that cannot be read are answered with a problem document.
 #[derive(Debug, Clone, Copy)]
 pub struct Placed<T>(pub T);
 
@@ -273,7 +273,7 @@ impl<T: DeserializeOwned + Send, S: Send + Sync> FromRequestParts<S> for Placed<
     }
 }
 
-/// Returns a number of a query within its bounds, or what it is unless stated.
+/// Returns a number of a query within its bounds, or its default.
 ///
 /// # Errors
 ///
@@ -334,7 +334,7 @@ impl IntoResponse for Problem {
                 .headers_mut()
                 .insert(header::RETRY_AFTER, HeaderValue::from(seconds));
         }
-        // Where a person asked it is shown as a page.
+        // The guard shows it as a page if a person requested one.
         response.extensions_mut().insert(self);
         response
     }
@@ -368,8 +368,8 @@ fn named(kind: &ErrorKind) -> (&'static str, &'static str) {
     }
 }
 
-/// Words what the library says of a setting for HTTP: ``the setting `channel` `` is the field
-/// `request.channel` of the body.
+/// Adapts a message of the library to HTTP: ``the setting `channel` `` becomes the field `request.channel` of the
+/// body.
 pub fn for_http(text: &str) -> String {
     text.replace("the setting `set`", "the field `set`")
         .replace("the setting `design`", "the field `design`")

@@ -131,13 +131,13 @@ pub fn main() -> ExitCode {
 
 fn run(arguments: Arguments) -> Result<ExitCode, String> {
     if let Some(Command::Child { memory_bytes }) = arguments.command {
-        // Whoever reads has gone, or said what no parent says; there is nobody to tell.
+        // The parent has gone or broken the protocol, so there is no one to report to.
         return Ok(match child_work(memory_bytes) {
             Ok(()) => ExitCode::SUCCESS,
             Err(_) => ExitCode::FAILURE,
         });
     }
-    // Whatever is written is the owner's alone.
+    // Files are readable by their owner alone.
     rustix::process::umask(rustix::fs::Mode::from_raw_mode(0o077));
     let layers = layers(&arguments.common)?;
     match arguments.command {
@@ -212,7 +212,7 @@ fn show(layers: &Layers, origin: bool) -> Result<ExitCode, String> {
 }
 
 fn child_options(config: &Config) -> ChildOptions {
-    // The program that runs, also where another has taken its place on the disk meanwhile.
+    // This is the running program, even if its file on the disk was replaced meanwhile.
     let program = PathBuf::from("/proc/self/exe");
     ChildOptions {
         program,
@@ -243,10 +243,13 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     log(&config);
     raise_open_files(config.connections)?;
     let store = Store::open(&config)?;
-    // Whoever held these is gone: this process alone serves the folder.
-    let told = |error: crate::store::StoreError| error.to_string();
-    store.ledger.reclaim(running_ms(), true).map_err(told)?;
-    let has_tokens = store.ledger.tokens().map_err(told)?;
+    // This process alone serves the folder, so the holders of these leases are gone.
+    let error_text = |error: crate::store::StoreError| error.to_string();
+    store
+        .ledger
+        .reclaim(running_ms(), true)
+        .map_err(error_text)?;
+    let has_tokens = store.ledger.tokens().map_err(error_text)?;
     if has_tokens.is_empty() && config.users.is_none() && !config.listen.is_private() {
         return Err(format!(
             "{} can be reached from elsewhere, and no token exists: make one with `latchgate-serve \
@@ -276,35 +279,35 @@ fn serve(config: Config) -> Result<ExitCode, String> {
     outcome
 }
 
-/// Lets this process have the files that its connections need: two each, one to the client and one
-/// to a stored file, and some for connections without a place, ledger, children and log. Were there fewer, idle connections could
-/// take those that a child is started with.
+/// Raises the limit of open files to the need of the connections: two each, one for the client and one for a stored
+/// file, and some for connections without a place, ledger, children and log. With fewer, idle connections could
+/// take those that starting a child needs.
 fn raise_open_files(connections: usize) -> Result<(), String> {
     let needed = (2 * connections + http::SPARE) as u64 + 64;
-    let known = getrlimit(Resource::Nofile);
+    let limits = getrlimit(Resource::Nofile);
     let within = |limit: Option<u64>| limit.is_none_or(|limit| limit >= needed);
-    if within(known.current) {
+    if within(limits.current) {
         return Ok(());
     }
-    if !within(known.maximum) {
-        let most = known.maximum.unwrap_or_default();
+    if !within(limits.maximum) {
+        let maximum = limits.maximum.unwrap_or_default();
         return Err(format!(
-            "{connections} connections need {needed} open files, and this process may have {most}: \
+            "{connections} connections need {needed} open files, and this process may have {maximum}: \
              raise that (`ulimit -n`, LimitNOFILE= of systemd), or lower `connections`"
         ));
     }
     let raised = Rlimit {
         current: Some(needed),
-        maximum: known.maximum,
+        maximum: limits.maximum,
     };
     setrlimit(Resource::Nofile, raised)
         .map_err(|error| format!("{needed} open files cannot be allowed: {error}"))
 }
 
 async fn listen(app: App) -> Result<ExitCode, String> {
-    let (listener, own) = http::Listener::bind(&app.config.listen).await?;
+    let (listener, address) = http::Listener::bind(&app.config.listen).await?;
     let data = app.config.data.display();
-    say(format!("latchgate serves {own}, data in {data}"))?;
+    say(format!("latchgate serves {address}, data in {data}"))?;
     tokio::spawn(reclaim(app.clone()));
     tokio::spawn(keep_store(app.clone()));
     tokio::spawn(gate::keep(app.clone()));
@@ -312,14 +315,14 @@ async fn listen(app: App) -> Result<ExitCode, String> {
     http::serve(app.clone(), listener)
         .await
         .map_err(|error| error.to_string())?;
-    // What lies in the ledger itself is read without its log.
+    // After this the ledger can be read without its log, for example from a read-only copy.
     if let Err(problem) = app.on_disk(|parts| parts.ledger.settle()).await {
         tracing::warn!(problem = %problem.detail, "the ledger's log stays");
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Takes back jobs whose lease has run out, from time to time.
+/// Reclaims jobs whose lease has run out, periodically.
 async fn reclaim(app: App) {
     loop {
         tokio::time::sleep(Duration::from_secs(5)).await;
@@ -334,17 +337,17 @@ async fn reclaim(app: App) {
     }
 }
 
-/// How far the clock may differ from the time that went by, before nothing is deleted by age.
+/// Largest difference of clock and monotonic time with which recordings are deleted by age.
 const CLOCK_DIFFERS: Duration = Duration::from_secs(600);
 
-/// How far the clock may have gone on since the last look of an earlier process.
+/// Largest advance of the clock since the last check by an earlier process [ms].
 const CLOCK_GONE_MS: i64 = 7 * 86_400_000;
 
-/// Time for which nothing is deleted by age after that: whoever runs the machine sees its clock.
+/// Time without deletions by age after a larger advance, in which an operator can notice a wrong clock.
 const CLOCK_DOUBTED: Duration = Duration::from_secs(86_400);
 
-/// Removes at the start, and then from time to time, the files of deleted recordings, what an earlier process
-/// left in the store that no row names, and recordings that are older than `keep_days`.
+/// Removes, at the start and then periodically, the files of deleted recordings, files of earlier processes that no
+/// row names, and recordings older than `keep_days`.
 async fn keep_store(app: App) {
     let (began, began_ms) = (Instant::now(), now_ms());
     let before = app
@@ -352,7 +355,7 @@ async fn keep_store(app: App) {
         .await;
     let is_doubted = match before {
         Ok(Some(before)) => began_ms - before > CLOCK_GONE_MS,
-        // Nobody knows for how long none looked.
+        // Without a record of the last check its distance is unknown.
         _ => true,
     };
     loop {
@@ -397,8 +400,8 @@ async fn keep_store(app: App) {
     }
 }
 
-/// Deletes recordings that are older than `keep`, unless the clock was set since the start: what is
-/// old by a wrong clock would be gone.
+/// Deletes recordings older than `keep`, unless the clock was set since the start: a wrong clock would delete new
+/// ones.
 async fn delete_aged(app: &App, keep: Duration, passed: Duration, by_clock_ms: i64) {
     let differs_ms = by_clock_ms.abs_diff(passed.as_millis() as i64);
     if u128::from(differs_ms) > CLOCK_DIFFERS.as_millis() {
@@ -422,15 +425,15 @@ async fn delete_aged(app: &App, keep: Duration, passed: Duration, by_clock_ms: i
     }
 }
 
-/// Has a child try each thing that its jail must stop, and says what came of it.
+/// Has a child run each trial against its jail, and prints the outcomes.
 fn trials(config: &Config) -> Result<ExitCode, String> {
     let mut options = child_options(config);
-    // Trials are to end soon, and 1 GiB is to be too much.
+    // The limits make the trials of time end soon and that of 1 GiB of memory fail.
     options.memory_bytes = options.memory_bytes.min(1 << 30);
     options.silence = Duration::from_secs(2);
     let folder = FreshFolder::make()?;
     let blobs = store::BlobFolder::open(&folder.0).map_err(|error| error.to_string())?;
-    let mut whole = true;
+    let mut all_stopped = true;
     for trial in Trial::ALL {
         let mut slot = Slot::new(options.clone()).map_err(|error| error.to_string())?;
         let outcome = slot.order(&Order::Try { trial }, None, &blobs, &mut |_| {});
@@ -442,15 +445,15 @@ fn trials(config: &Config) -> Result<ExitCode, String> {
             Err(lost @ (Lost::Ended(_) | Lost::Late { .. })) => (true, lost.to_string()),
             Err(lost) => (false, lost.to_string()),
         };
-        whole &= stopped;
+        all_stopped &= stopped;
         let word = if stopped { "stopped" } else { "NOT STOPPED" };
         say(format!("{trial:?}: {word} ({how})"))?;
     }
-    Ok(ExitCode::from(if whole { 0 } else { 4 }))
+    Ok(ExitCode::from(if all_stopped { 0 } else { 4 }))
 }
 
-/// A folder that this process made, for itself alone; it goes with the value. Others write into the
-/// folder of temporary files as well: a name that is taken, or can be guessed, may lead anywhere.
+/// A folder that this process made for itself; dropping it removes it. Other users write into the folder of
+/// temporary files as well, so a name that exists or can be guessed may be their link.
 struct FreshFolder(PathBuf);
 
 impl FreshFolder {

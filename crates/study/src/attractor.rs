@@ -1,5 +1,5 @@
-//! What a lever does for good at one amplitude, or over a few close by: its period, or the largest
-//! Lyapunov exponent; and what a fixed-step method makes of the same motion.
+//! Lasting motion of a lever at one amplitude, or over a range of amplitudes: its period, or the largest
+//! Lyapunov exponent; and the same motion by a fixed-step method.
 
 use super::orbit::{self, ForcedLever, Growth, GrowthSegment, Orbit};
 use super::{Figures, Headline};
@@ -18,14 +18,14 @@ pub struct Options {
     /// Lever, stop, frequency.
     #[serde(flatten)]
     pub forced: ForcedLever,
-    /// Amplitudes [g]; the same for one.
+    /// Amplitudes [g]; least and largest are equal for a single one.
     #[serde(rename = "amplitude_g")]
     pub amplitudes_g: Range,
-    /// Amplitudes, where least and largest differ.
+    /// Number of amplitudes, if least and largest differ.
     pub points: u32,
-    /// Periods left out at each.
+    /// Periods of the transient at each amplitude, which are not kept.
     pub transient: u32,
-    /// Periods kept at each.
+    /// Periods kept at each amplitude.
     pub periods: u32,
     /// Initial state; `None` for rest.
     pub initial: Option<State>,
@@ -82,48 +82,48 @@ pub struct Statistics {
     pub amplitudes: u32,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attractor {
-    /// What it answers.
+    /// Options of the study.
     pub options: Options,
     /// Points of the section.
     pub rows: Vec<Row>,
-    /// Period at each amplitude, where one was seen that is none of rounding's.
+    /// Period at each amplitude; `None` where none was seen, or only one that rounding made.
     pub periods: Vec<(f64, Option<u32>)>,
-    /// The orbit at a single amplitude, where there is a period.
+    /// The orbit at a single amplitude, if it has a period.
     pub orbit: Option<Orbit>,
     /// True if the orbit rests on the stop, which makes it attract at once.
     pub superstable: bool,
-    /// How small differences grow at a single amplitude.
+    /// Growth of small differences at a single amplitude.
     pub growth: Option<Growth>,
-    /// Over several amplitudes.
+    /// Statistics over several amplitudes.
     pub statistics: Option<Statistics>,
-    /// True if the work was done to its end.
+    /// True if the work was not stopped.
     pub complete: bool,
 }
 
-/// Distance of two states that are taken for the same [rad].
+/// Distance below which two states are the same [rad].
 const SAME: f64 = 1e-9;
 
-/// What one amplitude gave.
+/// Result of one amplitude.
 struct AmplitudeResult {
     amplitude_g: f64,
     sections: Vec<Section>,
-    /// Its period, where rounding leaves no doubt of it.
+    /// Its period, if rounding cannot have made it.
     period: Option<u32>,
-    /// How differences grow along what looks like a period.
+    /// Growth of differences along the apparent period.
     growth: Option<Growth>,
     compared: Vec<State>,
-    /// True if nobody stopped the fixed-step method.
-    whole: bool,
+    /// True if the fixed-step method was not stopped.
+    complete: bool,
 }
 
 /// Follows the lever.
 ///
 /// At one amplitude, a trajectory that shows no period in its first few thousand is joined by
-/// others that start next to where it has come: what differs in the sixth digit is soon anywhere
-/// on the attractor, and they take less time side by side.
+/// others that start next to its last state: trajectories that differ in the sixth digit soon spread over
+/// the attractor, and take less time side by side.
 ///
 /// # Errors
 ///
@@ -140,7 +140,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
     } else {
         vec![alone(options, low)?]
     };
-    let mut seen: Vec<AmplitudeResult> = control
+    let mut results: Vec<AmplitudeResult> = control
         .map(side_by_side.len(), |index| {
             let sections = side_by_side[index].clone();
             see(options, amplitude(index), sections, control)
@@ -148,7 +148,8 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
         .into_iter()
         .flatten()
         .collect::<Result<_, _>>()?;
-    let mut complete = seen.len() == count as usize && seen.iter().all(|one| one.whole);
+    let mut complete =
+        results.len() == count as usize && results.iter().all(|result| result.complete);
     let mut answer = Attractor {
         options: options.clone(),
         rows: Vec::new(),
@@ -156,44 +157,44 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<Attractor, Error>
         superstable: false,
         growth: None,
         statistics: None,
-        periods: seen
+        periods: results
             .iter()
-            .map(|one| (one.amplitude_g, one.period))
+            .map(|result| (result.amplitude_g, result.period))
             .collect(),
         complete,
     };
     if count > 1 {
-        answer.statistics = Some(statistics(&seen));
-    } else if let Some(only) = seen.first_mut() {
-        if let (Some(period), Some(last)) = (only.period, only.sections.last()) {
+        answer.statistics = Some(statistics(&results));
+    } else if let Some(result) = results.first_mut() {
+        if let (Some(period), Some(last)) = (result.period, result.sections.last()) {
             let start = last.state();
-            answer.orbit = orbit::find(&options.forced, only.amplitude_g, period, start);
+            answer.orbit = orbit::find(&options.forced, result.amplitude_g, period, start);
             answer.superstable = answer
                 .orbit
                 .as_ref()
                 .is_some_and(|orbit| orbit.spectral_radius() < 1e-12);
-            answer.growth = only.growth;
+            answer.growth = result.growth;
         } else {
-            let (growth, whole) = measured(options, only, control)?;
+            let (growth, growth_complete) = measured(options, result, control)?;
             answer.growth = growth;
-            complete &= whole && more(options, only, control)?;
+            complete &= growth_complete && more(options, result, control)?;
         }
     }
     answer.complete = complete;
-    answer.rows = seen.iter().flat_map(rows).collect();
+    answer.rows = results.iter().flat_map(rows).collect();
     Ok(answer)
 }
 
-/// Periods of one trajectory that a search for its period takes.
+/// Longest trajectory in which a period is sought [periods].
 const FOLLOWED: u32 = 3_000;
 
-/// Sections at one amplitude.
+/// Returns the sections at one amplitude.
 fn alone(options: &Options, amplitude_g: f64) -> Result<Vec<Section>, Error> {
     let mut strobe = options.forced.strobe(amplitude_g, options.initial)?;
-    let wanted = options.periods.min(FOLLOWED) as usize;
-    let mut sections = Vec::with_capacity(wanted);
+    let sections_max = options.periods.min(FOLLOWED) as usize;
+    let mut sections = Vec::with_capacity(sections_max);
     let followed = (0..options.transient).all(|_| strobe.advance().is_some());
-    while followed && sections.len() < wanted {
+    while followed && sections.len() < sections_max {
         let Some(section) = strobe.advance() else {
             break;
         };
@@ -202,20 +203,22 @@ fn alone(options: &Options, amplitude_g: f64) -> Result<Vec<Section>, Error> {
     Ok(sections)
 }
 
-/// Sections at each of `count` amplitudes; fewer if somebody stopped that.
+/// Returns the sections at each of `count` amplitudes; of fewer if the work was stopped.
 fn together(
     options: &Options,
     count: usize,
     amplitude: &(impl Fn(usize) -> f64 + Sync),
     control: &Control<'_>,
 ) -> Result<Vec<Vec<Section>>, Error> {
-    let followed = options.forced.follow(
+    let forced = &options.forced;
+    let periods_max = options.transient + options.periods;
+    let followed = forced.follow(
         count,
-        |index| (options.initial, amplitude(index)),
-        (options.transient + options.periods, options.periods, false),
+        |index| forced.start(options.initial, amplitude(index)),
+        &forced.batch(periods_max, options.periods, false, control.threads),
         control,
     )?;
-    // Where the work was stopped, the first gap ends what is kept.
+    // Work that was stopped leaves gaps; amplitudes behind the first gap are dropped, so that an index is an amplitude.
     Ok(followed
         .into_iter()
         .enumerate()
@@ -233,13 +236,13 @@ fn see(
     sections: Vec<Section>,
     control: &Control<'_>,
 ) -> Result<AmplitudeResult, Error> {
-    let (compared, whole) = options
+    let (compared, complete) = options
         .compared_steps
         .map_or(Ok((Vec::new(), true)), |steps| {
             compare(options, amplitude_g, steps, control)
         })?;
     let apparent = orbit::period_of(&options.forced, &sections, SAME);
-    // A period that rounding has made is none.
+    // Rounding can make a chaotic motion repeat itself. Such a period shows by differences that grow along it.
     let growth = match (apparent, sections.last()) {
         (Some(period), Some(last)) => orbit::difference_growth(
             &options.forced,
@@ -256,13 +259,13 @@ fn see(
         growth,
         sections,
         compared,
-        whole,
+        complete,
     })
 }
 
-/// Trajectories that start next to `state`, one after the other.
+/// Returns the start of trajectory `index` next to `state`.
 fn beside(options: &Options, state: State, index: usize) -> State {
-    /// How far apart [rad].
+    /// Distance between neighbouring starts [rad].
     const APART: f64 = 1e-6;
     let away = APART * (index + 1) as f64;
     State::new(
@@ -271,25 +274,25 @@ fn beside(options: &Options, state: State, index: usize) -> State {
     )
 }
 
-/// Periods after which trajectories that were next to each other are anywhere.
+/// Periods after which neighbouring trajectories have spread over the attractor.
 const APART_AFTER: u32 = 200;
 
-/// Measures how differences grow, on a few trajectories; and whether nobody stopped that.
+/// Measures the growth of differences on a few trajectories; false if the work was stopped.
 fn measured(
     options: &Options,
-    seen: &AmplitudeResult,
+    result: &AmplitudeResult,
     control: &Control<'_>,
 ) -> Result<(Option<Growth>, bool), Error> {
     const TRAJECTORIES: usize = 4;
     const PERIODS: u32 = 3_000;
-    let Some(last) = seen.sections.last().map(Section::state) else {
+    let Some(last) = result.sections.last().map(Section::state) else {
         return Ok((None, true));
     };
     let stretches: Vec<GrowthSegment> = control
         .map(TRAJECTORIES, |index| {
             orbit::stretch(
                 &options.forced,
-                seen.amplitude_g,
+                result.amplitude_g,
                 Some(beside(options, last, index)),
                 APART_AFTER,
                 PERIODS,
@@ -301,19 +304,19 @@ fn measured(
         .into_iter()
         .flatten()
         .collect();
-    let whole = stretches.len() == TRAJECTORIES;
-    Ok((orbit::growth(&stretches), whole))
+    let complete = stretches.len() == TRAJECTORIES;
+    Ok((orbit::growth(&stretches), complete))
 }
 
-/// Adds sections up to the number asked for; tells whether nobody stopped that.
+/// Adds sections up to the requested number; false if the work was stopped.
 fn more(
     options: &Options,
-    seen: &mut AmplitudeResult,
+    result: &mut AmplitudeResult,
     control: &Control<'_>,
 ) -> Result<bool, Error> {
     const TRAJECTORIES: u32 = 64;
     let missing = options.periods.saturating_sub(FOLLOWED);
-    let Some(last) = seen.sections.last().map(Section::state) else {
+    let Some(last) = result.sections.last().map(Section::state) else {
         return Ok(true);
     };
     if missing == 0 {
@@ -321,26 +324,26 @@ fn more(
     }
     let each = missing.div_ceil(TRAJECTORIES);
     let count = missing.div_ceil(each) as usize;
-    let followed = options.forced.follow(
+    let forced = &options.forced;
+    let followed = forced.follow(
         count,
-        |index| (Some(beside(options, last, index)), seen.amplitude_g),
-        (APART_AFTER + each, each, false),
+        |index| forced.start(Some(beside(options, last, index)), result.amplitude_g),
+        &forced.batch(APART_AFTER + each, each, false, control.threads),
         control,
     )?;
-    let whole = followed.len() == count;
-    seen.sections.extend(
+    let complete = followed.len() == count;
+    result.sections.extend(
         followed
             .into_iter()
             .filter(|lever| lever.ending == Ending::Periods)
             .flat_map(|lever| lever.sections)
             .take(missing as usize),
     );
-    Ok(whole)
+    Ok(complete)
 }
 
-/// The same by the fixed-step method with `steps` per period of the excitation. Its grid begins
-/// anew with each period, on the very instants on which it would go on. Tells whether nobody
-/// stopped that.
+/// Returns the sections by the fixed-step method with `steps` per period of the excitation; false if the work was
+/// stopped. The grid restarts with each period, at the same instants as an unbroken one.
 fn compare(
     options: &Options,
     amplitude_g: f64,
@@ -362,7 +365,7 @@ fn compare(
     let mut states = Vec::new();
     let last = options.transient + options.periods;
     for index in 0..last {
-        // Of several amplitudes each is short, and their number says how far the work is.
+        // With several amplitudes each is short, and their count is the progress.
         if options.amplitudes() == 1 && !(control.proceed)(Some(f64::from(index) / f64::from(last)))
         {
             return Ok((states, false));
@@ -387,32 +390,37 @@ fn compare(
     Ok((states, true))
 }
 
-fn rows(seen: &AmplitudeResult) -> Vec<Row> {
-    let exact = seen.sections.iter().map(|section| Row {
+fn rows(result: &AmplitudeResult) -> Vec<Row> {
+    let exact = result.sections.iter().map(|section| Row {
         method: "event-driven",
-        amplitude_g: seen.amplitude_g,
+        amplitude_g: result.amplitude_g,
         angle_rad: section.angle_rad,
         angular_velocity_rad_s: section.velocity_rad_s,
     });
-    let compared = seen.compared.iter().map(|state| Row {
+    let compared = result.compared.iter().map(|state| Row {
         method: "rk4",
-        amplitude_g: seen.amplitude_g,
+        amplitude_g: result.amplitude_g,
         angle_rad: state.angle_rad,
         angular_velocity_rad_s: state.velocity_rad_s,
     });
     exact.chain(compared).collect()
 }
 
-fn statistics(seen: &[AmplitudeResult]) -> Statistics {
-    let mean_of = |of: &dyn Fn(&Section) -> f64| {
-        let means: Vec<f64> = seen
+fn statistics(results: &[AmplitudeResult]) -> Statistics {
+    let mean_of = |quantity: &dyn Fn(&Section) -> f64| {
+        let means: Vec<f64> = results
             .iter()
-            .filter(|seen| !seen.sections.is_empty())
-            .map(|seen| seen.sections.iter().map(of).sum::<f64>() / seen.sections.len() as f64)
+            .filter(|result| !result.sections.is_empty())
+            .map(|result| {
+                result.sections.iter().map(quantity).sum::<f64>() / result.sections.len() as f64
+            })
             .collect();
         let count = means.len() as f64;
         let mean = means.iter().sum::<f64>() / count;
-        let spread: f64 = means.iter().map(|one| (one - mean) * (one - mean)).sum();
+        let spread: f64 = means
+            .iter()
+            .map(|value| (value - mean) * (value - mean))
+            .sum();
         Mean {
             mean,
             standard_error: (spread / (count * (count - 1.0).max(1.0))).sqrt(),
@@ -422,14 +430,19 @@ fn statistics(seen: &[AmplitudeResult]) -> Statistics {
         angle_rad: mean_of(&|section| section.angle_rad),
         angular_velocity_rad_s: mean_of(&|section| section.velocity_rad_s),
         share_beyond_1_rad: mean_of(&|section| f64::from(u8::from(section.angle_rad > 1.0))),
-        periodic: u32::try_from(seen.iter().filter(|one| one.period.is_some()).count())
-            .unwrap_or(u32::MAX),
-        amplitudes: u32::try_from(seen.len()).unwrap_or(u32::MAX),
+        periodic: u32::try_from(
+            results
+                .iter()
+                .filter(|result| result.period.is_some())
+                .count(),
+        )
+        .unwrap_or(u32::MAX),
+        amplitudes: u32::try_from(results.len()).unwrap_or(u32::MAX),
     }
 }
 
 impl Attractor {
-    /// Returns what to take away.
+    /// Returns the headline figures.
     pub fn headlines(&self) -> Vec<Headline> {
         let forced = &self.options.forced;
         let Range { low, high } = self.options.amplitudes_g;
@@ -492,7 +505,7 @@ impl Statistics {
     }
 }
 
-/// Says how small differences grow in a motion without a period.
+/// Adds the growth of small differences in a motion without a period.
 fn say_growth(figures: &mut Figures, growth: &Growth) {
     let exponent = growth.lyapunov();
     figures.say("largest Lyapunov exponent per period [-]", exponent);
@@ -516,19 +529,19 @@ fn say_growth(figures: &mut Figures, growth: &Growth) {
     }
 }
 
-/// Returns how many of `states` are further than `apart` [rad] from all before them.
+/// Returns the number of `states` that are further than `apart` [rad] from all before them, 5000 at most.
 fn distinct(forced: &ForcedLever, states: &[State], apart: f64) -> usize {
-    let mut kept: Vec<State> = Vec::new();
+    let mut distinct_states: Vec<State> = Vec::new();
     for state in states {
-        if kept.len() >= 5000 {
+        if distinct_states.len() >= 5000 {
             break;
         }
-        if kept
+        if distinct_states
             .iter()
-            .all(|other| forced.distance(*state, *other) > apart)
+            .all(|earlier| forced.distance(*state, *earlier) > apart)
         {
-            kept.push(*state);
+            distinct_states.push(*state);
         }
     }
-    kept.len()
+    distinct_states.len()
 }

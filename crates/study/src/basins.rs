@@ -1,16 +1,16 @@
-//! Which attractor a lever reaches from each initial state.
+//! Attractor that a lever reaches from each initial state.
 //!
-//! The attractors are found first, from a coarse grid followed to the end. Then every cell is
-//! followed until it rests, or comes so near a known orbit that it can only end there: within a
-//! radius from which rings of states around each of the orbit's points were seen to converge. A cell
-//! that does neither is followed to the end and may add an attractor.
+//! The attractors are found first, from a coarse grid followed to the end. Then every cell is followed
+//! until it rests or is captured by a known orbit: it comes within the radius from which rings of states
+//! around each of the orbit's points converged. A cell that does neither is followed to the end and may
+//! add an attractor.
 
 use super::Headline;
 use super::orbit::{self, ForcedLever, Orbit};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::range::Range;
-use latchgate_kernel::replay::strobe_batch::{self, Ending, HarmonicStart};
+use latchgate_kernel::replay::strobe_batch::{self, Ending};
 use latchgate_kernel::replay::{Section, State, Strobe};
 use latchgate_recording::error::Error;
 use serde::Serialize;
@@ -30,11 +30,11 @@ pub struct Options {
     pub velocity_rad_s: Range,
     /// Cells along angle and velocity; a cell stands for its midpoint.
     pub grid: (u32, u32),
-    /// Periods after which motion is taken for settled.
+    /// Periods after which the motion counts as settled.
     pub transient: u32,
 }
 
-/// Where a lever may end.
+/// A final motion of the lever.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BasinAttractor {
     /// Number, as in the rows.
@@ -47,21 +47,21 @@ pub struct BasinAttractor {
     pub points: Vec<State>,
     /// Largest angle [rad].
     pub peak_angle_rad: f64,
-    /// Share of the cells [-]; `None` where the work was stopped before all were known.
+    /// Share of the cells [-]; `None` if the work was stopped before all were known.
     pub share: Option<f64>,
-    /// Standard error of that as an estimate of the area, from pairs of neighbouring cells [-].
+    /// Standard error of the share as an estimate of the area, from pairs of neighbouring cells [-].
     pub standard_error: Option<f64>,
-    /// Distance from its points within which a lever counts as caught, in the measure that
-    /// shrinks from period to period [rad].
+    /// Distance from its points within which a lever is captured, in the measure that shrinks from period
+    /// to period [rad].
     pub capture_radius_rad: f64,
-    /// For each point, what takes a difference to that measure's circles, row by row; the
-    /// velocity over ω.
+    /// For each point, the matrix from a difference (angle, velocity over ω) to coordinates in which the
+    /// measure is a circle, row by row.
     #[serde(skip)]
     measures: Vec<[[f64; 2]; 2]>,
 }
 
 impl BasinAttractor {
-    /// Distance of a state from one of the points [rad].
+    /// Returns the distance of a state from one of the points [rad].
     fn distance(&self, forced: &ForcedLever, index: usize, state: State) -> f64 {
         let (x, velocity) = (state - self.points[index]).into();
         let y = velocity / forced.angular_frequency_rad_s;
@@ -86,33 +86,33 @@ pub struct Row {
     pub attractor: u32,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Basins {
-    /// What it answers.
+    /// Options of the study.
     pub options: Options,
     /// The attractors, rest first, then by their largest angle.
     pub attractors: Vec<BasinAttractor>,
-    /// Attractor of each cell, the angle running fastest; `None` where the work was stopped.
+    /// Attractor of each cell, the angle running fastest; `None` for cells that were not reached before a stop.
     pub cells: Vec<Option<u32>>,
-    /// The same with each cell at a boundary cut into four, for drawing; twice as many cells along
-    /// either side. Empty for a grid that is fine already, and where the work was stopped.
+    /// The cells with each one at a boundary cut into four, for drawing; twice as many along either side.
+    /// Empty for a grid that is fine already, and if the work was stopped.
     pub fine: Vec<Option<u32>>,
-    /// Share of cells with a neighbour that goes elsewhere [-]; `None` where the work was stopped
-    /// before all were known.
+    /// Share of cells with a neighbour in another basin [-]; `None` if the work was stopped before all
+    /// were known.
     pub boundary_share: Option<f64>,
-    /// Exponent α with which that share falls with the size of a cell; the boundary's dimension is
-    /// 2 − α.
+    /// Exponent α with which the boundary share falls with the size of a cell; the boundary's dimension
+    /// is 2 − α.
     ///
     /// # Source
     ///
     /// McDonald, Grebogi, Ott and Yorke, Physica D 17 (1985) 125.
     pub uncertainty_exponent: Option<f64>,
-    /// True if the work was done to its end.
+    /// True if the work was not stopped.
     pub complete: bool,
 }
 
-/// Distance of two states that are taken for the same [rad].
+/// Distance below which two states are the same [rad].
 const SAME: f64 = 1e-6;
 
 /// Cells along either side of the grid that finds the attractors.
@@ -121,10 +121,10 @@ const COARSE: u32 = 20;
 /// Largest radius of capture [rad].
 const CAPTURE_MAX: f64 = 0.1;
 
-/// Longest period that is looked for.
+/// Longest period sought.
 const PERIOD_MAX: usize = 32;
 
-/// Where a lever has come to.
+/// Final motion of one lever.
 #[derive(Debug, Clone, PartialEq)]
 enum FinalMotion {
     Rest,
@@ -133,9 +133,9 @@ enum FinalMotion {
 }
 
 /// Returns the attractor that a lever has certainly reached.
-fn caught(forced: &ForcedLever, known: &[BasinAttractor], section: &Section) -> Option<u32> {
+fn caught(forced: &ForcedLever, attractors: &[BasinAttractor], section: &Section) -> Option<u32> {
     let (angle, velocity) = (section.angle_rad, section.velocity_rad_s);
-    known
+    attractors
         .iter()
         .find(|attractor| {
             if attractor.period > 0 && attractor.peak_angle_rad <= REST_ANGLE_RAD {
@@ -148,14 +148,14 @@ fn caught(forced: &ForcedLever, known: &[BasinAttractor], section: &Section) -> 
         .map(|attractor| attractor.index)
 }
 
-/// Largest angle of a lever that counts as resting on its stop [rad].
+/// Largest angle of a lever that rests on its stop [rad].
 const REST_ANGLE_RAD: f64 = 1e-9;
 
 fn rests(section: &Section) -> bool {
     section.impacts == 0 && section.peak_angle_rad <= REST_ANGLE_RAD
 }
 
-/// Follows `state` to its end.
+/// Follows a lever from `state` to its final motion.
 fn follow(options: &Options, state: State) -> Result<FinalMotion, Error> {
     let mut strobe = options.forced.strobe(options.amplitude_g, Some(state))?;
     let mut resting = 0;
@@ -251,16 +251,16 @@ fn count(grid: (u32, u32)) -> usize {
 
 fn midpoint(options: &Options, index: usize) -> State {
     let columns = options.grid.0 as usize;
-    let at = |place: usize, cells: u32, range: Range| {
+    let midpoint_value = |place: usize, cells: u32, range: Range| {
         range.low + range.width() * (place as f64 + 0.5) / f64::from(cells)
     };
     State::new(
-        at(index % columns, options.grid.0, options.angle_rad),
-        at(index / columns, options.grid.1, options.velocity_rad_s),
+        midpoint_value(index % columns, options.grid.0, options.angle_rad),
+        midpoint_value(index / columns, options.grid.1, options.velocity_rad_s),
     )
 }
 
-/// Returns the number of the attractor that `end` is, which is added if it is new.
+/// Returns the number of the attractor with the motion `end`; adds it if it is new.
 fn admit(options: &Options, attractors: &mut Vec<BasinAttractor>, end: FinalMotion) -> u32 {
     let (period, points, peak) = match end {
         FinalMotion::Rest => (1, vec![State::new(0.0, 0.0)], 0.0),
@@ -269,16 +269,16 @@ fn admit(options: &Options, attractors: &mut Vec<BasinAttractor>, end: FinalMoti
         }
         FinalMotion::Irregular(peak) => (0, Vec::new(), peak),
     };
-    let same = |known: &BasinAttractor| {
-        known.period == period
+    let same = |attractor: &BasinAttractor| {
+        attractor.period == period
             && (period == 0
-                || known
+                || attractor
                     .points
                     .iter()
                     .any(|point| options.forced.distance(*point, points[0]) <= 100.0 * SAME))
     };
-    if let Some(known) = attractors.iter().find(|known| same(known)) {
-        return known.index;
+    if let Some(attractor) = attractors.iter().find(|attractor| same(attractor)) {
+        return attractor.index;
     }
     let index = u32::try_from(attractors.len()).unwrap_or(u32::MAX);
     attractors.push(BasinAttractor {
@@ -295,8 +295,8 @@ fn admit(options: &Options, attractors: &mut Vec<BasinAttractor>, end: FinalMoti
     index
 }
 
-/// Returns for each point of an orbit what takes differences to coordinates in which the map round
-/// the orbit turns and shrinks them: those of its eigenvectors.
+/// Returns for each point of an orbit the matrix from differences to the coordinates of the eigenvectors of the
+/// map round the orbit, in which the map only turns and shrinks.
 fn measures(options: &Options, attractor: &BasinAttractor) -> Vec<[[f64; 2]; 2]> {
     const ROUND: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
     let forced = &options.forced;
@@ -317,10 +317,10 @@ fn measures(options: &Options, attractor: &BasinAttractor) -> Vec<[[f64; 2]; 2]>
         .collect()
 }
 
-/// Returns the inverse of the eigenvectors of a matrix, side by side, or of real and imaginary part
-/// of one, scaled to keep areas; `None` where they all but agree.
+/// Returns the inverse of the matrix of eigenvectors, or of real and imaginary part of a complex one, scaled to
+/// keep areas; `None` if the vectors are nearly parallel.
 fn eigenvectors([[a, b], [c, d]]: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
-    /// Largest ratio of a measure's longest to its shortest way.
+    /// Bound on the stretch of a measure, as norm² over determinant.
     const STRETCH_MAX: f64 = 20.0;
     let (half, discriminant) = (0.5 * (a + d), 0.25 * (a - d) * (a - d) + b * c);
     let root = discriminant.abs().sqrt();
@@ -361,7 +361,7 @@ fn capture_radius(
     const RING: usize = 64;
     /// Radii of rings.
     const RINGS: [f64; 6] = [1.0, 0.85, 0.7, 0.5, 0.3, 0.15];
-    /// What a radius is tried after another.
+    /// Ratio of one radius to the one tried before.
     const SHRINK: f64 = 0.8;
     if attractor.period == 0 || attractor.peak_angle_rad <= REST_ANGLE_RAD {
         return Ok(0.0);
@@ -373,7 +373,7 @@ fn capture_radius(
             .flat_map(|index| {
                 let point = attractor.points[index];
                 let [[a, b], [c, d]] = attractor.measures[index];
-                // The measures keep areas.
+                // The measures keep areas, so their determinant is ±1 and the sign is all that the inverse divides by.
                 let sign = (a * d - b * c).signum();
                 RINGS.iter().flat_map(move |part| {
                     (0..RING).map(move |step| {
@@ -398,7 +398,7 @@ fn capture_radius(
     Ok(SAME)
 }
 
-/// True if each of `states` comes to the orbit for good.
+/// Returns true if the lever converges to the orbit from each of `states`.
 fn all_converge(
     options: &Options,
     attractor: &BasinAttractor,
@@ -412,16 +412,13 @@ fn all_converge(
     };
     let failed = AtomicBool::new(false);
     let strayed = |section: &Section| {
-        // One that goes where no orbit is has not converged; the others need not go on.
+        // A lever that rests has not converged to a moving orbit; once one has failed the others can end.
         failed.load(Ordering::Relaxed) || rests(section)
     };
     let followed = strobe_batch::follow(
         &forced.design,
         states.len(),
-        &|index| HarmonicStart {
-            initial: Some(states[index]),
-            amplitude_m_s2: forced.sine(options.amplitude_g).amplitude_m_s2,
-        },
+        &|index| forced.start(Some(states[index]), options.amplitude_g),
         &forced.batch(options.transient, 1, true, control.threads),
         &|_, _, section| {
             let arrived = arrived(section);
@@ -438,7 +435,7 @@ fn all_converge(
         .all(|lever| lever.sections.last().is_some_and(arrived)))
 }
 
-/// Returns the attractor of each cell, and whether all were done.
+/// Returns the attractor of each cell; false if the work was stopped.
 fn classify(
     options: &Options,
     attractors: &mut Vec<BasinAttractor>,
@@ -450,7 +447,7 @@ fn classify(
     reach(options, attractors, &states, control)
 }
 
-/// Returns the attractor that each of `states` reaches.
+/// Returns the attractor that each of `states` reaches; false if the work was stopped.
 fn reach(
     options: &Options,
     attractors: &mut Vec<BasinAttractor>,
@@ -458,29 +455,26 @@ fn reach(
     control: &Control<'_>,
 ) -> Result<(Vec<Option<u32>>, bool), Error> {
     let forced = &options.forced;
-    let known: &[BasinAttractor] = attractors;
+    let attractors_before: &[BasinAttractor] = attractors;
     let watch = |done: usize| (control.proceed)(Some(done as f64 / states.len() as f64));
     let followed = strobe_batch::follow(
         &forced.design,
         states.len(),
-        &|index| HarmonicStart {
-            initial: Some(states[index]),
-            amplitude_m_s2: forced.sine(options.amplitude_g).amplitude_m_s2,
-        },
+        &|index| forced.start(Some(states[index]), options.amplitude_g),
         &forced.batch(options.transient, 1, false, control.threads),
-        &|_, _, section| caught(forced, known, section).is_some(),
+        &|_, _, section| caught(forced, attractors_before, section).is_some(),
         Some(&watch),
     )?;
     let mut cells = vec![None; states.len()];
     let mut unknown = Vec::new();
     for lever in &followed {
         let last = lever.sections.last();
-        match last.and_then(|section| caught(forced, known, section)) {
+        match last.and_then(|section| caught(forced, attractors_before, section)) {
             Some(index) if lever.ending == Ending::Done => cells[lever.index] = Some(index),
             _ => unknown.push(lever.index),
         }
     }
-    // Where no motion settles that may be every cell, so that it must be shared and stoppable.
+    // If no motion settles these are all cells, so this work is parallel and stoppable too.
     let ends = control.map(unknown.len(), |nth| follow(options, states[unknown[nth]]));
     for (index, end) in unknown.into_iter().zip(ends) {
         if let Some(end) = end {
@@ -491,11 +485,11 @@ fn reach(
     Ok((cells, complete))
 }
 
-/// Cells along a side up to which those at a boundary are cut into four: finer than twice that
-/// no picture shows.
+/// Largest number of cells along a side of a grid whose boundary cells are cut into four. A picture shows at most
+/// twice as many.
 const REFINED_MAX: usize = 450;
 
-/// The quarters of a cell, from its midpoint.
+/// Directions of the quarters of a cell from its midpoint.
 const QUARTERS: [(f64, f64); 4] = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
 
 /// Counts the cells at a boundary.
@@ -506,10 +500,10 @@ fn boundary_count(cells: &[Option<u32>], size: (usize, usize)) -> f64 {
         .count() as f64
 }
 
-/// True if one of the four neighbours of a cell goes elsewhere.
+/// Returns true if one of the four neighbours of a cell lies in another basin.
 fn at_boundary(cells: &[Option<u32>], (columns, rows): (usize, usize), index: usize) -> bool {
     let (column, row) = (index % columns, index / columns);
-    let differs = |other: usize| cells[other] != cells[index];
+    let differs = |neighbour: usize| cells[neighbour] != cells[index];
     (column > 0 && differs(index - 1))
         || (column + 1 < columns && differs(index + 1))
         || (row > 0 && differs(index - columns))
@@ -517,7 +511,7 @@ fn at_boundary(cells: &[Option<u32>], (columns, rows): (usize, usize), index: us
 }
 
 impl Basins {
-    /// Puts rest first and the others by their largest angle, and names them.
+    /// Sorts the attractors by their largest angle, rest first, and names them.
     fn order(&mut self) {
         let mut order: Vec<usize> = (0..self.attractors.len()).collect();
         order.sort_by(|a, b| {
@@ -551,14 +545,19 @@ impl Basins {
     fn measure_shares(&mut self) {
         let (total, columns) = (self.cells.len() as f64, self.options.grid.0 as usize);
         for attractor in &mut self.attractors {
-            let here = |cell: &Option<u32>| *cell == Some(attractor.index);
-            attractor.share =
-                Some(self.cells.iter().filter(|cell| here(cell)).count() as f64 / total);
+            let reaches_attractor = |cell: &Option<u32>| *cell == Some(attractor.index);
+            attractor.share = Some(
+                self.cells
+                    .iter()
+                    .filter(|cell| reaches_attractor(cell))
+                    .count() as f64
+                    / total,
+            );
             let differing = self
                 .cells
                 .chunks(columns)
                 .flat_map(|line| line.chunks_exact(2))
-                .filter(|pair| here(&pair[0]) != here(&pair[1]))
+                .filter(|pair| reaches_attractor(&pair[0]) != reaches_attractor(&pair[1]))
                 .count() as f64;
             attractor.standard_error = Some(differing.sqrt() / total);
         }
@@ -598,10 +597,10 @@ impl Basins {
                 })
             })
             .collect();
-        let known = self.attractors.len();
+        let listed = self.attractors.len();
         let (parts, complete) = reach(&self.options, &mut self.attractors, &states, control)?;
-        // What only a quarter of a cell reaches is not listed.
-        self.attractors.truncate(known);
+        // The list is that of the whole cells; attractors that only a quarter reaches are dropped.
+        self.attractors.truncate(listed);
         self.complete = complete;
         if !complete {
             return Ok(());
@@ -617,7 +616,7 @@ impl Basins {
             for ((x, y), part) in QUARTERS.iter().zip(four) {
                 let column = 2 * column + usize::from(*x > 0.0);
                 let row = 2 * row + usize::from(*y > 0.0);
-                fine[row * 2 * columns + column] = part.filter(|part| (*part as usize) < known);
+                fine[row * 2 * columns + column] = part.filter(|part| (*part as usize) < listed);
             }
         }
         let finer = boundary_count(&fine, (2 * columns, 2 * rows)) / (4.0 * total);
@@ -642,7 +641,7 @@ impl Basins {
             .collect()
     }
 
-    /// Returns what to take away.
+    /// Returns the headline figures.
     pub fn headlines(&self) -> Vec<Headline> {
         let forced = &self.options.forced;
         let subject = format!(
@@ -695,12 +694,12 @@ fn roman(number: usize) -> String {
         (4, "IV"),
         (1, "I"),
     ];
-    let mut left = number;
+    let mut remainder = number;
     let mut out = String::new();
     for (value, numeral) in NUMERALS {
-        while left >= value {
+        while remainder >= value {
             out.push_str(numeral);
-            left -= value;
+            remainder -= value;
         }
     }
     out

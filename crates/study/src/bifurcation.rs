@@ -1,7 +1,7 @@
-//! Stroboscopic sections against the excitation's amplitude, and where orbits are born and double.
+//! Stroboscopic sections against the excitation's amplitude, with the births and doublings of orbits.
 //!
-//! Columns of sections come first, each for itself; then neighbours are compared, which tells
-//! where a branch goes on, doubles or ends. Both share what counts as the same orbit.
+//! Columns of sections are computed first, each by itself. Then neighbours are compared: an orbit that
+//! does not continue the one before is followed to its birth and its doublings.
 
 use super::Headline;
 use super::cascade::{self, BranchBounds, Cascade};
@@ -13,7 +13,7 @@ use latchgate_kernel::replay::{Section, State};
 use latchgate_recording::error::Error;
 use serde::Serialize;
 
-/// True if the state at the end of one amplitude starts the next.
+/// Order of the amplitudes, and whether the state at the end of one starts the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sweep {
@@ -34,17 +34,17 @@ pub struct Options {
     /// Amplitudes [g].
     #[serde(rename = "amplitude_g")]
     pub amplitudes_g: Range,
-    /// Amplitudes.
+    /// Number of amplitudes.
     pub points: u32,
-    /// Periods left out at each.
+    /// Periods of the transient at each amplitude, which are not kept.
     pub transient: u32,
-    /// Periods kept at each.
+    /// Periods kept at each amplitude.
     pub periods: u32,
     /// Initial state; `None` for rest.
     pub initial: Option<State>,
-    /// True if the state is carried along.
+    /// Order of the amplitudes.
     pub sweep: Sweep,
-    /// Doublings that are looked for on each branch; 0 to follow none.
+    /// Doublings sought on each branch; 0 to follow none.
     pub doublings: u32,
 }
 
@@ -59,12 +59,12 @@ pub struct Row {
     pub angular_velocity_rad_s: f64,
 }
 
-/// What happens at one amplitude.
+/// Motion at one amplitude.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AmplitudeColumn {
     /// Amplitude [g].
     pub amplitude_g: f64,
-    /// Period, in periods of the excitation; `None` if none was seen that is not rounding's.
+    /// Period, in periods of the excitation; `None` if none was seen, or only one that rounding made.
     pub period: Option<u32>,
     /// Largest angle among the periods kept [rad].
     pub peak_angle_rad: f64,
@@ -75,38 +75,38 @@ pub struct AmplitudeColumn {
     pub sections: Vec<Section>,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagram {
-    /// What it answers.
+    /// Options of the study.
     pub options: Options,
-    /// Columns, by amplitude; those left out when the work was stopped are missing.
+    /// Columns, by amplitude; those not reached before a stop are missing.
     pub columns: Vec<AmplitudeColumn>,
     /// Branches of orbits, each from its birth through its doublings; the simplest first.
     pub branches: Vec<Cascade>,
-    /// True if the work was done to its end.
+    /// True if the work was not stopped.
     pub complete: bool,
 }
 
-/// Distance of two states that are taken for the same [rad].
+/// Distance below which two states are the same [rad].
 const SAME: f64 = 1e-7;
 
-/// Longest period of which births and doublings are looked for.
+/// Longest period whose births and doublings are sought.
 const PERIOD_MAX: u32 = 32;
 
-/// Branches that are followed at most.
+/// Largest number of branches followed.
 const BRANCHES_MAX: usize = 16;
 
-/// Branches that are followed at a time.
+/// Branches followed in one batch.
 const AT_A_TIME: usize = 4;
 
 /// Branches that the answer on stdout lists.
 const BRANCHES_SHOWN: usize = 6;
 
-/// Work on each, in periods computed.
+/// Largest work on a branch [periods computed].
 const WORK_MAX: u32 = 8_000;
 
-/// Draws the diagram's points and looks where orbits change.
+/// Computes the points of the diagram and the changes of orbits.
 ///
 /// # Errors
 ///
@@ -175,23 +175,25 @@ fn column(
     Ok((column, followed.then(|| strobe.state())))
 }
 
-/// Every amplitude from the same start, side by side.
+/// Returns the columns of all amplitudes from the same start, computed side by side.
 fn side_by_side(
     options: &Options,
     count: usize,
     amplitude: &(impl Fn(usize) -> f64 + Sync),
     control: &Control<'_>,
 ) -> Result<Vec<AmplitudeColumn>, Error> {
-    let followed = options.forced.follow(
+    let forced = &options.forced;
+    let periods_max = options.transient + options.periods;
+    let followed = forced.follow(
         count,
-        |index| (options.initial, amplitude(index)),
-        (options.transient + options.periods, options.periods, true),
+        |index| forced.start(options.initial, amplitude(index)),
+        &forced.batch(periods_max, options.periods, true, control.threads),
         control,
     )?;
     Ok(followed
         .into_iter()
         .map(|lever| {
-            // Of one that was lost before its end the last sections may belong to the transient.
+            // The last sections of a lever that was lost before its end may belong to the transient.
             let sections = if lever.ending == Ending::Lost {
                 Vec::new()
             } else {
@@ -219,8 +221,8 @@ fn summed_up(options: &Options, amplitude_g: f64, sections: Vec<Section>) -> Amp
     }
 }
 
-/// True if a period is the lever's and not rounding's: one that rests, on either stop, repeats
-/// itself to the last bit, however far rounding grew on the way.
+/// Returns true if rounding cannot have made a period. A lever that rests, on either stop, repeats itself to the
+/// last bit, however far rounding grew on the way.
 fn believed(options: &Options, amplitude_g: f64, sections: &[Section], period: u32) -> bool {
     let Some(last) = sections.last() else {
         return false;
@@ -233,13 +235,13 @@ fn believed(options: &Options, amplitude_g: f64, sections: &[Section], period: u
         .is_ok_and(|growth| growth.is_none_or(|growth| growth.resolved()))
 }
 
-/// Returns the periodic motions that do not go on from the amplitude before, with their periods,
-/// the simplest first.
+/// Returns the periodic motions that do not continue the one at the amplitude before, with their periods, the
+/// shortest period first.
 fn unlike_neighbours<'a>(
     options: &Options,
     columns: &'a [AmplitudeColumn],
 ) -> Vec<(&'a AmplitudeColumn, u32)> {
-    let mut wanted: Vec<(&AmplitudeColumn, u32)> = Vec::new();
+    let mut candidates: Vec<(&AmplitudeColumn, u32)> = Vec::new();
     let mut before: Option<&AmplitudeColumn> = None;
     // Orbits that rest every period neither double nor are born: their multipliers are zero.
     let moves = |column: &AmplitudeColumn| {
@@ -247,7 +249,7 @@ fn unlike_neighbours<'a>(
     };
     for column in columns {
         let period = column.period.filter(|period| *period <= PERIOD_MAX);
-        // Small motion lies near rest, and still does not go on from it.
+        // A small motion lies near rest but does not continue it.
         let new = before.is_none_or(|before| {
             before.period != column.period || !moves(before) || !continues(options, before, column)
         });
@@ -255,23 +257,22 @@ fn unlike_neighbours<'a>(
             && new
             && moves(column)
         {
-            wanted.push((column, period));
+            candidates.push((column, period));
         }
         before = Some(column);
     }
-    // The simplest first.
-    wanted.sort_by(|a, b| {
+    candidates.sort_by(|a, b| {
         a.1.cmp(&b.1)
             .then(a.0.amplitude_g.total_cmp(&b.0.amplitude_g))
     });
-    wanted
+    candidates
 }
 
-/// Returns what to take away of a branch, each with its value.
+/// Returns the headline figures of a branch, words with values.
 fn branch_headlines(branch: &Cascade) -> Vec<(String, f64)> {
     let period = branch
-        .found()
-        .map(|found| found.orbit.period)
+        .bifurcations()
+        .map(|bifurcation| bifurcation.orbit.period)
         .min()
         .unwrap_or(1);
     let mut lines = Vec::new();
@@ -293,21 +294,20 @@ fn branch_headlines(branch: &Cascade) -> Vec<(String, f64)> {
     if let Some(ratio) = branch.ratios().last() {
         say("last ratio of distances, Feigenbaum's is 4.669 [-]", *ratio);
     }
-    if let (Some(at), true) = (branch.accumulation_g(), branch.doublings.len() >= 4) {
-        say("the doublings tend to [g]", at);
+    if let (Some(limit_g), true) = (branch.accumulation_g(), branch.doublings.len() >= 4) {
+        say("the doublings tend to [g]", limit_g);
     }
     lines
 }
 
-/// Follows orbits through their doublings and down to where they are born, at every amplitude at
-/// which the motion is another than at the one before and that lies on none of the branches
-/// followed before. Tells whether nobody stopped that.
+/// Follows orbits down to their birth and up through their doublings, at every amplitude whose motion does not
+/// continue the one before and lies on no branch followed so far; false if the work was stopped.
 fn changes(
     options: &Options,
     columns: &[AmplitudeColumn],
     control: &Control<'_>,
 ) -> (Vec<Cascade>, bool) {
-    let mut wanted = unlike_neighbours(options, columns);
+    let mut candidates = unlike_neighbours(options, columns);
     let forced = &options.forced;
     let Range { low, high } = options.amplitudes_g;
     let pace = (high - low) / f64::from(options.points.max(2) - 1);
@@ -317,10 +317,10 @@ fn changes(
         work: WORK_MAX,
     };
     let mut branches: Vec<Cascade> = Vec::new();
-    // Followed, and nothing new found: not to be followed again.
+    // Branches that gave nothing new; an orbit on one of them is not followed again.
     let mut spent: Vec<Cascade> = Vec::new();
-    let mut whole = true;
-    let known = |branches: &[Cascade], (column, period): (&AmplitudeColumn, u32)| {
+    let mut complete = true;
+    let is_on_branch = |branches: &[Cascade], (column, period): (&AmplitudeColumn, u32)| {
         column.sections.last().is_some_and(|last| {
             branches
                 .iter()
@@ -328,28 +328,31 @@ fn changes(
         })
     };
     while branches.len() < BRANCHES_MAX {
-        // As many at a time whatever the threads, so that the numbers do not depend on them.
-        wanted.retain(|one| !known(&branches, *one) && !known(&spent, *one));
+        // The size of a batch does not depend on the threads, so that the numbers do not either.
+        candidates.retain(|candidate| {
+            !is_on_branch(&branches, *candidate) && !is_on_branch(&spent, *candidate)
+        });
         let mut batch: Vec<(&AmplitudeColumn, u32)> = Vec::new();
-        for (column, period) in &wanted {
-            // Two of one period may well lie on one branch.
-            if batch.len() < AT_A_TIME && batch.iter().all(|(_, other)| other != period) {
+        for (column, period) in &candidates {
+            // Two orbits of one period may lie on one branch, which would be followed twice.
+            if batch.len() < AT_A_TIME
+                && batch.iter().all(|(_, batch_period)| batch_period != period)
+            {
                 batch.push((column, *period));
             }
         }
         if batch.is_empty() {
             break;
         }
-        // A batch of one is always begun, so that its end tells nothing.
+        // `map` begins a batch of one even after a stop, so the wish to stop is read here.
         if !(control.proceed)(Some(branches.len() as f64 / BRANCHES_MAX as f64)) {
-            whole = false;
+            complete = false;
             break;
         }
-        wanted.retain(|(column, _)| {
-            let index = |(column, _): &(&AmplitudeColumn, u32)| column.amplitude_g;
+        candidates.retain(|(column, _)| {
             !batch
                 .iter()
-                .any(|taken| index(taken).total_cmp(&column.amplitude_g).is_eq())
+                .any(|(in_batch, _)| in_batch.amplitude_g.total_cmp(&column.amplitude_g).is_eq())
         });
         let followed = control.map(batch.len(), |index| {
             let (column, period) = batch[index];
@@ -359,55 +362,57 @@ fn changes(
         });
         let stopped = followed.iter().any(Option::is_none);
         for branch in followed.into_iter().flatten().flatten() {
-            let bears = branch.found().next().is_some();
-            match branches.iter_mut().find(|other| same(other, &branch)) {
-                // Begun on an orbit that parts from another, a branch lacks that other's birth.
-                Some(other) if begins_earlier(&branch, other) => {
-                    spent.push(std::mem::replace(other, branch));
+            let bears = branch.bifurcations().next().is_some();
+            match branches.iter_mut().find(|earlier| same(earlier, &branch)) {
+                // A branch followed from an orbit that parted from the earlier one lacks its birth.
+                Some(earlier) if begins_earlier(&branch, earlier) => {
+                    spent.push(std::mem::replace(earlier, branch));
                 }
                 None if bears => branches.push(branch),
                 _ => spent.push(branch),
             }
         }
         if stopped {
-            whole = false;
+            complete = false;
             break;
         }
     }
     branches.truncate(BRANCHES_MAX);
-    (branches, whole)
+    (branches, complete)
 }
 
-/// True if what is found first on a branch lies before that of another, or, with the same
-/// beginning, whether more is found.
+/// Returns true if the first bifurcation of branch `a` lies below that of `b`, or, if both begin alike, `a` has
+/// more of them.
 fn begins_earlier(a: &Cascade, b: &Cascade) -> bool {
     let first = |branch: &Cascade| {
-        let amplitudes = branch.found().map(|found| found.orbit.amplitude_g);
+        let amplitudes = branch
+            .bifurcations()
+            .map(|bifurcation| bifurcation.orbit.amplitude_g);
         amplitudes.fold(f64::INFINITY, f64::min)
     };
-    let (here, there) = (first(a), first(b));
-    if (here - there).abs() > 1e-9 * there {
-        here < there
+    let (first_a, first_b) = (first(a), first(b));
+    if (first_a - first_b).abs() > 1e-9 * first_b {
+        first_a < first_b
     } else {
-        a.found().count() > b.found().count()
+        a.bifurcations().count() > b.bifurcations().count()
     }
 }
 
-/// True if two branches are one: they share what was found first on both.
+/// Returns true if two branches share a bifurcation, and so are one.
 fn same(a: &Cascade, b: &Cascade) -> bool {
     let close = |a: &Bifurcation, b: &Bifurcation| {
         a.kind == b.kind
             && a.orbit.period == b.orbit.period
             && (a.orbit.amplitude_g - b.orbit.amplitude_g).abs() <= 1e-9 * b.orbit.amplitude_g
     };
-    b.found()
-        .any(|one| a.found().any(|other| close(one, other)))
+    b.bifurcations()
+        .any(|of_b| a.bifurcations().any(|of_a| close(of_b, of_a)))
 }
 
-/// True if the orbit at one amplitude is that at the next, a little moved.
+/// Returns true if the orbit at one amplitude is that at the next, slightly moved.
 fn continues(options: &Options, before: &AmplitudeColumn, after: &AmplitudeColumn) -> bool {
-    /// Largest move of a section that is still taken for one [rad]; one that moves further is asked
-    /// whether it lies on a branch that is known.
+    /// Largest move of a section on one orbit [rad]. An orbit that moves further is compared with the branches
+    /// followed so far.
     const MOVED: f64 = 0.02;
     let Some(last) = after.sections.last().map(Section::state) else {
         return false;
@@ -433,12 +438,12 @@ impl Diagram {
             .collect()
     }
 
-    /// Returns every birth and doubling that was found.
-    pub fn found(&self) -> impl Iterator<Item = &Bifurcation> {
-        self.branches.iter().flat_map(Cascade::found)
+    /// Returns all births and doublings.
+    pub fn bifurcations(&self) -> impl Iterator<Item = &Bifurcation> {
+        self.branches.iter().flat_map(Cascade::bifurcations)
     }
 
-    /// Returns what to take away.
+    /// Returns the headline figures.
     pub fn headlines(&self) -> Vec<Headline> {
         let forced = &self.options.forced;
         let subject = format!("sine of {} rad/s", forced.angular_frequency_rad_s);
@@ -468,11 +473,11 @@ impl Diagram {
         ];
         let share = |count: usize| count as f64 / self.columns.len().max(1) as f64;
         let irregular = self.columns.iter().filter(|c| c.period.is_none()).count();
-        // The least period takes three to be seen, and what was not begun tells nothing.
-        let seen = self.options.periods >= 3 && !self.columns.is_empty();
+        // A period shows only after three repetitions, and without columns there is no share.
+        let can_show_period = self.options.periods >= 3 && !self.columns.is_empty();
         lines.push(line(
             "share of amplitudes without a period seen [-]".into(),
-            seen.then(|| share(irregular)),
+            can_show_period.then(|| share(irregular)),
         ));
         for branch in self.branches.iter().take(BRANCHES_SHOWN) {
             lines.extend(

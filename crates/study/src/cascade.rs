@@ -1,4 +1,4 @@
-//! Branches of periodic orbits: from where an orbit is born through the doublings of its period.
+//! Branches of periodic orbits: from the birth of an orbit through the doublings of its period.
 //!
 //! # Source
 //!
@@ -9,12 +9,12 @@ use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::State;
 use serde::Serialize;
 
-/// The end of a branch, and the doublings after it.
+/// A branch: the birth of its orbit, and its doublings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cascade {
-    /// Where the first orbit is born.
+    /// Birth of the first orbit.
     pub birth: Option<Bifurcation>,
-    /// Where the period doubles, one after the other.
+    /// Doublings of the period, one after the other.
     pub doublings: Vec<Bifurcation>,
     /// Stable orbits on the way, by period and amplitude.
     #[serde(skip)]
@@ -26,14 +26,14 @@ pub struct Cascade {
 pub struct BranchBounds {
     /// Amplitudes [g].
     pub amplitudes_g: Range,
-    /// Doublings at most.
+    /// Largest number of doublings.
     pub levels: u32,
-    /// Work at most: periods computed.
+    /// Largest work [periods computed].
     pub work: u32,
 }
 
 impl BranchBounds {
-    /// Every amplitude, and work enough for `levels` doublings.
+    /// Returns bounds on the doublings alone: `levels` of them.
     pub fn all(levels: u32) -> Self {
         Self {
             amplitudes_g: Range::new(0.0, f64::INFINITY),
@@ -44,19 +44,20 @@ impl BranchBounds {
 }
 
 impl Cascade {
-    /// Returns what was found on the branch, its birth first.
-    pub fn found(&self) -> impl Iterator<Item = &Bifurcation> {
+    /// Returns the bifurcations of the branch, its birth first.
+    pub fn bifurcations(&self) -> impl Iterator<Item = &Bifurcation> {
         self.birth.iter().chain(&self.doublings)
     }
 
     /// Returns the ratios of successive distances, which tend to Feigenbaum's 4.6692.
     pub fn ratios(&self) -> Vec<f64> {
-        let at: Vec<f64> = self
+        let amplitudes_g: Vec<f64> = self
             .doublings
             .iter()
-            .map(|found| found.orbit.amplitude_g)
+            .map(|doubling| doubling.orbit.amplitude_g)
             .collect();
-        at.windows(3)
+        amplitudes_g
+            .windows(3)
             .map(|three| (three[1] - three[0]) / (three[2] - three[1]))
             .collect()
     }
@@ -72,7 +73,7 @@ impl Cascade {
         Some(last.orbit.amplitude_g + gap / (RATIO - 1.0))
     }
 
-    /// True if an orbit of `period` periods through `state` lies on the way.
+    /// Returns true if an orbit of `period` periods through `state` lies on the way.
     pub fn contains(
         &self,
         forced: &ForcedLever,
@@ -99,16 +100,15 @@ impl Cascade {
     }
 }
 
-/// Combines two states number by number.
-fn combined(a: State, b: State, of: impl Fn(f64, f64) -> f64) -> State {
+/// Combines angle with angle and velocity with velocity.
+fn combined(a: State, b: State, combine: impl Fn(f64, f64) -> f64) -> State {
     State::new(
-        of(a.angle_rad, b.angle_rad),
-        of(a.velocity_rad_s, b.velocity_rad_s),
+        combine(a.angle_rad, b.angle_rad),
+        combine(a.velocity_rad_s, b.velocity_rad_s),
     )
 }
 
-/// Follows a stable orbit to where it is born, at smaller amplitudes, and through doublings at
-/// larger ones. `pace` [g] is the first step upward.
+/// Follows a stable orbit to its birth, at smaller amplitudes, and through doublings at larger ones. `pace` [g] is the first step upward.
 pub fn follow(forced: &ForcedLever, orbit: &Orbit, pace: f64, reach: &BranchBounds) -> Cascade {
     let mut walk = BranchWalk {
         forced,
@@ -121,16 +121,16 @@ pub fn follow(forced: &ForcedLever, orbit: &Orbit, pace: f64, reach: &BranchBoun
     let mut current = orbit.clone();
     let mut pace = pace;
     for _ in 0..reach.levels {
-        let Some(found) = walk.doubling(&current, pace) else {
+        let Some(doubling) = walk.doubling(&current, pace) else {
             break;
         };
         let gap = doublings
             .last()
-            .map_or(0.1 * found.orbit.amplitude_g, |before| {
-                found.orbit.amplitude_g - before.orbit.amplitude_g
+            .map_or(0.1 * doubling.orbit.amplitude_g, |before| {
+                doubling.orbit.amplitude_g - before.orbit.amplitude_g
             });
-        let next = walk.doubled(&found, gap);
-        doublings.push(found);
+        let next = walk.doubled(&doubling, gap);
+        doublings.push(doubling);
         let Some(next) = next else {
             break;
         };
@@ -150,7 +150,7 @@ pub fn follow(forced: &ForcedLever, orbit: &Orbit, pace: f64, reach: &BranchBoun
     }
 }
 
-/// Steps of Newton's method on the way: it starts near.
+/// Largest number of steps of Newton's method along a branch, where the guess is near.
 const STEPS_MAX: u32 = 12;
 
 /// Growth of a step of the amplitude after one that succeeded.
@@ -167,7 +167,7 @@ struct BranchWalk<'a> {
 }
 
 impl BranchWalk<'_> {
-    /// Finds the orbit at `amplitude_g` [g] near `guess` that goes on from `before`.
+    /// Finds the orbit at `amplitude_g` [g] near `guess` that continues `before`.
     fn next(&mut self, before: &Orbit, amplitude_g: f64, guess: State) -> Option<Orbit> {
         let period = before.period;
         let spent = &mut self.spent;
@@ -194,30 +194,31 @@ impl BranchWalk<'_> {
     /// Follows `orbit` to larger amplitudes until a multiplier passes −1.
     fn doubling(&mut self, orbit: &Orbit, longest: f64) -> Option<Bifurcation> {
         let kind = BifurcationKind::PeriodDoubling;
-        let mut at = orbit.clone();
+        let mut current = orbit.clone();
         let mut pace = longest;
-        self.way.push(at.clone());
-        while at.amplitude_g <= self.reach.amplitudes_g.high && self.spent < self.reach.work {
-            match self.next(&at, at.amplitude_g + pace, at.points[0]) {
+        self.way.push(current.clone());
+        while current.amplitude_g <= self.reach.amplitudes_g.high && self.spent < self.reach.work {
+            match self.next(&current, current.amplitude_g + pace, current.points[0]) {
                 Some(next) if next.condition(kind) > 0.0 => {
                     self.way.push(next.clone());
-                    at = next;
-                    pace = (0.05 * at.amplitude_g).max(longest).min(GROWTH * pace);
+                    current = next;
+                    pace = (0.05 * current.amplitude_g).max(longest).min(GROWTH * pace);
                 }
                 Some(next) => {
-                    // Between the two; the nearer is the better guess.
-                    let near = if next.condition(kind).abs() < at.condition(kind) {
+                    // The doubling lies between the two orbits; the nearer one is the better guess.
+                    let near = if next.condition(kind).abs() < current.condition(kind) {
                         next
                     } else {
-                        at
+                        current
                     };
-                    let found = self.locate(kind, near.period, near.points[0], near.amplitude_g)?;
-                    self.way.push(found.orbit.clone());
-                    return Some(found);
+                    let bifurcation =
+                        self.locate(kind, near.period, near.points[0], near.amplitude_g)?;
+                    self.way.push(bifurcation.orbit.clone());
+                    return Some(bifurcation);
                 }
                 None => {
                     pace *= 0.5;
-                    if pace < PACE_MIN * at.amplitude_g {
+                    if pace < PACE_MIN * current.amplitude_g {
                         return None;
                     }
                 }
@@ -229,9 +230,9 @@ impl BranchWalk<'_> {
     /// Finds a stable orbit of twice the period beyond a doubling; `gap` is the distance to the
     /// doubling before [g].
     fn doubled(&mut self, doubling: &Bifurcation, gap: f64) -> Option<Orbit> {
-        /// Amplitudes tried.
+        /// Number of amplitudes tried.
         const TRIES: u32 = 8;
-        /// Runs of the old orbit that a nudged state is given.
+        /// Periods of the old orbit in which a nudged state settles.
         const SETTLING: u32 = 60;
         let old = &doubling.orbit;
         let mut beyond = 0.05 * gap;
@@ -242,7 +243,7 @@ impl BranchWalk<'_> {
             if self.spent >= self.reach.work {
                 return None;
             }
-            // Without derivatives a period costs a fifth or so.
+            // A period without derivatives costs about a fifth of one with them.
             self.spent = self.spent.saturating_add(SETTLING / 5 * old.period);
             let settled =
                 orbit::settle(self.forced, amplitude, Some(nudged), SETTLING * old.period)
@@ -262,60 +263,64 @@ impl BranchWalk<'_> {
         None
     }
 
-    /// Follows `orbit` to smaller amplitudes until it is no more, and finds the saddle-node
-    /// there, or the doubling that it comes from.
+    /// Follows `orbit` to smaller amplitudes until it ends, and finds the saddle-node there, or the doubling
+    /// that it comes from.
     fn birth(&mut self, orbit: &Orbit) -> Option<Bifurcation> {
         let kind = BifurcationKind::SaddleNode;
-        let mut at = orbit.clone();
+        let mut current = orbit.clone();
         let mut before: Option<Orbit> = None;
         let mut pace = 0.05 * orbit.amplitude_g;
-        // Motion that goes with the excitation down to nothing is not born.
+        // A motion that shrinks to nothing with the excitation has no birth.
         let least = self.reach.amplitudes_g.low.max(1e-3 * orbit.amplitude_g);
-        let mut sought = false;
+        let mut is_fold_tried = false;
         while self.spent < self.reach.work {
-            if at.amplitude_g < least {
+            if current.amplitude_g < least {
                 return None;
             }
-            if pace >= at.amplitude_g {
+            if pace >= current.amplitude_g {
                 pace *= 0.5;
             }
             if let Some(before) = &before {
-                // Towards a fold the square of its condition falls in a straight line.
-                let (here, there) = (at.condition(kind), before.condition(kind));
-                let fall = (there * there - here * here) / (before.amplitude_g - at.amplitude_g);
-                let fold = at.amplitude_g - here * here / fall;
-                // From the same two the same comes again.
-                if fall > 0.0 && at.amplitude_g - fold < pace && !sought {
-                    sought = true;
-                    let found = self
-                        .locate(kind, at.period, at.points[0], fold)
-                        .filter(|found| {
-                            let amplitude = found.orbit.amplitude_g;
-                            (fold - pace..=at.amplitude_g).contains(&amplitude)
-                                && self.forced.distance(found.orbit.points[0], at.points[0])
+                // Near a fold the square of its condition is linear in the amplitude, so two orbits predict it.
+                let (condition, condition_before) =
+                    (current.condition(kind), before.condition(kind));
+                let fall = (condition_before * condition_before - condition * condition)
+                    / (before.amplitude_g - current.amplitude_g);
+                let fold = current.amplitude_g - condition * condition / fall;
+                // The same two orbits predict the same fold, so it is tried once.
+                if fall > 0.0 && current.amplitude_g - fold < pace && !is_fold_tried {
+                    is_fold_tried = true;
+                    let bifurcation = self
+                        .locate(kind, current.period, current.points[0], fold)
+                        .filter(|bifurcation| {
+                            let amplitude = bifurcation.orbit.amplitude_g;
+                            (fold - pace..=current.amplitude_g).contains(&amplitude)
+                                && self
+                                    .forced
+                                    .distance(bifurcation.orbit.points[0], current.points[0])
                                     <= STEP_MAX
                         });
-                    if let Some(found) = found {
-                        self.way.push(found.orbit.clone());
-                        return Some(found);
+                    if let Some(bifurcation) = bifurcation {
+                        self.way.push(bifurcation.orbit.clone());
+                        return Some(bifurcation);
                     }
                 }
             }
-            // Along the line through the last two.
-            let guess = before.as_ref().map_or(at.points[0], |before| {
-                let part = pace / (before.amplitude_g - at.amplitude_g);
+            // The guess extrapolates linearly from the last two orbits.
+            let guess = before.as_ref().map_or(current.points[0], |before| {
+                let part = pace / (before.amplitude_g - current.amplitude_g);
                 let on = |a: f64, b: f64| a + part * (a - b);
-                combined(at.points[0], before.points[0], on)
+                combined(current.points[0], before.points[0], on)
             });
             let next = self
-                .next(&at, at.amplitude_g - pace, guess)
+                .next(&current, current.amplitude_g - pace, guess)
                 .filter(|next| next.condition(kind) > 0.0);
             match next {
                 Some(next) => {
                     self.way.push(next.clone());
-                    before = Some(std::mem::replace(&mut at, next));
-                    sought = false;
-                    pace = (0.05 * at.amplitude_g).min(GROWTH * pace);
+                    before = Some(std::mem::replace(&mut current, next));
+                    is_fold_tried = false;
+                    pace = (0.05 * current.amplitude_g).min(GROWTH * pace);
                 }
                 None => {
                     pace *= 0.5;
@@ -325,33 +330,33 @@ impl BranchWalk<'_> {
                 }
             }
         }
-        self.parting(&at).or_else(|| {
-            self.locate(kind, at.period, at.points[0], at.amplitude_g)
-                .filter(|found| near(found, &at))
+        self.parting(&current).or_else(|| {
+            self.locate(kind, current.period, current.points[0], current.amplitude_g)
+                .filter(|bifurcation| near(bifurcation, &current))
         })
     }
 
-    /// Finds the doubling at which `at` parts from an orbit of half its period.
-    fn parting(&mut self, at: &Orbit) -> Option<Bifurcation> {
-        if !at.period.is_multiple_of(2) {
+    /// Finds the doubling at which `orbit` parts from an orbit of half its period.
+    fn parting(&mut self, orbit: &Orbit) -> Option<Bifurcation> {
+        if !orbit.period.is_multiple_of(2) {
             return None;
         }
-        let (state, half) = (at.points[0], at.points[at.period as usize / 2]);
+        let (state, half) = (orbit.points[0], orbit.points[orbit.period as usize / 2]);
         if self.forced.distance(state, half) > 0.5 * STEP_MAX {
             return None;
         }
         let middle = combined(state, half, f64::midpoint);
         self.locate(
             BifurcationKind::PeriodDoubling,
-            at.period / 2,
+            orbit.period / 2,
             middle,
-            at.amplitude_g,
+            orbit.amplitude_g,
         )
-        .filter(|found| near(found, at))
-        .filter(|found| self.forced.distance(found.orbit.points[0], state) <= STEP_MAX)
+        .filter(|bifurcation| near(bifurcation, orbit))
+        .filter(|bifurcation| self.forced.distance(bifurcation.orbit.points[0], state) <= STEP_MAX)
     }
 }
 
-fn near(found: &Bifurcation, at: &Orbit) -> bool {
-    (found.orbit.amplitude_g - at.amplitude_g).abs() < 0.01 * at.amplitude_g
+fn near(bifurcation: &Bifurcation, orbit: &Orbit) -> bool {
+    (bifurcation.orbit.amplitude_g - orbit.amplitude_g).abs() < 0.01 * orbit.amplitude_g
 }

@@ -1,8 +1,8 @@
-//! The cases that methods are compared on, by formula.
+//! Cases for the comparison of methods, given by formula.
 //!
 //! Every method gets the same problem: samples joined by straight lines, or a smooth sine. So the
 //! differences shown are those of the methods, not of the way in which a formula is sampled. In one case the
-//! truth is the formula itself, and what is lost between the samples counts.
+//! truth is the formula itself, and the loss between the samples counts.
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::excitation::Harmonic;
@@ -21,26 +21,26 @@ use std::f64::consts::TAU;
 pub struct StudyCase {
     /// Short name.
     pub name: &'static str,
-    /// What it is, in a few words.
+    /// Description in a few words.
     pub title: String,
-    /// What moves the base; negative opens.
+    /// Motion of the base; negative acceleration opens.
     pub drive: Drive,
     /// Initial state; `None` for rest.
     pub initial: Option<State>,
 }
 
-/// What moves the base.
+/// Motion of the base.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Drive {
     /// Samples [m/s²] joined by straight lines.
     Samples(Signal),
-    /// Samples [m/s²] with what lies between them, which is worked out in each replay.
+    /// Samples [m/s²] with a way to read between them, which each replay works out anew.
     Read(Signal, SampleReading),
     /// A smooth sine.
     Sine {
         /// The sine.
         excitation: Harmonic,
-        /// How long it lasts [s].
+        /// Its duration [s].
         end_s: f64,
     },
 }
@@ -55,7 +55,7 @@ pub enum SampleReading {
 }
 
 impl SampleReading {
-    /// Returns its name in tables.
+    /// Returns the reading's name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Lines(1) => "linear",
@@ -66,7 +66,7 @@ impl SampleReading {
         }
     }
 
-    fn of(self, signal: &Signal) -> Result<Reading<'_>, Error> {
+    fn apply(self, signal: &Signal) -> Result<Reading<'_>, Error> {
         match self {
             Self::Lines(1) => Ok(signal.into()),
             Self::Lines(times) => {
@@ -89,7 +89,7 @@ impl StudyCase {
         match &self.drive {
             Drive::Samples(signal) => Ok(replay::run(signal, design, options)?),
             Drive::Read(signal, reading) => {
-                let reading = reading.of(signal)?;
+                let reading = reading.apply(signal)?;
                 Ok(replay::run(&reading, design, options)?)
             }
             Drive::Sine { excitation, end_s } => {
@@ -119,7 +119,7 @@ impl StudyCase {
                 Ok(replay::run(signal, design, &options)?)
             }
             Drive::Read(signal, reading) => {
-                let reading = reading.of(signal)?;
+                let reading = reading.apply(signal)?;
                 let rate = reading.signal().rate;
                 let index = ((time_s - signal.start_s) * rate.hertz()) as usize;
                 let options = RunOptions {
@@ -134,7 +134,7 @@ impl StudyCase {
         }
     }
 
-    /// Returns what lies between the samples, if there are any.
+    /// Returns the name of the reading between the samples, if there are any.
     pub fn between(&self) -> Option<&'static str> {
         match &self.drive {
             Drive::Samples(_) => Some(SampleReading::Lines(1).name()),
@@ -214,12 +214,12 @@ fn bell(gravity: f64, times: u32) -> Result<Signal, Error> {
 /// Name of the case whose truth is the formula between the samples.
 pub const BETWEEN_SAMPLES: &str = "between-samples";
 
-/// A recording of 0.3 s as its formula has it between the samples, too.
+/// A recording of 0.3 s, by its formula and by its samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BetweenSamples {
-    /// The formula, so finely sampled that what lies between those samples does not matter.
+    /// The formula, so finely sampled that the reading between those samples does not matter.
     pub truth: StudyCase,
-    /// The same, half as finely.
+    /// The formula, sampled half as finely.
     pub check: StudyCase,
     /// The samples as recorded, in each way of reading them; the last is that of a verdict.
     pub read: Vec<StudyCase>,

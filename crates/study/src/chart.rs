@@ -94,9 +94,9 @@ charts! {
     bifurcation([Diagram]), SINE_RULES;
     /// Draws lever and catch under two pulses and ringing.
     catch(CatchStudy), RULES;
-    /// Draws what damage is seen, kind by kind.
+    /// Draws the shares of damage that are detected, kind by kind.
     damages(Damages), damages::RULES;
-    /// Draws what excitation opens the latch, one panel per stop.
+    /// Draws the excitation that opens the latch, one panel per stop.
     excitation_map([ExcitationMap]), SINE_RULES;
     /// Draws free vibration with and without a stop.
     free_vibration(FreeVibration), RULES;
@@ -110,7 +110,7 @@ charts! {
     shock(Shock), RULES;
     /// Draws the spectrogram of a free vibration.
     spectrogram(MotionSpectrogram), RULES;
-    /// Draws where methods fail.
+    /// Draws the failures of methods.
     stability(Stability), methods::RULES;
     /// Draws the limit of the fixed step.
     step_size(StepSize), RULES;

@@ -1,11 +1,11 @@
-//! What damage to a recording is seen: recordings made by formula, or one of one's own, damaged at random
+//! Detection of damage to a recording: recordings made by formula, or one from a file, are damaged at random
 //! in every way of a table, and judged.
 //!
 //! A damage counts where the undamaged recording does not pass and the damaged one does. Such a
 //! pass is *told* if it carries a warning that the undamaged recording does not have, and *silent* if
-//! not. Kinds that leave a plausible other recording cannot be told by anybody; the table names them.
+//! not. Kinds that leave another plausible recording cannot be detected; the table marks them.
 //!
-//! - `kind`: the kinds of damage, and what each does to samples;
+//! - `kind`: the kinds of damage, and the effect of each on the samples;
 //! - `made`: recordings made by formula, as a sensor with noise and a grid would give them.
 
 mod kind;
@@ -22,16 +22,16 @@ use latchgate_kernel::signal::Signal;
 use latchgate_recording::error::Error;
 use serde::Serialize;
 
-/// Damages that one recording is given before the next is made.
+/// Number of damages made to one recording.
 const DAMAGES_PER_BASE: usize = 25;
 
-/// Recordings that are made until one does not pass, at most.
+/// Largest number of recordings made until one does not pass.
 const TRIES: usize = 1_000;
 
 /// Noise below which a channel is coarse [quanta].
 const COARSE_QUANTA: f64 = 2.5;
 
-/// What is damaged.
+/// Options of the study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// Number of damages.
@@ -43,12 +43,12 @@ pub struct Options {
     pub own: Option<Signal>,
 }
 
-/// What is said of one recording.
+/// Answer on one recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DamageAnswer {
-    /// True if the lever passes, a person's word given.
+    /// True if the lever passes once a person has confirmed what the samples cannot show.
     pub passes: bool,
-    /// True if a pass needs that word.
+    /// True if a pass needs that confirmation.
     pub needs_word: bool,
     /// Codes of findings that block.
     pub blocking: Vec<String>,
@@ -59,14 +59,14 @@ pub struct DamageAnswer {
 /// Judges a recording whose negative acceleration opens.
 pub type Judge<'a> = &'a (dyn Fn(&Signal) -> Result<DamageAnswer, Error> + Sync);
 
-/// How the damages of one kind and severity ended.
+/// Answers on the damages of one kind, channel and severity.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Row {
     /// Kind of damage.
     pub kind: &'static str,
-    /// True if nobody can tell such a damage from a sound recording.
+    /// True if such a damage cannot be distinguished from a sound recording.
     pub undetectable: bool,
-    /// True if the noise of the channel is below two and a half steps of its grid: coarse, or lively.
+    /// `coarse` if the noise of the channel is below two and a half steps of its grid, else `lively`.
     pub channel: &'static str,
     /// Severity: mild, middling, severe.
     pub severity: &'static str,
@@ -74,8 +74,8 @@ pub struct Row {
     pub runs: u32,
     /// Damaged recordings that a finding blocks.
     pub blocked: u32,
-    /// Damaged recordings that do not pass, without a finding that blocks; such as wait for a person's
-    /// word are among them.
+    /// Damaged recordings that do not pass without a finding that blocks, among them those that need a
+    /// person's confirmation.
     pub not_passed: u32,
     /// Passes with a warning that the undamaged recording does not have.
     pub told: u32,
@@ -83,18 +83,18 @@ pub struct Row {
     pub silent: u32,
 }
 
-/// How often a finding speaks.
+/// Counts of a finding.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct FindingRate {
     /// Code of the finding.
     pub code: String,
     /// Undamaged recordings with it, of [`Damages::sound`].
     pub false_alarms: u32,
-    /// Damaged recordings with it, of those whose undamaged one has it not.
+    /// Damaged recordings with it whose undamaged one does not have it.
     pub damages_found: u32,
 }
 
-/// What the study found.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Damages {
     /// One row per kind and severity.
@@ -106,31 +106,31 @@ pub struct Damages {
     pub sound_blocked: u32,
     /// Undamaged recordings with any warning.
     pub sound_warned: u32,
-    /// Undamaged recordings whose pass needs a person's word.
+    /// Undamaged recordings whose pass needs a person's confirmation.
     pub sound_asked: u32,
     /// Findings, by code.
     pub findings: Vec<FindingRate>,
-    /// What to take away.
+    /// Headline figures.
     #[serde(skip)]
     pub headlines: Vec<Headline>,
 }
 
-/// One damage and how it ended.
+/// One damage with its answer.
 struct Ended {
     kind: Kind,
     severity: usize,
     judged: DamageAnswer,
 }
 
-/// One recording with what was said of it, and its damages.
+/// One recording with its answers, and its damages.
 struct Batch {
-    /// Recordings that were made, the damaged one last.
+    /// Answers on the recordings made, that of the damaged one last.
     sound: Vec<DamageAnswer>,
     coarse: bool,
     ended: Vec<Ended>,
 }
 
-/// Counter-based chance: SplitMix64.
+/// Counter-based random numbers: SplitMix64.
 ///
 /// # Source
 ///
@@ -150,33 +150,30 @@ impl Chance {
         low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Between two positive numbers, evenly by their logarithms.
+    /// Returns a number between two positive ones, uniform in the logarithm.
     fn scale(&mut self, low: f64, high: f64) -> f64 {
         libm::exp(self.between(libm::log(low), libm::log(high)))
     }
 
-    /// Nearly normal: the sum of twelve even draws.
+    /// Returns a nearly normal number: the sum of twelve uniform ones.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.between(-0.5, 0.5)).sum()
     }
 }
 
-/// Damages recordings and counts what is seen.
+/// Damages recordings and counts the answers.
 ///
 /// # Errors
 ///
 /// As `judge`; [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` stops the work.
 pub fn run(options: &Options, judge: Judge<'_>, control: &Control<'_>) -> Result<Damages, Error> {
-    let batches = (options.runs as usize).div_ceil(DAMAGES_PER_BASE);
-    let done = control.map(batches, |index| batch(options, index as u64, judge));
-    let mut all = Vec::with_capacity(batches);
-    for one in done {
-        match one {
-            Some(batch) => all.push(batch?),
-            None => return Err(KernelError::Stopped.into()),
-        }
-    }
-    Ok(counted(&all))
+    let count = (options.runs as usize).div_ceil(DAMAGES_PER_BASE);
+    let batches = control
+        .map(count, |index| batch(options, index as u64, judge))
+        .into_iter()
+        .map(|batch| batch.unwrap_or(Err(KernelError::Stopped.into())))
+        .collect::<Result<Vec<_>, _>>()?;
+    Ok(counted(&batches))
 }
 
 fn batch(options: &Options, index: u64, judge: Judge<'_>) -> Result<Batch, Error> {
@@ -215,7 +212,7 @@ fn batch(options: &Options, index: u64, judge: Judge<'_>) -> Result<Batch, Error
 }
 
 fn counted(batches: &[Batch]) -> Damages {
-    let mut rows = Row::all();
+    let mut rows = Row::empty_rows();
     let mut findings: Vec<FindingRate> = Vec::new();
     let (mut sound, mut sound_blocked, mut sound_warned, mut sound_asked) = (0, 0, 0, 0);
     for batch in batches {
@@ -225,19 +222,19 @@ fn counted(batches: &[Batch]) -> Damages {
             sound_warned += u32::from(!base.warnings.is_empty());
             sound_asked += u32::from(base.needs_word);
             for code in base.codes() {
-                FindingRate::of(&mut findings, code).false_alarms += 1;
+                FindingRate::entry(&mut findings, code).false_alarms += 1;
             }
         }
         let Some(base) = batch.sound.last() else {
             continue;
         };
-        for one in &batch.ended {
-            let place = Kind::ALL.iter().position(|kind| *kind == one.kind);
+        for damage in &batch.ended {
+            let place = Kind::ALL.iter().position(|kind| *kind == damage.kind);
             let place = 2 * place.unwrap_or(0) + usize::from(batch.coarse);
-            rows[3 * place + one.severity].count(base, &one.judged);
-            let new = one.judged.codes().filter(|code| !base.has(code));
+            rows[3 * place + damage.severity].count(base, &damage.judged);
+            let new = damage.judged.codes().filter(|code| !base.has(code));
             for code in new {
-                FindingRate::of(&mut findings, code).damages_found += 1;
+                FindingRate::entry(&mut findings, code).damages_found += 1;
             }
         }
     }
@@ -260,7 +257,7 @@ fn headlines(rows: &[Row], sound: u32, blocked: u32, warned: u32) -> Vec<Headlin
         value: Some(f64::from(value)),
         digits: 6,
     };
-    let mut all = vec![
+    let mut lines = vec![
         headline("sound", "recordings", sound),
         headline("sound", "blocked", blocked),
         headline("sound", "with a warning", warned),
@@ -270,20 +267,20 @@ fn headlines(rows: &[Row], sound: u32, blocked: u32, warned: u32) -> Vec<Headlin
         ("damages of coarse channels", false, "coarse"),
         ("damages nobody can tell", true, "lively"),
     ] {
-        let of = |row: &&Row| row.undetectable == undetectable && row.channel == channel;
-        let sum = |count: fn(&Row) -> u32| rows.iter().filter(of).map(count).sum();
-        all.push(headline(subject, "number", sum(|row| row.runs)));
-        let told = sum(|row| row.told);
-        all.push(headline(subject, "passes with a new warning", told));
+        let in_group = |row: &&Row| row.undetectable == undetectable && row.channel == channel;
+        let sum = |count: fn(&Row) -> u32| rows.iter().filter(in_group).map(count).sum();
+        lines.push(headline(subject, "number", sum(|row| row.runs)));
+        let warned = sum(|row| row.told);
+        lines.push(headline(subject, "passes with a new warning", warned));
         let silent = sum(|row| row.silent);
-        all.push(headline(subject, "passes in silence", silent));
+        lines.push(headline(subject, "passes in silence", silent));
     }
-    all
+    lines
 }
 
 impl Row {
-    /// Returns the rows of every kind, channel and severity, still empty.
-    fn all() -> Vec<Self> {
+    /// Returns the rows of every kind, channel and severity, all counts zero.
+    fn empty_rows() -> Vec<Self> {
         let mut rows = Vec::new();
         for kind in Kind::ALL {
             for channel in ["lively", "coarse"] {
@@ -326,23 +323,23 @@ impl DamageAnswer {
     }
 
     fn has(&self, code: &str) -> bool {
-        self.codes().any(|own| own == code)
+        self.codes().any(|own_code| own_code == code)
     }
 }
 
 impl FindingRate {
-    /// Returns that of a code among `all`, which stand in the order of their codes.
-    fn of<'a>(all: &'a mut Vec<Self>, code: &str) -> &'a mut Self {
-        let known = all.binary_search_by(|one| one.code.as_str().cmp(code));
-        let place = known.unwrap_or_else(|place| {
+    /// Returns the rate of a code in `rates`, which are sorted by code; adds it if it is new.
+    fn entry<'a>(rates: &'a mut Vec<Self>, code: &str) -> &'a mut Self {
+        let search = rates.binary_search_by(|rate| rate.code.as_str().cmp(code));
+        let place = search.unwrap_or_else(|place| {
             let rate = Self {
                 code: code.into(),
                 false_alarms: 0,
                 damages_found: 0,
             };
-            all.insert(place, rate);
+            rates.insert(place, rate);
             place
         });
-        &mut all[place]
+        &mut rates[place]
     }
 }

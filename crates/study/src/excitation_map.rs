@@ -1,29 +1,28 @@
-//! What excitation opens the latch: the largest angle a lever reaches from rest, over amplitude and
-//! frequency.
+//! Excitation that opens the latch: the largest angle of a lever from rest, over amplitude and frequency.
 
 use super::Headline;
 use super::orbit::ForcedLever;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::range::Range;
-use latchgate_kernel::replay::strobe_batch::{self, Ending, HarmonicStart};
+use latchgate_kernel::replay::strobe_batch::{self, Ending};
 use latchgate_recording::error::Error;
 use serde::Serialize;
 
 /// Options of one map of excitations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
-    /// Lever and stop; its own frequency is not used, and gives way to the range in JSON.
+    /// Lever and stop; its frequency is not used, and the range takes its place in JSON.
     #[serde(flatten)]
     pub forced: ForcedLever,
     /// Amplitudes [g].
     #[serde(rename = "amplitude_g")]
     pub amplitudes_g: Range,
-    /// Least and largest angular frequency [rad/s], by their logarithm.
+    /// Least and largest angular frequency [rad/s]; those between are evenly spaced in the logarithm.
     #[serde(rename = "omega_rad_s")]
     pub angular_frequencies_rad_s: Range,
     /// Amplitudes × frequencies.
     pub grid: (u32, u32),
-    /// Periods of the excitation that each lever is followed.
+    /// Periods of the excitation over which each lever is followed.
     pub periods: u32,
 }
 
@@ -38,7 +37,7 @@ pub struct Row {
     pub peak_angle_rad: f64,
 }
 
-/// Where the threshold is first exceeded at a frequency.
+/// Least amplitude that exceeds the threshold at a frequency.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContourPoint {
     /// Angular frequency [rad/s].
@@ -49,10 +48,10 @@ pub struct ContourPoint {
     pub amplitude_g: Option<f64>,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExcitationMap {
-    /// What it answers.
+    /// Options of the study.
     pub options: Options,
     /// Amplitude above which a lever at rest leaves the rigid stop [g].
     pub lift_off_g: f64,
@@ -60,7 +59,7 @@ pub struct ExcitationMap {
     pub rows: Vec<Row>,
     /// The threshold's contour.
     pub boundary: Vec<ContourPoint>,
-    /// True if the work was done to its end.
+    /// True if the work was not stopped.
     pub complete: bool,
 }
 
@@ -76,7 +75,7 @@ impl Options {
         low * libm::pow(high / low, part)
     }
 
-    /// Largest angle from rest [rad]; infinite for a lever that cannot be followed.
+    /// Returns the largest angle from rest [rad]; infinite for a lever that cannot be followed.
     fn peak(&self, amplitude_g: f64, angular_frequency_rad_s: f64) -> Result<f64, Error> {
         let forced = ForcedLever {
             angular_frequency_rad_s,
@@ -95,22 +94,18 @@ impl Options {
 }
 
 impl Options {
-    /// Largest angles from rest at every amplitude of the grid [rad], side by side.
+    /// Returns the largest angles from rest at every amplitude of the grid [rad], computed side by side.
     fn peaks(&self, angular_frequency_rad_s: f64) -> Result<Vec<f64>, Error> {
-        let start = |index: usize| HarmonicStart {
-            initial: None,
-            amplitude_m_s2: self.amplitude(u32::try_from(index).unwrap_or(0))
-                * self.forced.gravity_m_s2,
-        };
         let forced = ForcedLever {
             angular_frequency_rad_s,
             ..self.forced.clone()
         };
+        let amplitude_g = |index: usize| self.amplitude(u32::try_from(index).unwrap_or(0));
         let followed = strobe_batch::follow(
             &forced.design,
             self.grid.0 as usize,
-            &start,
-            // Each frequency has a thread of its own.
+            &|index| forced.start(None, amplitude_g(index)),
+            // Frequencies run in parallel, so the levers of one share a thread.
             &forced.batch(self.periods, self.periods, true, 1),
             &|_, _, _| false,
             None,
@@ -194,7 +189,7 @@ pub fn run(options: &Options, control: &Control<'_>) -> Result<ExcitationMap, Er
 }
 
 impl ExcitationMap {
-    /// Returns what to take away.
+    /// Returns the headline figures.
     pub fn headlines(&self) -> Vec<Headline> {
         let line = |what: &str, value: Option<f64>| Headline {
             digits: Headline::DIGITS,
@@ -206,7 +201,11 @@ impl ExcitationMap {
         let weakest = self
             .boundary
             .iter()
-            .filter_map(|at| at.amplitude_g.map(|a| (a, at.angular_frequency_rad_s)))
+            .filter_map(|point| {
+                point
+                    .amplitude_g
+                    .map(|a| (a, point.angular_frequency_rad_s))
+            })
             .min_by(|a, b| a.0.total_cmp(&b.0));
         vec![
             line(
@@ -215,9 +214,9 @@ impl ExcitationMap {
             ),
             line(
                 "least A of the contour beyond the threshold from rest [g]",
-                weakest.map(|at| at.0),
+                weakest.map(|point| point.0),
             ),
-            line("at ω [rad/s]", weakest.map(|at| at.1)),
+            line("at ω [rad/s]", weakest.map(|point| point.1)),
         ]
     }
 }

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What stands in `NAME.json`.
+/// Content of `NAME.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Name and version of this form.
@@ -19,14 +19,14 @@ pub struct Summary {
     pub study: Cow<'static, str>,
     /// The study's options, its design among them.
     pub parameters: serde_json::Value,
-    /// True if the work was done to its end.
+    /// True if the work was not stopped.
     pub complete: bool,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
-    /// The truth of each case, where the study has cases.
+    /// The truth of each case, if the study has cases.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cases: Vec<Truth>,
-    /// What else the study found, in its own form.
+    /// Further results, in a form of the study's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub results: Option<serde_json::Value>,
     /// Version of the program.
@@ -38,7 +38,7 @@ pub struct Summary {
 /// Rows of a study, as CSV.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StudyTable {
-    /// What its file's name ends in before `.csv`: nothing, or a stop's name after a hyphen.
+    /// End of its file's name before `.csv`: nothing, or a stop's name after a hyphen.
     pub suffix: String,
     /// The file.
     pub csv: Vec<u8>,
@@ -105,7 +105,7 @@ pub struct StudyFiles {
 }
 
 impl StudyFiles {
-    /// Puts together what a study writes.
+    /// Returns the files of a study.
     pub fn new(summary: &Summary, tables: Vec<StudyTable>, svg: String) -> Self {
         Self {
             name: summary.study.clone(),

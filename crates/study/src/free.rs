@@ -1,4 +1,4 @@
-//! Free motion: the lever let go away from the stop, without excitation.
+//! Free motion: the lever released away from the stop, without excitation.
 
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
@@ -9,7 +9,7 @@ use latchgate_recording::error::Error;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// What the lever meets at φ = 0.
+/// Obstacle at φ = 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Against {
@@ -22,7 +22,7 @@ pub enum Against {
 }
 
 impl Against {
-    /// Returns what a lever on `stop` meets.
+    /// Returns the obstacle of a lever on `stop`.
     pub fn stop(stop: StopModel) -> Self {
         match stop {
             StopModel::Rigid => Self::Rigid,
@@ -40,14 +40,14 @@ impl Against {
     }
 }
 
-/// How the lever is let go, and how long it is watched.
+/// Release of the lever, and the duration of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Release {
     /// Preload torque in place of the design's own [N m].
     pub preload_torque_nm: f64,
     /// Initial state.
     pub start: State,
-    /// How long [s].
+    /// Duration [s].
     pub duration_s: f64,
     /// Points per second of the history, at least [Hz].
     pub rate_hz: f64,
@@ -56,15 +56,15 @@ pub struct Release {
 /// A free motion.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FreeMotion {
-    /// What the lever met at φ = 0.
+    /// Obstacle at φ = 0.
     pub against: Against,
     /// Preload torque [N m].
     pub preload_torque_nm: f64,
     /// Impacts (soft stop: contact entries) faster than 1e-3 rad/s, the first 200: time [s],
     /// velocity before [rad/s].
     pub impacts: Vec<[f64; 2]>,
-    /// When it came to stay on the stop [s]: rest on the rigid one, the last contact entry on the
-    /// soft one; `None` if it did not.
+    /// Instant from which it stays on the stop [s]: rest on the rigid one, the last contact entry on the
+    /// soft one; `None` if it does not stay.
     pub settled_s: Option<f64>,
     /// Angle at the end [rad].
     pub final_angle_rad: f64,
@@ -77,7 +77,7 @@ pub struct FreeMotion {
     pub trace: Vec<TracePoint>,
 }
 
-/// Samples that a free motion may be watched for.
+/// Largest number of samples of a free motion.
 const SAMPLES_MAX: f64 = 4e6;
 
 /// Returns the period of the lever out of contact, 2π/ω0 [s].
@@ -97,10 +97,10 @@ pub fn natural_period_s(design: &Design) -> Result<f64, Error> {
     ))
 }
 
-/// Lets the lever go.
+/// Computes the motion after a release.
 ///
-/// Without a stop it is a lever on a soft stop of neither stiffness nor damping: what it meets
-/// at φ = 0 is nothing, and the same kernel carries it through.
+/// Without a stop the lever is on a soft stop without stiffness and damping, so that the same kernel
+/// carries it through φ = 0.
 ///
 /// # Errors
 ///
@@ -156,7 +156,7 @@ pub fn run(design: &Design, against: Against, release: &Release) -> Result<FreeM
     Ok(FreeMotion {
         against,
         preload_torque_nm: release.preload_torque_nm,
-        // Where there is no stop nothing is hit.
+        // The stop without stiffness still counts contacts, which are no impacts.
         impacts: if against == Against::Nothing {
             Vec::new()
         } else {
@@ -197,7 +197,7 @@ impl FreeMotion {
 pub struct Row {
     /// Preload torque [N m].
     pub preload_torque_nm: f64,
-    /// What stands at φ = 0.
+    /// Obstacle at φ = 0.
     pub stop: Against,
     /// Time [s].
     pub time_s: f64,

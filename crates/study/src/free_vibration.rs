@@ -27,12 +27,12 @@ pub struct Options {
     pub periods: f64,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeVibration {
-    /// Without preload and with the design's own, each without a stop and with those asked for.
+    /// Motions without preload and with the design's, each without a stop and with the requested ones.
     pub motions: Vec<FreeMotion>,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
     /// Length [s].
     pub duration_s: f64,
@@ -51,8 +51,12 @@ const POINTS_PER_PERIOD: f64 = 400.0;
 pub fn run(options: &Options) -> Result<FreeVibration, Error> {
     let design = &options.design;
     let period = free::natural_period_s(design)?;
-    let own = design.lever.preload_torque_nm;
-    let preloads = if own > 0.0 { vec![0.0, own] } else { vec![own] };
+    let preload_nm = design.lever.preload_torque_nm;
+    let preloads = if preload_nm > 0.0 {
+        vec![0.0, preload_nm]
+    } else {
+        vec![preload_nm]
+    };
     let stops: Vec<Against> = std::iter::once(Against::Nothing)
         .chain(options.models.iter().copied().map(Against::stop))
         .collect();

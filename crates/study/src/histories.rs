@@ -1,5 +1,4 @@
-//! The paper's Fig. 10: where the lever ends up from different initial states, under one and the
-//! same sine.
+//! The paper's Fig. 10: the lasting motion of the lever from different initial states, under the same sine.
 
 use super::{Figures, Headline};
 use latchgate_kernel::model::Design;
@@ -26,7 +25,7 @@ pub struct Options {
     /// Stops to run.
     #[serde(rename = "model")]
     pub models: Vec<StopModel>,
-    /// What one g is [m/s²].
+    /// Acceleration of one g [m/s²].
     pub gravity_m_s2: f64,
     /// Amplitude [g].
     pub amplitude_g: f64,
@@ -37,11 +36,11 @@ pub struct Options {
     pub starts: Vec<State>,
     /// Periods shown.
     pub periods: u32,
-    /// Periods before the motion is taken to have settled.
+    /// Periods after which the motion counts as settled.
     pub transient: u32,
 }
 
-/// What the lever does in the long run.
+/// Lasting motion of the lever.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settled {
     /// True if it stays on the stop.
@@ -69,7 +68,7 @@ pub struct History {
     pub impacts: Vec<[f64; 2]>,
     /// Largest angle in the last tenth of the periods shown [rad].
     pub late_peak_angle_rad: f64,
-    /// What becomes of it.
+    /// Lasting motion.
     pub settled: Settled,
     /// The history.
     #[serde(skip)]
@@ -93,7 +92,7 @@ pub struct Row {
     pub angular_velocity_rad_s: f64,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histories {
     /// Each start on each stop, start by start.
@@ -106,18 +105,18 @@ pub struct Histories {
     pub amplitude_g: f64,
     /// Its angular frequency [rad/s].
     pub angular_frequency_rad_s: f64,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
 }
 
-/// Longest period looked for.
+/// Longest period sought.
 const PERIOD_MAX: usize = 64;
 
-/// Distance at which two sections count as the same, relative to the larger of the state and
-/// the static deflection.
+/// Distance below which two sections are the same, relative to the larger of the state and the static
+/// deflection.
 const SAME: f64 = 1e-8;
 
-/// Angle below which the lever counts as staying on the stop [rad].
+/// Largest angle of a lever that stays on the stop [rad].
 const ON_STOP: f64 = 1e-9;
 
 /// Runs the study.
@@ -184,7 +183,7 @@ fn history(
     })
 }
 
-/// Follows the lever until it must have settled, and looks at what it does then.
+/// Follows the lever over the transient, and returns its motion after it.
 fn settled(
     options: &Options,
     excitation: &Harmonic,
@@ -238,14 +237,14 @@ fn settled(
     })
 }
 
-fn near(one: State, other: State) -> bool {
+fn near(first: State, second: State) -> bool {
     let close = |a: f64, b: f64, floor: f64| (a - b).abs() <= SAME * a.abs().max(floor);
-    close(one.angle_rad, other.angle_rad, 1e-3)
-        && close(one.velocity_rad_s, other.velocity_rad_s, 1e-1)
+    close(first.angle_rad, second.angle_rad, 1e-3)
+        && close(first.velocity_rad_s, second.velocity_rad_s, 1e-1)
 }
 
 impl Settled {
-    /// Returns a few words: `rest`, or period, impacts and peak.
+    /// Returns the motion in a few words: `rest`, or period, impacts and peak.
     pub fn words(&self) -> String {
         if self.rests {
             return "rest on the stop".into();

@@ -1,13 +1,14 @@
-//! Studies: the paper's figures, what the methods cost and how far they are off, and where each
-//! of them fails.
+//! Studies: the paper's figures, cost and error of the methods, and the failures of each.
 //!
 //! A study computes rows and headline figures and hands them on as values; it writes no file
 //! and reads no clock of its own.
 //!
 //! Motion on sines: `orbit` finds periodic orbits, `cascade` follows their branches; `bifurcation`,
-//! `attractor`, `basins`, `histories` and `excitation_map` show what they lead to. Without
+//! `attractor`, `basins`, `histories` and `excitation_map` show the motion. Without
 //! excitation: `free` is shared by `free_vibration` and `spectrogram`; `restitution` is one contact.
-//! `shock` is a crash, `parameters` what the lever's numbers do in it, `catch` what an inertia catch holds; `damages` is what damage to a recording is seen. Methods: `step_size`, `work_precision` and `stability`, on `cases`.
+//! `shock` is a crash, `parameters` the effect of the lever's numbers on it, `catch` a lever beside an inertia
+//! catch; `damages` is the detection of damage to a recording. Methods: `step_size`, `work_precision` and
+//! `stability`, on `cases`.
 
 pub mod attractor;
 pub mod basins;
@@ -38,16 +39,16 @@ use serde::{Deserialize, Serialize};
 /// A clock: seconds since some instant.
 pub type Stopwatch<'a> = &'a dyn Fn() -> f64;
 
-/// A figure that a reader should take away.
+/// A headline figure of a study.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Headline {
     /// Case or subject.
     pub subject: String,
-    /// Stop model, where one belongs to it.
+    /// Stop model, if the figure depends on it.
     pub model: Option<StopModel>,
-    /// What the figure is, with its unit.
+    /// Name of the figure, with its unit.
     pub what: String,
-    /// The figure; `None` where there is none.
+    /// The figure; `None` if there is none.
     pub value: Option<f64>,
     /// Significant digits worth showing; the JSON file has them all.
     #[serde(skip, default = "usual_digits")]
@@ -55,9 +56,9 @@ pub struct Headline {
 }
 
 impl Headline {
-    /// Digits that most figures are shown with.
+    /// Significant digits of most figures.
     pub const DIGITS: usize = 4;
-    /// Digits of figures that are solutions of equations.
+    /// Significant digits of figures that are solutions of equations.
     pub const EXACT: usize = 11;
 }
 
@@ -66,7 +67,7 @@ const fn usual_digits() -> usize {
 }
 
 /// Returns the slope of the straight line through points by least squares, on the logarithms of both
-/// coordinates: the order of a power law. None of fewer than three points above zero.
+/// coordinates: the order of a power law. `None` for fewer than three points above zero.
 pub fn fitted_order(points: &[Point]) -> Option<f64> {
     let logarithms: Vec<Point> = points
         .iter()
@@ -87,7 +88,7 @@ pub fn fitted_order(points: &[Point]) -> Option<f64> {
     (squares > 0.0).then(|| products / squares)
 }
 
-/// Headline figures of one subject, as they are put together.
+/// Builder of the headline figures of one subject.
 struct Figures {
     subject: String,
     model: StopModel,
@@ -105,7 +106,7 @@ impl Figures {
         }
     }
 
-    /// Sets the digits of the figures said from here on.
+    /// Sets the digits of the figures that follow.
     fn digits(mut self, digits: usize) -> Self {
         self.digits = digits;
         self

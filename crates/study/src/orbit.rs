@@ -1,4 +1,4 @@
-//! Periodic orbits of the stroboscopic map, where they are born and where their period doubles.
+//! Periodic orbits of the stroboscopic map, their birth and the doubling of their period.
 //!
 //! An orbit is a solution of P^p(x) = x, found by Newton's method with the exact derivative of P
 //! through impacts. A bifurcation is a solution of that and of one equation on the multipliers,
@@ -25,7 +25,7 @@ pub struct ForcedLever {
     /// Its stop.
     #[serde(rename = "model")]
     pub stop: StopModel,
-    /// What one g is [m/s²].
+    /// Acceleration of one g [m/s²].
     pub gravity_m_s2: f64,
     /// ω [rad/s].
     #[serde(rename = "omega_rad_s")]
@@ -42,7 +42,7 @@ impl ForcedLever {
         }
     }
 
-    /// Puts the lever into `state` under a sine of `amplitude_g` [g].
+    /// Returns a strobe of the lever from `state` under a sine of `amplitude_g` [g].
     ///
     /// # Errors
     ///
@@ -56,7 +56,7 @@ impl ForcedLever {
         )?)
     }
 
-    /// Options of a batch of such levers, each followed `periods_max` periods, of which the last
+    /// Returns the options of a batch of such levers, each followed over `periods_max` periods, of which the last
     /// `keep` are kept.
     pub(super) fn batch(
         &self,
@@ -76,27 +76,29 @@ impl ForcedLever {
         }
     }
 
-    /// Follows `count` such levers side by side, each from its start at its amplitude [g], over
-    /// `periods`, of which the last `keep` are kept.
+    /// Returns the start of such a lever in a batch: rest unless `initial` says otherwise, under a sine of
+    /// `amplitude_g` [g].
+    pub(super) fn start(&self, initial: Option<State>, amplitude_g: f64) -> HarmonicStart {
+        HarmonicStart {
+            initial,
+            amplitude_m_s2: self.sine(amplitude_g).amplitude_m_s2,
+        }
+    }
+
+    /// Follows `count` such levers side by side, each from its [`Self::start`], by the options of
+    /// [`Self::batch`].
     pub(super) fn follow(
         &self,
         count: usize,
-        start: impl Fn(usize) -> (Option<State>, f64) + Sync,
-        (periods, keep, peaks): (u32, u32, bool),
+        start: impl Fn(usize) -> HarmonicStart + Sync,
+        options: &StrobeBatchOptions,
         control: &Control<'_>,
     ) -> Result<Vec<Followed>, Error> {
-        let start = |index: usize| {
-            let (initial, amplitude_g) = start(index);
-            HarmonicStart {
-                initial,
-                amplitude_m_s2: self.sine(amplitude_g).amplitude_m_s2,
-            }
-        };
         Ok(strobe_batch::follow(
             &self.design,
             count,
             &start,
-            &self.batch(periods, keep, peaks, control.threads),
+            options,
             &|_, _, _| false,
             Some(&|done| (control.proceed)(Some(done as f64 / count as f64))),
         )?)
@@ -108,13 +110,13 @@ impl ForcedLever {
         lever.preload_torque_nm / (lever.unbalance_kg_m() * self.gravity_m_s2)
     }
 
-    /// Size of a change of state, in radians of the excitation's motion.
+    /// Returns the size of a change of state [rad], the velocity over ω.
     fn size(&self, change: State) -> f64 {
         let turn = change.velocity_rad_s.abs() / self.angular_frequency_rad_s;
         change.angle_rad.abs().max(turn)
     }
 
-    /// Distance of two states [rad].
+    /// Returns the distance of two states [rad].
     pub fn distance(&self, a: State, b: State) -> f64 {
         self.size(a - b)
     }
@@ -140,7 +142,7 @@ pub struct Orbit {
 }
 
 impl Orbit {
-    /// Left side of the equation that the multipliers fulfil where the orbit changes.
+    /// Returns the left side of the equation that the multipliers fulfil where the orbit changes.
     pub fn condition(&self, kind: BifurcationKind) -> f64 {
         kind.condition(self.trace, self.determinant)
     }
@@ -172,13 +174,13 @@ impl Orbit {
     }
 }
 
-/// How an orbit changes.
+/// Kind of a bifurcation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BifurcationKind {
-    /// Born together with an unstable one: a multiplier of +1.
+    /// An orbit is born together with an unstable one: a multiplier of +1.
     SaddleNode,
-    /// Gives way to one of twice the period: a multiplier of −1.
+    /// An orbit gives way to one of twice the period: a multiplier of −1.
     PeriodDoubling,
 }
 
@@ -191,16 +193,16 @@ impl BifurcationKind {
     }
 }
 
-/// Where an orbit changes.
+/// A change of an orbit with the amplitude.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bifurcation {
-    /// How.
+    /// Its kind.
     pub kind: BifurcationKind,
-    /// The orbit there.
+    /// The orbit at the change.
     pub orbit: Orbit,
 }
 
-/// What `period` periods make of a state.
+/// Image of a state after `period` periods, with its derivatives.
 struct Image {
     to: State,
     points: Vec<State>,
@@ -266,22 +268,22 @@ impl Image {
     }
 }
 
-/// Steps of Newton's method at most.
+/// Largest number of steps of Newton's method.
 pub(super) const STEPS_MAX: u32 = 40;
 
-/// The same where an equation on the multipliers is solved as well.
+/// Largest number of steps where an equation on the multipliers is solved as well.
 const LOCATE_STEPS_MAX: u32 = 25;
 
 /// Size of a step [rad] at which the method has converged if the next is no smaller.
 const CONVERGED: f64 = 1e-11;
 
-/// Longest step [rad]: further away the derivative says nothing.
+/// Longest step [rad]; the derivative is of no use further away.
 pub(super) const STEP_MAX: f64 = 0.05;
 
-/// Distance of two points of an orbit that are the same [rad].
+/// Distance below which two points of an orbit are the same [rad].
 const SAME_POINT: f64 = 1e-8;
 
-/// Returns the least period of an orbit that may run round several times.
+/// Returns the least period of an orbit, which may have been found as several rounds of a shorter one.
 fn least_period(forced: &ForcedLever, orbit: &Orbit) -> u32 {
     (1..orbit.period)
         .filter(|divisor| orbit.period.is_multiple_of(*divisor))
@@ -291,8 +293,8 @@ fn least_period(forced: &ForcedLever, orbit: &Orbit) -> u32 {
         .unwrap_or(orbit.period)
 }
 
-/// Finds the orbit of `period` periods near `guess`, or of a divisor of that, if it is one that
-/// runs round several times; `None` if there is none within reach.
+/// Finds the orbit of `period` periods near `guess`, or the shorter one of which it is several rounds; `None` if
+/// there is none within reach.
 ///
 /// A superstable orbit, one that rests, is found as well: there the map's derivative is zero and
 /// a step is an iteration.
@@ -309,12 +311,12 @@ pub(super) fn find_within(
     steps: u32,
     spent: &mut u32,
 ) -> Option<Orbit> {
-    let mut at = guess;
+    let mut state = guess;
     let mut least = f64::INFINITY;
     for _ in 0..steps {
         *spent = spent.saturating_add(period);
-        let image = image(forced, amplitude_g, at, period)?;
-        let (f, g) = image.residual(at).into();
+        let image = image(forced, amplitude_g, state, period)?;
+        let (f, g) = image.residual(state).into();
         let [[a, b], [c, d]] = image.by_state;
         let (a, d) = (a - 1.0, d - 1.0);
         let determinant = a * d - b * c;
@@ -323,7 +325,7 @@ pub(super) fn find_within(
         if !size.is_finite() || size > 1e3 * STEP_MAX {
             return None;
         }
-        // Rounding leaves steps that no longer shrink.
+        // Rounding ends the shrinking of the steps.
         if size <= 1e-15 || (least <= CONVERGED && size >= 0.5 * least) {
             let orbit = image.into_orbit(amplitude_g, period);
             let least = least_period(forced, &orbit);
@@ -335,10 +337,10 @@ pub(super) fn find_within(
         }
         least = least.min(size);
         let part = (STEP_MAX / size).min(1.0);
-        at.angle_rad += part * step.angle_rad;
-        at.velocity_rad_s += part * step.velocity_rad_s;
-        if forced.stop == StopModel::Rigid && at.angle_rad < 0.0 {
-            at.angle_rad = 0.0;
+        state.angle_rad += part * step.angle_rad;
+        state.velocity_rad_s += part * step.velocity_rad_s;
+        if forced.stop == StopModel::Rigid && state.angle_rad < 0.0 {
+            state.angle_rad = 0.0;
         }
     }
     None
@@ -369,8 +371,8 @@ fn solve(mut rows: [[f64; 4]; 3]) -> Option<[f64; 3]> {
 /// Finds the bifurcation of the orbit of `period` periods near `guess` and `amplitude_g` [g]; adds
 /// the periods computed to `spent`.
 ///
-/// The equation on the multipliers is differentiated by differences: that slows the method down,
-/// and leaves its solution alone.
+/// The equation on the multipliers is differentiated by differences, which slows the method down and does not move
+/// its solution.
 pub(super) fn locate(
     forced: &ForcedLever,
     kind: BifurcationKind,
@@ -382,37 +384,37 @@ pub(super) fn locate(
     /// Steps of the differences: angle [rad], velocity over ω [rad], relative amplitude.
     const STEP: f64 = 1e-7;
     let omega = forced.angular_frequency_rad_s;
-    let (mut at, mut amplitude) = (guess, amplitude_g);
+    let (mut state, mut amplitude) = (guess, amplitude_g);
     let mut least = f64::INFINITY;
     for _ in 0..LOCATE_STEPS_MAX {
         *spent = spent.saturating_add(7 * period);
-        let here = image(forced, amplitude, at, period)?;
-        let (f, g) = here.residual(at).into();
-        let condition = |at: State, amplitude: f64| {
-            image(forced, amplitude, at, period).map(|image| image.condition(kind))
+        let current = image(forced, amplitude, state, period)?;
+        let (f, g) = current.residual(state).into();
+        let condition = |state: State, amplitude: f64| {
+            image(forced, amplitude, state, period).map(|image| image.condition(kind))
         };
         let slope = |angle: f64, velocity: f64, strength: f64| -> Option<f64> {
             let towards = |way: f64| {
                 let step = way * STEP;
                 condition(
                     State::new(
-                        at.angle_rad + step * angle,
-                        at.velocity_rad_s + step * velocity * omega,
+                        state.angle_rad + step * angle,
+                        state.velocity_rad_s + step * velocity * omega,
                     ),
                     amplitude * (1.0 + step * strength),
                 )
             };
             Some((towards(1.0)? - towards(-1.0)?) / (2.0 * STEP))
         };
-        let [[a, b], [c, d]] = here.by_state;
+        let [[a, b], [c, d]] = current.by_state;
         let [step_angle, step_velocity, step_strength] = solve([
-            [a - 1.0, b * omega, here.by_amplitude[0], -f],
-            [c, (d - 1.0) * omega, here.by_amplitude[1], -g],
+            [a - 1.0, b * omega, current.by_amplitude[0], -f],
+            [c, (d - 1.0) * omega, current.by_amplitude[1], -g],
             [
                 slope(1.0, 0.0, 0.0)?,
                 slope(0.0, 1.0, 0.0)?,
                 slope(0.0, 0.0, 1.0)?,
-                -here.condition(kind),
+                -current.condition(kind),
             ],
         ])?;
         let size = step_angle
@@ -425,19 +427,19 @@ pub(super) fn locate(
         if size <= 1e-15 || (least <= CONVERGED && size >= 0.5 * least) {
             return Some(Bifurcation {
                 kind,
-                orbit: here.into_orbit(amplitude, period),
+                orbit: current.into_orbit(amplitude, period),
             });
         }
         least = least.min(size);
         let part = (0.2 * STEP_MAX / size).min(1.0);
-        at.angle_rad += part * step_angle;
-        at.velocity_rad_s += part * step_velocity * omega;
+        state.angle_rad += part * step_angle;
+        state.velocity_rad_s += part * step_velocity * omega;
         amplitude *= 1.0 + part * step_strength;
     }
     None
 }
 
-/// Moves on by `periods` periods; `None` if the lever can no longer be followed.
+/// Returns the state after `periods` periods; `None` if the lever can no longer be followed.
 ///
 /// # Errors
 ///
@@ -470,11 +472,10 @@ pub fn period_of(forced: &ForcedLever, sections: &[Section], tolerance: f64) -> 
         .and_then(|p| u32::try_from(p).ok())
 }
 
-/// How small differences grow.
+/// Growth of small differences.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Growth {
-    /// Mean exponent per period of the excitation, over the periods that did not wipe out every
-    /// difference [-].
+    /// Mean exponent per period of the excitation, over the periods that did not erase all differences [-].
     pub per_period: f64,
     /// Standard error from means over batches.
     pub standard_error: f64,
@@ -482,41 +483,40 @@ pub struct Growth {
     pub periods: u32,
     /// Periods in which the lever rested.
     pub rests: u32,
-    /// Periods after which a trajectory came back to the very digits it had had: rounding has made
-    /// it repeat itself, and the exponent is that of the repeated part alone.
+    /// Periods after which a trajectory returned to the same bits: rounding has made it repeat itself, and the
+    /// exponent is that of the repeated part alone.
     pub returned: Option<u32>,
-    /// Largest shrinking over any stretch of periods, in decades [-]: 15 of them leave nothing of
-    /// a difference as large as the motion.
+    /// Largest shrinking over any stretch of periods, in decades [-]; 15 of them erase a difference as large as
+    /// the motion.
     pub shrunk_max: f64,
-    /// Largest growth over any stretch of periods, in decades [-]: 16 of them make rounding as
-    /// large as the motion.
+    /// Largest growth over any stretch of periods, in decades [-]; 16 of them make rounding as large as the
+    /// motion.
     pub decades_max: f64,
 }
 
 impl Growth {
-    /// Returns the largest Lyapunov exponent per period; `None` where rest on the stop, or a long
-    /// contact with a soft one, wipes out any difference, and where the digits repeat themselves:
-    /// no exponent then describes the motion.
+    /// Returns the largest Lyapunov exponent per period. `None` if rest on the stop, or a long contact with a
+    /// soft one, erases differences, or if the bits repeat themselves: no exponent then describes the motion.
     pub fn lyapunov(&self) -> Option<f64> {
         (!self.forgets() && self.returned.is_none()).then_some(self.per_period)
     }
 
-    /// True if the motion wipes out differences of any size that a double holds.
+    /// Returns true if the motion erases differences of any size that a double holds.
     pub fn forgets(&self) -> bool {
         /// Decades that a double holds.
         const DECADES: f64 = 15.0;
         self.rests > 0 || self.shrunk_max > DECADES
     }
 
-    /// True if rounding stays far below the motion.
+    /// Returns true if rounding stays far below the motion.
     pub fn resolved(&self) -> bool {
-        /// Decades that leave four of the fifteen that a double has.
+        /// Decades of growth that leave four of the fifteen digits of a double.
         const DECADES: f64 = 11.0;
         self.decades_max <= DECADES
     }
 }
 
-/// One trajectory's share of a [`Growth`].
+/// Part of a [`Growth`] that one trajectory adds.
 #[derive(Debug, Clone, Default)]
 pub(super) struct GrowthSegment {
     logs: Vec<f64>,
@@ -547,7 +547,7 @@ pub(super) fn stretch(
     let mut way = start;
     let (mut sum, mut fall): (f64, f64) = (0.0, 0.0);
     let mut states = Vec::with_capacity(periods as usize);
-    let mut seen = GrowthSegment {
+    let mut segment = GrowthSegment {
         logs: Vec::with_capacity(periods as usize),
         periods,
         ..GrowthSegment::default()
@@ -560,7 +560,7 @@ pub(super) fn stretch(
         let Some(map) = strobe.map() else {
             return Ok(None);
         };
-        seen.rests += u32::from(section.rested);
+        segment.rests += u32::from(section.rested);
         states.push((
             section.angle_rad.to_bits(),
             section.velocity_rad_s.to_bits(),
@@ -571,11 +571,11 @@ pub(super) fn stretch(
         let factor = length(moved) / length(way);
         if factor > 0.0 {
             let log = libm::log(factor);
-            seen.logs.push(log);
+            segment.logs.push(log);
             sum = (sum + log).max(0.0);
-            seen.largest = seen.largest.max(sum);
+            segment.largest = segment.largest.max(sum);
             fall = (fall - log).max(0.0);
-            seen.shrunk = seen.shrunk.max(fall);
+            segment.shrunk = segment.shrunk.max(fall);
             let scale = 1.0 / length(moved);
             way = moved.map(|part| part * scale);
         } else {
@@ -583,53 +583,60 @@ pub(super) fn stretch(
             way = start;
         }
     }
-    // What follows from the same digits is the same.
+    // The same bits are followed by the same motion, so the trajectory repeats itself from here on.
     if let Some((last, before)) = states.split_last() {
         let ago = before.iter().rev().position(|state| state == last);
-        seen.returned = ago.and_then(|ago| u32::try_from(ago + 1).ok());
+        segment.returned = ago.and_then(|ago| u32::try_from(ago + 1).ok());
     }
-    Ok(Some(seen))
+    Ok(Some(segment))
 }
 
-/// Puts trajectories together.
+/// Combines trajectories.
 pub(super) fn growth(stretches: &[GrowthSegment]) -> Option<Growth> {
     /// Batches of each trajectory, for the standard error.
     const BATCHES: usize = 10;
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let logs: Vec<f64> = stretches.iter().flat_map(|one| one.logs.clone()).collect();
+    let logs: Vec<f64> = stretches
+        .iter()
+        .flat_map(|segment| segment.logs.clone())
+        .collect();
     if logs.is_empty() {
         return None;
     }
-    let whole = mean(&logs);
+    let mean_log = mean(&logs);
     let batches: Vec<f64> = stretches
         .iter()
-        .flat_map(|one| one.logs.chunks(one.logs.len().div_ceil(BATCHES).max(1)))
+        .flat_map(|segment| {
+            segment
+                .logs
+                .chunks(segment.logs.len().div_ceil(BATCHES).max(1))
+        })
         .map(mean)
         .collect();
     let spread: f64 = batches
         .iter()
-        .map(|batch| (batch - whole) * (batch - whole))
+        .map(|batch| (batch - mean_log) * (batch - mean_log))
         .sum();
     let count = batches.len() as f64;
     Some(Growth {
-        per_period: whole,
+        per_period: mean_log,
         standard_error: (spread / (count * (count - 1.0).max(1.0))).sqrt(),
-        periods: stretches.iter().map(|one| one.periods).sum(),
-        rests: stretches.iter().map(|one| one.rests).sum(),
-        returned: stretches.iter().find_map(|one| one.returned),
+        periods: stretches.iter().map(|segment| segment.periods).sum(),
+        rests: stretches.iter().map(|segment| segment.rests).sum(),
+        returned: stretches.iter().find_map(|segment| segment.returned),
         shrunk_max: stretches
             .iter()
-            .map(|one| one.shrunk / std::f64::consts::LN_10)
+            .map(|segment| segment.shrunk / std::f64::consts::LN_10)
             .fold(0.0, f64::max),
         decades_max: stretches
             .iter()
-            .map(|one| one.largest / std::f64::consts::LN_10)
+            .map(|segment| segment.largest / std::f64::consts::LN_10)
             .fold(0.0, f64::max),
     })
 }
 
-/// Measures how small differences grow over `periods` periods after `transient`; `None` if the
-/// lever cannot be followed, or if every period wipes out every difference.
+/// Measures the growth of small differences over `periods` periods after `transient`; `None` if the lever cannot be
+/// followed, or if every period erases all differences.
 ///
 /// # Errors
 ///
@@ -646,6 +653,6 @@ pub fn difference_growth(
     transient: u32,
     periods: u32,
 ) -> Result<Option<Growth>, Error> {
-    let seen = stretch(forced, amplitude_g, state, transient, periods)?;
-    Ok(seen.and_then(|seen| growth(&[seen])))
+    let segment = stretch(forced, amplitude_g, state, transient, periods)?;
+    Ok(segment.and_then(|segment| growth(&[segment])))
 }

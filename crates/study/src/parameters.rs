@@ -1,4 +1,4 @@
-//! What the lever's numbers do to its peak under a shock, one at a time.
+//! Effect of each of the lever's numbers on its peak under a shock.
 //!
 //! The paper concludes (section 5) that parameters cannot reduce the amplitude of the response. That holds of
 //! small changes; over the whole range of each number it does not.
@@ -16,14 +16,14 @@ use serde::Serialize;
 /// Options of the study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
-    /// The lever that is varied.
+    /// The lever whose numbers are varied.
     pub design: Design,
     /// Stops to run.
     #[serde(rename = "model")]
     pub models: Vec<StopModel>,
-    /// What one g is [m/s²].
+    /// Acceleration of one g [m/s²].
     pub gravity_m_s2: f64,
-    /// Values of each number.
+    /// Number of values of each.
     pub points: u32,
 }
 
@@ -56,7 +56,7 @@ impl Number {
         Self::StopStiffness,
     ];
 
-    /// Returns what it is called, with its unit.
+    /// Returns the name of the number, with its unit.
     pub fn title(self) -> &'static str {
         match self {
             Self::Preload => "preload T0 [N·m]",
@@ -68,7 +68,7 @@ impl Number {
         }
     }
 
-    /// True if it matters on a stop.
+    /// Returns true if the number matters on a stop.
     fn is_of(self, model: StopModel) -> bool {
         match self {
             Self::Restitution => model == StopModel::Rigid,
@@ -77,7 +77,7 @@ impl Number {
         }
     }
 
-    /// Returns the number of a design.
+    /// Returns the value of the number in a design.
     pub fn of(self, design: &Design) -> f64 {
         match self {
             Self::Preload => design.lever.preload_torque_nm,
@@ -89,7 +89,7 @@ impl Number {
         }
     }
 
-    /// Returns the design with another value of it.
+    /// Returns the design with another value of the number.
     fn applied(self, design: &Design, value: f64) -> Design {
         let mut changed = design.clone();
         match self {
@@ -105,7 +105,7 @@ impl Number {
         changed
     }
 
-    /// Returns least and greatest value: as far as a lever can have it, mass and inertia bound by I0 ≥ m L².
+    /// Returns least and largest value. Mass and inertia are bound by I0 ≥ m L².
     fn range(self, design: &Design) -> (f64, f64) {
         let lever = &design.lever;
         let arm = lever.center_of_mass_m.abs();
@@ -113,19 +113,19 @@ impl Number {
             Self::Preload => (0.01, 100.0),
             Self::Stiffness => (0.01, 1000.0),
             Self::Unbalance => {
-                let most = lever.moment_of_inertia_kg_m2 / arm;
-                (1e-4 * most, most)
+                let largest = lever.moment_of_inertia_kg_m2 / arm;
+                (1e-4 * largest, largest)
             }
             Self::Inertia => {
-                let least = lever.mass_kg * arm * arm;
-                (least, 1e4 * least)
+                let smallest = lever.mass_kg * arm * arm;
+                (smallest, 1e4 * smallest)
             }
             Self::Restitution => (0.0, 1.0),
             Self::StopStiffness => (1e4, 1e9),
         }
     }
 
-    /// Returns the values that are tried, by equal ratios; of a restitution by equal steps.
+    /// Returns the values to try, in equal ratios; those of a restitution in equal steps.
     fn values(self, design: &Design, points: u32) -> Vec<f64> {
         let (low, high) = self.range(design);
         let part = |index: u32| f64::from(index) / f64::from(points.max(2) - 1);
@@ -140,28 +140,28 @@ impl Number {
 /// A row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Row {
-    /// What is varied.
+    /// Number that is varied.
     pub number: Number,
     /// Stop model.
     pub stop: StopModel,
     /// Its value.
     pub value: f64,
-    /// Largest angle, of shock and after it [rad]; `None` where the lever could not be followed.
+    /// Largest angle in the shock and after it [rad]; `None` if the lever could not be followed.
     pub peak_angle_rad: Option<f64>,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
     /// The table.
     pub rows: Vec<Row>,
     /// The design whose numbers are varied.
     pub design: Design,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
 }
 
-/// Most values of a number.
+/// Largest number of values of each.
 pub const POINTS_MAX: u32 = 100_000;
 
 /// Runs the study.
@@ -216,25 +216,27 @@ fn headlines(options: &Options, rows: &[Row]) -> Vec<Headline> {
     let mut headlines = Vec::new();
     for model in &options.models {
         for number in Number::ALL {
-            let own = || {
+            let number_rows = || {
                 let rows = rows.iter();
                 rows.filter(|row| row.number == number && row.stop == *model)
             };
-            let known = || own().filter_map(|row| Some((row.value, row.peak_angle_rad?)));
-            let Some((at, least)) = known().min_by(|a, b| a.1.total_cmp(&b.1)) else {
+            let points = || number_rows().filter_map(|row| Some((row.value, row.peak_angle_rad?)));
+            let Some((best_value, least_peak_rad)) = points().min_by(|a, b| a.1.total_cmp(&b.1))
+            else {
                 continue;
             };
             let mut figures = Figures::of(number.title(), *model);
             figures.say("present value", number.of(&options.design));
-            figures.say("least peak angle [rad]", least);
-            figures.say("at", at);
+            figures.say("least peak angle [rad]", least_peak_rad);
+            figures.say("at", best_value);
             figures.say(
                 "largest peak angle [rad]",
-                known().map(|point| point.1).reduce(f64::max),
+                points().map(|point| point.1).reduce(f64::max),
             );
-            let within = own().filter(|row| row.peak_angle_rad.is_some_and(|peak| peak <= limit));
+            let within =
+                number_rows().filter(|row| row.peak_angle_rad.is_some_and(|peak| peak <= limit));
             figures.say("values within the limit [-]", within.count() as f64);
-            figures.say("values tried [-]", own().count() as f64);
+            figures.say("values tried [-]", number_rows().count() as f64);
             headlines.extend(figures.lines);
         }
     }

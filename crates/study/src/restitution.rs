@@ -1,4 +1,4 @@
-//! The paper's Fig. 2: the damping ratio that stands for a restitution, and how far that holds.
+//! The paper's Fig. 2: the damping ratio equivalent to a restitution, and the limits of the equivalence.
 
 use super::{Figures, Headline};
 use latchgate_kernel::model::Design;
@@ -30,7 +30,7 @@ pub struct Row {
     pub damping_n_s_per_m: f64,
 }
 
-/// What a contact does to a speed.
+/// Change of speed in a contact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Rebound {
     /// Speed of entry [rad/s].
@@ -50,7 +50,7 @@ pub struct Push {
     pub torque_nm: f64,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equivalence {
     /// ξ against R.
@@ -59,7 +59,7 @@ pub struct Equivalence {
     pub rebounds: Vec<Rebound>,
     /// The stop's torque over the contact after the reference entry.
     pub pushes: Vec<Push>,
-    /// When that torque turns into tension [s]; `None` if the contact does not oscillate.
+    /// Instant at which that torque turns into tension [s]; `None` if the contact does not oscillate.
     pub tension_from_s: Option<f64>,
     /// Speed of the reference entry [rad/s].
     pub speed_rad_s: f64,
@@ -69,21 +69,21 @@ pub struct Equivalence {
     pub damping_ratio: f64,
     /// Restitution that eq. (2.4) gives for the design's whole contact, pivot included [-].
     pub half_period_ratio: f64,
-    /// Exit over entry speed if the stop lets go where its force is zero, without preload [-].
+    /// Exit over entry speed if the contact ends where the force of the stop is zero, without preload [-].
     pub released_ratio: Option<f64>,
     /// Speed below which the soft stop keeps the lever [rad/s]; `None` if it never does.
     pub capture_speed_rad_s: Option<f64>,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
 }
 
 /// Speed of the reference entry [rad/s]: near that of the first impact of the paper's Fig. 4b.
 const SPEED: f64 = 14.678_784;
 
-/// Digits of the figures: damping and speeds that differ in the fifth stand side by side.
+/// Digits of the figures, which include pairs of dampings and speeds that differ in the fifth.
 const DIGITS: usize = 7;
 
-/// Speeds of entry that are looked at [rad/s].
+/// Range of the speeds of entry [rad/s].
 const SPEEDS: Range = Range::new(1e-3, 100.0);
 
 /// Points of the curve below its first regular one, two in a decade.
@@ -105,7 +105,7 @@ pub struct FreeContact {
     damping: f64,
 }
 
-/// How a lever leaves a contact.
+/// Exit of a lever from a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exit {
     /// Time since the entry [s].
@@ -115,8 +115,8 @@ pub struct Exit {
 }
 
 impl FreeContact {
-    /// Returns the contact of `design` under a preload; `None` if it is damped so much that it
-    /// does not oscillate, and the lever never leaves.
+    /// Returns the contact of `design` under a preload; `None` if it is overdamped, so that the lever never
+    /// leaves.
     pub fn new(design: &Design, preload_torque_nm: f64) -> Option<Self> {
         let (lever, stop) = (&design.lever, &design.stop);
         let inertia = lever.moment_of_inertia_kg_m2;
@@ -158,10 +158,10 @@ impl FreeContact {
         -(self.stiffness * state.angle_rad + self.damping * state.velocity_rad_s)
     }
 
-    /// Returns how the lever leaves after an entry with `speed` [rad/s]; `None` if it stays.
+    /// Returns the exit after an entry with `speed` [rad/s]; `None` if the lever stays.
     pub fn exit(&self, speed: f64) -> Option<Exit> {
-        // Between entry and exit the velocity is zero twice at most: deepest, and, of a lever
-        // that stays, highest. The second is where an exit must have happened.
+        // The velocity is zero at the deepest point, and again at the highest point of a lever that stays.
+        // An exit lies between the two.
         let deepest = self.turn(speed);
         let highest = deepest + self.half_period_s();
         let out = |time: f64| self.state(time, speed).angle_rad > 0.0;
@@ -175,7 +175,7 @@ impl FreeContact {
         })
     }
 
-    /// Returns when the stop's torque turns into tension after an entry with `speed` [rad/s].
+    /// Returns the instant at which the stop's torque turns into tension after an entry with `speed` [rad/s].
     pub fn tension_from_s(&self, speed: f64) -> f64 {
         let deepest = self.turn(speed);
         let pulls = |time: f64| self.torque_nm(self.state(time, speed)) < 0.0;
@@ -192,7 +192,7 @@ impl FreeContact {
     }
 }
 
-/// Returns where `is` becomes true between `low`, where it is not, and `high`, where it is.
+/// Returns the point at which `is` becomes true between `low`, where it is false, and `high`, where it is true.
 fn bisect(mut low: f64, mut high: f64, is: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..200 {
         let middle = f64::midpoint(low, high);
@@ -238,7 +238,7 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
             rebound(SPEEDS.low * libm::pow(SPEEDS.high / SPEEDS.low, share))
         })
         .collect();
-    // Without preload any speed gets out; with it, a slow lever is kept.
+    // Only a preload keeps a slow lever; without one every speed leaves.
     let capture_speed_rad_s = loaded
         .filter(|_| rebound(SPEEDS.low).ratio.is_none())
         .filter(|_| rebound(SPEEDS.high).ratio.is_some())
@@ -252,7 +252,7 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
         .zip(tension_from_s)
         .map(|(contact, time)| contact.state(time, SPEED).velocity_rad_s / SPEED);
     let pushes = free.map_or_else(Vec::new, |contact| pushes(&contact));
-    let own = stop.damping_n_s_per_m * radius / (2.0 * inertia * frequency);
+    let design_ratio = stop.damping_n_s_per_m * radius / (2.0 * inertia * frequency);
     let mut answer = Equivalence {
         rows,
         rebounds,
@@ -260,7 +260,7 @@ pub fn run(options: &Options) -> Result<Equivalence, Error> {
         tension_from_s,
         speed_rad_s: SPEED,
         restitution: stop.restitution,
-        damping_ratio: own,
+        damping_ratio: design_ratio,
         half_period_ratio: free.map_or(0.0, |contact| {
             libm::exp(-contact.decay * contact.half_period_s())
         }),
@@ -289,7 +289,7 @@ fn pushes(contact: &FreeContact) -> Vec<Push> {
 /// Returns the damping ratio of each restitution.
 fn equivalence(points: u32, damping: impl Fn(f64) -> f64) -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
-    // Towards R = 0 the curve turns upright, so its foot is laid out by decades.
+    // Towards R = 0 the curve becomes vertical, so the points at its foot are spaced by decades.
     let last = f64::from(points);
     let foot = (1..=FOOT).map(|index| libm::pow(10.0, -0.5 * f64::from(FOOT + 1 - index)) / last);
     let body = (1..=points).map(|index| f64::from(index) / last);
@@ -314,18 +314,18 @@ fn headlines(
     let frequency = stop.contact_angular_frequency_rad_s(lever);
     let radius = stop.radius_m * stop.radius_m;
     let inertia = lever.moment_of_inertia_kg_m2;
-    let wanted = damping_ratio(Restitution::from_ratio(stop.restitution)?);
+    let ratio = damping_ratio(Restitution::from_ratio(stop.restitution)?);
     let torque = stop.contact_damping_nm_s_per_rad(lever);
     let mut formula = Figures::of("formula", StopModel::Soft).digits(DIGITS);
     formula.say("R of the design [-]", stop.restitution);
-    formula.say("ξ for it, eq. (2.5) [-]", wanted);
+    formula.say("ξ for it, eq. (2.5) [-]", ratio);
     formula.say(
         "cs = 2 I0 ωR ξ/ls² for it [N s/m]",
-        2.0 * inertia * frequency * wanted / radius,
+        2.0 * inertia * frequency * ratio / radius,
     );
     formula.say(
         "the same with the pivot's damping counted in [N s/m]",
-        (2.0 * inertia * frequency * wanted - lever.pivot_damping_nm_s_per_rad) / radius,
+        (2.0 * inertia * frequency * ratio - lever.pivot_damping_nm_s_per_rad) / radius,
     );
     formula.say("cs of the design [N s/m]", stop.damping_n_s_per_m);
     formula.say("its ξ = cs ls²/(2 I0 ωR) [-]", answer.damping_ratio);
@@ -335,7 +335,7 @@ fn headlines(
     );
     formula.say(
         "cs if that were taken for ξ [N s/m]",
-        wanted * inertia * frequency * frequency / radius,
+        ratio * inertia * frequency * frequency / radius,
     );
     let mut limits = Figures::of("limits of the equivalence", StopModel::Soft).digits(DIGITS);
     limits.say(

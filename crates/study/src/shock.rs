@@ -1,9 +1,9 @@
 //! The paper's Fig. 11: the lever's answer to the shock of a side impact.
 //!
-//! The acceleration of Fig. 11a was measured by a car maker and is not public. In its place stands
-//! the burst of [`cases::shock`], of the same length and peak, given by formula. The paper's figure
-//! has its axis in m/s², its text speaks of "almost A = 1000" g; the two differ by what one g is,
-//! so both readings are answered.
+//! The acceleration of Fig. 11a was measured by a car maker and is not public. The burst of
+//! [`cases::shock`] replaces it, of the same length and peak, given by formula. The axis of the paper's
+//! figure is in m/s², its text speaks of "almost A = 1000" g; the two differ by a factor of one g, so
+//! both readings are answered.
 
 use super::{Figures, Headline, cases};
 use latchgate_kernel::model::Design;
@@ -22,11 +22,11 @@ pub struct Options {
     /// Stops to run.
     #[serde(rename = "model")]
     pub models: Vec<StopModel>,
-    /// What one g is [m/s²].
+    /// Acceleration of one g [m/s²].
     pub gravity_m_s2: f64,
-    /// Peak of the shock, nearly [g].
+    /// Approximate peak of the shock [g].
     pub amplitude_g: f64,
-    /// How long the lever is watched [s].
+    /// Duration of the motion [s].
     pub duration_s: f64,
 }
 
@@ -35,7 +35,7 @@ pub struct Options {
 pub struct Response {
     /// Peak of the signal [m/s²].
     pub peak_acceleration_m_s2: f64,
-    /// What the lever did.
+    /// Run of the lever.
     #[serde(flatten)]
     pub run: Run,
     /// The history.
@@ -60,27 +60,27 @@ pub struct Row {
     pub angular_velocity_rad_s: f64,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shock {
-    /// The two readings: in g as the text has it, in m/s² as the axis has it.
+    /// The two readings of the peak: in g as in the text, in m/s² as on the axis.
     pub signals: [Signal; 2],
     /// The answers, reading by reading.
     pub responses: Vec<Response>,
     /// Threshold of the angle [rad].
     pub threshold_rad: f64,
-    /// What one g is [m/s²].
+    /// Acceleration of one g [m/s²].
     pub gravity_m_s2: f64,
     /// Length of the shock [s].
     pub shock_s: f64,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
 }
 
-/// Peak that the burst's formula is made for [g].
+/// Peak of the burst by its formula [g].
 const PEAK_G: f64 = 1000.0;
 
-/// Longest that the lever is watched [s].
+/// Longest duration of the motion [s].
 pub const DURATION_MAX_S: f64 = 100.0;
 
 /// Runs the study.
@@ -115,8 +115,8 @@ pub fn run(options: &Options) -> Result<Shock, Error> {
     })
 }
 
-/// Returns the burst times `factor`, then zero for as long as the lever is watched, and the length
-/// of the burst [s].
+/// Returns the burst times `factor`, followed by zeros up to the duration of the motion, and the length of the
+/// burst [s].
 fn burst(options: &Options, factor: f64) -> Result<(Signal, f64), Error> {
     let case = cases::shock(options.gravity_m_s2)?;
     let mut signal = case
@@ -203,7 +203,7 @@ impl Shock {
     }
 }
 
-/// Returns the signal at a time, linear between samples, zero outside.
+/// Returns the signal at an instant, linear between samples, zero outside.
 fn value_at(signal: &Signal, time_s: f64) -> f64 {
     let place = (time_s - signal.start_s) * signal.rate.hertz();
     if place.is_nan() || place < 0.0 {

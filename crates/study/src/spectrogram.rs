@@ -51,7 +51,7 @@ pub struct Row {
     pub amplitude_rad_s: f64,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotionSpectrogram {
     /// The motion.
@@ -64,14 +64,14 @@ pub struct MotionSpectrogram {
     pub highest_hz: f64,
     /// Length of the motion [s].
     pub duration_s: f64,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
 }
 
 /// Points of the motion in a natural period.
 const POINTS_PER_PERIOD: f64 = 1024.0;
 
-/// Windows in the picture, at most.
+/// Largest number of windows in the picture.
 const COLUMNS: usize = 320;
 
 /// Runs the study.
@@ -134,11 +134,11 @@ pub fn run(options: &Options) -> Result<MotionSpectrogram, Error> {
         row.truncate(bins);
     }
     let mut figures = Figures::of("bounces", options.model);
-    let at = |index: usize| bounces.get(index).map(|bounce| bounce.frequency_hz);
-    figures.say("frequency of the first [Hz]", at(0));
-    figures.say("frequency of the second [Hz]", at(1));
-    figures.say("frequency of the fifth [Hz]", at(4));
-    figures.say("frequency of the tenth [Hz]", at(9));
+    let frequency_hz = |index: usize| bounces.get(index).map(|bounce| bounce.frequency_hz);
+    figures.say("frequency of the first [Hz]", frequency_hz(0));
+    figures.say("frequency of the second [Hz]", frequency_hz(1));
+    figures.say("frequency of the fifth [Hz]", frequency_hz(4));
+    figures.say("frequency of the tenth [Hz]", frequency_hz(9));
     figures.say("natural frequency ω0/2π, without stop [Hz]", 1.0 / period);
     figures.say("stays on the stop from [s]", motion.settled_s);
     figures.say("window [s]", amplitudes.window_s);
@@ -152,8 +152,8 @@ pub fn run(options: &Options) -> Result<MotionSpectrogram, Error> {
     })
 }
 
-/// Returns the angular velocity at equal distances; the history holds these instants, so that
-/// straight lines between its points change nothing but the rounding of time.
+/// Returns the angular velocity at equal distances. The history holds these instants, so straight lines between its
+/// points only round the time.
 fn uniform(motion: &FreeMotion, rate_hz: f64, duration_s: f64) -> Vec<f64> {
     let count = (duration_s * rate_hz).floor() as usize + 1;
     let trace = &motion.trace;

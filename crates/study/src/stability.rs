@@ -1,5 +1,5 @@
-//! Where each method fails: step against stiffness, grazing, chatter, and the situations in which
-//! something happens inside a sample or a step.
+//! Failures of each method: step against stiffness, grazing, chatter, and situations with an event inside
+//! a sample or a step.
 //!
 //! Right answers come from the event-driven kernel on the same samples, with the bound it states;
 //! those of the contact and of free chatter are checked against closed forms and quad precision
@@ -7,10 +7,10 @@
 //!
 //! - `bounces`: the free bounces of the paper's Fig. 3: exit over entry speed, bounce after
 //!   bounce;
-//! - `chatter`: chatter: bounces without number that end at a finite time, on a rigid stop;
-//! - `contact`: one contact with the soft stop: what speed a fixed step gives back;
-//! - `graze`: grazing: a lever that all but touches the rigid stop;
-//! - `situations`: situations in which what matters happens inside a sample or a step.
+//! - `chatter`: chatter: infinitely many bounces that end at a finite time, on a rigid stop;
+//! - `contact`: one contact with the soft stop: the exit speed by a fixed step;
+//! - `graze`: grazing: a lever that touches the rigid stop with no speed;
+//! - `situations`: situations with an event inside a sample or a step.
 
 mod bounces;
 mod chatter;
@@ -27,30 +27,30 @@ use latchgate_kernel::units::{OpensWhen, SampleRate};
 use latchgate_recording::error::Error;
 use serde::Serialize;
 
-/// Options of the study of where methods fail.
+/// Options of the study of the failures of methods.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
     /// The lever.
     pub design: Design,
-    /// What one g is [m/s²].
+    /// Acceleration of one g [m/s²].
     pub gravity_m_s2: f64,
-    /// Steps on the map of step against stiffness.
+    /// Number of steps on the map of step against stiffness.
     pub points: u32,
 }
 
-/// How good an answer is.
+/// Quality of an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Grade {
-    /// Within a millionth of the right answer, or within its bound.
+    /// Error within a millionth of the right answer, or within its bound.
     Right,
-    /// Within a thousandth.
+    /// Error within a thousandth.
     Close,
-    /// Within a tenth.
+    /// Error within a tenth.
     Poor,
-    /// Off by more.
+    /// Error above a tenth.
     Wrong,
-    /// No answer: broke down, never left the stop, never came to rest.
+    /// No answer: the method broke down, or the lever never left the stop or never came to rest.
     Failed,
 }
 
@@ -77,7 +77,7 @@ impl Grade {
 /// One answer of one method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// What is looked at.
+    /// Part of the study.
     pub subject: &'static str,
     /// Stop model.
     pub model: StopModel,
@@ -87,11 +87,11 @@ pub struct Row {
     pub step_s: Option<f64>,
     /// Tolerance [rad], of a method that takes one.
     pub tolerance_rad: Option<f64>,
-    /// What is varied beside the setting.
+    /// Quantity varied beside the setting.
     pub variable: &'static str,
     /// Its value.
     pub variable_value: f64,
-    /// What is asked for, with its unit.
+    /// Quantity computed, with its unit.
     pub quantity: &'static str,
     /// The method's answer.
     pub value: Option<f64>,
@@ -99,20 +99,20 @@ pub struct Row {
     pub right: f64,
     /// Bound on the error of the right answer.
     pub right_bound: f64,
-    /// Its distance from the right one.
+    /// Distance of the answer from the right one.
     pub error: Option<f64>,
-    /// The same relative to the right one [-]; absent where that is zero.
+    /// Error relative to the right answer [-]; absent if that is zero.
     pub relative_error: Option<f64>,
-    /// How good the answer is.
+    /// Quality of the answer.
     pub grade: Grade,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stability {
     /// Every answer, by subject.
     pub rows: Vec<Row>,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
     /// Contact angular frequency times step beyond which |R(z)| > 1 [-].
     pub contact_limit: f64,
@@ -165,7 +165,7 @@ struct MethodSetting {
 impl MethodSetting {
     fn fixed(method: fn(u32) -> Method, step_s: f64) -> Self {
         Self {
-            // The step replaces the steps per period.
+            // `step_s` overrides the steps per period, so their number has no effect.
             method: method(1),
             step_s: Some(step_s),
             tolerance_rad: None,
@@ -188,7 +188,7 @@ impl MethodSetting {
         }
     }
 
-    /// Returns every method at the setting that people use: the paper's step, a tolerance of 1e-9.
+    /// Returns every method at its usual setting: the paper's step, or a tolerance of 1e-9.
     fn usual(model: StopModel) -> Vec<Self> {
         let step = paper_step_s(10_000);
         [
@@ -283,8 +283,8 @@ fn silence(length: f64, intervals: u32) -> Result<Signal, Error> {
     })
 }
 
-/// Returns the speed at φ = 0 of a lever at (`angle`, `velocity`) without excitation, with the
-/// sign of `velocity`: what lies between is spring and preload.
+/// Returns the speed at φ = 0 of a lever at (`angle`, `velocity`) without excitation, with the sign of `velocity`.
+/// Only spring and preload act in between.
 fn speed_at_stop(design: &Design, angle: f64, velocity: f64) -> f64 {
     let lever = &design.lever;
     let potential =

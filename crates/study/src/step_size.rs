@@ -1,5 +1,5 @@
-//! The paper's Fig. 3: the fixed-step method on free impacts with the soft stop, where it fails
-//! and why.
+//! The paper's Fig. 3: the fixed-step method on free impacts with the soft stop, and the reason for its
+//! failures.
 
 use super::free::{self, Against, FreeMotion, Release};
 use super::stability::contact::contacts;
@@ -33,7 +33,7 @@ pub struct Options {
     pub velocity_rad_s: f64,
     /// Length [periods of the excitation].
     pub periods: u32,
-    /// Step sizes of the scan.
+    /// Number of step sizes of the scan.
     pub points: u32,
 }
 
@@ -46,16 +46,16 @@ pub struct FixedStepRun {
     pub step_s: f64,
     /// Contact angular frequency times step [-].
     pub reach: f64,
-    /// Factor |R(z)| by which one step multiplies what swings in contact [-].
+    /// Factor |R(z)| by which one step multiplies the oscillation in contact [-].
     pub amplification: f64,
     /// Speed at the first point outside over that at the first point inside, contact by contact,
-    /// at most the first 50 [-]; empty where the history keeps not every step.
+    /// at most the first 50 [-]; empty if the history does not keep every step.
     pub exit_over_entry: Vec<f64>,
     /// Largest angle after the first contact [rad].
     pub largest_after_contact_rad: Option<f64>,
-    /// True if the lever went higher after a contact than it was let go from.
+    /// True if the lever rises higher after a contact than its start.
     pub gains_energy: bool,
-    /// True if its numbers left what a double can hold.
+    /// True if its numbers left the range of a double.
     pub broke_down: bool,
     /// The history.
     #[serde(skip)]
@@ -71,9 +71,9 @@ pub struct StepScan {
     pub reach: f64,
     /// Least ratio of exit to entry speed over the phases [-].
     pub least_ratio: f64,
-    /// Largest [-]; runs that did not come out again count for neither.
+    /// Largest ratio [-]. Runs that do not leave the stop have no ratio.
     pub largest_ratio: f64,
-    /// Share of the phases that gain energy or do not come out again [-].
+    /// Share of the phases that gain energy or do not leave the stop [-].
     pub failing_share: f64,
 }
 
@@ -90,10 +90,10 @@ pub struct Row {
     pub angular_velocity_rad_s: f64,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepSize {
-    /// The motion as it is.
+    /// The exact motion.
     pub exact: FreeMotion,
     /// The runs.
     pub runs: Vec<FixedStepRun>,
@@ -103,9 +103,9 @@ pub struct StepSize {
     pub right_ratio: Option<f64>,
     /// Contact angular frequency times step beyond which a step amplifies [-].
     pub limit: f64,
-    /// The same in steps per period.
+    /// That limit in steps per period.
     pub limit_steps_per_period: f64,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
 }
 
@@ -115,7 +115,7 @@ const PHASES: u32 = 24;
 /// Steps per period of the scan.
 const SCAN: Range = Range::new(500.0, 1e6);
 
-/// Points that the fixed-step method keeps whole.
+/// Largest number of steps of which the trace keeps every one.
 const KEPT_STEPS: u64 = 39_000;
 
 /// Runs the study.
@@ -182,7 +182,7 @@ fn silence(length_s: f64) -> Result<Signal, Error> {
 
 fn fixed(step_s: f64, initial: State) -> RunOptions {
     RunOptions {
-        // The step replaces the steps per natural period.
+        // `step_s` overrides the steps per natural period, so their number has no effect.
         method: Method::Rk4 {
             steps_per_period: 1,
         },
@@ -249,17 +249,17 @@ fn one_run(
     })
 }
 
-/// Returns the angle to which the energy at the start would carry the lever [rad].
+/// Returns the highest angle that the energy at the start allows [rad].
 fn highest(options: &Options) -> f64 {
     let lever = &options.design.lever;
     let (k, t) = (lever.spring_stiffness_nm_per_rad, lever.preload_torque_nm);
     let (q, v) = (options.angle_rad, options.velocity_rad_s);
     let energy = 0.5 * lever.moment_of_inertia_kg_m2 * v * v + t * q + 0.5 * k * q * q;
-    // k φ²/2 + T0 φ = E; in the form that also holds without a spring.
+    // The root of k φ²/2 + T0 φ = E, in the form that also holds without a spring.
     2.0 * energy / (t + (t * t + 2.0 * k * energy).max(0.0).sqrt())
 }
 
-/// One contact at one step, entered at every phase.
+/// Computes one contact at one step, entered at every phase.
 fn one_step(
     design: &Design,
     steps_per_period: f64,
@@ -271,7 +271,7 @@ fn one_step(
     let mut failing = 0;
     for phase in 0..PHASES {
         let angle = (f64::from(phase) + 0.5) / f64::from(PHASES) * step_s * speed;
-        // To the stop, one and a half contacts, and a few steps to see the exit.
+        // The run covers the way to the stop, one and a half contacts, and a few steps after the exit.
         let length = angle / speed + 1.5 * std::f64::consts::PI / frequency + 4.0 * step_s;
         let start = State::new(angle, -speed);
         let outcome = replay::run(&silence(length)?, design, &fixed(step_s, start))?;
@@ -356,7 +356,7 @@ fn headlines(answer: &StepSize) -> Vec<Headline> {
     headlines
 }
 
-/// Returns the fewest steps per period from which on all of the scan is `good`.
+/// Returns the fewest steps per period from which on every step of the scan is `good`.
 fn finer_than(scan: &[StepScan], good: impl Fn(&StepScan) -> bool) -> Option<f64> {
     scan.iter()
         .rev()
@@ -376,7 +376,7 @@ impl StepSize {
         };
         let exact = self.exact.trace.iter().map(move |point| row(None, point));
         let runs = self.runs.iter().flat_map(move |run| {
-            // What has left all numbers is no row.
+            // States that are not finite have no row.
             run.trace
                 .iter()
                 .filter(|point| point.angle_rad.is_finite() && point.velocity_rad_s.is_finite())

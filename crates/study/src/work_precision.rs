@@ -1,10 +1,10 @@
 //! Error against cost, for every method at several settings.
 //!
-//! Truth is the event-driven kernel on the same excitation, with the error it states: no row claims
-//! a smaller error than that. Time is the least of several repetitions, as a multiple of what the
-//! event-driven kernel with its own tolerance needs for the same case in the same run, neither with
-//! an error statement. The kernel is timed again in turns with every row and its least counts, so
-//! that one busy moment of the machine moves no row against the others, and its own row is 1.
+//! Truth is the event-driven kernel on the same excitation, with the error it states; no row claims a
+//! smaller error than that. Time is the least of several repetitions, as a multiple of the kernel's time
+//! with its default tolerance on the same case in the same run, both without an error statement. The
+//! kernel is timed again in turns with every row and its least time counts, so that one busy moment of
+//! the machine moves no row against the others, and its row is 1.
 
 use super::cases::{self, BetweenSamples, Drive, StudyCase};
 use super::{Headline, Stopwatch, fitted_order};
@@ -26,7 +26,7 @@ pub struct Options {
     /// Stops to run.
     #[serde(rename = "model")]
     pub models: Vec<StopModel>,
-    /// What one g is [m/s²].
+    /// Acceleration of one g [m/s²].
     pub gravity_m_s2: f64,
     /// Angular frequency of the harmonic case [rad/s].
     #[serde(rename = "omega_rad_s")]
@@ -35,25 +35,25 @@ pub struct Options {
     pub amplitude_g: f64,
     /// Its length [periods].
     pub periods: u32,
-    /// Settings of each method.
+    /// Number of settings of each method.
     pub points: u32,
     /// Repetitions of which the fastest counts.
     pub repetitions: u32,
 }
 
-/// How a run went.
+/// Outcome of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Status {
-    /// It saw what happened.
+    /// All impacts were seen.
     Ok,
-    /// It saw another number of impacts, too few.
+    /// Impacts were missed.
     MissedImpacts,
-    /// It saw impacts that do not happen.
+    /// Impacts were seen that do not happen.
     ExtraImpacts,
-    /// The lever went further through the stop than any stop lets it.
+    /// The lever went deeper into the stop than is possible.
     Tunnelled,
-    /// It broke down, or the peak is more than three times the true one.
+    /// The run broke down, or its peak is more than three times the true one.
     Unstable,
 }
 
@@ -66,7 +66,7 @@ pub struct Row {
     pub model: StopModel,
     /// Method.
     pub method: &'static str,
-    /// What lies between the samples; absent for a smooth sine.
+    /// Reading between the samples; absent for a smooth sine.
     pub between: Option<&'static str>,
     /// Steps per natural period, of a method with a fixed step.
     pub steps_per_period: Option<u32>,
@@ -74,11 +74,11 @@ pub struct Row {
     pub step_s: Option<f64>,
     /// Tolerance [rad], of a method that takes one.
     pub tolerance_rad: Option<f64>,
-    /// How it went.
+    /// Outcome.
     pub status: Status,
     /// Error of the peak angle [rad]; never below that stated for the truth.
     pub peak_angle_error_rad: Option<f64>,
-    /// Error of the angle at the end [rad]; as before.
+    /// Error of the angle at the end [rad]; never below that stated for the truth.
     pub final_angle_error_rad: Option<f64>,
     /// Error of the angular velocity at the end [rad/s].
     pub final_velocity_error_rad_s: Option<f64>,
@@ -87,11 +87,11 @@ pub struct Row {
     pub first_crossing_error_s: Option<f64>,
     /// Error of the peak angle that the method itself states [rad].
     pub stated_error_rad: Option<f64>,
-    /// True if that covers the true one.
+    /// True if the stated error covers the true one.
     pub stated_covers: Option<bool>,
     /// Impacts faster than 1e-3 rad/s.
     pub impacts: u64,
-    /// How many there are.
+    /// Impacts of the truth faster than 1e-3 rad/s.
     pub true_impacts: u64,
     /// Lowest angle [rad], where the method keeps it.
     pub lowest_angle_rad: Option<f64>,
@@ -103,18 +103,18 @@ pub struct Row {
     pub events: u64,
     /// Least time of the repetitions [s].
     pub time_s: f64,
-    /// The same as a multiple of the event-driven kernel's.
+    /// That time as a multiple of the event-driven kernel's.
     pub time_ratio: f64,
 }
 
-/// The truth of a case, with what it is good for.
+/// The truth of a case, with its bounds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Case.
     pub case: Cow<'static, str>,
     /// Stop model.
     pub model: StopModel,
-    /// What the case is.
+    /// Description of the case.
     pub title: String,
     /// Samples; absent for a smooth sine.
     pub samples: Option<usize>,
@@ -134,18 +134,18 @@ pub struct Truth {
     pub impacts: u64,
     /// Time of the event-driven kernel [s].
     pub kernel_time_s: f64,
-    /// The same per sample interval [ns]; absent for a smooth sine.
+    /// That time per sample interval [ns]; absent for a smooth sine.
     pub kernel_ns_per_sample: Option<f64>,
 }
 
-/// The study's answer.
+/// Result of the study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorkPrecision {
     /// The truth of each case and stop.
     pub truths: Vec<Truth>,
     /// Every run, by case, stop, method and setting.
     pub rows: Vec<Row>,
-    /// What to take away.
+    /// Headline figures.
     pub headlines: Vec<Headline>,
 }
 
@@ -168,7 +168,7 @@ const EVENT_DRIVEN: (f64, f64) = (1e-4, 1e-16);
 /// As [`replay::run`].
 pub fn run(options: &Options, clock: Stopwatch<'_>) -> Result<WorkPrecision, Error> {
     let gravity = options.gravity_m_s2;
-    let all = [
+    let study_cases = [
         cases::shock(gravity)?,
         cases::recording(gravity)?,
         cases::harmonic(
@@ -183,7 +183,7 @@ pub fn run(options: &Options, clock: Stopwatch<'_>) -> Result<WorkPrecision, Err
         rows: Vec::new(),
         headlines: Vec::new(),
     };
-    for case in &all {
+    for case in &study_cases {
         for &model in &options.models {
             let mut bench = TimedCase::new(options, case, model, clock)?;
             let first = answer.rows.len();
@@ -207,28 +207,42 @@ pub fn run(options: &Options, clock: Stopwatch<'_>) -> Result<WorkPrecision, Err
     Ok(answer)
 }
 
-/// Fits the orders of the fixed-step methods on a smooth sine, whose only kinks are impacts: steps per
-/// natural period that double, from where each is past its failures to where rounding begins. With events on the
-/// grid of a soft stop no order shows at any step tried.
+/// Fits the orders of the fixed-step methods on a smooth sine, whose only kinks are impacts. Steps per natural period
+/// double from the coarsest that does not fail to the finest before rounding. With events on the grid of a soft stop
+/// no order shows at any step tried.
 fn orders(bench: &TimedCase<'_>, out: &mut Vec<Headline>) -> Result<(), Error> {
-    type WithSteps = fn(u32) -> Method;
-    let located: WithSteps = |steps_per_period| Method::Rk4Located { steps_per_period };
-    let on_grid: WithSteps = |steps_per_period| Method::Rk4 { steps_per_period };
-    // Method, coarsest steps, how often they double, and whether the error is that at the end.
-    let fitted: &[(WithSteps, u32, u32, bool)] = match bench.model {
-        StopModel::Rigid => &[(located, 100, 5, false), (on_grid, 10_000, 9, true)],
-        StopModel::Soft => &[(located, 32_000, 4, false)],
+    struct OrderFit {
+        method: fn(u32) -> Method,
+        coarsest_steps: u32,
+        settings: u32,
+        at_end: bool,
+    }
+    let located = |coarsest_steps, settings| OrderFit {
+        method: |steps_per_period| Method::Rk4Located { steps_per_period },
+        coarsest_steps,
+        settings,
+        at_end: false,
     };
-    for &(method, coarsest, settings, at_end) in fitted {
+    let on_grid = OrderFit {
+        method: |steps_per_period| Method::Rk4 { steps_per_period },
+        coarsest_steps: 10_000,
+        settings: 9,
+        at_end: true,
+    };
+    let fits = match bench.model {
+        StopModel::Rigid => vec![located(100, 5), on_grid],
+        StopModel::Soft => vec![located(32_000, 4)],
+    };
+    for fit in fits {
         let mut points = Vec::new();
-        for doubled in 0..settings {
-            let method = method(coarsest << doubled);
+        for doublings in 0..fit.settings {
+            let method = (fit.method)(fit.coarsest_steps << doublings);
             if !has_step(method, &bench.options.design) {
                 continue;
             }
             let run = bench.options_of(method, None);
             let run = bench.case.replay(&bench.options.design, &run)?.run;
-            let error = if at_end {
+            let error = if fit.at_end {
                 run.final_angle_rad - bench.truth.final_angle_rad
             } else {
                 run.peak_angle_rad - bench.truth.peak_angle_rad
@@ -237,8 +251,12 @@ fn orders(bench: &TimedCase<'_>, out: &mut Vec<Headline>) -> Result<(), Error> {
             let step_s = replay::fixed_step_s(&bench.options.design, steps);
             points.push(Point::new(step_s, error.abs()));
         }
-        let what = if at_end { "angle at the end" } else { "peak" };
-        let name = method(coarsest).name();
+        let what = if fit.at_end {
+            "angle at the end"
+        } else {
+            "peak"
+        };
+        let name = (fit.method)(fit.coarsest_steps).name();
         out.push(Headline {
             digits: 2,
             subject: bench.truth.case.to_string(),
@@ -250,8 +268,8 @@ fn orders(bench: &TimedCase<'_>, out: &mut Vec<Headline>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Compares readings of one recording, the truth being its formula: the event-driven method on each, the
-/// others on straight lines, which is what they are given elsewhere.
+/// Compares readings of one recording whose truth is its formula: the event-driven method on each, the others on
+/// straight lines as in the other cases.
 fn between_samples(
     options: &Options,
     cases: &BetweenSamples,
@@ -274,8 +292,8 @@ fn between_samples(
     }
     bench.case = &lines[0];
     for (method, tolerance) in settings(options.points) {
-        let other = !matches!(method, Method::EventDriven | Method::MoreauJean { .. });
-        if other && method.admits(model) && has_step(method, &options.design) {
+        let is_comparable = !matches!(method, Method::EventDriven | Method::MoreauJean { .. });
+        if is_comparable && method.admits(model) && has_step(method, &options.design) {
             answer.rows.push(bench.row(method, tolerance)?);
         }
     }
@@ -285,7 +303,7 @@ fn between_samples(
     Ok(())
 }
 
-/// True if the steps per natural period make a step: a lever without a spring has no period.
+/// Returns true if the method has a step for the design: a lever without a spring has no natural period.
 fn has_step(method: Method, design: &Design) -> bool {
     method
         .steps_per_period()
@@ -305,7 +323,7 @@ fn settings(points: u32) -> Vec<(Method, Option<f64>)> {
     steps.push(PAPER_STEPS);
     steps.sort_unstable();
     steps.dedup();
-    // Tolerances are decades, as people set them.
+    // Tolerances are rounded to decades, as is usual.
     let decade = |value: f64| {
         format!("1e{}", libm::log10(value).round())
             .parse()
@@ -335,14 +353,14 @@ fn settings(points: u32) -> Vec<(Method, Option<f64>)> {
 /// One case on one stop with its truth.
 struct TimedCase<'a> {
     options: &'a Options,
-    /// What rows run.
+    /// Case that the rows run.
     case: &'a StudyCase,
-    /// What the kernel is timed on, whose time is one.
+    /// Case on which the kernel is timed; its time is the unit.
     unit: &'a StudyCase,
     model: StopModel,
     truth: Truth,
     truth_velocity: f64,
-    /// No stop lets a lever deeper than this [rad].
+    /// Bound on the angle into a stop [rad]; a lower angle is tunnelling.
     deepest: f64,
     clock: Stopwatch<'a>,
 }
@@ -364,10 +382,14 @@ impl<'a> TimedCase<'a> {
         let first_crossing_bound_s = match run.first_crossing_s {
             None => None,
             Some(crossing) => {
-                let there = case.replay_until(crossing, &options.design, &base)?;
-                let speed = there.run.final_velocity_rad_s.abs().max(f64::MIN_POSITIVE);
-                // The rounding of the instant itself comes on top.
-                Some(stated(&there) / speed + f64::EPSILON * crossing.abs())
+                let at_crossing = case.replay_until(crossing, &options.design, &base)?;
+                let speed = at_crossing
+                    .run
+                    .final_velocity_rad_s
+                    .abs()
+                    .max(f64::MIN_POSITIVE);
+                // The rounding of the instant is added.
+                Some(stated(&at_crossing) / speed + f64::EPSILON * crossing.abs())
             }
         };
         let fastest = run
@@ -416,16 +438,16 @@ impl<'a> TimedCase<'a> {
         }
     }
 
-    /// Runs a case once; returns the time it took [s] and what it gave.
+    /// Runs a case once; returns the time [s] and the outcome.
     fn once(&self, case: &StudyCase, run: &RunOptions) -> Result<(f64, RunOutcome), Error> {
         let started = (self.clock)();
         let got = case.replay(&self.options.design, run)?;
         Ok(((self.clock)() - started, got))
     }
 
-    /// Returns the least time of a run [s] and what it gave; times the kernel in turns with it.
+    /// Returns the least time of a run [s] and its outcome; times the kernel in turns with it.
     fn time(&mut self, run: &RunOptions) -> Result<(f64, RunOutcome), Error> {
-        /// A run this long [s] is not repeated: nothing short disturbs it.
+        /// Duration from which a run is not repeated [s]: short disturbances hardly change it.
         const LONG_S: f64 = 0.2;
         let kernel = self.options_of(Method::EventDriven, None);
         let mut least = f64::INFINITY;
@@ -443,21 +465,21 @@ impl<'a> TimedCase<'a> {
         Ok((least, outcome.expect("repeated once at least")))
     }
 
-    /// Gives every row its ratio to the least time that the kernel needed in any turn.
+    /// Sets the time ratio of every row, to the least time of the kernel in any turn.
     fn finish(&mut self, rows: &mut [Row]) {
         let unit = self.unit.between();
-        let own = |row: &Row| {
+        let is_unit_row = |row: &Row| {
             row.method == Method::EventDriven.name()
                 && row.tolerance_rad.is_none()
                 && row.between == unit
         };
         let kernel_time_s = rows
             .iter()
-            .filter(|row| own(row))
+            .filter(|row| is_unit_row(row))
             .map(|row| row.time_s)
             .fold(self.truth.kernel_time_s, f64::min);
         for row in rows {
-            if own(row) {
+            if is_unit_row(row) {
                 row.time_s = kernel_time_s;
             }
             row.time_ratio = row.time_s / kernel_time_s;
@@ -529,7 +551,7 @@ impl<'a> TimedCase<'a> {
             rhs: run.work.rhs,
             events: run.work.events,
             time_s,
-            // Known once the kernel has had all its turns.
+            // `finish` sets it once the kernel has had all its turns.
             time_ratio: f64::NAN,
         })
     }
@@ -553,8 +575,7 @@ impl<'a> TimedCase<'a> {
     }
 }
 
-/// Error of the peak that an engineer would call exact enough [rad]: a hundred-thousandth of the
-/// usual threshold.
+/// Sufficient accuracy of the peak [rad]: a hundred-thousandth of the usual threshold.
 const GOOD_RAD: f64 = 1e-6;
 
 fn headlines(truth: &Truth, rows: &[Row], out: &mut Vec<Headline>) {
@@ -613,9 +634,9 @@ fn headlines(truth: &Truth, rows: &[Row], out: &mut Vec<Headline>) {
         }
     }
     for method in methods {
-        let own = || rows.iter().filter(|row| row.method == method);
+        let method_rows = || rows.iter().filter(|row| row.method == method);
         if method != "event-driven" {
-            let cheapest = own()
+            let cheapest = method_rows()
                 .filter(|row| row.status == Status::Ok)
                 .filter(|row| {
                     row.peak_angle_error_rad
@@ -628,7 +649,7 @@ fn headlines(truth: &Truth, rows: &[Row], out: &mut Vec<Headline>) {
                 cheapest,
             );
         }
-        let failed = own().filter(|row| row.status != Status::Ok).count() as f64;
+        let failed = method_rows().filter(|row| row.status != Status::Ok).count() as f64;
         say(format!("{method}: settings that failed [-]"), Some(failed));
     }
 }

@@ -267,7 +267,7 @@ fn regress_a_branch_is_found_once_and_whole() {
         .iter()
         .filter(|branch| {
             branch
-                .found()
+                .bifurcations()
                 .any(|one| (one.orbit.amplitude_g - 1.753_715_585_397).abs() < 1e-9)
         })
         .collect();

@@ -27,7 +27,7 @@ pub(super) fn head(document: &Document, identity: &str) -> Markup {
     }
 }
 
-/// Returns the verdict card: the word, what it means, the figures it rests on.
+/// Returns the verdict card: the word, its meaning, the figures behind it, the directions and the reasons.
 pub(super) fn verdict(document: &Document) -> Markup {
     html! {
         section #verdict .card.(document.verdict.name()) {
@@ -41,21 +41,21 @@ pub(super) fn verdict(document: &Document) -> Markup {
     }
 }
 
-/// Returns the word, what it means, and the figures it rests on.
+/// Returns the word of the verdict, its meaning, and the figures behind it.
 pub(super) fn answer(document: &Document) -> Markup {
     html! {
         div.answer {
             (icon(document.verdict))
             div { strong { (words::answer(document.verdict)) } span { (line(&headline::headline(document))) } }
         }
-        // Figures of a recording that carries no answer would be taken for one.
+        // Figures of an unusable recording would be read as an answer.
         @if document.verdict != Answer::Unusable {
             @if document.polarities.len() > 1 { (directions(document)) } @else { (key_figures(document)) }
         }
     }
 }
 
-/// Returns what each opening direction comes to, side by side.
+/// Returns the answer of each opening direction, side by side.
 fn directions(document: &Document) -> Markup {
     html! {
         dl.key.two {
@@ -105,7 +105,7 @@ fn varied_levers(document: &Document) -> Markup {
             &words::share(ensemble),
         );
     }
-    match words::spared(document) {
+    match words::sparing_bound(document) {
         Some(bound) => {
             let why = format!("the loosest {}", bound.name());
             item("Varied levers that open", "none can", &why)
@@ -114,7 +114,7 @@ fn varied_levers(document: &Document) -> Markup {
     }
 }
 
-/// Returns what the verdict rests on, a line each.
+/// Returns the grounds of the verdict, a line each.
 fn rests_on(document: &Document) -> Markup {
     let run = document.nominal.as_ref();
     let mut lines = Vec::new();
@@ -126,7 +126,7 @@ fn rests_on(document: &Document) -> Markup {
     lines.extend(words::catch(document).map(String::from));
     let leading = words::leading_run(document);
     lines.extend(leading.and_then(|run| words::computation(document, run)));
-    // Where the record ends too early that is what decides.
+    // A lever that opens within the record needs no word on what follows the record.
     let later = run.filter(|_| document.verdict != Answer::Fail);
     let later = later.and_then(|run| {
         Some(run.coast_peak_angle_rad?).filter(|coast| *coast > run.peak_angle_rad)
@@ -168,7 +168,7 @@ fn item(name: &str, value: &str, below: &str) -> Markup {
     html! { div { dt { (name) } dd.value { (line(value)) } dd { (line(below)) } } }
 }
 
-/// Returns the verdict's sign: a shape of its own for each, so that colour is not needed.
+/// Returns the verdict's sign. Each verdict has another shape, so that colour is not needed.
 fn icon(answer: Answer) -> Markup {
     let shape = match answer {
         Answer::Pass => {

@@ -1,4 +1,4 @@
-//! The ensemble, what drives it, and what the nominal runs say with one thing changed.
+//! The ensemble, its drivers, and the answers of the nominal runs by filter.
 
 use super::markup::{figure, heads, stop_and_sign};
 use crate::escape::terminal as line;
@@ -22,16 +22,16 @@ pub(super) fn ensemble(document: &Document) -> Markup {
     let Some(shown) = &document.ensemble else {
         return html! {};
     };
-    let all = if document.ensembles.is_empty() {
+    let ensembles = if document.ensembles.is_empty() {
         std::slice::from_ref(shown)
     } else {
         &document.ensembles
     };
     html! {
-        // A phone scrolls the table sideways: keys are to reach it.
+        // A phone scrolls the table sideways; the tab index lets keys scroll it too.
         section #ensemble tabindex="0" {
             h2 { "Varied levers" }
-            (gauge(all))
+            (gauge(ensembles))
             p.sum { (line(&share_sentence(shown))) }
             table.ensembles {
                 (heads(&[
@@ -45,14 +45,14 @@ pub(super) fn ensemble(document: &Document) -> Markup {
                     "#Largest [°]",
                     "Ended",
                 ]))
-                tbody { @for ensemble in all { (row(ensemble, document.threshold_rad)) } }
+                tbody { @for ensemble in ensembles { (row(ensemble, document.threshold_rad)) } }
             }
             @if let Some(until) = shown.judged_until_s {
                 p.note {
                     "The recording is faulty later on: members are judged up to " (words::instant(until)) " only."
                 }
             }
-            @if all.iter().any(|ensemble| ensemble.failed_to_run > 0) {
+            @if ensembles.iter().any(|ensemble| ensemble.failed_to_run > 0) {
                 p.note {
                     "Members that could not be followed count as crossing in the upper bound and as not "
                     "crossing in the lower one."
@@ -64,11 +64,11 @@ pub(super) fn ensemble(document: &Document) -> Markup {
 
 /// Draws the bounds of the share of levers that cross against those of the rule, a bar for each
 /// stop and polarity.
-fn gauge(all: &[Ensemble]) -> Markup {
-    let left = if all.len() > 1 { 212.0 } else { 0.0 };
-    let width = 860.0 - left;
-    let x = |share: f64| left + share * width;
-    let bottom = 20.0 + 17.0 * all.len() as f64;
+fn gauge(ensembles: &[Ensemble]) -> Markup {
+    let track_x = if ensembles.len() > 1 { 212.0 } else { 0.0 };
+    let width = 860.0 - track_x;
+    let x = |share: f64| track_x + share * width;
+    let bottom = 20.0 + 17.0 * ensembles.len() as f64;
     let marks = [
         (PASS_SHARE_MAX, "start", 7.0, "a pass allows "),
         (FAIL_SHARE_WITH_NOMINAL, "start", 7.0, ""),
@@ -76,13 +76,13 @@ fn gauge(all: &[Ensemble]) -> Markup {
     ];
     html! {
         svg.gauge.share viewBox={ "0 0 860 " (bottom) } aria-hidden="true" {
-            @for (row, ensemble) in all.iter().enumerate() {
+            @for (row, ensemble) in ensembles.iter().enumerate() {
                 @let y = 20.0 + 17.0 * row as f64;
                 @let (from, to) = (x(ensemble.p_lower), x(ensemble.p_upper));
-                @if all.len() > 1 {
+                @if ensembles.len() > 1 {
                     text x="0" y=(y + 10.5) { (stop_and_sign(ensemble.model, ensemble.opens_when)) }
                 }
-                rect.track x=(left) y=(y) width=(width) height="12" rx="2" {}
+                rect.track x=(track_x) y=(y) width=(width) height="12" rx="2" {}
                 rect.bar x=(hundredths(from)) y=(y) width=(hundredths((to - from).max(2.0))) height="12" rx="2" {}
                 @if ensemble.exceeded_in_coast > 0 {
                     @let width = x(ensemble.p_upper_with_coast) - to;
@@ -173,7 +173,7 @@ fn peak(radians: Option<f64>, threshold_rad: f64) -> Markup {
     html! { td.number .above[above] { (text) } }
 }
 
-/// Returns what drives the peak, parameter by parameter.
+/// Returns the drivers of the peak, parameter by parameter.
 pub(super) fn sensitivity(document: &Document, drivers: Option<&Figure>) -> Markup {
     let Some(shown) = &document.ensemble else {
         return html! {};
@@ -196,7 +196,7 @@ pub(super) fn sensitivity(document: &Document, drivers: Option<&Figure>) -> Mark
     }
 }
 
-/// Returns what each scattered parameter does, among the others and alone.
+/// Returns the effect of each varied parameter, among the others and alone.
 fn inputs(document: &Document, shown: &Ensemble) -> Markup {
     let alone = !document.what_if.is_empty();
     let mut columns = vec![
@@ -250,7 +250,7 @@ fn inputs(document: &Document, shown: &Ensemble) -> Markup {
     }
 }
 
-/// Returns what the nominal runs say after each filter.
+/// Returns the answers of the nominal runs after each filter.
 pub(super) fn filters(document: &Document) -> Markup {
     if document.filters.is_empty() {
         return html! {};
@@ -260,7 +260,7 @@ pub(super) fn filters(document: &Document) -> Markup {
     let signs: Vec<OpensWhen> = directions
         .into_iter()
         .flatten()
-        .map(|own| own.opens_when)
+        .map(|direction| direction.opens_when)
         .collect();
     let angle_columns: Vec<String> = match signs.as_slice() {
         [] => vec!["#Largest angle [°]".into()],
@@ -293,9 +293,9 @@ pub(super) fn filters(document: &Document) -> Markup {
                                 td { (row.verdict.map_or("–", Answer::name)) }
                             }
                             @for sign in &signs {
-                                @let own = row.by_direction.iter().find(|own| own.opens_when == *sign);
-                                (peak(own.and_then(|own| own.peak_angle_rad), document.threshold_rad))
-                                td { (own.map_or("–", |own| own.answer.name())) }
+                                @let direction = row.by_direction.iter().find(|direction| direction.opens_when == *sign);
+                                (peak(direction.and_then(|direction| direction.peak_angle_rad), document.threshold_rad))
+                                td { (direction.map_or("–", |direction| direction.answer.name())) }
                             }
                             td {
                                 @if let Some(reason) = &row.reason { (line(&words::sentence(reason))) }

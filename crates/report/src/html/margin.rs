@@ -72,7 +72,7 @@ fn answers(document: &MarginDocument) -> Markup {
     let counterweight = &document.counterweight;
     let number = |value: Option<f64>| value.map_or_else(|| ABSENT.into(), |v| significant(v, 5));
     html! {
-        // A phone scrolls the tables sideways: keys are to reach them.
+        // A phone scrolls the tables sideways; the tab index lets keys scroll them too.
         section #margins tabindex="0" {
             h2 { "What would change the answer" }
             table.margins {

@@ -20,7 +20,7 @@ pub(super) fn figure(figure: &Figure) -> Markup {
     }
 }
 
-/// Returns a part that is folded at first; one with nothing in it is left out.
+/// Returns a part that is folded at first; nothing for an empty part.
 pub(super) fn fold(id: &str, title: &str, part: &Markup) -> Markup {
     html! {
         @if !part.0.is_empty() { details id=(id) { summary { (title) } (part) } }

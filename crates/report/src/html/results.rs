@@ -1,6 +1,6 @@
 //! What the runs say: comparison, impacts, error budget, bounds, findings.
 //!
-//! Each function returns a part of the page from the blocks of the document that tell of runs.
+//! Each function returns a part of the page, made from the document's blocks on runs.
 
 use super::markup::{heads, stop_and_sign};
 use crate::escape::terminal as line;
@@ -18,10 +18,10 @@ use std::f64::consts::FRAC_PI_2;
 /// Rows of the impacts table that are always shown.
 const IMPACTS_SHOWN: usize = 20;
 
-/// Impacts that are listed at most.
+/// Largest number of impacts listed.
 const IMPACTS_LISTED: usize = 200;
 
-/// What stands in place of findings.
+/// Text in place of findings.
 pub(super) const NO_FINDINGS: &str =
     "Nothing odd was found in the recording, its conditioning or its replay.";
 
@@ -87,7 +87,7 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
         ("Time of the peak [ms]", ms(run.peak_time_s)),
         (
             "Margin, limit − peak [°]",
-            // Beyond 90° it has no figure, and is none.
+            // A peak beyond 90° has no figure, and so no share of the limit.
             if run.peak_angle_rad > FRAC_PI_2 {
                 "none".into()
             } else {
@@ -168,7 +168,7 @@ pub(super) fn impacts(document: &Document) -> Markup {
     if listed.is_empty() {
         return html! { p { "The lever never struck its stop faster than 0.001 rad/s." } };
     }
-    let (shown, rest) = listed.split_at(listed.len().min(IMPACTS_SHOWN));
+    let (shown, folded) = listed.split_at(listed.len().min(IMPACTS_SHOWN));
     let total = count(run.impacts);
     let next = shown.len() + 1;
     html! {
@@ -177,15 +177,15 @@ pub(super) fn impacts(document: &Document) -> Markup {
                 "The lever struck its stop once; the velocity is that before the impact."
             } @else {
                 "The lever struck its stop " (total) " times; velocities are those before the impact"
-                @if !rest.is_empty() { ", and the first 20 impacts come first" }
+                @if !folded.is_empty() { ", and the first 20 impacts come first" }
                 "."
             }
         }
         (impact_columns("tight", shown, 1, shown.len().div_ceil(2).max(5)))
-        @if !rest.is_empty() {
+        @if !folded.is_empty() {
             details {
                 summary { "Impacts " (next) " to " (listed.len()) }
-                (impact_columns("three", rest, next, rest.len().div_ceil(3)))
+                (impact_columns("three", folded, next, folded.len().div_ceil(3)))
             }
             @if (listed.len() as u64) < run.impacts {
                 p.note { "verdict.json lists the first " (listed.len()) " of " (total) " impacts." }
@@ -217,13 +217,13 @@ fn impact_columns(class: &str, list: &[[f64; 2]], first: usize, rows: usize) -> 
     }
 }
 
-/// Returns where the peak's uncertainty comes from.
+/// Returns the parts of the peak's uncertainty.
 pub(super) fn budget(document: &Document) -> Markup {
     let Some(run) = &document.nominal else {
         return html! {};
     };
     let margin = margin(document.threshold_rad, run.peak_angle_rad).0.abs();
-    // Beyond a quarter turn the size of the peak means nothing, nor what it is compared with.
+    // Beyond a quarter turn the size of the peak means nothing, and so do its parts.
     let is_beyond = run.peak_angle_rad > FRAC_PI_2;
     let counted = words::uncertainty(document, run);
     html! {
@@ -257,7 +257,7 @@ pub(super) fn budget(document: &Document) -> Markup {
                     }
                 }
             }
-            @if document.ensemble.is_none() && words::spared(document).is_none() {
+            @if document.ensemble.is_none() && words::sparing_bound(document).is_none() {
                 p.note {
                     "No ensemble was run: tolerances of the design and the uncertainty of the input have "
                     "no part in this verdict, and small changes of either may change it."
@@ -267,7 +267,7 @@ pub(super) fn budget(document: &Document) -> Markup {
     }
 }
 
-/// Returns what the recording is as a sled pulse, where that was asked.
+/// Returns the recording as a sled pulse, where that was requested.
 pub(super) fn sled(document: &Document) -> Markup {
     html! {
         @if let Some(check) = &document.sled206 {
@@ -358,14 +358,14 @@ pub(super) fn screens(document: &Document) -> Markup {
 /// Findings of the first page.
 const FINDINGS_SHOWN: usize = 5;
 
-/// Returns what blocks or warns, and what the laboratory says; the rest is counted.
+/// Returns the findings that block or warn, and the laboratory's remarks; the others are counted.
 pub(super) fn main_findings(document: &Document) -> Markup {
     let findings = document.findings.iter();
     let mut main: Vec<&Finding> = findings
-        .filter(|finding| words::always_told(finding))
+        .filter(|finding| words::is_always_shown(finding))
         .collect();
     main.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    let rest = document.findings.len() - main.len().min(FINDINGS_SHOWN);
+    let hidden = document.findings.len() - main.len().min(FINDINGS_SHOWN);
     html! {
         section #findings {
             h2 { "Findings" }
@@ -381,19 +381,19 @@ pub(super) fn main_findings(document: &Document) -> Markup {
                 }
             }
             p.sum {
-                @match (main.is_empty(), rest) {
+                @match (main.is_empty(), hidden) {
                     (true, 0) => (NO_FINDINGS),
-                    (true, _) => { "No warnings. Notes: " (rest) ". " }
+                    (true, _) => { "No warnings. Notes: " (hidden) ". " }
                     (false, 0) => {}
-                    (false, _) => { "Further findings: " (rest) ". " }
+                    (false, _) => { "Further findings: " (hidden) ". " }
                 }
-                @if rest > 0 { a href="#all-findings" { "All findings" } }
+                @if hidden > 0 { a href="#all-findings" { "All findings" } }
             }
         }
     }
 }
 
-/// Returns the findings, the weightiest first.
+/// Returns the findings, the most severe first.
 pub(super) fn findings(document: &Document) -> Markup {
     if document.findings.is_empty() {
         return html! { p { (NO_FINDINGS) } };

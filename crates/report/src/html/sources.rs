@@ -1,4 +1,4 @@
-//! What the verdict rests on: recording, conditioning, design, provenance, limits.
+//! The inputs of the verdict: recording, conditioning, design, provenance, limits.
 
 use super::markup::{code_fact, fact, heads};
 use crate::escape::terminal as line;
@@ -81,7 +81,7 @@ fn lever(design: &Design) -> Markup {
     }
 }
 
-/// Returns what was read.
+/// Returns the recording as read.
 pub(super) fn recording(document: &Document) -> Markup {
     let recording = &document.recording;
     let unit = match (&recording.unit, &recording.unit_source) {
@@ -126,7 +126,7 @@ pub(super) fn recording(document: &Document) -> Markup {
     }
 }
 
-/// Returns how it was conditioned.
+/// Returns the conditioning of the recording.
 pub(super) fn conditioning(document: &Document) -> Markup {
     html! {
         h3 { "Conditioning" }
@@ -224,11 +224,14 @@ fn hertz(rate: f64) -> String {
 
 /// Returns the largest magnitude [g] with its time, if it has one.
 fn magnitude(peak_g: Option<f64>, time_s: Option<f64>) -> Option<String> {
-    let at = time_s.map_or_else(String::new, |time| format!(" at {}", instant(time)));
-    Some(format!("{}\u{00A0}g{at}", significant(peak_g?, DIGITS)))
+    let instant_text = time_s.map_or_else(String::new, |time| format!(" at {}", instant(time)));
+    Some(format!(
+        "{}\u{00A0}g{instant_text}",
+        significant(peak_g?, DIGITS)
+    ))
 }
 
-/// Returns a value in words, or what stands in its place.
+/// Returns a value in words, or `absent`.
 fn or(absent: &str, value: Option<String>) -> String {
     value.unwrap_or_else(|| absent.into())
 }
@@ -257,7 +260,7 @@ pub(super) fn design(document: &Document) -> Markup {
                         td { (parameter.symbol) }
                         td.number {
                             @match parameter.slot {
-                                // What is stated of the input is its uncertainty.
+                                // The nominal input has no factor or offset to show; only its uncertainty is stated.
                                 Slot::InputScale | Slot::InputBias => (ABSENT),
                                 Slot::Lever(_) | Slot::Stop(_) | Slot::Catch(_) | Slot::Threshold => (exact(design.value(parameter))),
                             }
@@ -281,7 +284,7 @@ pub(super) fn design(document: &Document) -> Markup {
     }
 }
 
-/// Returns what is needed to repeat the verdict and to see how it was decided.
+/// Returns all that a repetition of the verdict needs, and its decision step by step.
 pub(super) fn provenance(document: &Document) -> Markup {
     let request = &document.request;
     let settings = words::settings(request);
@@ -329,7 +332,7 @@ pub(super) fn provenance(document: &Document) -> Markup {
     }
 }
 
-/// Returns what this report does not say.
+/// Returns the limits of this report.
 pub(super) fn limits(document: &Document) -> Markup {
     html! {
         section #limits {

@@ -196,7 +196,7 @@ fn impacts(context: &PlotContext, panel: Panel) -> Panel {
 
 /// Marks peak and first crossing of the nominal run, where this panel shows their angle best.
 fn marks(context: &PlotContext, panel: Panel, is_best: impl Fn(f64) -> bool) -> Panel {
-    // What comes of faulty samples is no event.
+    // Faulty samples show no event.
     let usable = context.document.verdict != Answer::Unusable;
     let run = context.document.nominal.as_ref().filter(|_| usable);
     let scale = context.time_scale;
@@ -208,7 +208,7 @@ fn marks(context: &PlotContext, panel: Panel, is_best: impl Fn(f64) -> bool) -> 
     panel
         .each(crossing, |panel, at_s| {
             // Away from the limit's own label at the left, below the line.
-            let at = (At::Value(at_s * scale, 0.0), At::Value(limit, 20.0));
+            let label_place = (At::Value(at_s * scale, 0.0), At::Value(limit, 20.0));
             panel
                 .marks(
                     "cross",
@@ -217,7 +217,7 @@ fn marks(context: &PlotContext, panel: Panel, is_best: impl Fn(f64) -> bool) -> 
                 )
                 .beside(
                     "alarm halo",
-                    at,
+                    label_place,
                     format!("opens at {}", opening::nominal_instant(at_s)),
                 )
         })

@@ -43,7 +43,7 @@ pub struct Rectangle {
     pub height: f64,
 }
 
-/// Where a text is held.
+/// Point of a text that lies at its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     /// Text begins at its point.
@@ -54,20 +54,20 @@ pub enum Anchor {
     End,
 }
 
-/// A coordinate with at most two decimals; what is not finite or far off the page is held at a
-/// million units, where nothing is seen of it.
+/// A coordinate with at most two decimals, limited to a million units, which is far off the page. NaN is
+/// drawn there too.
 struct Unit(f64);
 
 impl Display for Unit {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
         const FAR: f64 = 1e6;
-        let held = if self.0.is_nan() {
+        let coordinate = if self.0.is_nan() {
             FAR
         } else {
             self.0.clamp(-FAR, FAR)
         };
         // Zero is added since it turns a negative zero into one without a sign.
-        ((held * 100.0).round() / 100.0 + 0.0).fmt(formatter)
+        ((coordinate * 100.0).round() / 100.0 + 0.0).fmt(formatter)
     }
 }
 
@@ -144,13 +144,13 @@ impl Canvas {
     }
 
     /// Writes a text; `text` is escaped here.
-    pub fn text(&mut self, class: &str, at: Point, anchor: Anchor, text: &str) {
+    pub fn text(&mut self, class: &str, point: Point, anchor: Anchor, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "",
             Anchor::Middle => r#" text-anchor="middle""#,
             Anchor::End => r#" text-anchor="end""#,
         };
-        let (x, y, text) = (Unit(at.x), Unit(at.y), markup(text));
+        let (x, y, text) = (Unit(point.x), Unit(point.y), markup(text));
         draw!(
             self,
             r#"<text class="{class}" x="{x}" y="{y}"{anchor}>{text}</text>"#
@@ -158,8 +158,8 @@ impl Canvas {
     }
 
     /// Writes a text that reads upwards, centred at a point.
-    pub fn upward_text(&mut self, class: &str, at: Point, text: &str) {
-        let (x, y, text) = (Unit(at.x), Unit(at.y), markup(text));
+    pub fn upward_text(&mut self, class: &str, point: Point, text: &str) {
+        let (x, y, text) = (Unit(point.x), Unit(point.y), markup(text));
         draw!(
             self,
             r#"<text class="{class}" text-anchor="middle" transform="translate({x} {y}) rotate(-90)">{text}</text>"#
@@ -216,11 +216,11 @@ pub enum Shape {
 
 impl Shape {
     /// Draws the mark.
-    pub fn draw(self, canvas: &mut Canvas, class: &str, at: Point) {
-        let beside = |right, down| Point::new(at.x + right, at.y + down);
+    pub fn draw(self, canvas: &mut Canvas, class: &str, point: Point) {
+        let beside = |right, down| Point::new(point.x + right, point.y + down);
         match self {
-            Self::Circle(radius) => canvas.circle(class, at, radius),
-            Self::Diamond(radius) => canvas.diamond(class, at, radius),
+            Self::Circle(radius) => canvas.circle(class, point, radius),
+            Self::Diamond(radius) => canvas.diamond(class, point, radius),
             Self::Cross(r) => {
                 canvas.line(class, beside(-r, -r), beside(r, r));
                 canvas.line(class, beside(-r, r), beside(r, -r));

@@ -8,12 +8,12 @@ use super::heat::Bar;
 use super::raster::{self, Rgb};
 use super::{Figure, WIDTH, thin};
 
-/// A chart with what stands around its panels.
+/// A chart: panels with title, notes, legend and foot.
 #[derive(Default)]
 pub struct Chart {
     /// Name: file name without `.svg`, and prefix of the ids inside.
     pub name: &'static str,
-    /// What it shows, in a few words.
+    /// Its content in a few words.
     pub title: String,
     /// Lines below the title.
     pub notes: Vec<String>,
@@ -23,11 +23,11 @@ pub struct Chart {
     pub panels: Vec<Panel>,
     /// Room below the header, between rows of panels, and below the last [units].
     pub room: [f64; 3],
-    /// What identifies the drawing away from its page, written at its foot.
+    /// Identity of the drawing outside its page, written at its foot.
     pub origin: String,
     /// How to read it, one or two sentences.
     pub caption: String,
-    /// What a reader who does not see it should know, with its numbers.
+    /// Text for a reader who does not see the drawing, with its numbers.
     pub description: String,
 }
 
@@ -90,7 +90,7 @@ impl Chart {
     }
 }
 
-/// Two axes and what is drawn on them, given call by call.
+/// Two axes and the layers drawn on them, added call by call.
 pub struct Panel {
     lettering: &'static Lettering,
     edges: Edges,
@@ -164,7 +164,7 @@ impl Panel {
         self
     }
 
-    /// Adds what each item asks for.
+    /// Applies `add` once for each item.
     pub fn each<T>(
         self,
         items: impl IntoIterator<Item = T>,
@@ -203,18 +203,18 @@ impl Panel {
         self.inside(move |canvas, frame| frame.function(canvas, class, points.iter().copied()))
     }
 
-    /// Adds a curve that may turn back, thinned to at most `most` points.
+    /// Adds a curve that may turn back, thinned to at most `points_max` points.
     pub fn curve(
         self,
         class: &'static str,
         points: impl IntoIterator<Item = Point>,
-        most: usize,
+        points_max: usize,
     ) -> Self {
         let points: Points = points.into_iter().collect();
         self.inside(move |canvas, frame| {
             canvas.polyline(
                 class,
-                thin::curve(&frame.placed(&points), 0.5, most).into_iter(),
+                thin::curve(&frame.placed(&points), 0.5, points_max).into_iter(),
             );
         })
     }
@@ -288,39 +288,39 @@ impl Panel {
     ) -> Self {
         let points: Points = points.into_iter().collect();
         self.above(move |canvas, frame| {
-            for at in frame.placed(&points) {
-                shape.draw(canvas, class.as_ref(), at);
+            for point in frame.placed(&points) {
+                shape.draw(canvas, class.as_ref(), point);
             }
         })
     }
 
     /// Adds a text on the side of its place towards which it is moved, or centred there.
-    pub fn text(self, class: &'static str, at: (At, At), text: impl Into<String>) -> Self {
+    pub fn text(self, class: &'static str, place: (At, At), text: impl Into<String>) -> Self {
         let text = text.into();
-        let (At::Value(_, right) | At::Low(right) | At::High(right)) = at.0;
+        let (At::Value(_, right) | At::Low(right) | At::High(right)) = place.0;
         let anchor = match right {
             right if right > 0.0 => Anchor::Start,
             right if right < 0.0 => Anchor::End,
             _ => Anchor::Middle,
         };
-        self.above(move |canvas, frame| canvas.text(class, frame.at(at), anchor, &text))
+        self.above(move |canvas, frame| canvas.text(class, frame.at(place), anchor, &text))
     }
 
     /// Adds a text beside a place, on the side where the panel has more room.
-    pub fn beside(self, class: &'static str, at: (At, At), text: impl Into<String>) -> Self {
+    pub fn beside(self, class: &'static str, place: (At, At), text: impl Into<String>) -> Self {
         let text = text.into();
-        self.above(move |canvas, frame| frame.label(canvas, class, frame.at(at), &text))
+        self.above(move |canvas, frame| frame.label(canvas, class, frame.at(place), &text))
     }
 
     /// Draws the panel from `top` on; `id` is its own in the drawing.
     fn draw(&self, canvas: &mut Canvas, top: f64, id: &str) {
-        let (Edges { left, right }, bottom) = (self.edges, top + self.height);
-        let frame = Frame::new(
-            self.lettering,
-            (left, right, top, bottom),
-            self.x.1,
-            self.y.1,
-        );
+        let area = Rectangle {
+            left: self.edges.left,
+            top,
+            width: self.edges.right - self.edges.left,
+            height: self.height,
+        };
+        let frame = Frame::new(self.lettering, area, self.x.1, self.y.1);
         if !self.title.is_empty() {
             frame.title(canvas, &self.title);
         }
@@ -338,8 +338,9 @@ impl Panel {
             .iter()
             .for_each(|draw| draw(canvas, &frame));
         if let Some(bar) = &self.bar {
-            bar.draw(canvas, (right + 10.0, top, bottom));
+            bar.draw(canvas, &frame);
         }
-        frame::legend(canvas, Point::new(left, bottom + 62.0), &self.legend);
+        let legend_point = Point::new(frame.left, frame.bottom + 62.0);
+        frame::legend(canvas, legend_point, &self.legend);
     }
 }

@@ -1,4 +1,4 @@
-//! What drives the peak: rank correlations as bars, the longest on top.
+//! Drivers of the peak: rank correlations as bars, the longest on top.
 
 use super::PlotContext;
 use super::chart::At::{High, Low, Value};

@@ -59,26 +59,30 @@ impl EventMark {
     }
 
     /// Returns the part of it that is in view.
-    pub(super) fn seen(&self, view: Window) -> Option<Window> {
+    pub(super) fn in_view(&self, view: Window) -> Option<Window> {
         let from_s = self.span.from_s.max(view.from_s);
         let until_s = self.span.until_s.min(view.until_s);
         (from_s <= until_s).then_some(Window { from_s, until_s })
     }
 
-    /// Returns where its label stands [s]: in the middle of what is seen.
+    /// Returns where its label is centred [s]: in the middle of the part in view.
     fn middle_s(&self, view: Window) -> f64 {
-        let Window { from_s, until_s } = self.seen(view).unwrap_or(self.span);
+        let Window { from_s, until_s } = self.in_view(view).unwrap_or(self.span);
         0.5 * (from_s + until_s)
     }
 }
 
-/// A curve of a panel: its class, its name, what stands behind its value where a cursor reads it off, its column in the page's table of series, its values at
-/// the samples in the table's unit.
+/// A curve of a panel.
 pub(super) struct EventCurve<'a> {
+    /// Class of its line.
     pub(super) class: &'static str,
+    /// Name in the legend.
     pub(super) name: String,
+    /// Words behind its value where a cursor reads it off.
     pub(super) read: String,
+    /// Its column in the page's table of series.
     pub(super) column: usize,
+    /// Values at the samples, in the table's unit.
     pub(super) values: &'a [f64],
 }
 
@@ -91,12 +95,12 @@ pub(super) struct EventPanel<'a> {
     range: Range,
 }
 
-/// Acceleration, velocity and angle over one time axis.
+/// Data of the figure: acceleration, velocity and angle over one time axis.
 pub(super) struct EventDrawing<'a> {
     pub(super) title: &'a str,
     /// Samples of all curves [s].
     pub(super) time_s: &'a [f64],
-    /// What is shown at first.
+    /// The window shown at first.
     pub(super) view: Window,
     /// The panels; the last is that of the angle.
     pub(super) panels: [EventPanel<'a>; 3],
@@ -105,7 +109,7 @@ pub(super) struct EventDrawing<'a> {
     pub(super) marks: Vec<EventMark>,
     /// Factor from seconds to the time shown, and its unit.
     pub(super) time_unit: (f64, &'static str),
-    /// What identifies the drawing away from its page.
+    /// Identity of the drawing outside its page.
     pub(super) origin: &'a str,
 }
 
@@ -169,7 +173,7 @@ impl EventDrawing<'_> {
         (figure, self.script_data(drawn))
     }
 
-    /// Returns where the last panel ends, and the places of all.
+    /// Draws the panels; returns the lower edge of the last, and the geometry of all.
     fn draw_panels(&self, canvas: &mut Canvas, first_top: f64) -> (f64, Vec<Value>) {
         let (scale, unit) = self.time_unit;
         let mut top = first_top;
@@ -178,34 +182,34 @@ impl EventDrawing<'_> {
         for (index, (panel, height)) in self.panels.iter().zip(HEIGHTS).enumerate() {
             let time = Scale::Linear(self.view.from_s * scale, self.view.until_s * scale);
             let values = Scale::Linear(panel.range.low, panel.range.high);
-            let place = Frame::wide(top, top + height, time, values);
+            let frame = Frame::wide(top, height, time, values);
             let last = index + 1 == self.panels.len();
-            place.grid(canvas, last.then_some(&*label), Some(&panel.title));
-            place.level(canvas, "zero", 0.0);
-            place.begin_inside(canvas, ["event-a", "event-v", "event-phi"][index]);
+            frame.grid(canvas, last.then_some(&*label), Some(&panel.title));
+            frame.level(canvas, "zero", 0.0);
+            frame.begin_inside(canvas, ["event-a", "event-v", "event-phi"][index]);
             if last {
-                place.level(canvas, "limit", self.limit.0);
+                frame.level(canvas, "limit", self.limit.0);
             }
             for curve in &panel.curves {
                 let points = self.time_s.iter().zip(curve.values);
                 let points = points.map(|(at, value)| Point::new(at * scale, value * panel.factor));
-                place.function(canvas, curve.class, points);
+                frame.function(canvas, curve.class, points);
             }
             canvas.end_group();
             for mark in &self.marks {
-                let Some(Window { from_s, until_s }) = mark.seen(self.view) else {
+                let Some(Window { from_s, until_s }) = mark.in_view(self.view) else {
                     continue;
                 };
                 if until_s > from_s {
-                    place.shade(canvas, mark.class, from_s * scale, until_s * scale);
+                    frame.shade(canvas, mark.class, from_s * scale, until_s * scale);
                 } else {
-                    place.upright(canvas, mark.class, from_s * scale);
+                    frame.upright(canvas, mark.class, from_s * scale);
                 }
             }
             if last {
-                place.right_scale(canvas, f64::to_degrees(1.0), "angle φ [°]");
+                frame.right_scale(canvas, f64::to_degrees(1.0), "angle φ [°]");
             }
-            place.frame(canvas);
+            frame.frame(canvas);
             drawn.push(
                 json!({"top": top, "bottom": top + height, "title": panel.title,
                 "range": panel.range}),
@@ -221,8 +225,8 @@ impl EventDrawing<'_> {
             let x = axis.place(mark.middle_s(self.view) * self.time_unit.0);
             let y = first_top - 6.0 - 18.0 * *row as f64;
             canvas.line(mark.class, Point::new(x, y + 1.0), Point::new(x, first_top));
-            let at = Point::new(held(x, &mark.text), y - 2.0);
-            canvas.text("muted", at, Anchor::Middle, &mark.text);
+            let label_point = Point::new(label_middle(x, &mark.text), y - 2.0);
+            canvas.text("muted", label_point, Anchor::Middle, &mark.text);
         }
     }
 
@@ -232,32 +236,32 @@ impl EventDrawing<'_> {
         super::axis::Axis::linear(from_s * scale, until_s * scale, LEFT, RIGHT)
     }
 
-    /// Returns the row above the panels in which each mark's label stands, so that none meets another.
+    /// Returns the row of each mark's label above the panels, such that no two labels overlap.
     fn rows(&self) -> Vec<usize> {
         let axis = self.axis();
-        let mut taken: Vec<Vec<Range>> = Vec::new();
+        let mut row_ranges: Vec<Vec<Range>> = Vec::new();
         self.marks
             .iter()
             .map(|mark| {
-                let at = axis.place(mark.middle_s(self.view) * self.time_unit.0);
-                let middle = held(at, &mark.text);
+                let mark_x = axis.place(mark.middle_s(self.view) * self.time_unit.0);
+                let middle = label_middle(mark_x, &mark.text);
                 let half = width(&mark.text) / 2.0 + 6.0;
-                let own = Range::new(middle - half, middle + half);
+                let range = Range::new(middle - half, middle + half);
                 let free = |row: &Vec<Range>| {
                     row.iter()
-                        .all(|other| own.high < other.low || own.low > other.high)
+                        .all(|other| range.high < other.low || range.low > other.high)
                 };
-                let row = taken.iter().position(free).unwrap_or(taken.len());
-                if row == taken.len() {
-                    taken.push(Vec::new());
+                let row = row_ranges.iter().position(free).unwrap_or(row_ranges.len());
+                if row == row_ranges.len() {
+                    row_ranges.push(Vec::new());
                 }
-                taken[row].push(own);
+                row_ranges[row].push(range);
                 row
             })
             .collect()
     }
 
-    /// Returns geometry and marks; the numbers themselves stand in the series.
+    /// Returns geometry and marks for the script; the numbers themselves are in the series.
     fn script_data(&self, drawn: Vec<Value>) -> Value {
         let places = drawn.into_iter().zip(&self.panels);
         let panels: Vec<Value> = places
@@ -297,7 +301,7 @@ impl EventDrawing<'_> {
 }
 
 fn caption(document: &Document, panels: &[EventPanel<'_>]) -> String {
-    // What the angle reaches on faulty samples is shown nowhere.
+    // The angle that faulty samples give is shown nowhere.
     let usable = document.verdict != Answer::Unusable;
     let cut = panels.last().filter(|_| usable).is_some_and(|panel| {
         document
@@ -313,8 +317,8 @@ fn caption(document: &Document, panels: &[EventPanel<'_>]) -> String {
     format!("Zoomed to the event.{cut}")
 }
 
-/// Returns where a label of a mark stands so that it ends within the drawing.
-fn held(x: f64, text: &str) -> f64 {
+/// Returns the middle of a mark's label, moved so that the label lies within the drawing.
+fn label_middle(x: f64, text: &str) -> f64 {
     let half = width(text) / 2.0;
     x.clamp(LEFT.min(half), WIDTH - half - 4.0).max(half)
 }
@@ -326,7 +330,7 @@ fn width(text: &str) -> f64 {
 fn marks(document: &Document, series: &SampledSeries, view: Window) -> Vec<EventMark> {
     let mut marks = vec![EventMark::at(0.0, "t = 0".into(), "contact")];
     match &document.nominal {
-        // What faulty samples come to is no event.
+        // Faulty samples show no event.
         _ if document.verdict == Answer::Unusable => {
             marks.extend(bad_span(document, &series.time_s))
         }
@@ -340,11 +344,11 @@ fn marks(document: &Document, series: &SampledSeries, view: Window) -> Vec<Event
         }
         None => {}
     }
-    marks.retain(|mark| mark.seen(view).is_some());
+    marks.retain(|mark| mark.in_view(view).is_some());
     marks
 }
 
-/// Marks the samples from the first that a blocking finding declares bad; all, where it names none.
+/// Marks the samples from the first that a blocking finding declares bad; all, if it names no instant.
 fn bad_span(document: &Document, time_s: &[f64]) -> Option<EventMark> {
     let findings = document.findings.iter();
     let blocking = findings.filter(|finding| finding.severity == Severity::Blocking);
@@ -371,7 +375,7 @@ fn past_a_right_angle(series: &SampledSeries) -> Option<f64> {
     Some(series.time_s[past])
 }
 
-/// Returns the window in which acceleration or lever are at work, with some room.
+/// Returns the window in which the pulse acts or the lever moves, with some room.
 fn view(document: &Document, series: &SampledSeries) -> Window {
     let (first, last) = (series.time_s[0], series.time_s[series.time_s.len() - 1]);
     let magnitude = |value: &f64| if value.is_finite() { value.abs() } else { 0.0 };
@@ -406,16 +410,16 @@ fn view(document: &Document, series: &SampledSeries) -> Window {
     with_room(span, Window::new(first, last))
 }
 
-/// Returns the window of a span with some room, within all that there is; all, if the span takes
+/// Returns the window of a span with some room, within the record; the whole record if the span takes
 /// most of it.
-pub(super) fn with_room(span: Range, all: Window) -> Window {
+pub(super) fn with_room(span: Range, record: Window) -> Window {
     let length = span.width();
-    if length.is_nan() || length <= 0.0 || length > 0.8 * (all.until_s - all.from_s) {
-        return all;
+    if length.is_nan() || length <= 0.0 || length > 0.8 * (record.until_s - record.from_s) {
+        return record;
     }
     Window {
-        from_s: (span.low - 0.1 * length).max(all.from_s),
-        until_s: (span.high + 0.25 * length).min(all.until_s),
+        from_s: (span.low - 0.1 * length).max(record.from_s),
+        until_s: (span.high + 0.25 * length).min(record.until_s),
     }
 }
 
@@ -444,7 +448,7 @@ fn panels<'a>(document: &Document, series: &'a SampledSeries, view: Window) -> [
         values: &series.velocity_m_s,
     }];
     let classes = angle::classes(series.runs.iter().map(|run| (run.model, run.opens_when)));
-    // The angular velocity follows the angle.
+    // Angle and angular velocity alternate from the fifth column on.
     let columns = (4..).step_by(2);
     let angles = series.runs.iter().zip(classes).zip(columns);
     let angles = angles
@@ -483,13 +487,13 @@ impl<'a> EventPanel<'a> {
         (time_s, view): (&[f64], Window),
         limit: Option<f64>,
     ) -> Self {
-        let seen = curves
+        let values_in_view = curves
             .iter()
             .flat_map(|curve| time_s.iter().zip(curve.values));
-        let seen = seen
-            .filter(|(at, _)| (view.from_s..=view.until_s).contains(*at))
+        let values_in_view = values_in_view
+            .filter(|(time, _)| (view.from_s..=view.until_s).contains(*time))
             .map(|(_, value)| value * factor);
-        let Range { mut low, mut high } = frame::extent(seen).including(0.0);
+        let Range { mut low, mut high } = frame::extent(values_in_view).including(0.0);
         if let Some(limit) = limit {
             high = high.clamp(1.2 * limit, REACH * limit);
             low = low.max(-0.5 * limit);

@@ -14,53 +14,78 @@ pub const LEFT: f64 = 78.0;
 /// Right end of the panels.
 pub const RIGHT: f64 = WIDTH - 92.0;
 
-/// Width that a letter is taken to need [units]; a wide font's, so that labels keep apart.
+/// Assumed width of a letter [units]; that of a wide font, so that labels do not touch.
 pub const LETTER: f64 = 8.6;
 
-/// Sizes and distances of what stands around a panel [units].
+/// Sizes and distances of the lettering around a panel [units].
 #[derive(Debug)]
 pub struct Lettering {
-    /// Distance of ticks: across, up, and on a second scale.
-    spacing: (f64, f64, f64),
+    /// Least distance of ticks on the axis below.
+    spacing_x: f64,
+    /// Least distance of ticks on the axis at the left.
+    spacing_y: f64,
+    /// Least distance of ticks on a second scale at the right.
+    spacing_right: f64,
     /// Length of a tick's stroke.
     tick: f64,
     /// Class of tick labels.
     class: &'static str,
-    /// How far tick labels stand below the panel and left of it, and their fall.
-    label: (f64, f64, f64),
-    /// How far the titles stand below the panel and left of it.
-    title: (f64, f64),
-    /// Whether a logarithmic axis has lines within its decades; among points they would hide them.
+    /// Distance of the tick labels' baseline below the panel.
+    label_below: f64,
+    /// Distance of tick labels beside the panel.
+    label_beside: f64,
+    /// Distance of the baseline of a label beside the panel below its tick, which centres it there.
+    label_drop: f64,
+    /// Distance of the title's baseline below the panel.
+    title_below: f64,
+    /// Distance of the title left of the panel.
+    title_left: f64,
+    /// True if a logarithmic axis has lines within its decades; among points they would hide them.
     minor: bool,
 }
 
-/// Of a panel across the drawing.
+/// Lettering of a panel across the drawing.
 pub static WIDE: Lettering = Lettering {
-    spacing: (95.0, 46.0, 56.0),
+    spacing_x: 95.0,
+    spacing_y: 46.0,
+    spacing_right: 56.0,
     tick: 5.0,
     class: "muted",
-    label: (20.0, 9.0, 5.0),
-    title: (42.0, 61.0),
+    label_below: 20.0,
+    label_beside: 9.0,
+    label_drop: 5.0,
+    title_below: 42.0,
+    title_left: 61.0,
     minor: true,
 };
 
-/// Of one of several panels.
+/// Lettering of one of several panels.
 pub static NARROW: Lettering = Lettering {
-    spacing: (80.0, 38.0, 46.0),
+    spacing_x: 80.0,
+    spacing_y: 38.0,
+    spacing_right: 46.0,
     tick: 4.0,
     class: "muted small",
-    label: (18.0, 8.0, 4.0),
-    title: (37.0, 54.0),
+    label_below: 18.0,
+    label_beside: 8.0,
+    label_drop: 4.0,
+    title_below: 37.0,
+    title_left: 54.0,
     minor: false,
 };
 
-/// Of a panel of points, whose labels are read from afar.
+/// Lettering of a panel of points, whose labels are read from afar.
 pub static OPEN: Lettering = Lettering {
-    spacing: (80.0, 40.0, 46.0),
+    spacing_x: 80.0,
+    spacing_y: 40.0,
+    spacing_right: 46.0,
     tick: 0.0,
     class: "muted",
-    label: (19.0, 7.0, 5.0),
-    title: (40.0, 54.0),
+    label_below: 19.0,
+    label_beside: 7.0,
+    label_drop: 5.0,
+    title_below: 40.0,
+    title_left: 54.0,
     minor: false,
 };
 
@@ -83,13 +108,10 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Lays a panel between its edges: left, right, top, bottom.
-    pub fn new(
-        lettering: &'static Lettering,
-        (left, right, top, bottom): (f64, f64, f64, f64),
-        x: Scale,
-        y: Scale,
-    ) -> Self {
+    /// Lays a panel on a rectangle of the drawing.
+    pub fn new(lettering: &'static Lettering, area: Rectangle, x: Scale, y: Scale) -> Self {
+        let Rectangle { left, top, .. } = area;
+        let (right, bottom) = (left + area.width, top + area.height);
         Self {
             left,
             right,
@@ -101,17 +123,23 @@ impl Frame {
         }
     }
 
-    /// Lays a panel across the drawing.
-    pub fn wide(top: f64, bottom: f64, x: Scale, y: Scale) -> Self {
-        Self::new(&WIDE, (LEFT, RIGHT, top, bottom), x, y)
+    /// Lays a panel of a height across the drawing.
+    pub fn wide(top: f64, height: f64, x: Scale, y: Scale) -> Self {
+        let area = Rectangle {
+            left: LEFT,
+            top,
+            width: RIGHT - LEFT,
+            height,
+        };
+        Self::new(&WIDE, area, x, y)
     }
 
-    /// Returns where a pair of values stands.
+    /// Returns the point of a pair of values.
     pub fn place(&self, values: Point) -> Point {
         Point::new(self.x.place(values.x), self.y.place(values.y))
     }
 
-    /// Returns where a place of a layer is.
+    /// Returns the point of a place in the panel.
     pub fn at(&self, (x, y): (At, At)) -> Point {
         let along = |axis: &Axis, at: At| match at {
             At::Value(value, further) => axis.place(value) + further,
@@ -121,7 +149,7 @@ impl Frame {
         Point::new(along(&self.x, x), along(&self.y, y))
     }
 
-    /// Returns where pairs of values stand.
+    /// Returns the points of pairs of values.
     pub fn placed(&self, points: &[Point]) -> Vec<Point> {
         points.iter().map(|values| self.place(*values)).collect()
     }
@@ -149,20 +177,15 @@ impl Frame {
 
     /// Writes the panel's own title above it.
     pub fn title(&self, canvas: &mut Canvas, text: &str) {
-        let at = Point::new(self.left, self.top - 9.0);
-        canvas.text("strong", at, Anchor::Start, text);
+        let title_point = Point::new(self.left, self.top - 9.0);
+        canvas.text("strong", title_point, Anchor::Start, text);
     }
 
     /// Draws grid, ticks, tick labels and titles of the axes; the frame comes after the curves.
     /// A panel that shares its axis with one below it has no `x_title` and no labels there.
     pub fn grid(&self, canvas: &mut Canvas, x_title: Option<&str>, y_title: Option<&str>) {
-        let Lettering {
-            spacing,
-            label,
-            title,
-            ..
-        } = self.lettering;
-        for tick in self.x.ticks(spacing.0, LETTER) {
+        let lettering = self.lettering;
+        for tick in self.x.ticks(lettering.spacing_x, LETTER) {
             let x = self.x.place(tick.value);
             let (top, bottom) = (Point::new(x, self.top), Point::new(x, self.bottom));
             if !self.grid_line(canvas, &tick.label, top, bottom) {
@@ -170,32 +193,34 @@ impl Frame {
             }
             if x_title.is_some() {
                 self.tick(canvas, bottom, 0.0, 1.0);
-                let at = Point::new(x, self.bottom + label.0);
-                canvas.text(self.lettering.class, at, Anchor::Middle, &tick.label);
+                let label_point = Point::new(x, self.bottom + lettering.label_below);
+                canvas.text(lettering.class, label_point, Anchor::Middle, &tick.label);
             }
         }
-        for tick in self.y.ticks(spacing.1, 0.0) {
+        for tick in self.y.ticks(lettering.spacing_y, 0.0) {
             let y = self.y.place(tick.value);
             let (left, right) = (Point::new(self.left, y), Point::new(self.right, y));
             if self.grid_line(canvas, &tick.label, left, right) {
-                let outside = Point::new(self.left - self.lettering.tick, y);
+                let outside = Point::new(self.left - lettering.tick, y);
                 self.tick(canvas, outside, 1.0, 0.0);
-                let at = Point::new(self.left - label.1, y + label.2);
-                canvas.text(self.lettering.class, at, Anchor::End, &tick.label);
+                let label_x = self.left - lettering.label_beside;
+                let label_point = Point::new(label_x, y + lettering.label_drop);
+                canvas.text(lettering.class, label_point, Anchor::End, &tick.label);
             }
         }
         if let Some(text) = y_title {
             let middle = f64::midpoint(self.top, self.bottom);
-            canvas.upward_text("", Point::new(self.left - title.1, middle), text);
+            let title_point = Point::new(self.left - lettering.title_left, middle);
+            canvas.upward_text("", title_point, text);
         }
         if let Some(text) = x_title {
             let middle = f64::midpoint(self.left, self.right);
-            let at = Point::new(middle, self.bottom + title.0);
-            canvas.text("", at, Anchor::Middle, text);
+            let title_point = Point::new(middle, self.bottom + lettering.title_below);
+            canvas.text("", title_point, Anchor::Middle, text);
         }
     }
 
-    /// Draws a line of the grid; false if it is one between labelled ones.
+    /// Draws a line of the grid; returns false for one between labelled ones.
     fn grid_line(&self, canvas: &mut Canvas, label: &str, from: Point, to: Point) -> bool {
         if !label.is_empty() {
             canvas.line("grid", from, to);
@@ -215,18 +240,24 @@ impl Frame {
 
     /// Draws a second scale at the right: `factor` turns values of the left one into its own.
     pub fn right_scale(&self, canvas: &mut Canvas, factor: f64, title: &str) {
-        let Lettering { spacing, label, .. } = self.lettering;
+        let lettering = self.lettering;
         let axis = Axis::linear(
             self.y.low() * factor,
             self.y.high() * factor,
             self.bottom,
             self.top,
         );
-        for tick in axis.ticks(spacing.2, 0.0) {
+        for tick in axis.ticks(lettering.spacing_right, 0.0) {
             let y = axis.place(tick.value);
             self.tick(canvas, Point::new(self.right, y), 1.0, 0.0);
-            let at = Point::new(self.right + label.1, y + label.2);
-            canvas.text(self.lettering.class, at, Anchor::Start, &tick.label);
+            let label_x = self.right + lettering.label_beside;
+            let label_point = Point::new(label_x, y + lettering.label_drop);
+            canvas.text(
+                self.lettering.class,
+                label_point,
+                Anchor::Start,
+                &tick.label,
+            );
         }
         let middle = f64::midpoint(self.top, self.bottom);
         canvas.upward_text("", Point::new(WIDTH - 8.0, middle), title);
@@ -246,23 +277,31 @@ impl Frame {
     pub fn function(&self, canvas: &mut Canvas, class: &str, points: impl Iterator<Item = Point>) {
         let placed = points
             .map(|values| self.place(values))
-            .filter(|at| at.x >= self.left - 40.0 && at.x <= self.right + 40.0);
+            .filter(|point| point.x >= self.left - 40.0 && point.x <= self.right + 40.0);
         canvas.polyline(class, thin::columns(placed, 0.7).into_iter());
     }
 
     /// Draws a line across at `y`.
     pub fn level(&self, canvas: &mut Canvas, class: &str, y: f64) {
         if self.y.contains(y) {
-            let at = self.y.place(y);
-            canvas.line(class, Point::new(self.left, at), Point::new(self.right, at));
+            let line_y = self.y.place(y);
+            canvas.line(
+                class,
+                Point::new(self.left, line_y),
+                Point::new(self.right, line_y),
+            );
         }
     }
 
     /// Draws a line upright at `x`.
     pub fn upright(&self, canvas: &mut Canvas, class: &str, x: f64) {
         if self.x.contains(x) {
-            let at = self.x.place(x);
-            canvas.line(class, Point::new(at, self.top), Point::new(at, self.bottom));
+            let line_x = self.x.place(x);
+            canvas.line(
+                class,
+                Point::new(line_x, self.top),
+                Point::new(line_x, self.bottom),
+            );
         }
     }
 
@@ -278,25 +317,25 @@ impl Frame {
     }
 
     /// Writes a text beside a point, on the side where the panel has more room, inside it.
-    pub fn label(&self, canvas: &mut Canvas, class: &str, at: Point, text: &str) {
-        let left_half = at.x < f64::midpoint(self.left, self.right);
+    pub fn label(&self, canvas: &mut Canvas, class: &str, point: Point, text: &str) {
+        let left_half = point.x < f64::midpoint(self.left, self.right);
         let (x, anchor) = if left_half {
-            (at.x + 11.0, Anchor::Start)
+            (point.x + 11.0, Anchor::Start)
         } else {
-            (at.x - 11.0, Anchor::End)
+            (point.x - 11.0, Anchor::End)
         };
-        let y = at.y.clamp(self.top + 16.0, self.bottom - 8.0);
+        let y = point.y.clamp(self.top + 16.0, self.bottom - 8.0);
         canvas.text(class, Point::new(x, y), anchor, text);
     }
 }
 
-/// A line of the legend: how it is drawn and what it is.
+/// A line of the legend: a sample and a text.
 pub struct LegendEntry {
     sample: Sample,
     text: String,
 }
 
-/// How a legend shows its thing.
+/// Sample of a line, patch or mark in a legend.
 #[derive(Debug)]
 pub enum Sample {
     /// A stroke of this class.
@@ -312,7 +351,7 @@ pub enum Sample {
 }
 
 impl LegendEntry {
-    /// Returns an entry: how it is drawn and what it says.
+    /// Returns an entry with a sample and a text.
     pub fn new(sample: Sample, text: impl Into<String>) -> Self {
         Self {
             sample,
@@ -320,7 +359,7 @@ impl LegendEntry {
         }
     }
 
-    /// An entry with a stroke.
+    /// Returns an entry with a stroke.
     pub fn line(class: &'static str, text: impl Into<String>) -> Self {
         Self::new(Sample::Line(class), text)
     }
@@ -342,7 +381,7 @@ pub fn stop_legend(
         .collect()
 }
 
-/// Writes title, notes and legend at the top and returns where the first panel may start.
+/// Writes title, notes and legend at the top and returns the height at which the first panel may start.
 pub fn header(
     canvas: &mut Canvas,
     left: f64,
@@ -402,10 +441,10 @@ pub fn legend(canvas: &mut Canvas, first: Point, entries: &[LegendEntry]) -> f64
 /// Height that [`footer`] needs below the last panel.
 pub const FOOTER: f64 = 66.0;
 
-/// Writes at the bottom right what the drawing belongs to.
+/// Writes the drawing's identity at the bottom right.
 pub fn footer(canvas: &mut Canvas, origin: &str, height: f64) {
-    let at = Point::new(RIGHT, height - 6.0);
-    canvas.text("origin", at, Anchor::End, origin);
+    let text_end = Point::new(RIGHT, height - 6.0);
+    canvas.text("origin", text_end, Anchor::End, origin);
 }
 
 /// Returns the range of finite values; [`Range::EMPTY`] of none.

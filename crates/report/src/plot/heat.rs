@@ -3,6 +3,7 @@
 
 use super::axis::{Axis, Scale};
 use super::canvas::{Anchor, Canvas, Point, Rectangle};
+use super::frame::Frame;
 use super::raster::encode;
 use latchgate_document::number::trimmed;
 
@@ -59,7 +60,7 @@ pub fn cells(
 pub struct Bar {
     /// Values from its dark end to its light one.
     pub scale: Scale,
-    /// What they are, with their unit.
+    /// Name of the quantity, with its unit.
     pub title: String,
     /// Values marked on it, each with a class.
     pub marked: Vec<(&'static str, f64)>,
@@ -68,13 +69,13 @@ pub struct Bar {
 }
 
 impl Bar {
-    /// Draws the bar at `left` from `top` to `bottom`.
-    pub(super) fn draw(&self, canvas: &mut Canvas, (left, top, bottom): (f64, f64, f64)) {
+    /// Draws the bar at the right of a panel.
+    pub(super) fn draw(&self, canvas: &mut Canvas, panel: &Frame) {
+        let (left, top, bottom) = (panel.right + 10.0, panel.top, panel.bottom);
         let bar = Rectangle {
             left,
-            top,
             width: 14.0,
-            height: bottom - top,
+            ..panel.area()
         };
         let right_of = |distance, y| Point::new(left + distance, y);
         let steps = cells((1, 64), |_, step| Some((step as f64 + 0.5) / 64.0));

@@ -20,7 +20,7 @@ pub(crate) fn stand_alone(figure: &Figure) -> String {
     figure.stand_alone_with(RULES)
 }
 
-/// Draws every chart that there is data for: limit, peaks.
+/// Draws the charts that have data: limit, peaks.
 pub(crate) fn figures(document: &MarginDocument, margins: &Margins) -> Vec<Figure> {
     let charts = margins.limit.iter().map(limit);
     charts
@@ -41,7 +41,7 @@ fn limit(limit: &LimitCurve) -> Chart {
     let curves = || stops.iter().copied().zip(CLASSES);
     let points = |stop| {
         let points = limit.points.iter().filter(move |point| point.model == stop);
-        points.filter_map(|point| Some((point.duration_s * 1e3, known(point)?)))
+        points.filter_map(|point| Some((point.duration_s * 1e3, values(point)?)))
     };
     let named = stops.first().into_iter().flat_map(|stop| points(*stop));
     let named = named.filter(|(ms, _)| NAMED_MS.iter().any(|named| (ms - named).abs() < 1e-9));
@@ -55,13 +55,13 @@ fn limit(limit: &LimitCurve) -> Chart {
         .level("edge", static_g)
         .upright("edge", impulse)
         .each(curves(), |panel, (stop, class)| {
-            panel.lines(class, points(stop).map(|(_, at)| at))
+            panel.lines(class, points(stop).map(|(_, point)| point))
         })
-        .each(named, |panel, (ms, at)| {
+        .each(named, |panel, (ms, point)| {
             let text = format!("{} ms", trimmed(ms, 3));
-            panel.marks("mark", Shape::Circle(3.6), [at]).text(
+            panel.marks("mark", Shape::Circle(3.6), [point]).text(
                 "muted halo",
-                (Value(at.x, 9.0), Value(at.y, -5.0)),
+                (Value(point.x, 9.0), Value(point.y, -5.0)),
                 text,
             )
         })
@@ -75,7 +75,7 @@ fn limit(limit: &LimitCurve) -> Chart {
             (Value(impulse, 7.0), Low(-10.0)),
             format!("{} m/s", significant(impulse, 4)),
         )
-        // Beyond the curve and below it, where neither curve nor bounds are.
+        // Both texts stand where neither curve nor bounds pass.
         .text(
             "muted halo",
             (High(-8.0), Value(static_g, -27.0)),
@@ -111,8 +111,8 @@ fn limit(limit: &LimitCurve) -> Chart {
     }
 }
 
-/// Returns change of velocity [m/s] and amplitude [g] of a point, where both are known.
-fn known(point: &LimitPoint) -> Option<Point> {
+/// Returns change of velocity [m/s] and amplitude [g] of a point, if it has both.
+fn values(point: &LimitPoint) -> Option<Point> {
     Some(Point::new(point.velocity_change_m_s?, point.amplitude_g?))
 }
 
@@ -124,9 +124,9 @@ fn limit_scales(limit: &LimitCurve) -> (Scale, Scale) {
         .recording
         .iter()
         .map(|point| Point::new(point.velocity_change_m_s, point.peak_g));
-    for at in limit.points.iter().filter_map(known).chain(recorded) {
-        if at.x > 0.0 && at.y > 0.0 {
-            (x, y) = (x.including(at.x), y.including(at.y));
+    for point in limit.points.iter().filter_map(values).chain(recorded) {
+        if point.x > 0.0 && point.y > 0.0 {
+            (x, y) = (x.including(point.x), y.including(point.y));
         }
     }
     let wider = |Range { low, high }: Range| {

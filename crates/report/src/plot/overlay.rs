@@ -34,8 +34,8 @@ pub(crate) struct CommonSeries {
 }
 
 impl CommonSeries {
-    /// Brings series to the instants of any, where all have samples; between samples they are linear.
-    /// `None` where they have nothing in common.
+    /// Interpolates all series linearly at the instants of each, within the time that all cover.
+    /// `None` if they have no two instants in common.
     pub(crate) fn of(tables: &[SampledSeries]) -> Option<Self> {
         let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
         for table in tables {
@@ -45,8 +45,8 @@ impl CommonSeries {
                 to.min(*table.time_s.last()?),
             );
         }
-        let all = tables.iter().flat_map(|table| &table.time_s);
-        let mut time_s: Vec<f64> = all
+        let instants = tables.iter().flat_map(|table| &table.time_s);
+        let mut time_s: Vec<f64> = instants
             .copied()
             .filter(|time| (from..=to).contains(time))
             .collect();
@@ -57,7 +57,7 @@ impl CommonSeries {
         }
         let each = |values: fn(&SampledSeries) -> &[f64]| {
             let each = tables.iter();
-            each.map(|table| brought(&time_s, &table.time_s, values(table)))
+            each.map(|table| interpolated(&time_s, &table.time_s, values(table)))
                 .collect()
         };
         Some(Self {
@@ -81,9 +81,9 @@ impl CommonSeries {
         for (index, time) in self.time_s.iter().enumerate() {
             let _ = write!(out, "{time}");
             for values in [&self.used_m_s2, &self.velocity_m_s, &self.angle_rad] {
-                for own in values {
+                for column in values {
                     // Writing into a String cannot fail.
-                    let _ = write!(out, ",{}", own[index]);
+                    let _ = write!(out, ",{}", column[index]);
                 }
             }
             out.push('\n');
@@ -92,23 +92,23 @@ impl CommonSeries {
     }
 }
 
-/// Returns values at other instants, all within theirs.
-fn brought(to_s: &[f64], time_s: &[f64], values: &[f64]) -> Vec<f64> {
+/// Returns values at the instants `to_s`, which lie within `time_s`.
+fn interpolated(to_s: &[f64], time_s: &[f64], values: &[f64]) -> Vec<f64> {
     let mut next = 1;
     to_s.iter()
-        .map(|&at| {
-            while next + 1 < time_s.len() && time_s[next] < at {
+        .map(|&instant| {
+            while next + 1 < time_s.len() && time_s[next] < instant {
                 next += 1;
             }
             let (t0, t1) = (time_s[next - 1], time_s[next]);
-            let part = (at - t0) / (t1 - t0);
+            let part = (instant - t0) / (t1 - t0);
             values[next - 1] + part * (values[next] - values[next - 1])
         })
         .collect()
 }
 
-/// Draws all, and returns with it what a script needs to draw it anew. `view` is what is shown at
-/// first.
+/// Draws the figure, and returns with it the data from which a script redraws it. `view` is the window
+/// shown at first.
 pub(crate) fn draw(
     series: &CommonSeries,
     documents: &[&Document],
@@ -172,7 +172,7 @@ pub(crate) fn draw(
     drawing.draw(caption, description)
 }
 
-/// The curves of all verdicts, which stand in the table from column `first` on.
+/// Returns the curves of all verdicts, which begin in column `first` of the table.
 fn curves<'a>(what: &str, first: usize, values: &'a [Vec<f64>]) -> Vec<EventCurve<'a>> {
     let each = values.iter().zip(CLASSES).enumerate();
     let each = each.map(|(place, (values, class))| EventCurve {
@@ -191,11 +191,11 @@ fn marks(documents: &[&Document], view: Window) -> Vec<EventMark> {
         let name = format!("{} ", letter(place));
         marks.extend(EventMark::opening(document, &name));
     }
-    marks.retain(|mark| mark.seen(view).is_some());
+    marks.retain(|mark| mark.in_view(view).is_some());
     marks
 }
 
-/// Returns the window in which any acceleration or lever is at work, with some room.
+/// Returns the window in which any pulse acts or any lever moves, with some room.
 pub(crate) fn view(series: &CommonSeries, documents: &[&Document]) -> Window {
     let (first, last) = (series.time_s[0], series.time_s[series.time_s.len() - 1]);
     let mut span = Range::EMPTY.including(0.0_f64.clamp(first, last));
@@ -203,7 +203,7 @@ pub(crate) fn view(series: &CommonSeries, documents: &[&Document]) -> Window {
     for values in &series.used_m_s2 {
         let largest = values
             .iter()
-            .fold(0.0_f64, |most, value| most.max(value.abs()));
+            .fold(0.0_f64, |largest, value| largest.max(value.abs()));
         let at_work = values.iter().map(|value| value.abs() > 0.05 * largest);
         for (time, _) in series.time_s.iter().zip(at_work).filter(|(_, is)| *is) {
             include(*time);
@@ -218,7 +218,7 @@ pub(crate) fn view(series: &CommonSeries, documents: &[&Document]) -> Window {
     for opens in documents.iter().filter_map(|document| document.opens) {
         let instants = [opens.first_s, opens.p05_s, opens.p95_s];
         let instants = instants.into_iter().flatten();
-        instants.for_each(|at| include(at.clamp(first, last)));
+        instants.for_each(|instant_s| include(instant_s.clamp(first, last)));
     }
     with_room(span, Window::new(first, last))
 }

@@ -9,7 +9,7 @@ use latchgate_document::number::exact;
 
 pub(super) const NAME: &str = "phase-plane";
 
-/// Points of a trace that are drawn at most.
+/// Largest number of points drawn of a trace.
 const MOST_POINTS: usize = 12_000;
 
 pub(super) fn chart(context: &PlotContext) -> Option<Chart> {

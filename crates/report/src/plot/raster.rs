@@ -54,21 +54,21 @@ pub fn cloud(
         (area.height * SCALE).round() as usize,
     );
     let mut counts = vec![0_u32; width * height];
-    let (left, top) = (x.place(x.low()), y.place(y.high()));
+    let (left_x, top_y) = (x.place(x.low()), y.place(y.high()));
     for point in points {
         if !(x.contains(point.x) && y.contains(point.y)) {
             continue;
         }
-        let column = (((x.place(point.x) - left) * SCALE) as usize).saturating_sub(dot / 2);
-        let row = (((y.place(point.y) - top) * SCALE) as usize).saturating_sub(dot / 2);
+        let column = (((x.place(point.x) - left_x) * SCALE) as usize).saturating_sub(dot / 2);
+        let row = (((y.place(point.y) - top_y) * SCALE) as usize).saturating_sub(dot / 2);
         for row in row..(row + dot).min(height) {
             for column in column..(column + dot).min(width) {
                 counts[row * width + column] += 1;
             }
         }
     }
-    let most = counts.iter().copied().max().unwrap_or(0).max(1);
-    let full = libm::log1p(f64::from(most).min(40.0));
+    let densest = counts.iter().copied().max().unwrap_or(0).max(1);
+    let full = libm::log1p(f64::from(densest).min(40.0));
     let mut pixels = Vec::with_capacity(4 * counts.len());
     for count in counts {
         let alpha = if count == 0 {

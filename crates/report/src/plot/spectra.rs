@@ -13,7 +13,7 @@ pub(super) const NAME: &str = "amplitude-spectra";
 /// Decades below the largest amplitude that are shown.
 const DEPTH: f64 = 1e-5;
 
-/// What the scale reaches above the largest amplitude, so that the labels stand free.
+/// Factor from the largest amplitude to the top of the scale, which leaves room for the labels.
 const HEADROOM: f64 = 12.0;
 
 pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
@@ -83,7 +83,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     })
 }
 
-/// Says which filter stands between the spectra.
+/// Returns the filter between the two spectra in words.
 fn used_text(context: &PlotContext) -> String {
     match &context.document.conditioning {
         None => "as used".into(),
@@ -91,7 +91,7 @@ fn used_text(context: &PlotContext) -> String {
     }
 }
 
-/// Returns frequency [Hz] and amplitude [g] of what a logarithmic scale can show.
+/// Returns frequency [Hz] and amplitude [g] of the lines that a logarithmic scale can show.
 fn shown(spectrum: &AmplitudeSpectrum) -> impl Iterator<Item = Point> + '_ {
     spectrum
         .frequency_hz

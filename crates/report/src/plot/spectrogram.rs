@@ -14,7 +14,7 @@ pub(super) const NAME: &str = "spectrogram";
 /// Depth of the colour scale [dB].
 const DEPTH_DB: f64 = 60.0;
 
-/// Cells of the picture at most, in time and in frequency; more are joined, the largest kept.
+/// Largest number of cells of the picture in time and in frequency; more are joined, the largest value kept.
 const MOST_CELLS: (usize, usize) = (744, 256);
 
 pub(super) fn chart(context: &PlotContext) -> Option<Chart> {

@@ -1,4 +1,4 @@
-//! Thinning: what a plot's pixels cannot show is not drawn, and what they can is kept.
+//! Thinning: a plot omits the points that its pixels cannot show.
 
 use super::canvas::Point;
 
@@ -36,9 +36,9 @@ pub fn columns(points: impl Iterator<Item = Point>, column_width: f64) -> Vec<Po
 
 /// Thins a curve that may turn back in both directions: a point nearer than `distance` units
 /// to the one kept before it is dropped, unless it is an extremum of the whole curve in `x` or
-/// `y`, its first or its last point. Where more than `most` points are left the distance
+/// `y`, its first or its last point. Where more than `points_max` points are left the distance
 /// doubles until they fit.
-pub fn curve(points: &[Point], distance: f64, most: usize) -> Vec<Point> {
+pub fn curve(points: &[Point], distance: f64, points_max: usize) -> Vec<Point> {
     let finite: Vec<Point> = points
         .iter()
         .copied()
@@ -71,7 +71,7 @@ pub fn curve(points: &[Point], distance: f64, most: usize) -> Vec<Point> {
                 out.push(point);
             }
         }
-        if out.len() <= most.max(forced.len()) || !distance.is_finite() {
+        if out.len() <= points_max.max(forced.len()) || !distance.is_finite() {
             return out;
         }
         distance *= 2.0;

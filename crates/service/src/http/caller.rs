@@ -1,4 +1,4 @@
-//! Where a request comes from: the address of its connection, and the one that a named proxy tells.
+//! Origin of a request: the address of its connection, and the one that a trusted proxy reports.
 
 use super::listener::NO_ADDRESS;
 use axum::http::HeaderMap;
@@ -10,29 +10,28 @@ use std::net::{IpAddr, Ipv6Addr};
 pub(super) struct Peer {
     /// Its other end; of a socket none.
     pub(super) address: IpAddr,
-    /// True of a socket, and of an address that the configuration names: what it says of its client is
-    /// believed.
+    /// True for a socket and for a proxy of the configuration, whose headers on the client are trusted.
     pub(super) is_proxy: bool,
-    /// True if it found no place: nothing but health is told.
+    /// True if the connection has no place, and is answered on health alone.
     pub(super) is_spare: bool,
 }
 
-/// Where a request comes from.
+/// Origin of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Caller {
     /// The other end of the connection.
     pub(crate) peer: IpAddr,
-    /// For whom a proxy asks, where the peer is one that the configuration names.
+    /// Client of a trusted proxy.
     pub(crate) client: Option<IpAddr>,
 }
 
 impl Caller {
-    /// Returns who calls. `x-forwarded-for` is believed of named proxies alone: its last address that
-    /// is none of theirs.
+    /// Returns the origin of a request. The last address in `x-forwarded-for` that is no proxy's counts, if the peer
+    /// is a trusted proxy.
     pub(super) fn of(peer: Peer, headers: &HeaderMap, proxies: &[IpAddr]) -> Self {
-        let told = headers.get_all("x-forwarded-for").iter();
-        let told = told.filter_map(|value| value.to_str().ok());
-        let addresses = told.flat_map(|value| value.split(',')).map(str::trim);
+        let values = headers.get_all("x-forwarded-for").iter();
+        let values = values.filter_map(|value| value.to_str().ok());
+        let addresses = values.flat_map(|value| value.split(',')).map(str::trim);
         let mut addresses: Vec<IpAddr> = addresses.filter_map(|text| text.parse().ok()).collect();
         addresses.retain(|address| !proxies.contains(&address.to_canonical()));
         let last = addresses.last().map(IpAddr::to_canonical);
@@ -42,13 +41,13 @@ impl Caller {
         }
     }
 
-    /// Returns what one may call an own place in the network: an address, of IPv6 its first 64 bits.
+    /// Returns the network of the origin, as [`network_of`].
     pub(super) fn network(self) -> IpAddr {
         network_of(self.client.unwrap_or(self.peer))
     }
 }
 
-/// Returns an address, of IPv6 the first 64 bits: whoever has one of those has all of them.
+/// Returns an address; of IPv6 its first 64 bits, since one client has all addresses below them.
 pub(super) fn network_of(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(address) => {

@@ -105,11 +105,11 @@ pub(super) struct DesignList {
 
 /// Finds a design by `name` or `name@version`.
 pub(crate) async fn find(app: &App, reference: &str) -> Result<StoredDesign, Problem> {
-    let wanted = reference.to_string();
-    let found = app
-        .on_disk(move |parts| StoredDesign::find(&*parts.ledger, &wanted))
+    let name = reference.to_string();
+    let stored = app
+        .on_disk(move |parts| StoredDesign::find(&*parts.ledger, &name))
         .await?;
-    found.ok_or_else(|| Problem::not_found(&format!("design {reference}; see /v1/designs")))
+    stored.ok_or_else(|| Problem::not_found(&format!("design {reference}; see /v1/designs")))
 }
 
 /// Makes a design plain: tables, or one that is kept, with overrides; returns its name and version
@@ -205,15 +205,21 @@ pub(super) async fn submit(
     let design = json!(design);
     let stored = app
         .apart(move |parts| {
-            let (kept, most) = (
+            let (kept, designs_max) = (
                 parts.ledger.designs_of(&visitor.name)?,
                 parts.config.own_designs,
             );
-            if kept >= most {
+            if kept >= designs_max {
                 let way_out = "delete designs of this name, or have `own_designs` raised in the \
                                service's configuration";
                 let (status, found) = (StatusCode::INSUFFICIENT_STORAGE, format!("{kept} kept"));
-                return Err(Problem::over(status, "own_designs", most, found, way_out));
+                return Err(Problem::over(
+                    status,
+                    "own_designs",
+                    designs_max,
+                    found,
+                    way_out,
+                ));
             }
             let (owner, now) = (&visitor.name, now_ms());
             Ok(parts.ledger.put_design(&name, &design, owner, now)?)
@@ -263,7 +269,7 @@ pub(super) async fn delete(
     if !is_deleted {
         return Err(Problem::not_found(&format!("design {reference}")));
     }
-    audit::told("design deleted", &reference, &visitor.name, caller);
+    audit::record("design deleted", &reference, &visitor.name, caller);
     Ok(StatusCode::NO_CONTENT)
 }
 

@@ -1,4 +1,4 @@
-//! Stored bytes as answers: read to their end and found to have their hash before the first is sent.
+//! Stored bytes as answers. The hash of a file is checked before its first byte is sent.
 
 use crate::app::App;
 use crate::problem::Problem;
@@ -8,17 +8,17 @@ use axum::http::header::{self, HeaderValue};
 use axum::response::Response;
 use tokio_util::io::ReaderStream;
 
-/// Bytes that are sent at a time.
+/// Size of a piece that is sent [bytes].
 const PIECE: usize = 64 << 10;
 
-/// What a report's page may do: show itself, and nothing beyond.
+/// Content security policy of a report's page, which may show itself and nothing more.
 const SANDBOX: &str = "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:";
 
 /// Sends a stored file piece by piece.
 pub(super) async fn send(app: &App, file: &StoredFile) -> Result<Response, Problem> {
     let (sha256, length) = (file.sha256.clone(), file.bytes);
     let opened = app.on_disk(move |parts| parts.blobs.open(&sha256)).await?;
-    // While a client takes its time no thread waits for it.
+    // The file is read asynchronously, so that no thread waits for a slow client.
     let pieces = ReaderStream::with_capacity(tokio::fs::File::from_std(opened), PIECE);
     let mut response = Response::new(Body::from_stream(pieces));
     let headers = response.headers_mut();
@@ -43,7 +43,7 @@ fn kind(name: &str) -> &'static str {
     }
 }
 
-/// Sends a file of a report: it never changes, and may do nothing in a browser but be looked at.
+/// Sends a file of a report, which never changes and may only be displayed by a browser.
 pub(super) async fn send_of_report(
     app: &App,
     result: &StoredResult,
@@ -58,9 +58,9 @@ pub(super) async fn send_of_report(
     if let Ok(tag) = HeaderValue::from_str(&tag) {
         headers.insert(header::ETAG, tag);
     }
-    // Whoever has it asks each time whether it may still be seen: it outlasts no sign-out.
-    let asked = HeaderValue::from_static("private, no-cache");
-    headers.insert(header::CACHE_CONTROL, asked);
+    // A browser must ask before each use of its copy, so that the copy is useless after a sign-out.
+    let cache_control = HeaderValue::from_static("private, no-cache");
+    headers.insert(header::CACHE_CONTROL, cache_control);
     contained(headers);
     if download || name.ends_with(".csv") {
         headers.insert(header::CONTENT_DISPOSITION, attachment(result, name));
@@ -68,17 +68,17 @@ pub(super) async fn send_of_report(
     Ok(response)
 }
 
-/// Says of a file that it may do nothing beyond showing itself.
+/// Adds the headers by which a file may only display itself.
 pub(super) fn contained(headers: &mut header::HeaderMap) {
     let sandbox = HeaderValue::from_static(SANDBOX);
     headers.insert(header::CONTENT_SECURITY_POLICY, sandbox);
 }
 
-/// Names a download after recording, design and report, in letters that any system takes.
+/// Returns the name of a download from recording, design and report, in characters that any system takes.
 pub(super) fn attachment(result: &StoredResult, name: &str) -> HeaderValue {
     let summary = &result.summary;
-    let whole = format!("{}-{}", summary.file, summary.design);
-    let plain: String = whole
+    let full_name = format!("{}-{}", summary.file, summary.design);
+    let plain: String = full_name
         .chars()
         .take(60)
         .map(|c| {

@@ -1,8 +1,8 @@
-//! Parts of a form, of which no more is held than what was not understood yet.
+//! Parts of a form, read with bounded memory.
 //!
-//! The reader of forms takes as much of the body as has come, and looks for the end of a head from its
-//! beginning each time. So the body is handed to it in pieces, the next one only when it can go on no
-//! further without, and a form that brings neither head nor bytes of a file for long is refused.
+//! The reader of forms takes all of the body that has arrived, and searches for the end of a head from its
+//! beginning each time. So it gets the body in pieces, the next one only when it cannot go on without. A form
+//! is refused if it brings neither a head nor bytes of a file for long.
 
 use crate::problem::Problem;
 use axum::body::{Body, BodyDataStream, Bytes};
@@ -14,10 +14,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
 use tokio_stream::Stream;
 
-/// Bytes of a form between two pieces of its files: lines before the first part, and a part's head.
+/// Largest number of bytes between two pieces of files: lines before the first part, and a part's head.
 pub(super) const HEAD_BYTES: u64 = 16 << 10;
 
-/// Bytes of a body that are handed over at a time.
+/// Size of a piece of the body [bytes].
 const PIECE: usize = 8 << 10;
 
 /// A form that is being received.
@@ -27,27 +27,27 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// Begins a form of at most so many bytes in all; `beyond` is said of one that is longer.
+    /// Begins a form of at most `bytes_max` bytes; a longer one is refused with `beyond`.
     ///
     /// # Errors
     ///
     /// A problem if it names no boundary.
     pub(super) async fn begin(
         request: Request,
-        most: u64,
+        bytes_max: u64,
         beyond: Problem,
     ) -> Result<Self, Problem> {
         let meter = Arc::new(Mutex::new(Count {
             is_granted: false,
             pending: 0,
-            all: 0,
-            most,
+            total: 0,
+            bytes_max,
             beyond,
         }));
         let (head, body) = request.into_parts();
         let metered = Metered {
             body: body.into_data_stream(),
-            rest: Bytes::new(),
+            unread: Bytes::new(),
             meter: Arc::clone(&meter),
         };
         let request = Request::from_parts(head, Body::from_stream(metered));
@@ -61,7 +61,7 @@ impl Form {
     ///
     /// # Errors
     ///
-    /// A problem: no form, or one that is too long beside its files.
+    /// A problem: the body is no form, or has too many bytes besides its files.
     pub(super) async fn next(&mut self) -> Result<Option<Part<'_>>, Problem> {
         let meter = Arc::clone(&self.meter);
         let mut next = std::pin::pin!(self.parts.next_field());
@@ -110,7 +110,7 @@ impl Stream for Part<'_> {
     }
 }
 
-/// Goes on with a form: the next piece of the body is granted only when there is no way without.
+/// Advances a form; grants the next piece of the body only if the form cannot advance without it.
 fn advanced<T>(
     meter: &Meter,
     context: &mut Context<'_>,
@@ -124,7 +124,7 @@ fn advanced<T>(
         let mut count = locked(meter);
         count.within_limits()?;
         if count.is_granted {
-            // It was not taken: nothing more has come yet.
+            // The granted piece was not taken, so no more of the body has arrived.
             return Poll::Pending;
         }
         count.is_granted = true;
@@ -135,18 +135,18 @@ fn broken(error: &MultipartError) -> Problem {
     Problem::bad_request(error.body_text())
 }
 
-/// What was taken of a body.
+/// Bytes taken of a body.
 #[derive(Debug)]
 struct Count {
     /// True if one more piece may be taken.
     is_granted: bool,
-    /// Bytes that were taken since the form last went on.
+    /// Bytes taken since the form last advanced.
     pending: u64,
-    /// Bytes that were taken in all.
-    all: u64,
-    /// Bytes that may be taken in all.
-    most: u64,
-    /// What is said of more.
+    /// Bytes taken in total.
+    total: u64,
+    /// Largest number of bytes in total.
+    bytes_max: u64,
+    /// Problem of a longer body.
     beyond: Problem,
 }
 
@@ -164,7 +164,7 @@ impl Count {
                 way_out,
             ));
         }
-        if self.all > self.most {
+        if self.total > self.bytes_max {
             return Err(self.beyond.clone());
         }
         Ok(())
@@ -177,10 +177,10 @@ fn locked(meter: &Meter) -> MutexGuard<'_, Count> {
     meter.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A body that gives a piece only where one was granted.
+/// A body that yields a piece only after it was granted.
 struct Metered {
     body: BodyDataStream,
-    rest: Bytes,
+    unread: Bytes,
     meter: Meter,
 }
 
@@ -189,21 +189,21 @@ impl Stream for Metered {
 
     fn poll_next(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
         let metered = self.get_mut();
-        // Whoever polls the form grants a piece and polls again, so that no wake is lost here.
+        // No wake is lost: `advanced` grants a piece and polls again.
         if !locked(&metered.meter).is_granted {
             return Poll::Pending;
         }
-        if metered.rest.is_empty() {
+        if metered.unread.is_empty() {
             match Pin::new(&mut metered.body).poll_next(context) {
-                Poll::Ready(Some(Ok(bytes))) => metered.rest = bytes,
+                Poll::Ready(Some(Ok(bytes))) => metered.unread = bytes,
                 other => return other,
             }
         }
-        let piece = metered.rest.split_to(PIECE.min(metered.rest.len()));
+        let piece = metered.unread.split_to(PIECE.min(metered.unread.len()));
         let mut count = locked(&metered.meter);
         count.is_granted = false;
         count.pending += piece.len() as u64;
-        count.all += piece.len() as u64;
+        count.total += piece.len() as u64;
         Poll::Ready(Some(Ok(piece)))
     }
 }

@@ -5,7 +5,7 @@ use super::jobs::Events;
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::engine::EngineTasks;
-use crate::gate::{self, GateAsked};
+use crate::gate::{self, GateSubmission};
 use crate::problem::{Placed, Problem, Queried, bounded};
 use crate::store::GateStanding;
 use axum::Json;
@@ -19,7 +19,7 @@ use std::time::Duration;
 use tokio_stream::wrappers::ReceiverStream;
 use utoipa::{IntoParams, ToSchema};
 
-/// Time between two looks at a gate whose steps are told.
+/// Time between two polls of a gate whose events are streamed.
 const LOOK: Duration = Duration::from_millis(300);
 
 /// How a gate is asked.
@@ -95,7 +95,7 @@ impl GateEntry {
             state: state.into(),
             engine: gate.engine,
             tasks,
-            problem: outcome.as_ref().and_then(|own| own.problem.clone()),
+            problem: outcome.as_ref().and_then(|outcome| outcome.problem.clone()),
             pairs: (gate.recordings.len() * gate.designs.len()) as u64,
             decided,
             exit_code: outcome.as_ref().map(|outcome| outcome.exit_code),
@@ -108,11 +108,11 @@ impl GateEntry {
     }
 }
 
-/// Finds a gate, its outcome made where all pairs are decided.
+/// Finds a gate; makes its outcome if all pairs are decided.
 pub(crate) async fn find(app: &App, id: &str) -> Result<GateStanding, Problem> {
-    let wanted = id.to_string();
+    let gate_id = id.to_string();
     let standing = app
-        .on_disk(move |parts| parts.ledger.gate(&wanted))
+        .on_disk(move |parts| parts.ledger.gate(&gate_id))
         .await?
         .ok_or_else(|| Problem::not_found("such gate"))?;
     app.apart(move |parts| gate::settled(parts, standing)).await
@@ -139,7 +139,7 @@ pub(super) async fn submit(
     if name.is_empty() || name.chars().count() > 64 || name.contains(char::is_control) {
         return Err(Problem::bad_request("name: up to 64 letters"));
     }
-    let asked = GateAsked {
+    let submission = GateSubmission {
         name,
         text,
         baseline: query.baseline,
@@ -150,7 +150,7 @@ pub(super) async fn submit(
     let submitting = app.clone();
     let id = app
         .apart(move |parts| {
-            let (gate, pairs) = gate::planned(parts, asked, &visitor.name)?;
+            let (gate, pairs) = gate::planned(parts, submission, &visitor.name)?;
             if parts.ledger.gate(&gate.id)?.is_none() {
                 submitting.admit_jobs(&visitor, pairs.len() as u64)?;
             }
@@ -204,11 +204,11 @@ pub(super) async fn list(
 
 pub(crate) async fn listed(app: &App, part: GatePart) -> Result<GateList, Problem> {
     let limit = bounded("limit", part.limit, 50, (1, 200))?;
-    let found = app
+    let page = app
         .on_disk(move |parts| parts.ledger.gates(part.cursor, limit))
         .await?;
-    let (damaged, next) = (found.damaged.len(), found.next);
-    let gates = found
+    let (damaged, next) = (page.damaged.len(), page.next);
+    let gates = page
         .entries
         .into_iter()
         .map(|standing| GateEntry::of(app, standing));
@@ -246,20 +246,20 @@ pub(super) async fn events(
     Placed(id): Placed<String>,
 ) -> Result<Events, Problem> {
     let mut entry = GateEntry::of(&app, find(&app, &id).await?);
-    let (tell, told) = tokio::sync::mpsc::channel(4);
+    let (sender, received) = tokio::sync::mpsc::channel(4);
     tokio::spawn(async move {
         loop {
             let done = entry.exit_code.is_some();
             let data = serde_json::to_string(&entry).unwrap_or_default();
             let name = if done { "done" } else { "progress" };
             let event = Event::default().event(name).data(data);
-            if tell.send(Ok(event)).await.is_err() || done {
+            if sender.send(Ok(event)).await.is_err() || done {
                 return;
             }
             let before = entry.decided;
             while entry.decided == before && entry.exit_code.is_none() {
                 tokio::time::sleep(LOOK).await;
-                if tell.is_closed() {
+                if sender.is_closed() {
                     return;
                 }
                 match find(&app, &id).await {
@@ -269,7 +269,7 @@ pub(super) async fn events(
             }
         }
     });
-    Ok(Sse::new(ReceiverStream::new(told)).keep_alive(KeepAlive::default()))
+    Ok(Sse::new(ReceiverStream::new(received)).keep_alive(KeepAlive::default()))
 }
 
 /// Sends a file of a gate: `summary.json`, `summary.csv`, `junit.xml`, `summary.md` or `index.html`.

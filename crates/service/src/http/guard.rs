@@ -1,11 +1,11 @@
-//! Who is let in, same-origin checks on every change, and headers of every answer.
+//! Authentication, same-origin checks on every change, and headers of every answer.
 
 use super::caller::Peer;
 use super::listener::NO_ADDRESS;
 use super::{Caller, INTERFACE, Needs, declared};
 use crate::app::App;
 use crate::audit;
-use crate::auth::{Presented, Seen, Visitor};
+use crate::auth::{Presented, Recognition, Visitor};
 use crate::http::pages;
 use crate::problem::{Problem, QUESTION_BYTES};
 use axum::body::HttpBody as _;
@@ -24,20 +24,19 @@ use tokio::sync::OwnedSemaphorePermit;
 /// Name of the cookie that the page's sign-in sets.
 pub(crate) const COOKIE: &str = "latchgate-session";
 
-/// Its name behind TLS: browsers take it from this host alone, and send it over TLS alone.
+/// Name of the cookie behind TLS: browsers accept it from this host alone, and send it over TLS alone.
 pub(crate) const TLS_COOKIE: &str = "__Host-latchgate-session";
 
-/// Where everybody is let in, and nobody has an allowance: whoever watches the service, and what a
-/// page loads.
+/// Paths without authentication and rate limit, for monitoring and for the files of pages.
 const FREE: &[&str] = &["/healthz", "/readyz", "/assets/{name}"];
 
-/// Bytes of a sign-in.
+/// Largest body of a sign-in [bytes].
 pub(super) const LOGIN_BYTES: usize = 4 << 10;
 
-/// What a page may load: what this service serves, nothing inline.
+/// Content security policy of pages: they load from this service, and nothing inline.
 const POLICY: &str = "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'; object-src 'none'";
 
-/// Lets a request in or not, passes it on, and notes what became of it.
+/// Admits or refuses a request, passes it on, and logs its outcome.
 pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Next) -> Response {
     let began = Instant::now();
     let method = request.method().clone();
@@ -72,7 +71,7 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
             let name = visitor.name.clone();
             request.extensions_mut().insert(visitor);
             match received(&app, &path, request).await {
-                // Until it is answered its body takes room.
+                // The permit for the body's memory is held until the answer.
                 Ok((request, _room)) => (name, next.run(request).await),
                 Err(problem) => (name, problem.into_response()),
             }
@@ -83,7 +82,7 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     let status = response.status();
     if matches!(status, StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN) {
         let what = format!("{method} {path}");
-        audit::told("refused", &what, &visitor, caller);
+        audit::record("refused", &what, &visitor, caller);
     }
     let counter = match status.as_u16() {
         ..400 => &app.traffic.answered,
@@ -94,12 +93,12 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     let took = began.elapsed();
     app.traffic.took(method.as_str(), &path, took);
     let ms = u64::try_from(took.as_millis()).unwrap_or(u64::MAX);
-    // Neither query nor headers: they may hold what is not to be kept.
+    // Query and headers are not logged, since they may contain secrets.
     tracing::info!(%method, path, status = status.as_u16(), ms, visitor, from = %caller, "request");
     if let Some(problem) = response.extensions_mut().remove::<Problem>()
         && !is_interface
     {
-        // The headers stay: when to come again, how to sign in.
+        // Headers such as Retry-After and WWW-Authenticate stay.
         response.headers_mut().remove(header::CONTENT_TYPE);
         response.headers_mut().remove(header::CONTENT_LENGTH);
         let page = pages::problem(&problem).into_response();
@@ -112,14 +111,14 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
 }
 
 fn no_place(app: &App) -> Problem {
-    let (most, own) = (app.config.connections, app.config.address_connections);
-    let found = format!("as many, or {own} of this address, that are open");
+    let (connections_max, address_max) = (app.config.connections, app.config.address_connections);
+    let found = format!("as many, or {address_max} of this address, that are open");
     let status = StatusCode::SERVICE_UNAVAILABLE;
-    Problem::later(status, "connections", most as u64, found, 1)
+    Problem::later(status, "connections", connections_max as u64, found, 1)
 }
 
-/// Waits until the whole body has come of a request that is no upload, and no longer than it may take:
-/// a client that sends a byte now and then would hold a place for hours.
+/// Waits for the whole body of a request that is no upload, within a deadline. Without it a client that sends a
+/// byte now and then would hold a place for hours.
 async fn received(
     app: &App,
     path: &str,
@@ -130,25 +129,25 @@ async fn received(
     if is_upload || matches!(*method, Method::GET | Method::HEAD) {
         return Ok((request, None));
     }
-    let (name, most) = if path == "/login" {
+    let (name, bytes_max) = if path == "/login" {
         ("login_bytes", LOGIN_BYTES)
     } else {
         ("body_bytes", QUESTION_BYTES)
     };
     let stated = request.body().size_hint().upper();
-    let bytes = stated.map_or(most, |stated| {
-        usize::try_from(stated).unwrap_or(most).min(most)
+    let bytes = stated.map_or(bytes_max, |stated| {
+        usize::try_from(stated).unwrap_or(bytes_max).min(bytes_max)
     });
     let (head, body) = request.into_parts();
     let time = app.config.question_time;
-    let whole = async {
+    let read_body = async {
         let kib = u32::try_from(bytes.div_ceil(1024)).unwrap_or(u32::MAX);
         let room = Arc::clone(&app.bodies).acquire_many_owned(kib).await.ok();
-        axum::body::to_bytes(body, most)
+        axum::body::to_bytes(body, bytes_max)
             .await
             .map(|bytes| (bytes, room))
     };
-    match tokio::time::timeout(time, whole).await {
+    match tokio::time::timeout(time, read_body).await {
         Ok(Ok((bytes, room))) => Ok((Request::from_parts(head, bytes.into()), room)),
         Ok(Err(error))
             if error
@@ -157,7 +156,13 @@ async fn received(
         {
             let way_out = "a question or a gate file is shorter; recordings go to /v1/recordings";
             let (status, found) = (StatusCode::PAYLOAD_TOO_LARGE, "a larger body".into());
-            Err(Problem::over(status, name, most as u64, found, way_out))
+            Err(Problem::over(
+                status,
+                name,
+                bytes_max as u64,
+                found,
+                way_out,
+            ))
         }
         Ok(Err(_)) => Err(Problem::bad_request("the body ended before it was whole")),
         Err(_) => {
@@ -172,15 +177,15 @@ async fn received(
     }
 }
 
-/// Tells whether programs ask here, who are answered as `/openapi.json` says, or people.
+/// Returns true if a path is for programs, which get problem documents in place of pages.
 fn is_interface(path: &str) -> bool {
-    let known = |(_, known, _): &(&str, &str, Needs)| *known == path;
-    path == "/v1" || path.starts_with("/v1/") || INTERFACE.iter().any(known)
+    let is_described = |(_, is_described, _): &(&str, &str, Needs)| *is_described == path;
+    path == "/v1" || path.starts_with("/v1/") || INTERFACE.iter().any(is_described)
 }
 
-/// Adds the headers that every answer carries, where it has none of its own.
+/// Adds the headers of every answer, unless it has them already.
 fn guarded(headers: &mut HeaderMap) {
-    let own: [(HeaderName, &'static str); 6] = [
+    let default_headers: [(HeaderName, &'static str); 6] = [
         (header::CONTENT_SECURITY_POLICY, POLICY),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (header::REFERRER_POLICY, "same-origin"),
@@ -194,7 +199,7 @@ fn guarded(headers: &mut HeaderMap) {
             "same-origin",
         ),
     ];
-    for (name, value) in own {
+    for (name, value) in default_headers {
         headers
             .entry(name)
             .or_insert(HeaderValue::from_static(value));
@@ -211,17 +216,17 @@ async fn admit(
     let headers = &headers;
     let refuse = |problem: Problem| Box::new(problem.into_response());
     same_origin(method, headers).map_err(refuse)?;
-    let seen = match user_of_proxy(app, headers, peer).map_err(refuse)? {
-        Some(user) => Seen::Known(user),
-        None => seen(app, headers).await.map_err(refuse)?,
+    let recognition = match user_of_proxy(app, headers, peer).map_err(refuse)? {
+        Some(user) => Recognition::Known(user),
+        None => recognised(app, headers).await.map_err(refuse)?,
     };
-    // Strangers share nothing, lest one of them keeps the others from signing in.
+    // Strangers are limited by address, so that one cannot keep the others from signing in.
     let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
-    let allowed = match &seen {
-        Seen::Open(visitor) | Seen::Known(visitor) => {
+    let allowed = match &recognition {
+        Recognition::Open(visitor) | Recognition::Known(visitor) => {
             app.of_tokens.take(&visitor.name, rate, burst)
         }
-        Seen::Stranger => {
+        Recognition::Stranger => {
             let address = caller.network().to_string();
             app.of_addresses.take(&address, rate, burst)
         }
@@ -237,23 +242,23 @@ async fn admit(
         method.as_str()
     };
     let route = declared().find(|(verb, known, _)| *verb == asked_as && *known == path);
-    match (seen, route) {
-        (Seen::Open(visitor), _) => {
-            // Without a token the name under which this is asked must be the machine's own, lest
-            // a page from elsewhere points its name here.
+    match (recognition, route) {
+        (Recognition::Open(visitor), _) => {
+            // Without tokens the host must be the machine's, lest a page from elsewhere resolves its own name
+            // to this address (DNS rebinding).
             known_host(app, headers).map_err(refuse)?;
             Ok(visitor)
         }
-        (Seen::Known(visitor), route) => {
+        (Recognition::Known(visitor), route) => {
             let needs = route.and_then(|(_, _, needs)| needs).unwrap_or(&[]);
             if let Some(scope) = needs.iter().find(|scope| !visitor.may(**scope)) {
                 return Err(refuse(Problem::forbidden(*scope)));
             }
             Ok(visitor)
         }
-        // Where nobody is asked, a stranger may, and elsewhere learns nothing of what there is.
-        (Seen::Stranger, Some((_, _, None))) => Ok(Visitor::nobody()),
-        (Seen::Stranger, _) => {
+        // A stranger may use routes without authentication, and does not learn which others exist.
+        (Recognition::Stranger, Some((_, _, None))) => Ok(Visitor::nobody()),
+        (Recognition::Stranger, _) => {
             let wants_page = headers
                 .get(header::ACCEPT)
                 .and_then(|accept| accept.to_str().ok())
@@ -266,27 +271,31 @@ async fn admit(
     }
 }
 
-/// Looks at the token or the session that a request presents.
-async fn seen(app: &App, headers: &HeaderMap) -> Result<Seen, Problem> {
-    let (presented, asked) = (presented(headers), app.clone());
+/// Checks the credential of a request, without the disk if the cache allows.
+async fn recognised(app: &App, headers: &HeaderMap) -> Result<Recognition, Problem> {
+    let (presented, asking_app) = (presented(headers), app.clone());
     let looked = match app.door.look_again(presented.as_ref()) {
         Some(seen) => Ok(Ok(seen)),
         None => {
-            let look = move || asked.door.look(&*asked.ledger, presented.as_ref());
+            let look = move || {
+                asking_app
+                    .door
+                    .look(&*asking_app.ledger, presented.as_ref())
+            };
             tokio::task::spawn_blocking(look).await
         }
     };
     match looked {
-        // Where a proxy names its users, nobody is let in without one.
-        Ok(Ok(Seen::Open(_))) if app.config.users.is_some() => Ok(Seen::Stranger),
+        // If a proxy names its users, a request without a user is a stranger's even without tokens.
+        Ok(Ok(Recognition::Open(_))) if app.config.users.is_some() => Ok(Recognition::Stranger),
         Ok(Ok(seen)) => Ok(seen),
         Ok(Err(error)) => Err(error.into()),
         Err(_) => Err(Problem::not_found("answer")),
     }
 }
 
-/// Returns the user whom a proxy names, where one is configured and this is a request of it. A name
-/// from anybody else, or beside a token, is refused: one of the two is not what it seems.
+/// Returns the user that a configured proxy names in a request. A name from another peer, or beside a token, is
+/// refused, since one of the two must be forged or mistaken.
 fn user_of_proxy(app: &App, headers: &HeaderMap, peer: Peer) -> Result<Option<Visitor>, Problem> {
     let Some(users) = &app.config.users else {
         return Ok(None);
@@ -340,7 +349,7 @@ fn unknown() -> Response {
     response
 }
 
-/// Returns what a request presents: a token in its header, or a session in the page's cookie.
+/// Returns the credential of a request: a token in its header, or a session in the page's cookie.
 fn presented(headers: &HeaderMap) -> Option<Presented> {
     let bearer = headers
         .get(header::AUTHORIZATION)
@@ -354,8 +363,8 @@ fn presented(headers: &HeaderMap) -> Option<Presented> {
 
 /// Returns the session of the page's cookie.
 pub(crate) fn session(headers: &HeaderMap) -> Option<String> {
-    // Behind TLS another host or port may have set the plain one.
-    let wanted = if behind_tls(headers) {
+    // Another host or port may have set the plain cookie, so it does not count behind TLS.
+    let cookie_name = if behind_tls(headers) {
         TLS_COOKIE
     } else {
         COOKIE
@@ -366,18 +375,18 @@ pub(crate) fn session(headers: &HeaderMap) -> Option<String> {
         .flat_map(|value| value.split(';'));
     cookies.find_map(|cookie| {
         let (name, value) = cookie.trim().split_once('=')?;
-        (name == wanted).then(|| value.to_string())
+        (name == cookie_name).then(|| value.to_string())
     })
 }
 
-/// Tells whether a proxy says that its client came by TLS.
+/// Returns true if a proxy reports that its client uses TLS.
 pub(crate) fn behind_tls(headers: &HeaderMap) -> bool {
     headers
         .get("x-forwarded-proto")
         .is_some_and(|proto| proto == "https")
 }
 
-/// Refuses a change that a page from elsewhere asks for.
+/// Refuses a change requested by a page of another origin.
 fn same_origin(method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
     if matches!(*method, Method::GET | Method::HEAD) {
         return Ok(());
@@ -402,7 +411,7 @@ fn same_origin(method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Refuses a name that is neither the loopback's nor configured.
+/// Refuses a host name that is neither the loopback's nor configured.
 fn known_host(app: &App, headers: &HeaderMap) -> Result<(), Problem> {
     let host = headers
         .get(header::HOST)
@@ -412,8 +421,8 @@ fn known_host(app: &App, headers: &HeaderMap) -> Result<(), Problem> {
         Some((name, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => name,
         _ => host.as_str(),
     };
-    let own = ["localhost", "127.0.0.1", "[::1]"];
-    if own.contains(&name) || app.config.hosts.iter().any(|known| known == name) {
+    let loopback_names = ["localhost", "127.0.0.1", "[::1]"];
+    if loopback_names.contains(&name) || app.config.hosts.iter().any(|host| host == name) {
         return Ok(());
     }
     let text = "the service is not known by this name; state it in the configuration's `hosts`";

@@ -1,4 +1,4 @@
-//! Questions under way: how far they are, asked once or told as it goes.
+//! Progress of questions, requested once or streamed.
 
 use crate::app::App;
 use crate::pool::Progress;
@@ -54,7 +54,7 @@ impl JobStanding {
     }
 }
 
-/// Says that a question became a job.
+/// Answers that a question became a job.
 pub(super) fn accepted(job: &str, state: &JobState) -> Response {
     let place = [(header::LOCATION, format!("/v1/jobs/{job}"))];
     let standing = Json(JobStanding::of(job, state));
@@ -67,8 +67,8 @@ pub(super) fn problem_of(problem: Value) -> Problem {
 }
 
 async fn state_of(app: &App, id: &str) -> Result<JobState, Problem> {
-    let wanted = id.to_string();
-    let job = app.on_disk(move |parts| parts.ledger.job(&wanted)).await?;
+    let job_id = id.to_string();
+    let job = app.on_disk(move |parts| parts.ledger.job(&job_id)).await?;
     Ok(job.ok_or_else(|| Problem::not_found("such job"))?.state)
 }
 
@@ -101,31 +101,31 @@ pub(super) async fn events(
     Placed(id): Placed<String>,
 ) -> Result<Events, Problem> {
     let watched = app.crew.watch(&id);
-    // It may have ended before anybody watched.
+    // The job may have ended before it was watched.
     let state = state_of(&app, &id).await?;
     let now = Progress { state, part: None };
     let steps = tokio_stream::once(now).chain(WatchStream::from_changes(watched));
-    Ok(told(steps.map(move |progress| {
+    Ok(event_stream(steps.map(move |progress| {
         let event = event(&id, &progress);
         (event, progress.state.has_ended())
     })))
 }
 
-/// Events as they are told.
+/// A stream of server-sent events.
 pub(super) type Events = Sse<KeepAliveStream<ReceiverStream<Result<Event, Infallible>>>>;
 
-/// Tells events up to the one that says that it is the last.
-pub(super) fn told(events: impl Stream<Item = (Event, bool)> + Send + 'static) -> Events {
-    let (tell, told) = tokio::sync::mpsc::channel(4);
+/// Returns a stream of events up to the first that is marked as the last.
+pub(super) fn event_stream(events: impl Stream<Item = (Event, bool)> + Send + 'static) -> Events {
+    let (sender, received) = tokio::sync::mpsc::channel(4);
     tokio::spawn(async move {
         let mut events = std::pin::pin!(events);
         while let Some((event, ends)) = events.next().await {
-            if tell.send(Ok(event)).await.is_err() || ends {
+            if sender.send(Ok(event)).await.is_err() || ends {
                 return;
             }
         }
     });
-    Sse::new(ReceiverStream::new(told)).keep_alive(KeepAlive::default())
+    Sse::new(ReceiverStream::new(received)).keep_alive(KeepAlive::default())
 }
 
 fn event(id: &str, progress: &Progress) -> Event {

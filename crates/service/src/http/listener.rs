@@ -1,4 +1,4 @@
-//! Where requests come in: an address with a port, or a socket in the file system.
+//! The listener for requests: an address with a port, or a socket in the file system.
 
 use crate::config::Listen;
 use std::fs::{self, Permissions};
@@ -9,19 +9,19 @@ use std::path::Path;
 use tokio::net::{TcpListener, TcpStream, UnixListener, UnixStream};
 use tokio_util::either::Either;
 
-/// Time in which a client must take what was sent [ms].
+/// Time in which a client must acknowledge sent bytes [ms].
 const SEND_MS: u32 = 60_000;
 
-/// Who may open the socket: the service's user and group.
+/// Mode of the socket, which the service's user and group may open.
 const SOCKET_MODE: u32 = 0o660;
 
-/// Bytes that the system holds of what was sent.
+/// Size of the system's send buffer [bytes].
 const HELD_BYTES: usize = 64 << 10;
 
 /// A connection.
 pub(super) type Connection = Either<TcpStream, UnixStream>;
 
-/// Where requests come in.
+/// A listener for requests.
 #[derive(Debug)]
 pub enum Listener {
     /// An address with a port.
@@ -31,29 +31,31 @@ pub enum Listener {
 }
 
 impl Listener {
-    /// Listens; returns where, as people read it.
+    /// Listens; returns the address in words as well.
     ///
     /// # Errors
     ///
     /// What is in the way, in a sentence.
     pub async fn bind(listen: &Listen) -> Result<(Self, String), String> {
-        let told = |error: io::Error| format!("{listen}: {error}; choose another with --listen");
+        let bind_error =
+            |error: io::Error| format!("{listen}: {error}; choose another with --listen");
         match listen {
             Listen::Tcp(address) => {
-                let listener = TcpListener::bind(address).await.map_err(told)?;
-                let own = listener.local_addr().map_err(told)?;
-                Ok((Self::Tcp(listener), format!("http://{own}/")))
+                let listener = TcpListener::bind(address).await.map_err(bind_error)?;
+                let address = listener.local_addr().map_err(bind_error)?;
+                Ok((Self::Tcp(listener), format!("http://{address}/")))
             }
             Listen::Unix(path) => {
-                remove_left(path).map_err(told)?;
-                let listener = UnixListener::bind(path).map_err(told)?;
-                fs::set_permissions(path, Permissions::from_mode(SOCKET_MODE)).map_err(told)?;
+                remove_left(path).map_err(bind_error)?;
+                let listener = UnixListener::bind(path).map_err(bind_error)?;
+                fs::set_permissions(path, Permissions::from_mode(SOCKET_MODE))
+                    .map_err(bind_error)?;
                 Ok((Self::Unix(listener), listen.to_string()))
             }
         }
     }
 
-    /// Waits for a connection; returns its other end, of a socket no address.
+    /// Waits for a connection; returns its peer's address, which a socket does not have.
     pub(super) async fn accept(&self) -> io::Result<(Connection, Option<IpAddr>)> {
         match self {
             Self::Tcp(listener) => {
@@ -72,10 +74,10 @@ impl Listener {
     }
 }
 
-/// Stands for the other end of a socket.
+/// Address in place of a socket's peer.
 pub(super) const NO_ADDRESS: IpAddr = IpAddr::V4(Ipv4Addr::UNSPECIFIED);
 
-/// Removes the socket of a service that has ended; one at which somebody listens stays.
+/// Removes the socket of a service that has ended; one with a listener stays.
 fn remove_left(path: &Path) -> io::Result<()> {
     let is_socket = fs::symlink_metadata(path).is_ok_and(|about| about.file_type().is_socket());
     if is_socket && std::os::unix::net::UnixStream::connect(path).is_err() {

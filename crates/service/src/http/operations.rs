@@ -85,7 +85,7 @@ pub(super) struct LimitList {
 #[utoipa::path(get, path = "/v1/limits", responses((status = 200, description = "Limits", body = LimitList)))]
 pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
     let config = &app.config;
-    let own = [
+    let service_limits = [
         ("upload_bytes", config.upload_bytes, "bytes", "upload_mib"),
         (
             "upload_files",
@@ -133,13 +133,15 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             "rate_per_s",
         ),
     ];
-    let own = own.into_iter().map(|(name, value, unit, key)| ListedLimit {
-        name: name.into(),
-        value,
-        unit: unit.into(),
-        meaning: meaning(key).into(),
-        change: format!("`{key}` in the service's configuration"),
-    });
+    let service_limits = service_limits
+        .into_iter()
+        .map(|(name, value, unit, key)| ListedLimit {
+            name: name.into(),
+            value,
+            unit: unit.into(),
+            meaning: meaning(key).into(),
+            change: format!("`{key}` in the service's configuration"),
+        });
     let fixed = |name: &str, value: u64, unit: &str, meaning: &str| ListedLimit {
         name: name.into(),
         value,
@@ -184,7 +186,7 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             meaning: limit.meaning.into(),
         });
     Json(LimitList {
-        limits: own.chain(fixed).chain(of_reading).collect(),
+        limits: service_limits.chain(fixed).chain(of_reading).collect(),
         jail: app.crew.jail().clone(),
     })
 }

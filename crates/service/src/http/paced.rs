@@ -1,4 +1,4 @@
-//! A connection that must be read from: one whose client takes less than a least pace ends.
+//! A connection that ends if its client reads below a least pace.
 
 use super::listener::Connection;
 use std::io;
@@ -8,11 +8,11 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Sleep, sleep};
 
-/// Time in which some of what was sent must be taken. The system asks for more when a third of what it
-/// holds was taken, 64 KiB, so that both make the least pace: some 2 KiB/s.
+/// Time in which a write must advance. The system accepts more once a third of its buffer of 64 KiB is free, so the
+/// least pace is some 2 KiB/s.
 pub(super) const TAKEN: Duration = Duration::from_secs(20);
 
-/// A connection with a least pace of what is sent.
+/// A connection with a least pace of sending.
 pub(super) struct Paced {
     stream: Connection,
     waiting: Option<Pin<Box<Sleep>>>,
@@ -26,7 +26,7 @@ impl Paced {
         }
     }
 
-    /// Passes on what came of a write, unless it has waited for too long.
+    /// Returns the outcome of a write, or a timeout if it has waited for too long.
     fn within_time(
         &mut self,
         context: &mut Context<'_>,

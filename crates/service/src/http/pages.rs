@@ -24,7 +24,7 @@ mod words;
 
 use crate::app::App;
 use crate::audit;
-use crate::auth::{Presented, Scope, Seen, Visitor, Way};
+use crate::auth::{Presented, Recognition, Scope, Visitor, Way};
 use crate::http::Caller;
 use crate::http::verdicts::{Wanted, listed};
 use crate::problem::{Placed, Problem, Queried};
@@ -83,11 +83,11 @@ pub(crate) fn problem(problem: &Problem) -> Markup {
         p { (words::on_the_page(&problem.detail)) }
         p { a href="/" { "All verdicts" } }
     };
-    whole(None, &problem.title, &body)
+    layout(None, &problem.title, &body)
 }
 
 /// Puts a page together, for whoever is signed in.
-fn whole(visitor: Option<&Visitor>, title: &str, body: &Markup) -> Markup {
+fn layout(visitor: Option<&Visitor>, title: &str, body: &Markup) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -183,7 +183,7 @@ async fn home(
         (show::damaged(list.damaged))
         (sorting.older(list.next))
     };
-    Ok(whole(Some(&visitor), "Verdicts", &body))
+    Ok(layout(Some(&visitor), "Verdicts", &body))
 }
 
 /// Where files are dropped.
@@ -251,7 +251,7 @@ fn sign_in(visitor: &Visitor, refused: &str, sessions: &[StoredSession]) -> Mark
             }
         }
     };
-    whole(signed_in, "Sign in", &body)
+    layout(signed_in, "Sign in", &body)
 }
 
 async fn login(
@@ -269,26 +269,26 @@ async fn login(
     let signed_in = app
         .on_disk(move |parts| {
             let presented = Presented::Token(token);
-            let seen = parts.door.look(&*parts.ledger, Some(&presented))?;
-            let session = match &seen {
-                Seen::Known(Visitor {
+            let recognition = parts.door.look(&*parts.ledger, Some(&presented))?;
+            let session = match &recognition {
+                Recognition::Known(Visitor {
                     token: Some(token), ..
                 }) => Some(parts.door.sign_in(&*parts.ledger, *token)?),
                 _ => None,
             };
-            Ok((seen, session))
+            Ok((recognition, session))
         })
         .await;
     match signed_in {
-        Ok((Seen::Known(visitor), Some(session))) => {
+        Ok((Recognition::Known(visitor), Some(session))) => {
             let token = format!("{}#{}", visitor.name, visitor.token.unwrap_or_default());
-            audit::told("signed in", &token, &visitor.name, caller);
+            audit::record("signed in", &token, &visitor.name, caller);
             let lasts = app.config.session.as_secs();
-            let (name, rest) = cookie(&headers);
-            let text = format!("{name}={}; Max-Age={lasts}{rest}", session.reveal());
+            let (name, attributes) = cookie(&headers);
+            let text = format!("{name}={}; Max-Age={lasts}{attributes}", session.reveal());
             with_cookies("/", &[text])
         }
-        Ok((Seen::Open(_), _)) => Redirect::to("/").into_response(),
+        Ok((Recognition::Open(_), _)) => Redirect::to("/").into_response(),
         Ok(_) => {
             let text = "This token is not known here, was revoked or has ended. Check it, or ask for a new one.";
             (StatusCode::UNAUTHORIZED, sign_in(&visitor, text, &[])).into_response()
@@ -314,8 +314,8 @@ async fn logout(
         })
     })
     .await?;
-    let (name, rest) = cookie(&headers);
-    let mut response = with_cookies("/login", &[format!("{name}=; Max-Age=0{rest}")]);
+    let (name, attributes) = cookie(&headers);
+    let mut response = with_cookies("/login", &[format!("{name}=; Max-Age=0{attributes}")]);
     let cleared = HeaderValue::from_static("\"cache\", \"storage\"");
     response.headers_mut().insert("clear-site-data", cleared);
     Ok(response)

@@ -1,4 +1,4 @@
-//! Places for connections: so many in all and for each address, and a few more that are asked for
+//! Places for connections, limited in total and by address, and a few spare connections that are answered on
 //! health alone.
 
 use super::caller::network_of;
@@ -7,30 +7,35 @@ use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::task::AbortHandle;
 
-/// Connections beyond the places.
+/// Number of connections without a place.
 pub(crate) const SPARE: usize = 32;
 
-/// Places that are taken, by address.
+/// Number of places in use, by address.
 #[derive(Debug, Default)]
 pub(super) struct Places(Arc<Mutex<BTreeMap<IpAddr, usize>>>);
 
 impl Places {
-    /// Takes a place unless `most` are taken, or `most_of_one` by this address.
-    pub(super) fn take(&self, peer: IpAddr, most: usize, most_of_one: usize) -> Option<Place> {
+    /// Takes a place unless `places_max` are taken, or `address_max` by this address.
+    pub(super) fn take(
+        &self,
+        peer: IpAddr,
+        places_max: usize,
+        address_max: usize,
+    ) -> Option<Place> {
         let address = network_of(peer);
-        let mut taken = locked(&self.0);
-        let of_all: usize = taken.values().sum();
-        let own = taken.entry(address).or_default();
-        if of_all >= most || *own >= most_of_one {
-            let is_unknown = *own == 0;
+        let mut by_address = locked(&self.0);
+        let total: usize = by_address.values().sum();
+        let count = by_address.entry(address).or_default();
+        if total >= places_max || *count >= address_max {
+            let is_unknown = *count == 0;
             if is_unknown {
-                taken.remove(&address);
+                by_address.remove(&address);
             }
             return None;
         }
-        *own += 1;
+        *count += 1;
         Some(Place {
-            taken: Arc::clone(&self.0),
+            by_address: Arc::clone(&self.0),
             address,
         })
     }
@@ -39,24 +44,24 @@ impl Places {
 /// A place, free again when it is dropped.
 #[derive(Debug)]
 pub(super) struct Place {
-    taken: Arc<Mutex<BTreeMap<IpAddr, usize>>>,
+    by_address: Arc<Mutex<BTreeMap<IpAddr, usize>>>,
     address: IpAddr,
 }
 
 impl Drop for Place {
     fn drop(&mut self) {
-        let mut taken = locked(&self.taken);
-        if let Some(own) = taken.get_mut(&self.address) {
-            *own -= 1;
-            if *own == 0 {
-                taken.remove(&self.address);
+        let mut by_address = locked(&self.by_address);
+        if let Some(count) = by_address.get_mut(&self.address) {
+            *count -= 1;
+            if *count == 0 {
+                by_address.remove(&self.address);
             }
         }
     }
 }
 
-/// Connections that found no place. Each new one ends the oldest, so that whoever asks at once is
-/// answered however many others come and say nothing.
+/// Connections without a place. Each new one ends the oldest, so that a client that asks at once is answered,
+/// however many silent ones connect.
 #[derive(Debug, Default)]
 pub(super) struct Spare(VecDeque<AbortHandle>);
 

@@ -87,7 +87,8 @@ pub(super) async fn submit(
     let length = length.and_then(|length| length.to_str().ok()?.parse().ok());
     // Until what was sent is counted among what is kept.
     let reserved = app.reserve(&visitor.name, length).await?;
-    let received = upload::receive(&app, stated.name, request, length, reserved.left()).await?;
+    let received =
+        upload::receive(&app, stated.name, request, length, reserved.left_bytes()).await?;
     let owner = visitor.name.clone();
     let (id, is_new) = app
         .on_disk(move |parts| {
@@ -115,8 +116,10 @@ pub(crate) async fn look(
     id: &str,
     request: Option<Value>,
 ) -> Result<Recording, Problem> {
-    let wanted = id.to_string();
-    let stored = app.apart(move |parts| parts.recording(&wanted)).await?;
+    let recording_id = id.to_string();
+    let stored = app
+        .apart(move |parts| parts.recording(&recording_id))
+        .await?;
     if let (Some(listing), None) = (&stored.listing, &request) {
         let mut listing = listing.clone();
         let program = without_program(&mut listing);
@@ -247,13 +250,13 @@ pub(crate) async fn listed(app: &App, part: Part) -> Result<RecordingList, Probl
         after: part.cursor,
         limit: bounded("limit", part.limit, 50, (1, 200))?,
     };
-    let found = app
+    let page = app
         .on_disk(move |parts| parts.ledger.recordings(&filter))
         .await?;
     Ok(RecordingList {
-        damaged: found.damaged.len(),
-        recordings: found.entries,
-        next: found.next,
+        damaged: page.damaged.len(),
+        recordings: page.entries,
+        next: page.next,
     })
 }
 
@@ -322,12 +325,12 @@ pub(super) async fn deletions(
     Queried(part): Queried<DeletionPart>,
 ) -> Result<Json<DeletionList>, Problem> {
     let limit = bounded("limit", part.limit, 50, (1, 200))?;
-    let found = app
+    let page = app
         .on_disk(move |parts| parts.ledger.deletions(part.cursor, limit))
         .await?;
     Ok(Json(DeletionList {
-        damaged: found.damaged.len(),
-        deletions: found.entries,
-        next: found.next,
+        damaged: page.damaged.len(),
+        deletions: page.entries,
+        next: page.next,
     }))
 }

@@ -1,4 +1,4 @@
-//! Connections under deadlines, and the end of service: what is under way is finished.
+//! Connections under deadlines, and the end of the service, which finishes requests in progress.
 
 use super::caller::Peer;
 use super::listener::{Listener, NO_ADDRESS};
@@ -18,14 +18,14 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::signal::unix::{SignalKind, signal};
 
-/// Time of a connection that found no place.
+/// Longest time of a connection without a place.
 const SPARE_TIME: Duration = Duration::from_secs(5);
 
 /// Serves until a signal ends it; a second one ends it at once.
 ///
 /// # Errors
 ///
-/// [`io::Error`] if signals cannot be heard.
+/// [`io::Error`] if signals cannot be received.
 pub async fn serve(app: App, listener: Listener) -> io::Result<()> {
     let mut terminate = signal(SignalKind::terminate())?;
     let mut interrupt = signal(SignalKind::interrupt())?;
@@ -48,7 +48,7 @@ pub async fn serve(app: App, listener: Listener) -> io::Result<()> {
         let (stream, peer) = match accepted {
             Ok(accepted) => accepted,
             Err(error) => {
-                // Too many open files, mostly; the next moment may be better.
+                // The usual cause is too many open files, which may pass.
                 tracing::warn!(%error, "a connection could not be taken");
                 tokio::time::sleep(Duration::from_millis(50)).await;
                 continue;

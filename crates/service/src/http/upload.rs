@@ -1,4 +1,4 @@
-//! How an upload becomes files: streamed to the disk, hashed on the way, never read here.
+//! Files of an upload: streamed to the disk and hashed on the way, but never parsed in this process.
 
 use super::form::Form;
 use crate::app::App;
@@ -11,16 +11,16 @@ use std::sync::Arc;
 use tokio::sync::mpsc;
 use tokio_stream::{Stream, StreamExt};
 
-/// Letters of a name.
+/// Largest number of letters of a name.
 const NAME_LETTERS: usize = 200;
 
-/// Bytes of a form beside its files.
+/// Largest number of bytes of a form besides its files.
 const FORM_BYTES: u64 = 1 << 20;
 
-/// Bytes of a card.
+/// Largest card [bytes].
 const CARD_BYTES: u64 = 1 << 20;
 
-/// An upload whose files are on the disk and not in their places yet.
+/// An upload whose files are on the disk, but not in their final places.
 pub(super) struct Received {
     name: String,
     files: Vec<(String, BlobWriter)>,
@@ -46,8 +46,8 @@ impl Received {
     }
 }
 
-/// Takes an upload in: the raw file, or a form with `file`, `card` and further parts. `stated` is
-/// its length, and `left` what its token may still upload [bytes].
+/// Receives an upload: the raw file, or a form with `file`, `card` and further parts. `stated` is its length,
+/// `left_bytes` the bytes that its token may still upload.
 ///
 /// # Errors
 ///
@@ -57,7 +57,7 @@ pub(super) async fn receive(
     name: Option<String>,
     request: Request,
     stated: Option<u64>,
-    left: u64,
+    left_bytes: u64,
 ) -> Result<Received, Problem> {
     let form = request
         .headers()
@@ -65,13 +65,16 @@ pub(super) async fn receive(
         .and_then(|kind| kind.to_str().ok())
         .is_some_and(|kind| kind.starts_with("multipart/form-data"));
     let room = Room {
-        left: app.config.upload_bytes.min(left),
-        share: (left < app.config.upload_bytes).then_some(app.config.own_bytes),
-        most: app.config.upload_bytes,
+        left_bytes: app.config.upload_bytes.min(left_bytes),
+        share: (left_bytes < app.config.upload_bytes).then_some(app.config.own_bytes),
+        bytes_max: app.config.upload_bytes,
     };
     // A form has lines around its parts.
     if let Some(length) = stated
-        && length > room.left.saturating_add(if form { FORM_BYTES } else { 0 })
+        && length
+            > room
+                .left_bytes
+                .saturating_add(if form { FORM_BYTES } else { 0 })
     {
         return Err(room.crossed(&format!("{length} bytes")));
     }
@@ -100,15 +103,15 @@ pub(super) async fn receive(
     }
 }
 
-/// How much of an upload is taken.
+/// Limits of an upload.
 #[derive(Clone, Copy)]
 struct Room {
-    /// Bytes.
-    left: u64,
-    /// What its token may upload in all, where that is what is left.
+    /// Bytes that may still come.
+    left_bytes: u64,
+    /// Total share of its token, if that is the tighter limit.
     share: Option<u64>,
-    /// What one upload may have.
-    most: u64,
+    /// Largest size of one upload [bytes].
+    bytes_max: u64,
 }
 
 impl Room {
@@ -123,7 +126,7 @@ impl Room {
         let way_out = "cut the recording to what is needed, or raise `upload_mib` in the \
                        service's configuration";
         let status = StatusCode::PAYLOAD_TOO_LARGE;
-        Problem::over(status, "upload_bytes", self.most, found, way_out)
+        Problem::over(status, "upload_bytes", self.bytes_max, found, way_out)
     }
 }
 
@@ -154,7 +157,7 @@ async fn of_form(
 ) -> Result<Received, Problem> {
     let mut form = Form::begin(
         request,
-        room.left.saturating_add(FORM_BYTES),
+        room.left_bytes.saturating_add(FORM_BYTES),
         room.crossed("a longer form"),
     )
     .await?;
@@ -165,47 +168,53 @@ async fn of_form(
     };
     while let Some(part) = form.next().await? {
         let role = part.role().to_string();
-        let own = part.file_name().map(String::from);
+        let file_name = part.file_name().map(String::from);
         let is_card = role == "card";
-        let own = match own {
-            Some(own) => plain(&own)?,
+        let file_name = match file_name {
+            Some(file_name) => plain(&file_name)?,
             None if is_card => "card.toml".into(),
             None => return Err(Problem::bad_request("each file of a form needs a name")),
         };
         if received.files.len() >= app.config.upload_files {
-            let most = app.config.upload_files as u64;
+            let files_max = app.config.upload_files as u64;
             let way_out = "send the files of one test alone, or an archive";
             let status = StatusCode::PAYLOAD_TOO_LARGE;
             return Err(Problem::over(
                 status,
                 "upload_files",
-                most,
+                files_max,
                 "more files".into(),
                 way_out,
             ));
         }
-        let own_room = if is_card && room.left > CARD_BYTES {
+        let own_room = if is_card && room.left_bytes > CARD_BYTES {
             Room {
-                left: CARD_BYTES,
+                left_bytes: CARD_BYTES,
                 share: None,
-                most: CARD_BYTES,
+                bytes_max: CARD_BYTES,
             }
         } else {
             room
         };
         let blob = store(app, part, own_room).await?;
-        room.left -= blob.bytes().min(room.left);
+        room.left_bytes -= blob.bytes().min(room.left_bytes);
         if is_card {
-            received.card = Some((own, blob));
+            received.card = Some((file_name, blob));
             continue;
         }
         if role == "file" && received.name.is_empty() {
-            received.name.clone_from(&own);
+            received.name.clone_from(&file_name);
         }
-        if received.files.iter().any(|(known, _)| *known == own) {
-            return Err(Problem::bad_request(format!("two files of the name {own}")));
+        if received
+            .files
+            .iter()
+            .any(|(earlier, _)| *earlier == file_name)
+        {
+            return Err(Problem::bad_request(format!(
+                "two files of the name {file_name}"
+            )));
         }
-        received.files.push((own, blob));
+        received.files.push((file_name, blob));
     }
     if received.files.is_empty() {
         return Err(Problem::bad_request(
@@ -219,8 +228,7 @@ async fn of_form(
     Ok(received)
 }
 
-/// Writes a stream of bytes into a blob that is not in its place yet, on a thread that may wait for
-/// the disk.
+/// Writes a stream of bytes into an unplaced blob, on a thread that may wait for the disk.
 async fn store(
     app: &App,
     stream: impl Stream<Item = Result<Bytes, Problem>>,
@@ -234,7 +242,7 @@ async fn store(
     while let Some(piece) = stream.next().await {
         let piece = piece?;
         bytes += piece.len() as u64;
-        if bytes > room.left {
+        if bytes > room.left_bytes {
             return Err(room.crossed("a larger upload"));
         }
         if pieces.send(piece).await.is_err() {
@@ -252,7 +260,7 @@ async fn store(
     }
 }
 
-/// Writes what comes, and closes the file: a form may have many.
+/// Writes a stream to a file and closes it, since a form may have many.
 fn write(blobs: &dyn Blobs, mut waiting: mpsc::Receiver<Bytes>) -> Result<BlobWriter, StoreError> {
     let mut writer = blobs.begin()?;
     while let Some(piece) = waiting.blocking_recv() {
@@ -262,7 +270,7 @@ fn write(blobs: &dyn Blobs, mut waiting: mpsc::Receiver<Bytes>) -> Result<BlobWr
     Ok(writer)
 }
 
-/// Takes a name that a file of an upload may have: relative, with `/` between folders.
+/// Checks the name of a file of an upload: relative, with `/` between folders.
 fn plain(name: &str) -> Result<String, Problem> {
     let odd = |c: char| c.is_control() || c == '\\';
     let parts_fit = name.split('/').all(|part| !matches!(part, "" | "." | ".."));

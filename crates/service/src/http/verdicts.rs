@@ -51,7 +51,7 @@ pub(super) struct Waiting {
     wait: Option<u32>,
 }
 
-/// Makes a question plain: every setting and every number of the design written out.
+/// Returns a question with every setting and every number of the design written out.
 async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
     let request = request_of(&asking.request)?;
     let (design, design_name) =
@@ -65,7 +65,7 @@ async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
     })
 }
 
-/// Keeps the pulse that stands where a recording may.
+/// Stores the pulse that a question names in place of a recording.
 async fn with_pulse_kept(
     app: &App,
     mut asking: Asking,
@@ -103,23 +103,23 @@ pub(super) async fn submit(
     let asking = with_pulse_kept(&app, asking, &visitor).await?;
     let question = question(&app, asking).await?;
     let id = question.id();
-    let wanted = id.clone();
-    let known = app
-        .on_disk(move |parts| match parts.ledger.job(&wanted) {
-            // The question is at hand and is asked anew.
+    let job_id = id.clone();
+    let earlier = app
+        .on_disk(move |parts| match parts.ledger.job(&job_id) {
+            // The job is replaced by a new one, since the question is at hand.
             Err(StoreError::Damaged { .. }) => Ok(None),
-            known => known,
+            earlier => earlier,
         })
         .await?;
     if let Some(Job {
         state: JobState::Done { report_id },
         ..
-    }) = known
+    }) = earlier
     {
         match answered(&app, &report_id).await {
             Err(problem) if problem.code == "damaged" => {
-                let wanted = id.clone();
-                app.on_disk(move |parts| parts.ledger.requeue(&wanted))
+                let job_id = id.clone();
+                app.on_disk(move |parts| parts.ledger.requeue(&job_id))
                     .await?;
             }
             sent => return sent,
@@ -132,9 +132,9 @@ pub(super) async fn submit(
     let admitted = tokio::task::spawn_blocking(move || admitting.admit_jobs(&owner, 1)).await;
     admitted.unwrap_or_else(|_| Err(Problem::not_found("place")))?;
     let watched = app.crew.watch(&id);
-    let wanted = id.clone();
+    let job_id = id.clone();
     let (job, is_new) = app
-        .on_disk(move |parts| parts.ledger.submit(&wanted, &question, &visitor.name))
+        .on_disk(move |parts| parts.ledger.submit(&job_id, &question, &visitor.name))
         .await?;
     if is_new {
         app.crew.ring();
@@ -146,7 +146,7 @@ pub(super) async fn submit(
     }
 }
 
-/// Waits until a job has ended, or for so long; returns how it stands then.
+/// Waits until a job has ended, or for `wait`; returns its state then.
 async fn ended(
     app: &App,
     job: Job,
@@ -157,10 +157,10 @@ async fn ended(
         let mut state = job.state;
         while !state.has_ended() {
             if watched.changed().await.is_err() {
-                // Nobody tells any more: it ended meanwhile, or the service does.
+                // No more progress comes: the job has ended meanwhile, or the service ends.
                 let id = job.id;
-                let found = app.on_disk(move |parts| parts.ledger.job(&id)).await?;
-                return Ok(found.map_or(JobState::Queued, |job| job.state));
+                let job = app.on_disk(move |parts| parts.ledger.job(&id)).await?;
+                return Ok(job.map_or(JobState::Queued, |job| job.state));
             }
             state = watched.borrow_and_update().state.clone();
         }
@@ -173,17 +173,15 @@ async fn ended(
 }
 
 async fn result(app: &App, report_id: &str) -> Result<StoredResult, Problem> {
-    let wanted = report_id.to_string();
-    let found = app
-        .on_disk(move |parts| parts.ledger.result(&wanted))
-        .await?;
-    found.ok_or_else(|| Problem::not_found("such verdict"))
+    let id = report_id.to_string();
+    let stored = app.on_disk(move |parts| parts.ledger.result(&id)).await?;
+    stored.ok_or_else(|| Problem::not_found("such verdict"))
 }
 
 /// Sends a verdict's document.
 async fn answered(app: &App, report_id: &str) -> Result<Response, Problem> {
     let result = result(app, report_id).await?;
-    let mut response = whole(app, &result, VERDICT_FILE, false).await?;
+    let mut response = send_or_remake(app, &result, VERDICT_FILE, false).await?;
     let place = format!("/v1/verdicts/{report_id}");
     if let Ok(place) = place.parse() {
         response.headers_mut().insert(header::LOCATION, place);
@@ -207,8 +205,10 @@ pub(super) async fn what_if(
     let Json(asking) =
         asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
     let question = question(&app, asking).await?;
-    let wanted = question.recording.clone();
-    let stored = app.apart(move |parts| parts.recording(&wanted)).await?;
+    let recording_id = question.recording.clone();
+    let stored = app
+        .apart(move |parts| parts.recording(&recording_id))
+        .await?;
     let order = Order::Answer {
         how: How::WhatIf,
         recording: question.recording,
@@ -233,7 +233,7 @@ pub(super) async fn what_if(
     }
 }
 
-/// Returns the card of a what-if, and what its curve is drawn from.
+/// Returns the card of a what-if, with the data of its curve.
 fn card(document: &Document, angle_rad: &[f32]) -> Markup {
     html! {
         (latchgate::report::html::answer(document))
@@ -268,21 +268,21 @@ async fn sent(
 ) -> Result<Response, Problem> {
     let result = result(app, report_id).await?;
     let tag = format!("\"{report_id}-{name}\"");
-    let known = headers
+    let is_cached = headers
         .get(header::IF_NONE_MATCH)
         .and_then(|value| value.to_str().ok())
         .is_some_and(|value| value.contains(&tag));
-    if known && result.files.contains_key(name) {
+    if is_cached && result.files.contains_key(name) {
         return Ok((StatusCode::NOT_MODIFIED, [(header::ETAG, tag)]).into_response());
     }
-    whole(app, &result, name, download).await
+    send_or_remake(app, &result, name, download).await
 }
 
-/// Time for which a file is waited for that is made again.
+/// Longest wait for a file that is made again.
 const REMAKE: Duration = Duration::from_secs(60);
 
 /// Sends a file of a report; one that was lost is made again first.
-async fn whole(
+async fn send_or_remake(
     app: &App,
     result: &StoredResult,
     name: &str,
@@ -290,18 +290,18 @@ async fn whole(
 ) -> Result<Response, Problem> {
     let lost = match files::send_of_report(app, result, name, download).await {
         Err(problem) if problem.code == "damaged" => problem,
-        // It went with its recording, and is made again where that is there again.
+        // It was removed with its recording, and can be made again if that was uploaded again.
         Err(problem) if result.is_stripped && is_of_report(name) => problem,
         sent => return sent,
     };
-    let (report_id, wanted) = (result.report_id.clone(), name.to_string());
-    let Some(made) = remade(app, &report_id, &wanted).await? else {
+    let (report_id, lost_name) = (result.report_id.clone(), name.to_string());
+    let Some(made) = remade(app, &report_id, &lost_name).await? else {
         return Err(lost);
     };
     files::send_of_report(app, &made, name, download).await
 }
 
-/// Has what a page needs of a report made again where it was lost.
+/// Has the files that a page needs of a report made again, if they were lost.
 pub(crate) async fn made_whole(app: &App, report_id: &str) -> Result<(), Problem> {
     for name in [VERDICT_FILE, SERIES_FILE] {
         let result = result(app, report_id).await?;
@@ -329,17 +329,17 @@ const PLOTS: [&str; 8] = [
     "spread.svg",
 ];
 
-/// Tells whether a report has a file of that name.
+/// Returns true if a report may have a file of that name.
 fn is_of_report(name: &str) -> bool {
     [VERDICT_FILE, SERIES_FILE, REPORT_FILE].contains(&name) || PLOTS.contains(&name)
 }
 
-/// Has a report made again of which a file was lost; `None` where nothing could make it.
+/// Has a report with a lost file made again; `None` if that is impossible.
 async fn remade(app: &App, report_id: &str, lost: &str) -> Result<Option<StoredResult>, Problem> {
     let (id, lost) = (report_id.to_string(), lost.to_string());
-    let (own, name) = (id.clone(), lost.clone());
+    let (remake_id, name) = (id.clone(), lost.clone());
     let remake = app
-        .on_disk(move |parts| parts.ledger.remake(&own, &name))
+        .on_disk(move |parts| parts.ledger.remake(&remake_id, &name))
         .await?;
     let job = match remake {
         Remake::Waits(job) => job,
@@ -477,22 +477,22 @@ pub(super) async fn list(
     Ok(Json(listed(&app, wanted).await?))
 }
 
-pub(crate) async fn listed(app: &App, wanted: Wanted) -> Result<VerdictList, Problem> {
-    let limit = bounded("limit", wanted.limit, 50, (1, 200))?;
+pub(crate) async fn listed(app: &App, query: Wanted) -> Result<VerdictList, Problem> {
+    let limit = bounded("limit", query.limit, 50, (1, 200))?;
     let filter = ResultFilter {
-        verdict: wanted.verdict,
-        recording: wanted.recording,
-        design: wanted.design,
-        text: wanted.filter,
-        order: wanted.sort,
-        after: wanted.cursor,
+        verdict: query.verdict,
+        recording: query.recording,
+        design: query.design,
+        text: query.filter,
+        order: query.sort,
+        after: query.cursor,
         limit,
     };
-    let found = app
+    let page = app
         .on_disk(move |parts| parts.ledger.results(&filter))
         .await?;
-    let (damaged, next) = (found.damaged.len(), found.next);
-    let verdicts = found.entries.into_iter().map(|stored| VerdictEntry {
+    let (damaged, next) = (page.damaged.len(), page.next);
+    let verdicts = page.entries.into_iter().map(|stored| VerdictEntry {
         report_id: stored.report_id,
         recording: stored.recording,
         created_ms: stored.created_ms,

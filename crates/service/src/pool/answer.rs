@@ -1,4 +1,4 @@
-//! What a child answers to each order; the only place that reads an upload.
+//! A child's answer to each order; the only code that reads an upload.
 
 use super::words::{Answer, How, Order};
 use crate::problem::{Problem, for_http};
@@ -11,32 +11,32 @@ use latchgate::report;
 use serde_json::{Map, Value, json};
 use std::time::Instant;
 
-/// Recordings whose prepared form is kept.
+/// Number of prepared recordings that are kept.
 const PREPARED: usize = 4;
 
-/// Lines of a text file that are shown beside what was read from it.
+/// Number of lines of a text file in its preview.
 const PREVIEW_LINES: usize = 24;
 
-/// Letters of such a line.
+/// Largest number of letters of such a line.
 const PREVIEW_LETTERS: usize = 200;
 
-/// Samples of a curve that goes with a what-if at most.
+/// Largest number of samples of a what-if's curve.
 const CURVE: usize = 200_000;
 
 /// Files that go with an answer, names with bytes.
 pub(super) type Files = Vec<(String, Vec<u8>)>;
 
-/// What was prepared lately, the latest last.
+/// Answers orders; keeps the recordings prepared last, the latest last.
 #[derive(Debug, Default)]
-pub(super) struct Desk {
+pub(super) struct Worker {
     prepared: Vec<(String, Prepared)>,
 }
 
-impl Desk {
-    /// Forgets what belongs to recordings that are no longer held.
-    pub(super) fn keep_only(&mut self, held: &[String]) {
+impl Worker {
+    /// Drops the prepared forms of recordings that are no longer held.
+    pub(super) fn keep_only(&mut self, held_ids: &[String]) {
         self.prepared
-            .retain(|(key, _)| held.iter().any(|id| key.starts_with(id.as_str())));
+            .retain(|(key, _)| held_ids.iter().any(|id| key.starts_with(id.as_str())));
     }
 
     /// Answers an order about `source`, whose text `head` begins with.
@@ -63,7 +63,7 @@ impl Desk {
         })
     }
 
-    /// Answers a question; a recording that carries no answer is a problem, or a row that says so.
+    /// Answers a question; an unusable recording gives a problem, or a row that says so.
     fn question(
         &mut self,
         how: How,
@@ -79,9 +79,9 @@ impl Desk {
         {
             settings.insert("members".into(), json!(0));
         }
-        let asked = request_of(&stated)?;
-        let design = design_of(design, &asked)?;
-        let prepared = self.prepared(recording, source, (&stated, &asked), control);
+        let question = request_of(&stated)?;
+        let design = design_of(design, &question)?;
+        let prepared = self.prepared(recording, source, (&stated, &question), control);
         if how == How::Decide {
             let (row, read) = match &prepared {
                 Ok(prepared) => (prepared.row(&design, control), prepared.recording()),
@@ -119,7 +119,7 @@ impl Desk {
         Ok((answer, outcome.files()))
     }
 
-    /// Returns a recording as it was read and conditioned for a request, now or before.
+    /// Returns a recording as read and conditioned for a request; prepares it unless it is kept.
     fn prepared(
         &mut self,
         recording: &str,
@@ -128,9 +128,12 @@ impl Desk {
         control: &Control<'_>,
     ) -> Result<&Prepared, Box<Refused>> {
         let key = format!("{recording}{stated}");
-        let known = self.prepared.iter().position(|(known, _)| *known == key);
-        let prepared = match known {
-            Some(at) => self.prepared.remove(at).1,
+        let index = self
+            .prepared
+            .iter()
+            .position(|(earlier_key, _)| *earlier_key == key);
+        let prepared = match index {
+            Some(index) => self.prepared.remove(index).1,
             None => Prepared::open(source, request, &Limits::default(), control)?,
         };
         if self.prepared.len() >= PREPARED {
@@ -141,14 +144,14 @@ impl Desk {
     }
 }
 
-/// Returns the angle of the nominal lever at each sample [rad]; of a longer signal nothing.
+/// Returns the angle of the nominal lever at each sample [rad]; nothing for a signal that is too long.
 fn nominal_angle(evidence: Option<&Evidence>) -> Vec<f32> {
     let runs = evidence.map_or(&[][..], |evidence| &evidence.series.runs);
     let angle = runs.first().map_or(&[][..], |run| &run.angle_rad);
     if angle.len() > CURVE {
         return Vec::new();
     }
-    // As fine as any drawing.
+    // Single precision is finer than any drawing.
     angle.iter().map(|angle| *angle as f32).collect()
 }
 
@@ -233,7 +236,7 @@ fn summary(document: &Document) -> Summary {
     }
 }
 
-/// Lists what was changed of a design, `key=value`.
+/// Lists the overridden numbers of a design, `key=value`.
 fn changed(design: &Design) -> Vec<String> {
     let values = json!(design);
     let value = |key: &str| {
@@ -243,30 +246,31 @@ fn changed(design: &Design) -> Vec<String> {
     design.modified.iter().map(|key| value(key)).collect()
 }
 
-/// Says what was changed of a design, or, where nothing was, what tells it from the paper's.
+/// Returns the overrides of a design in words; without any, its differences from the paper's design.
 fn changes(design: &Design) -> String {
-    let mut told = design.clone();
+    let mut described = design.clone();
     if design.modified.is_empty() {
         let (values, paper) = (json!(design), json!(Design::reference()));
         for (table, numbers) in values.as_object().into_iter().flatten() {
             for (key, number) in numbers.as_object().into_iter().flatten() {
-                let other = paper[table][key].as_f64();
-                if number.is_number() && number.as_f64() != other {
+                let paper_value = paper[table][key].as_f64();
+                if number.is_number() && number.as_f64() != paper_value {
                     let key = format!("{table}.{key}");
-                    told.modified_from
-                        .extend(other.map(|other| (key.clone(), other)));
-                    told.modified.push(key);
+                    described
+                        .modified_from
+                        .extend(paper_value.map(|paper_value| (key.clone(), paper_value)));
+                    described.modified.push(key);
                 }
             }
         }
     }
-    let words = report::full_design(&told);
+    let words = report::full_design(&described);
     match words.strip_prefix(&design.name) {
-        Some(rest) => rest.to_string(),
-        // The paper's lever has a name of its own in words.
+        Some(changes) => changes.to_string(),
+        // The words of the paper's design do not begin with its name.
         None => words
             .find(", modified: ")
-            .map_or_else(String::new, |at| words[at..].to_string()),
+            .map_or_else(String::new, |index| words[index..].to_string()),
     }
 }
 

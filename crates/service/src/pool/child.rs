@@ -1,83 +1,86 @@
 //! The child's side: reads orders from its standard input, answers on its standard output.
 
-use super::answer::Desk;
+use super::answer::Worker;
 use super::frame;
-use super::words::{Answer, Enclosed, Enclosure, Said, Told};
+use super::words::{Answer, ChildMessage, Enclosed, Enclosure, OrderMessage};
 use crate::jail;
 use latchgate::pipeline::{Control, Source};
 use std::io::{self, BufReader, Read, Write};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// Recordings and tables that a child holds.
+/// Largest number of recordings that a child holds.
 const HELD: usize = 6;
 
 /// Time between two beats.
 const BEAT: Duration = Duration::from_millis(200);
 
-/// A recording or table that the child holds.
-struct Held {
+/// A recording that the child holds.
+struct HeldRecording {
     id: String,
     source: Source,
-    /// The bytes of the file that is read.
+    /// The bytes of the file to read.
     head: Arc<[u8]>,
     bytes: u64,
 }
 
-/// Shuts itself in and answers orders until its input ends.
+/// Enters the jail and answers orders until its input ends.
 ///
 /// # Errors
 ///
-/// Any error of the pipes; the parent has gone, or says what no parent would.
+/// Any error of the pipes: the parent has gone, or breaks the protocol.
 pub fn work(memory_bytes: u64) -> io::Result<()> {
     let out = Mutex::new(io::stdout());
     let mut input = BufReader::new(io::stdin());
     say(
         &out,
-        &Said::Hello {
+        &ChildMessage::Hello {
             jail: jail::enter(memory_bytes),
         },
     )?;
-    let mut held: Vec<Held> = Vec::new();
-    let mut desk = Desk::default();
-    while let Some(told) = frame::read::<Told>(&mut input)? {
-        jail::allow_cpu(told.cpu_s);
-        let id = told.order.needs().unwrap_or("").to_string();
-        if let Some(enclosed) = &told.enclosed {
+    let mut recordings: Vec<HeldRecording> = Vec::new();
+    let mut worker = Worker::default();
+    while let Some(message) = frame::read::<OrderMessage>(&mut input)? {
+        jail::allow_cpu(message.cpu_s);
+        let id = message.order.needs().unwrap_or("").to_string();
+        if let Some(enclosed) = &message.enclosed {
             let fresh = receive(&mut input, &id, enclosed)?;
-            held.retain(|held| held.id != id);
-            make_room(&mut held, fresh.bytes, memory_bytes / 4);
-            held.push(fresh);
-        } else if let Some(at) = held.iter().position(|held| held.id == id) {
-            let known = held.remove(at);
-            held.push(known);
+            recordings.retain(|recordings| recordings.id != id);
+            make_room(&mut recordings, fresh.bytes, memory_bytes / 4);
+            recordings.push(fresh);
+        } else if let Some(index) = recordings.iter().position(|recordings| recordings.id == id) {
+            let recording = recordings.remove(index);
+            recordings.push(recording);
         }
-        let ids: Vec<String> = held.iter().map(|held| held.id.clone()).collect();
-        desk.keep_only(&ids);
+        let ids: Vec<String> = recordings
+            .iter()
+            .map(|recordings| recordings.id.clone())
+            .collect();
+        worker.keep_only(&ids);
         let nothing = (Source::bytes("", *b""), Arc::from([]));
-        let (source, head) = held
+        let (source, head) = recordings
             .last()
-            .filter(|held| held.id == id)
-            .map_or(nothing, |held| {
-                (held.source.clone(), Arc::clone(&held.head))
+            .filter(|recordings| recordings.id == id)
+            .map_or(nothing, |recordings| {
+                (recordings.source.clone(), Arc::clone(&recordings.head))
             });
         let (answer, files) = beating(&out, |control| {
-            desk.answer(&told.order, &source, &head, control)
+            worker.answer(&message.order, &source, &head, control)
         });
         deliver(&out, answer, &files, ids)?;
     }
     Ok(())
 }
 
-fn say(out: &Mutex<io::Stdout>, said: &Said) -> io::Result<()> {
+fn say(out: &Mutex<io::Stdout>, message: &ChildMessage) -> io::Result<()> {
     let mut out = out
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner);
-    frame::write(&mut *out, said)?;
+    frame::write(&mut *out, message)?;
     out.flush()
 }
 
-/// Does a piece of work that says from time to time that it goes on.
+/// Runs work while sending beats.
 fn beating<T>(out: &Mutex<io::Stdout>, work: impl FnOnce(&Control<'_>) -> T) -> T {
     let last = Mutex::new(Instant::now());
     let proceed = |part: Option<f64>| {
@@ -88,8 +91,8 @@ fn beating<T>(out: &Mutex<io::Stdout>, work: impl FnOnce(&Control<'_>) -> T) -> 
             return true;
         }
         *last = Instant::now();
-        // Nobody listens any more: there is no use in going on.
-        say(out, &Said::Beat { part }).is_ok()
+        // If a beat cannot be sent the parent has gone, so the work stops.
+        say(out, &ChildMessage::Beat { part }).is_ok()
     };
     work(&Control {
         threads: 1,
@@ -109,7 +112,7 @@ fn deliver(
     });
     say(
         out,
-        &Said::Answer {
+        &ChildMessage::Answer {
             answer,
             files: enclosed.collect(),
             holds,
@@ -124,15 +127,22 @@ fn deliver(
     out.flush()
 }
 
-/// Lets the oldest go until there is room for so many bytes more.
-fn make_room(held: &mut Vec<Held>, bytes: u64, most: u64) {
-    let of_all = |held: &[Held]| held.iter().map(|held| held.bytes).sum::<u64>();
-    while !held.is_empty() && (held.len() >= HELD || of_all(held) + bytes > most) {
-        held.remove(0);
+/// Drops the oldest recordings until there is room for `bytes` more.
+fn make_room(recordings: &mut Vec<HeldRecording>, bytes: u64, bytes_max: u64) {
+    let total_bytes = |recordings: &[HeldRecording]| {
+        recordings
+            .iter()
+            .map(|recordings| recordings.bytes)
+            .sum::<u64>()
+    };
+    while !recordings.is_empty()
+        && (recordings.len() >= HELD || total_bytes(recordings) + bytes > bytes_max)
+    {
+        recordings.remove(0);
     }
 }
 
-fn receive(input: &mut impl Read, id: &str, enclosed: &Enclosure) -> io::Result<Held> {
+fn receive(input: &mut impl Read, id: &str, enclosed: &Enclosure) -> io::Result<HeldRecording> {
     let mut files = Vec::with_capacity(enclosed.files.len());
     for file in &enclosed.files {
         files.push((file.name.clone(), bytes_of(input, file)?));
@@ -147,7 +157,7 @@ fn receive(input: &mut impl Read, id: &str, enclosed: &Enclosure) -> io::Result<
         source = source.with_card(bytes_of(input, card)?);
         bytes += card.bytes;
     }
-    Ok(Held {
+    Ok(HeldRecording {
         id: id.into(),
         source,
         head,

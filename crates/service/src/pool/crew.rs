@@ -1,4 +1,4 @@
-//! All places of the pool: orders of people who wait come first, then the jobs of the ledger.
+//! All places of the pool: orders of waiting people come first, then the jobs of the ledger.
 
 use super::slot::{ChildOptions, Delivered, Lost, Slot};
 use super::words::{Answer, How, Order};
@@ -16,47 +16,47 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::sync::{oneshot, watch};
 
-/// Attempts of an order that ends its child.
+/// Largest number of attempts of an order that ends its child.
 const ATTEMPTS: i64 = 3;
 
-/// Time for which a place waits that could not start a child.
+/// Pause of a place that could not start a child.
 const START_PAUSE: Duration = Duration::from_millis(500);
 
-/// Time for which a job is held from sign of life to sign of life.
+/// Lease of a job, renewed by the child's beats.
 const LEASE: Duration = Duration::from_secs(30);
 
-/// Time after which a place looks for jobs that nobody told it of.
+/// Time after which an idle place looks for jobs without having been woken.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Orders of people who wait for a place at most.
+/// Largest number of waiting orders.
 pub const WAITING: usize = 64;
 
-/// How the pool is made up.
+/// Options of the pool.
 #[derive(Debug, Clone)]
 pub struct CrewOptions {
-    /// How children are started and bounded.
+    /// Start and limits of children.
     pub child: ChildOptions,
-    /// Places for jobs; one more is kept for people who wait.
+    /// Number of places for jobs; one more is reserved for waiting people.
     pub places: usize,
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
     /// Its state.
     pub state: JobState,
-    /// The part that is done, 0 to 1, where that is known.
+    /// The part that is done, 0 to 1, if known.
     pub part: Option<f64>,
 }
 
-/// An order of someone who waits.
-struct Asked {
+/// An order that waits for a place, with the channel for its answer.
+struct WaitingOrder {
     order: Order,
     manifest: Option<Manifest>,
     reply: oneshot::Sender<Result<Delivered, Lost>>,
 }
 
-/// What the counters of the pool say.
+/// Counters of the pool.
 #[derive(Debug, Default)]
 pub struct Counters {
     /// Children that ended under an order.
@@ -65,19 +65,19 @@ pub struct Counters {
     pub jobs_done: AtomicU64,
     /// Jobs that have no answer.
     pub jobs_refused: AtomicU64,
-    /// Time for which places were at work [ms].
+    /// Total working time of the places [ms].
     pub busy_ms: AtomicU64,
-    /// Jobs by what their answer says, as [`ANSWERS`] names it.
+    /// Jobs by verdict, in the order of [`ANSWERS`].
     pub answers: [AtomicU64; ANSWERS.len()],
 }
 
-/// What a verdict says.
+/// Verdicts that are counted.
 pub const ANSWERS: [&str; 4] = ["pass", "fail", "undecided", "unusable"];
 
 struct Shared {
     ledger: Arc<dyn Ledger>,
     blobs: Arc<dyn Blobs>,
-    asked: Mutex<VecDeque<Asked>>,
+    waiting: Mutex<VecDeque<WaitingOrder>>,
     bell: Condvar,
     ends: AtomicBool,
     watched: Mutex<HashMap<String, watch::Sender<Progress>>>,
@@ -104,7 +104,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Crew {
-    /// Starts the pool, with one child to see what jail the kernel grants.
+    /// Starts the pool, with one child that reports the jail that the kernel grants.
     ///
     /// # Errors
     ///
@@ -122,7 +122,7 @@ impl Crew {
         let shared = Arc::new(Shared {
             ledger,
             blobs,
-            asked: Mutex::default(),
+            waiting: Mutex::default(),
             bell: Condvar::new(),
             ends: AtomicBool::new(false),
             watched: Mutex::default(),
@@ -132,7 +132,7 @@ impl Crew {
         let slots = (0..options.places).map(|_| Slot::new(options.child.clone()));
         for (number, slot) in std::iter::once(Ok(first)).chain(slots).enumerate() {
             let (slot, shared) = (slot?, Arc::clone(&shared));
-            // The first place is for people who wait.
+            // The first place is reserved for waiting people.
             let takes_jobs = number > 0;
             let thread = std::thread::Builder::new().name(format!("place-{number}"));
             threads.push(thread.spawn(move || serve(&shared, slot, takes_jobs))?);
@@ -144,7 +144,7 @@ impl Crew {
         })
     }
 
-    /// Returns what jail a child is in.
+    /// Returns the jail of the children.
     pub fn jail(&self) -> &Jail {
         &self.jail
     }
@@ -154,7 +154,7 @@ impl Crew {
         &self.shared.counters
     }
 
-    /// Has an order carried out for someone who waits.
+    /// Has an order carried out while the caller waits.
     ///
     /// # Errors
     ///
@@ -164,21 +164,21 @@ impl Crew {
         order: Order,
         manifest: Option<Manifest>,
     ) -> Result<Delivered, Problem> {
-        let (mut faults, mut others) = (0, 0);
+        let (mut faults, mut machine_losses) = (0, 0);
         loop {
             let (reply, replied) = oneshot::channel();
             {
-                let mut asked = locked(&self.shared.asked);
+                let mut waiting = locked(&self.shared.waiting);
                 if self.shared.ends.load(Ordering::Relaxed) {
                     let text = "the service is ending; try again";
                     return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 1));
                 }
-                if asked.len() >= WAITING {
-                    let found = format!("{} that wait for a place", asked.len());
-                    let (status, most) = (StatusCode::SERVICE_UNAVAILABLE, WAITING as u64);
-                    return Err(Problem::later(status, "waiting", most, found, 1));
+                if waiting.len() >= WAITING {
+                    let found = format!("{} that wait for a place", waiting.len());
+                    let (status, waiting_max) = (StatusCode::SERVICE_UNAVAILABLE, WAITING as u64);
+                    return Err(Problem::later(status, "waiting", waiting_max, found, 1));
                 }
-                asked.push_back(Asked {
+                waiting.push_back(WaitingOrder {
                     order: order.clone(),
                     manifest: manifest.clone(),
                     reply,
@@ -198,11 +198,11 @@ impl Crew {
                     faults += 1;
                     faults < ATTEMPTS
                 }
-                // Whoever waits does not wait for ever.
+                // A person waits for the answer, so the attempts and their pauses are few.
                 Cause::Machine => {
-                    others += 1;
-                    tokio::time::sleep(Duration::from_millis(100 << others)).await;
-                    others < ATTEMPTS
+                    machine_losses += 1;
+                    tokio::time::sleep(Duration::from_millis(100 << machine_losses)).await;
+                    machine_losses < ATTEMPTS
                 }
                 Cause::Unknown | Cause::Store => false,
             };
@@ -212,12 +212,12 @@ impl Crew {
         }
     }
 
-    /// Tells the places that a job waits.
+    /// Wakes the places, since a job waits.
     pub fn ring(&self) {
         self.shared.bell.notify_all();
     }
 
-    /// Watches a job. Who has subscribed looks at the ledger once more, lest it ended before.
+    /// Watches a job. The caller must read its state from the ledger afterwards, since it may have ended before.
     pub fn watch(&self, job: &str) -> watch::Receiver<Progress> {
         let queued = || {
             let (state, part) = (JobState::Queued, None);
@@ -229,25 +229,25 @@ impl Crew {
         sender.subscribe()
     }
 
-    /// Lets each place finish what it does and take nothing more, then waits for them.
+    /// Lets each place finish its work and take no more, and waits for that.
     pub fn end(&self) {
         self.shared.ends.store(true, Ordering::Relaxed);
         self.shared.bell.notify_all();
         for thread in locked(&self.threads).drain(..) {
             let _ = thread.join();
         }
-        locked(&self.shared.asked).clear();
+        locked(&self.shared.waiting).clear();
     }
 }
 
-/// What left an order without an answer.
+/// Cause of an order without an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cause {
     /// The recording: its child ended by itself.
     Recording,
     /// The machine, or a person: no child could be started, or it was killed.
     Machine,
-    /// Nobody can tell: a child that is late may have had too little of a busy machine.
+    /// Unknown: a late child may have had too little time on a busy machine.
     Unknown,
     /// The store.
     Store,
@@ -264,8 +264,8 @@ impl Cause {
     }
 }
 
-/// Says that an order had no answer. A recording that ends its reader by itself is unusable; of what
-/// the machine did nothing is said against the recording.
+/// Returns the problem of an order without an answer. A recording that ends its reader by itself is unusable; a
+/// fault of the machine is no fault of the recording.
 fn of_lost(lost: &Lost, faults: i64) -> Problem {
     let code = match lost {
         Lost::Store(error) => return error.clone().into(),
@@ -303,17 +303,17 @@ fn of_lost(lost: &Lost, faults: i64) -> Problem {
     }
 }
 
-/// Longest time for which a job that was put back waits [ms].
+/// Longest pause of a job that was put back [ms].
 const LONGEST_PAUSE_MS: i64 = 30_000;
 
-/// Returns for how long a job waits after so many attempts [ms]: longer each time.
+/// Returns the pause of a job after a number of attempts [ms]; it doubles each time.
 fn pause_ms(attempts: i64) -> i64 {
     (200 << attempts.clamp(0, 10)).min(LONGEST_PAUSE_MS)
 }
 
-/// What a place does next.
+/// Next work of a place.
 enum Next {
-    Asked(Box<Asked>),
+    Order(Box<WaitingOrder>),
     Job(Box<Job>),
     End,
 }
@@ -323,13 +323,13 @@ fn serve(shared: &Shared, mut slot: Slot, takes_jobs: bool) {
         let began;
         match next(shared, &slot, takes_jobs) {
             Next::End => return,
-            Next::Asked(asked) => {
+            Next::Order(waiting) => {
                 began = Instant::now();
-                let Asked {
+                let WaitingOrder {
                     order,
                     manifest,
                     reply,
-                } = *asked;
+                } = *waiting;
                 if !reply.is_closed() {
                     let blobs = &*shared.blobs;
                     let outcome = slot.order(&order, manifest.as_ref(), blobs, &mut |_| {});
@@ -345,41 +345,42 @@ fn serve(shared: &Shared, mut slot: Slot, takes_jobs: bool) {
         let took = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
         shared.counters.busy_ms.fetch_add(took, Ordering::Relaxed);
         if slot.failed_to_start() {
-            // The next job would fare no better, and each would be written back.
+            // Without a child the next jobs would fail as well, and each would be written back to the ledger.
             std::thread::sleep(START_PAUSE);
         }
     }
 }
 
-/// Waits for something to do.
+/// Waits for the next work of a place.
 fn next(shared: &Shared, slot: &Slot, takes_jobs: bool) -> Next {
-    let mut asked = locked(&shared.asked);
+    let mut waiting = locked(&shared.waiting);
     loop {
         if shared.ends.load(Ordering::Relaxed) {
             return Next::End;
         }
-        // One whose recording the child holds already comes first.
-        let held = |asked: &Asked| asked.order.needs().is_some_and(|id| slot.holds(id));
-        let at = asked.iter().position(held).unwrap_or(0);
-        if let Some(asked) = asked.remove(at) {
-            return Next::Asked(Box::new(asked));
+        // An order whose recording the child holds comes first, since it needs no transfer.
+        let is_held =
+            |waiting: &WaitingOrder| waiting.order.needs().is_some_and(|id| slot.holds(id));
+        let index = waiting.iter().position(is_held).unwrap_or(0);
+        if let Some(waiting) = waiting.remove(index) {
+            return Next::Order(Box::new(waiting));
         }
         if takes_jobs {
-            drop(asked);
+            drop(waiting);
             let lease = running_ms() + LEASE.as_millis() as i64;
             match shared.ledger.take(running_ms(), lease) {
                 Ok(Some(job)) => return Next::Job(Box::new(job)),
                 Ok(None) => {}
                 Err(error) => tracing::warn!(%error, "no job can be taken"),
             }
-            asked = locked(&shared.asked);
-            if !asked.is_empty() {
+            waiting = locked(&shared.waiting);
+            if !waiting.is_empty() {
                 continue;
             }
         }
-        asked = shared
+        waiting = shared
             .bell
-            .wait_timeout(asked, LOOK)
+            .wait_timeout(waiting, LOOK)
             .unwrap_or_else(PoisonError::into_inner)
             .0;
     }
@@ -394,8 +395,8 @@ impl Shared {
     }
 
     fn count_answer(&self, verdict: &str) {
-        let at = ANSWERS.iter().position(|answer| *answer == verdict);
-        if let Some(counter) = at.and_then(|at| self.counters.answers.get(at)) {
+        let index = ANSWERS.iter().position(|answer| *answer == verdict);
+        if let Some(counter) = index.and_then(|index| self.counters.answers.get(index)) {
             counter.fetch_add(1, Ordering::Relaxed);
         }
     }
@@ -411,7 +412,7 @@ impl Shared {
         }
     }
 
-    /// Carries a job out and writes down what came of it.
+    /// Carries out a job and writes its outcome into the ledger.
     fn work(&self, slot: &mut Slot, job: &Job) {
         self.tell(&job.id, JobState::Running, None);
         let outcome = self.answer(slot, job);
@@ -465,7 +466,7 @@ impl Shared {
         }
     }
 
-    /// Takes away what was made of a recording that was deleted meanwhile.
+    /// Removes the results of a recording that was deleted meanwhile.
     fn forget(&self, job: &Job, made: &BTreeSet<String>) -> Result<(), StoreError> {
         let recording = &job.question.recording;
         self.ledger.extend_deletion(recording, made)?;
@@ -483,13 +484,13 @@ impl Shared {
         Ok(())
     }
 
-    /// Puts a job back whose child gave no answer, or refuses it.
+    /// Puts a job without an answer back into the queue, or refuses it.
     fn lose(&self, job: &Job, lost: Lost) -> Result<(), StoreError> {
         let cause = Cause::of(&lost);
         let refused = match cause {
             Cause::Recording => job.failures + 1 >= ATTEMPTS,
-            // One that is late each time would hold a place for ever. It is refused, and worked on
-            // anew when it is asked again.
+            // A job that is late each time would hold a place for ever, so it is refused. Asking again
+            // starts it anew.
             Cause::Unknown => job.attempt >= ATTEMPTS,
             Cause::Store => matches!(
                 lost,
@@ -526,11 +527,11 @@ impl Shared {
             request: question.request.clone(),
             design: question.design.clone(),
         };
-        let mut held = Instant::now();
+        let mut lease_renewed = Instant::now();
         let mut beat = |part: Option<f64>| {
             self.tell(&job.id, JobState::Running, part);
-            if held.elapsed() > LEASE / 4 {
-                held = Instant::now();
+            if lease_renewed.elapsed() > LEASE / 4 {
+                lease_renewed = Instant::now();
                 let lease = running_ms() + LEASE.as_millis() as i64;
                 if let Err(error) = self.ledger.hold(&job.id, job.attempt, lease) {
                     tracing::warn!(%error, job = %job.id, "a lease could not be held");
@@ -549,7 +550,7 @@ impl Shared {
                 let mut summary = *summary;
                 summary.design_version.clone_from(&question.design_name);
                 if question.design_name.is_some() && summary.modified.is_empty() {
-                    // Its name and version say what it is.
+                    // A stored design is identified by name and version, so its changes are not listed.
                     summary.changes.clear();
                 }
                 let files = delivered.files.into_iter();
@@ -580,7 +581,7 @@ impl Shared {
     }
 }
 
-/// What came of a job.
+/// Result of a job.
 enum Answered {
     Judged(Box<StoredResult>),
     Decided(serde_json::Value),

@@ -4,10 +4,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io::{self, Read, Write};
 
-/// Bytes of one frame at most.
+/// Largest frame [bytes].
 const FRAME_BYTES: u32 = 16 << 20;
 
-/// Bytes that are copied at a time.
+/// Size of a piece that is copied [bytes].
 const PIECE: usize = 64 << 10;
 
 pub(super) fn write(out: &mut impl Write, words: &impl Serialize) -> io::Result<()> {
@@ -20,7 +20,7 @@ pub(super) fn write(out: &mut impl Write, words: &impl Serialize) -> io::Result<
     out.write_all(&text)
 }
 
-/// Reads a frame; `None` where the other side has ended between two of them.
+/// Reads a frame; `None` if the other side has closed the pipe between two frames.
 pub(super) fn read<T: DeserializeOwned>(input: &mut impl Read) -> io::Result<Option<T>> {
     let mut length = [0; 4];
     match input.read_exact(&mut length) {
@@ -36,19 +36,19 @@ pub(super) fn read<T: DeserializeOwned>(input: &mut impl Read) -> io::Result<Opt
     Ok(Some(serde_json::from_slice(&text)?))
 }
 
-/// Copies so many bytes, handing each piece on.
+/// Reads `bytes` bytes and passes them to `take` piece by piece.
 pub(super) fn copy(
     input: &mut impl Read,
     bytes: u64,
     mut take: impl FnMut(&[u8]) -> io::Result<()>,
 ) -> io::Result<()> {
     let mut piece = vec![0; PIECE];
-    let mut left = bytes;
-    while left > 0 {
-        let wanted = usize::try_from(left).map_or(PIECE, |left| left.min(PIECE));
-        input.read_exact(&mut piece[..wanted])?;
-        take(&piece[..wanted])?;
-        left -= wanted as u64;
+    let mut bytes_left = bytes;
+    while bytes_left > 0 {
+        let length = usize::try_from(bytes_left).map_or(PIECE, |bytes_left| bytes_left.min(PIECE));
+        input.read_exact(&mut piece[..length])?;
+        take(&piece[..length])?;
+        bytes_left -= length as u64;
     }
     Ok(())
 }

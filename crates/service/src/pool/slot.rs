@@ -1,7 +1,7 @@
 //! The parent's side: one child, driven over its pipes under a deadline.
 
 use super::frame;
-use super::words::{Answer, Enclosed, Enclosure, Order, Said, Told};
+use super::words::{Answer, ChildMessage, Enclosed, Enclosure, Order, OrderMessage};
 use crate::jail::Jail;
 use crate::store::{Blobs, Manifest, StoreError, StoredFile};
 use std::fmt;
@@ -15,7 +15,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// How children are started and bounded.
+/// Start and limits of children.
 #[derive(Debug, Clone)]
 pub struct ChildOptions {
     /// The program, this one.
@@ -24,15 +24,15 @@ pub struct ChildOptions {
     pub memory_bytes: u64,
     /// Time that an order may take.
     pub order_time: Duration,
-    /// Time that a child may say nothing while it works.
+    /// Longest silence of a working child.
     pub silence: Duration,
-    /// Bytes of the files that a child may hand over with one answer.
+    /// Largest size of the files with one answer [bytes].
     pub answer_bytes: u64,
-    /// Whether a child works whose jail is not whole.
+    /// True if a child may work in an incomplete jail.
     pub without_jail: bool,
 }
 
-/// An answer, its files stored.
+/// An answer whose files are stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Delivered {
     /// The answer.
@@ -41,7 +41,7 @@ pub struct Delivered {
     pub files: Vec<StoredFile>,
 }
 
-/// Why an order has no answer.
+/// Reason why an order has no answer.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Lost {
     /// No child could be started, or it ended before it had its order.
@@ -70,7 +70,7 @@ pub enum Lost {
     Store(#[from] StoreError),
 }
 
-/// How a child ended.
+/// End of a child.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
     /// By a signal.
@@ -80,8 +80,8 @@ pub enum Ending {
 }
 
 impl Ending {
-    /// True if the child did it by itself: it exited, or took a signal that a fault of its own
-    /// raises. Any other signal was sent: by a person, a supervisor, or a system short of memory.
+    /// Returns true if the child ended by its own fault: it exited, or got a signal that a fault raises. Any
+    /// other signal was sent: by a person, a supervisor, or a system short of memory.
     pub fn is_own_fault(self) -> bool {
         match self {
             Self::Exit(_) => true,
@@ -149,18 +149,18 @@ impl Slot {
         })
     }
 
-    /// Tells whether the child holds a recording.
+    /// Returns true if the child holds a recording.
     pub fn holds(&self, id: &str) -> bool {
         let holds = |running: &Running| running.holds.iter().any(|held| held == id);
         self.running.as_ref().is_some_and(holds)
     }
 
-    /// True if the last order found no child because none could be started.
+    /// Returns true if no child could be started for the last order.
     pub fn failed_to_start(&self) -> bool {
         self.failed_to_start
     }
 
-    /// Starts a child if none runs, and returns how it is shut in where it is new.
+    /// Starts a child if none runs; returns the jail of a new one.
     ///
     /// # Errors
     ///
@@ -176,10 +176,12 @@ impl Slot {
             reason: error.to_string(),
         })?;
         let late = self.watchdog.guard(&running.process, self.options.silence);
-        let said = frame::read::<Said>(&mut running.output);
+        let greeting = frame::read::<ChildMessage>(&mut running.output);
         self.watchdog.leave();
-        match said {
-            Ok(Some(Said::Hello { jail })) if !jail.is_whole() && !self.options.without_jail => {
+        match greeting {
+            Ok(Some(ChildMessage::Hello { jail }))
+                if !jail.is_whole() && !self.options.without_jail =>
+            {
                 Err(Lost::NotStarted {
                     reason: format!(
                         "its jail lacks {}; a kernel with Landlock and seccomp gives it, and \
@@ -188,22 +190,21 @@ impl Slot {
                     ),
                 })
             }
-            Ok(Some(Said::Hello { jail })) => {
+            Ok(Some(ChildMessage::Hello { jail })) => {
                 self.running = Some(running);
                 Ok(Some(jail))
             }
             Ok(Some(_)) => Err(Lost::NotStarted {
                 reason: "it did not greet".into(),
             }),
-            // It has no order yet, so whatever ended it is no fault of a recording.
+            // The child has no order yet, so its end is no fault of a recording.
             Ok(None) | Err(_) => Err(Lost::NotStarted {
                 reason: self.end_of(running, &late).to_string(),
             }),
         }
     }
 
-    /// Gives an order and waits for its answer, whose files go into `blobs`. `beat` is told of each
-    /// sign of life.
+    /// Sends an order and waits for its answer, whose files go into `blobs`. `beat` is called with each beat.
     ///
     /// # Errors
     ///
@@ -225,9 +226,9 @@ impl Slot {
         };
         let needed = manifest.filter(|_| {
             let id = order.needs().unwrap_or("");
-            !running.holds.iter().any(|held| held == id)
+            !running.holds.iter().any(|held_id| held_id == id)
         });
-        // Found damaged here, nothing was sent yet and the child may stay.
+        // If a file is damaged, nothing was sent to the child yet, so it can stay.
         let files = match needed.map(|manifest| opened(manifest, blobs)).transpose() {
             Ok(files) => files,
             Err(error) => {
@@ -236,13 +237,13 @@ impl Slot {
             }
         };
         let late = self.watchdog.guard(&running.process, self.options.silence);
-        let told = Told {
+        let message = OrderMessage {
             order: order.clone(),
             enclosed: needed.map(enclosure),
             cpu_s: self.options.order_time.as_secs(),
         };
-        let outcome = tell(&mut running, &told, files)
-            .map_err(Heard::from)
+        let outcome = tell(&mut running, &message, files)
+            .map_err(NoAnswer::from)
             .and_then(|()| self.listen(&mut running, blobs, beat));
         self.watchdog.leave();
         match outcome {
@@ -250,30 +251,33 @@ impl Slot {
                 self.running = Some(running);
                 Ok(delivered)
             }
-            Err(Heard::Store(error)) => Err(error.into()),
-            Err(Heard::Odd(reason)) => Err(Lost::Unclear { reason }),
-            Err(Heard::Nothing) => Err(self.end_of(running, &late)),
+            Err(NoAnswer::Store(error)) => Err(error.into()),
+            Err(NoAnswer::Odd(reason)) => Err(Lost::Unclear { reason }),
+            Err(NoAnswer::Nothing) => Err(self.end_of(running, &late)),
         }
     }
 
-    /// Reads what the child says until it has answered.
+    /// Reads the child's messages up to its answer.
     fn listen(
         &mut self,
         running: &mut Running,
         blobs: &dyn Blobs,
         beat: &mut dyn FnMut(Option<f64>),
-    ) -> Result<Delivered, Heard> {
+    ) -> Result<Delivered, NoAnswer> {
         let until = Instant::now() + self.options.order_time;
         loop {
-            match frame::read::<Said>(&mut running.output)? {
-                None => return Err(Heard::Nothing),
-                Some(Said::Hello { .. }) => return Err(Heard::Odd("a second greeting".into())),
-                Some(Said::Beat { part }) => {
-                    let left = until.saturating_duration_since(Instant::now());
-                    self.watchdog.guard_again(left.min(self.options.silence));
+            match frame::read::<ChildMessage>(&mut running.output)? {
+                None => return Err(NoAnswer::Nothing),
+                Some(ChildMessage::Hello { .. }) => {
+                    return Err(NoAnswer::Odd("a second greeting".into()));
+                }
+                Some(ChildMessage::Beat { part }) => {
+                    let time_left = until.saturating_duration_since(Instant::now());
+                    self.watchdog
+                        .guard_again(time_left.min(self.options.silence));
                     beat(part);
                 }
-                Some(Said::Answer {
+                Some(ChildMessage::Answer {
                     answer,
                     files,
                     holds,
@@ -291,13 +295,13 @@ impl Slot {
         running: &mut Running,
         files: Vec<Enclosed>,
         blobs: &dyn Blobs,
-    ) -> Result<Vec<StoredFile>, Heard> {
-        let all = files
+    ) -> Result<Vec<StoredFile>, NoAnswer> {
+        let total = files
             .iter()
             .fold(0_u64, |sum, file| sum.saturating_add(file.bytes));
-        if all > self.options.answer_bytes || files.len() > 64 {
-            return Err(Heard::Odd(format!(
-                "{} files of {all} bytes, at most {}",
+        if total > self.options.answer_bytes || files.len() > 64 {
+            return Err(NoAnswer::Odd(format!(
+                "{} files of {total} bytes, at most {}",
                 files.len(),
                 self.options.answer_bytes
             )));
@@ -305,30 +309,31 @@ impl Slot {
         let mut stored = Vec::with_capacity(files.len());
         for file in files {
             if !is_plain(&file.name) {
-                return Err(Heard::Odd("a file without a plain name".into()));
+                return Err(NoAnswer::Odd("a file without a plain name".into()));
             }
-            let mut writer = blobs.begin().map_err(Heard::Store)?;
+            let mut writer = blobs.begin().map_err(NoAnswer::Store)?;
             let mut failed = None;
             frame::copy(&mut running.output, file.bytes, |piece| {
-                // The rest is read nevertheless, so that the child stays in step.
+                // The remaining bytes are read all the same, so that the next message begins at its start.
                 if failed.is_none() {
                     failed = writer.write(piece).err();
                 }
                 Ok(())
             })?;
             match failed {
-                Some(error) => return Err(Heard::Store(error)),
-                None => stored.push(writer.finish(&file.name).map_err(Heard::Store)?),
+                Some(error) => return Err(NoAnswer::Store(error)),
+                None => stored.push(writer.finish(&file.name).map_err(NoAnswer::Store)?),
             }
         }
         Ok(stored)
     }
 
-    /// Says how a child ended.
+    /// Returns the reason for the end of a child.
     fn end_of(&self, running: Running, late: &AtomicBool) -> Lost {
         let status = {
             let mut process = locked(&running.process);
-            // Its output has ended; if it has not, it has nothing more to say.
+            // A child whose output has closed ends on its own at once; the pause leaves it time, so that its own
+            // exit is seen and not the kill below.
             std::thread::sleep(Duration::from_millis(5));
             if let Ok(Some(status)) = process.try_wait() {
                 Ok(status)
@@ -354,14 +359,14 @@ impl Slot {
     }
 }
 
-/// What was heard instead of an answer.
-enum Heard {
+/// Outcome of listening without an answer.
+enum NoAnswer {
     Nothing,
     Odd(String),
     Store(StoreError),
 }
 
-impl From<io::Error> for Heard {
+impl From<io::Error> for NoAnswer {
     fn from(error: io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe | io::ErrorKind::UnexpectedEof => Self::Nothing,
@@ -370,7 +375,7 @@ impl From<io::Error> for Heard {
     }
 }
 
-/// Says what mostly lies behind a signal.
+/// Returns the usual cause of a signal.
 fn meaning(signal: i32) -> &'static str {
     match signal {
         libc::SIGABRT => ", as when it needs more memory than it may have",
@@ -398,7 +403,7 @@ fn spawn(options: &ChildOptions) -> io::Result<Running> {
         .arg(options.memory_bytes.to_string())
         .env_clear()
         .current_dir("/")
-        // A Ctrl-C on the terminal and a signal to the service's group are not meant for it: the
+        // In a group of its own the child does not get a Ctrl-C or a signal to the service's group; the
         // service lets it finish.
         .process_group(0)
         .stdin(Stdio::piped())
@@ -427,7 +432,7 @@ fn enclosure(manifest: &Manifest) -> Enclosure {
     }
 }
 
-/// Opens the files of a recording, each found to have its hash, in the order of the enclosure.
+/// Opens the files of a recording and checks their hashes, in the order of the enclosure.
 fn opened(manifest: &Manifest, blobs: &dyn Blobs) -> Result<Vec<(File, u64)>, StoreError> {
     let files = manifest.files.iter().chain(&manifest.card);
     files
@@ -435,8 +440,12 @@ fn opened(manifest: &Manifest, blobs: &dyn Blobs) -> Result<Vec<(File, u64)>, St
         .collect()
 }
 
-fn tell(running: &mut Running, told: &Told, files: Option<Vec<(File, u64)>>) -> io::Result<()> {
-    frame::write(&mut running.input, told)?;
+fn tell(
+    running: &mut Running,
+    message: &OrderMessage,
+    files: Option<Vec<(File, u64)>>,
+) -> io::Result<()> {
+    frame::write(&mut running.input, message)?;
     for (file, bytes) in files.into_iter().flatten() {
         let mut file = file.take(bytes);
         io::copy(&mut file, &mut running.input)?;
@@ -451,22 +460,22 @@ struct Watchdog {
     guarded: Option<(Arc<Mutex<Child>>, Arc<AtomicBool>)>,
 }
 
-/// What the watchdog looks after.
+/// A child with its deadline and the mark that it was late.
 type Watch = Option<(Instant, Arc<Mutex<Child>>, Arc<AtomicBool>)>;
 
 impl Watchdog {
     fn new() -> io::Result<Self> {
-        let (tell, told) = channel();
+        let (tell, watches) = channel();
         std::thread::Builder::new()
             .name("watchdog".into())
-            .spawn(move || watch(&told))?;
+            .spawn(move || watch(&watches))?;
         Ok(Self {
             tell,
             guarded: None,
         })
     }
 
-    /// Ends `process` after some time unless told otherwise; returns a mark that says whether it did.
+    /// Ends `process` after `time` unless that is changed; returns a mark that is set if it did.
     fn guard(&mut self, process: &Arc<Mutex<Child>>, time: Duration) -> Arc<AtomicBool> {
         let late = Arc::new(AtomicBool::new(false));
         self.guarded = Some((Arc::clone(process), Arc::clone(&late)));
@@ -487,12 +496,14 @@ impl Watchdog {
     }
 }
 
-fn watch(told: &Receiver<Watch>) {
+fn watch(watches: &Receiver<Watch>) {
     let mut watched: Watch = None;
     loop {
         let next = match &watched {
-            None => told.recv().map_err(|_| RecvTimeoutError::Disconnected),
-            Some((until, ..)) => told.recv_timeout(until.saturating_duration_since(Instant::now())),
+            None => watches.recv().map_err(|_| RecvTimeoutError::Disconnected),
+            Some((until, ..)) => {
+                watches.recv_timeout(until.saturating_duration_since(Instant::now()))
+            }
         };
         match next {
             Ok(next) => watched = next,

@@ -1,4 +1,4 @@
-//! What a child tries against its jail when asked to: an operator sees what would be stopped.
+//! Trials of a child against its jail, which show an operator what is stopped.
 
 use super::words::{Answer, Trial};
 use rustix::process::{Resource, Rlimit, setrlimit};
@@ -6,10 +6,10 @@ use std::fs::File;
 use std::net::{TcpStream, UdpSocket};
 use std::process::Command;
 
-/// Bytes that a child takes to see whether it may.
+/// Memory that a child tries to allocate [bytes].
 const MEMORY: usize = 1 << 30;
 
-/// Tries something; what is tried without success was stopped.
+/// Runs a trial; one that fails was stopped.
 pub(super) fn attempt(trial: Trial) -> Answer {
     let outcome = match trial {
         Trial::OpenFile => File::open("/etc/hostname").map(|_| "a file was opened"),
@@ -22,7 +22,7 @@ pub(super) fn attempt(trial: Trial) -> Answer {
         Trial::Connect => TcpStream::connect("127.0.0.1:9")
             .map(|_| "a connection was made")
             .or_else(
-                // A refusal by the other side has gone through.
+                // A refused connection has passed the jail.
                 |error| match error.kind() {
                     std::io::ErrorKind::ConnectionRefused => Ok("a connection was tried"),
                     _ => Err(error),
@@ -41,11 +41,11 @@ pub(super) fn attempt(trial: Trial) -> Answer {
             None => Err(std::io::Error::other("no parent is to be seen")),
         },
         Trial::TakeMemory => {
-            let mut taken = vec![0_u8; MEMORY];
-            for byte in taken.iter_mut().step_by(4096) {
+            let mut memory = vec![0_u8; MEMORY];
+            for byte in memory.iter_mut().step_by(4096) {
                 *byte = 1;
             }
-            Ok(if std::hint::black_box(&taken).len() == MEMORY {
+            Ok(if std::hint::black_box(&memory).len() == MEMORY {
                 "the memory was taken"
             } else {
                 "nothing"

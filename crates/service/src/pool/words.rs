@@ -1,11 +1,11 @@
-//! What parent and child say to each other. Files follow the words that name them, byte by byte.
+//! Messages between parent and child. The bytes of files follow the message that names them.
 
 use crate::jail::Jail;
 use crate::store::Summary;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// What a child is asked to do.
+/// An order to a child.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(tag = "order", rename_all = "kebab-case")]
 pub enum Order {
@@ -35,7 +35,7 @@ pub enum Order {
 }
 
 impl Order {
-    /// Returns what names the files that the order needs.
+    /// Returns the identity of the recording that the order needs.
     pub fn needs(&self) -> Option<&str> {
         match self {
             Self::Inspect { recording, .. } | Self::Answer { recording, .. } => Some(recording),
@@ -44,7 +44,7 @@ impl Order {
     }
 }
 
-/// How a question is answered.
+/// Extent of the answer to a question.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum How {
@@ -56,7 +56,7 @@ pub enum How {
     WhatIf,
 }
 
-/// What a child may try against its jail.
+/// A trial against the jail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Trial {
@@ -98,7 +98,7 @@ impl Trial {
     ];
 }
 
-/// A file that follows.
+/// A file whose bytes follow the message.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Enclosed {
     pub(super) name: String,
@@ -114,24 +114,24 @@ pub(super) struct Enclosure {
     pub(super) card: Option<Enclosed>,
 }
 
-/// An order with the recording it needs, if the child does not hold that.
+/// The message of an order, with the recording that it needs if the child does not hold it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Told {
+pub(super) struct OrderMessage {
     pub(super) order: Order,
     pub(super) enclosed: Option<Enclosure>,
     /// Seconds of processor time that the order may take.
     pub(super) cpu_s: u64,
 }
 
-/// What a child says.
+/// A message of a child.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(tag = "says", rename_all = "kebab-case")]
-pub(super) enum Said {
-    /// It is there, shut in as stated.
+pub(super) enum ChildMessage {
+    /// The child is ready, in this jail.
     Hello { jail: Jail },
-    /// It works; the part that is done, 0 to 1, where that is known.
+    /// The child works; the part that is done, 0 to 1, if known.
     Beat { part: Option<f64> },
-    /// Its answer, with the files that follow and the recordings that it holds now.
+    /// The answer, with the files that follow and the recordings that the child holds now.
     Answer {
         answer: Answer,
         files: Vec<Enclosed>,

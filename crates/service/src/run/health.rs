@@ -1,4 +1,4 @@
-//! Asks a service whether it answers, as whoever watches a container does.
+//! Asks a service whether it answers, for the health check of a container.
 
 use crate::config::Listen;
 use std::io::{self, Read, Write};
@@ -6,7 +6,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-/// Time in which it must answer.
+/// Longest time of the answer.
 const TIME: Duration = Duration::from_secs(3);
 
 /// Asks the service that listens at a place.
@@ -24,7 +24,7 @@ fn answer_of(listen: &Listen) -> io::Result<String> {
     match listen {
         Listen::Tcp(listen) => {
             let mut address = *listen;
-            // One that listens at every address does so at the loopback's.
+            // A service that listens on all addresses answers on the loopback.
             address.set_ip(match listen.ip() {
                 IpAddr::V4(Ipv4Addr::UNSPECIFIED) => Ipv4Addr::LOCALHOST.into(),
                 IpAddr::V6(Ipv6Addr::UNSPECIFIED) => Ipv6Addr::LOCALHOST.into(),

@@ -52,7 +52,7 @@ pub(super) fn run(command: TokenCommand, data: &Path) -> Result<ExitCode, String
     }
     let is_new = Store::is_there(data).is_err();
     let ledger = Store::beside(data)?.ledger;
-    let told = |error: StoreError| error.to_string();
+    let error_text = |error: StoreError| error.to_string();
     let now = now_ms();
     match command {
         TokenCommand::Create {
@@ -63,8 +63,8 @@ pub(super) fn run(command: TokenCommand, data: &Path) -> Result<ExitCode, String
         } => {
             let unknown = scopes.split(',').find(|word| Scope::of(word).is_none());
             if let Some(word) = unknown {
-                let known = Scope::ALL.map(Scope::name).join(", ");
-                return Err(format!("unknown scope `{word}`; known: {known}"));
+                let names = Scope::ALL.map(Scope::name).join(", ");
+                return Err(format!("unknown scope `{word}`; known: {names}"));
             }
             if name.is_empty() || name.contains(|c: char| c.is_control() || c == '#') {
                 return Err("a name has letters, none of them `#`".into());
@@ -82,34 +82,34 @@ pub(super) fn run(command: TokenCommand, data: &Path) -> Result<ExitCode, String
             make(&*ledger, name, label, scopes, i64::from(days) * DAY_MS)
         }
         TokenCommand::List => {
-            for token in ledger.tokens().map_err(told)? {
+            for token in ledger.tokens().map_err(error_text)? {
                 say(line(&token, now))?;
             }
             Ok(ExitCode::SUCCESS)
         }
         TokenCommand::Rotate { token, keep_h } => {
-            let found = valid(&*ledger, &token, now)?;
-            let [old] = &found[..] else {
-                let names: Vec<String> = found.iter().map(StoredToken::reference).collect();
+            let tokens = valid(&*ledger, &token, now)?;
+            let [old] = &tokens[..] else {
+                let names: Vec<String> = tokens.iter().map(StoredToken::reference).collect();
                 return Err(format!("`{token}` means {}; name one", names.join(", ")));
             };
             let lasts_ms = old.ends_ms.map_or(0, |end| end - old.created_ms);
             let (name, label) = (old.name.clone(), old.label.clone());
             let made = make(&*ledger, name, label, old.scopes.clone(), lasts_ms)?;
             let keeps = (keep_h > 0).then(|| now + i64::from(keep_h) * 3_600_000);
-            ledger.end_token(old.number, keeps).map_err(told)?;
+            ledger.end_token(old.number, keeps).map_err(error_text)?;
             Ok(made)
         }
         TokenCommand::Revoke { token } => {
             for token in valid(&*ledger, &token, now)? {
-                ledger.end_token(token.number, None).map_err(told)?;
+                ledger.end_token(token.number, None).map_err(error_text)?;
             }
             Ok(ExitCode::SUCCESS)
         }
     }
 }
 
-/// Makes a token, and prints it; it ends after `lasts_ms`, with 0 never.
+/// Makes a token and prints it; it ends after `lasts_ms`, or never if that is 0.
 fn make(
     ledger: &dyn Ledger,
     name: String,
@@ -137,19 +137,19 @@ fn make(
 }
 
 /// Finds the valid tokens of a holder, or the one of a number.
-fn valid(ledger: &dyn Ledger, wanted: &str, now_ms: i64) -> Result<Vec<StoredToken>, String> {
+fn valid(ledger: &dyn Ledger, reference: &str, now_ms: i64) -> Result<Vec<StoredToken>, String> {
     let tokens = ledger.tokens().map_err(|error| error.to_string())?;
-    let is_meant = |token: &StoredToken| token.name == wanted || token.reference() == wanted;
-    let found: Vec<StoredToken> = tokens
+    let is_meant = |token: &StoredToken| token.name == reference || token.reference() == reference;
+    let valid: Vec<StoredToken> = tokens
         .into_iter()
         .filter(|token| token.is_valid(now_ms) && is_meant(token))
         .collect();
-    if found.is_empty() {
+    if valid.is_empty() {
         return Err(format!(
-            "there is no valid token `{wanted}`; `latchgate-serve token list` lists all"
+            "there is no valid token `{reference}`; `latchgate-serve token list` lists all"
         ));
     }
-    Ok(found)
+    Ok(valid)
 }
 
 fn line(token: &StoredToken, now_ms: i64) -> String {

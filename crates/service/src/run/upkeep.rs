@@ -33,7 +33,7 @@ pub(super) fn backup(data: &Path, folder: &Path) -> Result<String, String> {
             Err(error) => return Err(error.to_string()),
         }
     }
-    // A file of a recording that was deleted since the ledger was copied is not lost.
+    // A file that is missing here counts only if a row still names it: its recording may have been deleted since.
     let named = store.ledger.named_files().map_err(from_store)?.files;
     let named: BTreeSet<String> = named.into_iter().map(|file| file.sha256).collect();
     let lost = lost

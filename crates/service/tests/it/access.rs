@@ -587,7 +587,7 @@ fn cli_a_token_has_its_rate_and_its_share() {
 #[test]
 #[ignore = "of time, which a busy machine disturbs; run by name"]
 fn val_the_comparison_of_tokens_is_flat_in_time() {
-    use latchgate_service::auth::{Door, Presented, Seen, SessionTimes};
+    use latchgate_service::auth::{Door, Presented, Recognition, SessionTimes};
     use latchgate_service::store::SqliteLedger;
     let folder = Folder::new();
     let token = folder.token("lab", "read");
@@ -605,7 +605,7 @@ fn val_the_comparison_of_tokens_is_flat_in_time() {
         for _ in 0..200 {
             assert_eq!(
                 door.look(&ledger, Some(&presented)).unwrap(),
-                Seen::Stranger
+                Recognition::Stranger
             );
         }
         began.elapsed().as_secs_f64()

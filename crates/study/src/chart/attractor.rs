@@ -1,4 +1,4 @@
-//! The section at one amplitude, by the mechanics and by a fixed step.
+//! The section at one amplitude, by the event-driven method and by a fixed step.
 
 use crate::attractor::Attractor;
 use latchgate_document::number::{count, significant};
@@ -13,8 +13,8 @@ use std::collections::BTreeSet;
 /// Height of a panel.
 const HEIGHT: f64 = 330.0;
 
-/// Returns the section at one amplitude: for each stop what the mechanics do, and beside it what the
-/// fixed-step method makes of it.
+/// Returns the section at one amplitude: for each stop that of the event-driven method, and beside it that of the
+/// fixed-step method.
 pub(super) fn chart(attractors: &[Attractor]) -> Chart {
     let compared = attractors
         .iter()
@@ -39,7 +39,7 @@ pub(super) fn chart(attractors: &[Attractor]) -> Chart {
         caption: notes.join(" "),
         notes,
         panels,
-        // Beside a second panel the words take a line of their own.
+        // Beside a second panel the words need a line more.
         room: if compared {
             [48.0, 96.0, 56.0]
         } else {
@@ -78,15 +78,15 @@ fn notes(attractors: &[Attractor], compared: bool) -> Vec<String> {
     lines
 }
 
-/// Places up to which a section is drawn point by point: small dots would be overlooked.
+/// Largest number of points of a section drawn as marks, since a few small dots would be overlooked.
 const FEW: usize = 1000;
 
-/// Places from which on a section is a cloud of the smallest dots.
+/// Number of points from which on a section is a cloud of the smallest dots.
 const MANY: usize = 8000;
 
-/// Returns the section that one method finds.
+/// Returns the section by one method.
 fn panel(attractor: &Attractor, method: &str, name: &str, edges: Edges) -> Panel {
-    // One scale for all methods, so that they can be compared.
+    // All methods share one scale, so that they can be compared.
     let rows = attractor.rows.iter();
     let x = range(rows.clone().map(|row| row.angle_rad), 0.06);
     let y = range(rows.clone().map(|row| row.angular_velocity_rad_s), 0.06);
@@ -119,8 +119,8 @@ fn panel(attractor: &Attractor, method: &str, name: &str, edges: Edges) -> Panel
     if edges == WHOLE {
         return panel.title(format!("{stop} stop: {name}"));
     }
-    // Beside a second panel there is room for the words below the stop alone, and for long ones in
-    // small letters.
+    // A panel that has another beside it is narrow: the words stand below the title, long ones in small
+    // letters.
     let class = if name.chars().count() > 46 {
         "tiny"
     } else {
@@ -131,16 +131,17 @@ fn panel(attractor: &Attractor, method: &str, name: &str, edges: Edges) -> Panel
         .text(class, (Low(1.0), High(-9.0)), name)
 }
 
-/// Returns the points, those within a quarter of a unit of the drawing once, [`MANY`] at most.
+/// Returns the visible points, one of those that share a square of a quarter unit, [`MANY`] at most.
 fn distinct(points: &Points, x: Scale, y: Scale, edges: Edges) -> Points {
     let x = Axis::new(x, edges.left, edges.right);
     let y = Axis::new(y, HEIGHT, 0.0);
-    let mut taken: BTreeSet<(i64, i64)> = BTreeSet::new();
+    let mut used_cells: BTreeSet<(i64, i64)> = BTreeSet::new();
     let quarter = |place: f64| (4.0 * place).round() as i64;
-    let mut is_new = |at: &Point| taken.insert((quarter(x.place(at.x)), quarter(y.place(at.y))));
+    let mut is_new =
+        |point: &Point| used_cells.insert((quarter(x.place(point.x)), quarter(y.place(point.y))));
     let shown = points.iter().copied();
-    let shown = shown.filter(|at| x.contains(at.x) && y.contains(at.y));
-    shown.filter(|at| is_new(at)).take(MANY).collect()
+    let shown = shown.filter(|point| x.contains(point.x) && y.contains(point.y));
+    shown.filter(|point| is_new(point)).take(MANY).collect()
 }
 
 fn summary(attractor: &Attractor) -> String {

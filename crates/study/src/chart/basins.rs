@@ -6,7 +6,7 @@ use latchgate_report::plot::chart::{ACROSS, Chart, Panel};
 use latchgate_report::plot::frame::{LegendEntry, Sample, Scale, WIDE};
 use latchgate_report::plot::raster;
 
-/// Colours of up to eight attractors; more go round.
+/// Colours of the attractors; a ninth takes the first again.
 const BASIN_COLOURS: [[u8; 3]; 8] = [
     [206, 214, 222],
     [222, 112, 32],
@@ -19,24 +19,24 @@ const BASIN_COLOURS: [[u8; 3]; 8] = [
 ];
 
 /// Returns the basins, one panel per stop.
-pub(super) fn chart(all: &[Basins]) -> Chart {
-    let title = all.first().map_or_else(String::new, |first| {
+pub(super) fn chart(results: &[Basins]) -> Chart {
+    let title = results.first().map_or_else(String::new, |first| {
         let (amplitude, forced) = (first.options.amplitude_g, &first.options.forced);
         let omega = forced.angular_frequency_rad_s;
         format!("Basins of attraction, A = {amplitude} g, ω = {omega} rad/s")
     });
-    let (columns, rows) = all.first().map_or((0, 0), |first| first.options.grid);
+    let (columns, rows) = results.first().map_or((0, 0), |first| first.options.grid);
     let mut notes = vec![format!(
         "Where the lever ends up from each of {columns} × {rows} initial states, and the share of them."
     )];
-    if all.iter().any(|basins| !basins.fine.is_empty()) {
+    if results.iter().any(|basins| !basins.fine.is_empty()) {
         notes.push(
             "Cells at a boundary are drawn cut in four; the shares are those of whole cells."
                 .into(),
         );
     }
     let mut description = String::from("Map of initial states by attractor.");
-    for basins in all {
+    for basins in results {
         let stop = basins.options.forced.stop.name();
         for text in basins.attractors.iter().map(share) {
             description.push_str(&format!(" {stop} stop, {text}."));
@@ -47,7 +47,7 @@ pub(super) fn chart(all: &[Basins]) -> Chart {
         title,
         caption: notes.join(" "),
         notes,
-        panels: all.iter().map(panel).collect(),
+        panels: results.iter().map(panel).collect(),
         room: [30.0, 110.0, 90.0],
         description,
         ..Chart::default()
@@ -79,7 +79,7 @@ fn basin_colour(index: u32) -> [u8; 3] {
     BASIN_COLOURS[index as usize % BASIN_COLOURS.len()]
 }
 
-/// Names an attractor with its share.
+/// Returns the name of an attractor with its share.
 fn share(attractor: &BasinAttractor) -> String {
     let share = attractor.share.map_or_else(
         || "share not known, interrupted".into(),
@@ -88,7 +88,7 @@ fn share(attractor: &BasinAttractor) -> String {
     format!("{}: {share}", attractor.name)
 }
 
-/// Returns the finest cells there are as base64 of a PNG; a cell without an attractor is clear.
+/// Returns the finest cells as base64 of a PNG; a cell without an attractor is transparent.
 fn cells(basins: &Basins) -> Option<String> {
     let (columns, rows) = basins.options.grid;
     let (mut columns, mut rows) = (columns as usize, rows as usize);

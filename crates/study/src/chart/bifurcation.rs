@@ -16,7 +16,7 @@ pub(super) fn chart(diagrams: &[Diagram]) -> Chart {
         "State at the start of each period of the excitation; the darker, the more points.".into(),
     ];
     notes.extend(marks(diagrams));
-    // One scale for all, so that the stops can be compared.
+    // All panels share one scale, so that the stops can be compared.
     let columns = diagrams.iter().flat_map(|diagram| &diagram.columns);
     let sections = columns.flat_map(|column| &column.sections);
     let velocities = range(sections.map(|section| section.velocity_rad_s), 0.04);
@@ -27,7 +27,7 @@ pub(super) fn chart(diagrams: &[Diagram]) -> Chart {
             diagram.options.forced.stop.name(),
             diagram.rows().len(),
             diagram.columns.len(),
-            diagram.found().count()
+            diagram.bifurcations().count()
         ));
     }
     let panels = diagrams.iter().map(|diagram| panel(diagram, velocities));
@@ -55,24 +55,26 @@ fn panel(diagram: &Diagram, velocities: Scale) -> Panel {
         .x("amplitude A [g]", Scale::Linear(low, high))
         .y("angular velocity [rad/s]", velocities)
         .cloud(BLUE, points.collect(), dot)
-        .each(diagram.found(), |panel, found| {
-            let (class, height) = match found.kind {
+        .each(diagram.bifurcations(), |panel, bifurcation| {
+            let (class, height) = match bifurcation.kind {
                 BifurcationKind::SaddleNode => ("birth", 26.0),
                 BifurcationKind::PeriodDoubling => ("doubling", 13.0),
             };
-            let x = Value(found.orbit.amplitude_g, 0.0);
+            let x = Value(bifurcation.orbit.amplitude_g, 0.0);
             panel.segment(class, (x, Low(-height)), (x, Low(0.0)))
         })
 }
 
-/// Explains the marks at the foot of the panels, if there are any.
+/// Returns an explanation of the marks at the foot of the panels, if there are any.
 fn marks(diagrams: &[Diagram]) -> Option<String> {
     let Range { low, high } = diagrams.first()?.options.amplitudes_g;
     let shown = |kind: BifurcationKind| {
         diagrams
             .iter()
-            .flat_map(Diagram::found)
-            .any(|found| found.kind == kind && (low..=high).contains(&found.orbit.amplitude_g))
+            .flat_map(Diagram::bifurcations)
+            .any(|bifurcation| {
+                bifurcation.kind == kind && (low..=high).contains(&bifurcation.orbit.amplitude_g)
+            })
     };
     let birth = shown(BifurcationKind::SaddleNode)
         .then_some("Long green marks at the foot: an orbit is born.");

@@ -1,4 +1,4 @@
-//! What damage to a recording is seen: shares of blocked, told and silent passes, kind by kind.
+//! Detection of damage to a recording: shares of blocked, warned and silent passes, kind by kind.
 
 use crate::damages::{Damages, Row};
 use latchgate_report::plot::WIDTH;
@@ -60,7 +60,7 @@ pub(super) fn chart(result: &Damages) -> Chart {
     }
 }
 
-/// Adds the shares of one kind in the row around `y` and says them.
+/// Adds the bar of one kind around `y`; returns its shares in words as well.
 fn bar(mut panel: Panel, rows: &[Row], y: f64) -> (Panel, String) {
     let sum = |of: fn(&Row) -> u32| f64::from(rows.iter().map(of).sum::<u32>());
     let share = 100.0 / sum(|row| row.runs).max(1.0);

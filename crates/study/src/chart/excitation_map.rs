@@ -1,4 +1,4 @@
-//! What amplitude and frequency open the latch, one panel per stop.
+//! Amplitude and frequency that open the latch, one panel per stop.
 
 use crate::excitation_map::ExcitationMap;
 use latchgate_document::number::{significant, trimmed};
@@ -6,7 +6,7 @@ use latchgate_report::plot::chart::{ACROSS, Chart, Panel, Point, Points};
 use latchgate_report::plot::frame::{Scale, WIDE};
 use latchgate_report::plot::heat::{self, Bar};
 
-/// A line on the map and on its bar: dark colours and light ones lie below it.
+/// Classes of a line on the map and on its bar, which crosses dark and light colours.
 const CONTOUR: [&str; 2] = ["contour", "contour-ink"];
 
 /// Returns the largest angle over amplitude and frequency with the threshold's contour.
@@ -49,7 +49,7 @@ pub(super) fn chart(maps: &[ExcitationMap]) -> Chart {
 
 /// Returns the largest angles, the threshold's contour and the lift-off.
 fn panel(map: &ExcitationMap, threshold: f64) -> Panel {
-    // Four decades, the threshold within the upper two.
+    // The scale has four decades, with the threshold in the upper two.
     let decade = libm::log10(threshold).round();
     let (low, high) = (libm::pow(10.0, decade - 3.0), libm::pow(10.0, decade + 1.0));
     let (amplitudes, frequencies) = (map.options.grid.0 as usize, map.options.grid.1 as usize);

@@ -102,9 +102,13 @@ fn history(result: &FreeVibration, motions: &[FreeMotion], letter: char) -> Pane
 /// Returns the time from each impact to the next.
 fn intervals(result: &FreeVibration) -> Panel {
     let half_period = result.half_period_s;
-    let all = result.motions.iter().flat_map(FreeMotion::intervals);
-    let Range { low, high } = extent(all.map(|interval| interval.length_s).chain([half_period]));
-    // Two stops all but agree: the dots of one are enough.
+    let intervals = result.motions.iter().flat_map(FreeMotion::intervals);
+    let Range { low, high } = extent(
+        intervals
+            .map(|interval| interval.length_s)
+            .chain([half_period]),
+    );
+    // The intervals of both stops nearly agree, so one stop has dots.
     let mut stops = result.motions.iter().map(|motion| motion.against);
     let marked = stops.find(|against| *against != Against::Nothing);
     let curves = result.motions.iter();
@@ -132,11 +136,11 @@ fn intervals(result: &FreeVibration) -> Panel {
             let Some(&first) = points.first() else {
                 return panel;
             };
-            // Right below the curve, which falls or is level.
+            // The text stands just below the curve, which never rises.
             let over = points
                 .iter()
-                .take_while(|at| at.x < first.x + 0.1 * result.duration_s);
-            let lowest = over.fold(first.y, |lowest, at| at.y.min(lowest));
+                .take_while(|point| point.x < first.x + 0.1 * result.duration_s);
+            let lowest = over.fold(first.y, |lowest, point| point.y.min(lowest));
             let text = format!("T0 = {} N·m", exact(motion.preload_torque_nm));
             panel.marks("spot", Shape::Circle(2.4), points).text(
                 "small halo",

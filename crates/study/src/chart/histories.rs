@@ -1,4 +1,4 @@
-//! Histories from several initial states, each whole and in its last periods.
+//! Histories from several initial states, each in full and in its last periods.
 
 use super::angles;
 use crate::histories::{Histories, History};
@@ -64,7 +64,7 @@ fn description(result: &Histories) -> String {
     text
 }
 
-/// Returns the histories from one start, whole and late.
+/// Returns the histories from one start, in full and in the last periods.
 fn row(result: &Histories, group: &[History], letter: char) -> [Panel; 2] {
     let end = result.duration_s;
     let from = (end - LATE_PERIODS * result.period_s).max(0.0);
@@ -72,7 +72,7 @@ fn row(result: &Histories, group: &[History], letter: char) -> [Panel; 2] {
     let late = points().filter(|point| point.x >= from);
     let Range { low, high } = extent(late.map(|point| point.y));
     let room = 0.08 * (high - low);
-    // A lever at rest deserves no scale that makes mountains of rounding.
+    // A scale of a lever at rest would magnify rounding, so it has a least range.
     let late = Scale::Linear((low - room).min(-0.002), (high + room).max(0.02));
     let panel = |edges, from| {
         Panel::new(&NARROW, edges, 170.0)
@@ -84,7 +84,7 @@ fn row(result: &Histories, group: &[History], letter: char) -> [Panel; 2] {
     };
     let start = group[0].start;
     let (angle, velocity) = (exact(start.angle_rad), exact(start.velocity_rad_s));
-    let whole = panel(Edges::new(72.0, 560.0), 0.0)
+    let full = panel(Edges::new(72.0, 560.0), 0.0)
         .title(format!(
             "({letter}) from φ = {angle} rad, φ′ = {velocity} rad/s"
         ))
@@ -100,7 +100,7 @@ fn row(result: &Histories, group: &[History], letter: char) -> [Panel; 2] {
             panel.text("small halo", (High(-8.0), y), text)
         });
     [
-        whole,
+        full,
         panel(Edges::new(640.0, WIDTH - 16.0), from).y("", late),
     ]
 }

@@ -1,4 +1,4 @@
-//! How methods are drawn: a colour and a shape for each, crosses for failures.
+//! Marks of methods: a colour and a shape for each, crosses for failures.
 
 use latchgate_report::plot::chart::Shape;
 use latchgate_report::plot::frame::{LegendEntry, Sample};
@@ -42,7 +42,7 @@ pub(super) fn shape(method: &str) -> Shape {
     }
 }
 
-/// Names a method in the legend.
+/// Returns the entry of a method in the legend.
 pub(super) fn entry(method: &str) -> LegendEntry {
     let (line, dot) = (format!("line {method}"), format!("dot dot-{method}"));
     LegendEntry::new(Sample::Marked(line, dot, shape(method)), method)

@@ -6,7 +6,7 @@ use latchgate_kernel::model::stop::StopModel;
 use latchgate_report::plot::chart::{Chart, HALVES, Panel, Point};
 use latchgate_report::plot::frame::{LegendEntry, NARROW, Scale, stop_legend};
 
-/// Angles that the panels show [rad]: a hundredth of the paper's limit and more.
+/// Range of angles of the panels [rad], from a hundredth of the paper's limit.
 const SHOWN: (f64, f64) = (1e-3, 10.0);
 
 pub(super) fn chart(result: &Parameters) -> Chart {

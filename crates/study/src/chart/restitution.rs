@@ -1,4 +1,4 @@
-//! Damping ratio against restitution, and where the equivalence ends.
+//! Damping ratio against restitution, and the limits of the equivalence.
 
 use crate::restitution::Equivalence;
 use latchgate_document::number::{exact, significant, trimmed};
@@ -30,12 +30,12 @@ fn curve(result: &Equivalence) -> Panel {
     let rows = result.rows.iter();
     let rows = rows.map(|row| Point::new(row.restitution, row.damping_ratio));
     let (x, y) = (result.half_period_ratio, result.damping_ratio);
-    let at = (Value(x, 0.0), Value(y, 0.0));
-    // The words stand above the curve, with room for half of them on each side.
+    let spot = (Value(x, 0.0), Value(y, 0.0));
+    // The text stands above the curve, with room for half of it on each side.
     let (words_x, words_y) = (x.clamp(0.24, 0.76), (y + 0.38).min(0.9));
     let words = |down| (Value(words_x, 0.0), Value(words_y, down));
-    let this = format!("this stop: ξ = cs ls²/(2 I0 ωR) = {}", significant(y, 5));
-    let gives = format!(
+    let ratio_text = format!("this stop: ξ = cs ls²/(2 I0 ωR) = {}", significant(y, 5));
+    let speed_text = format!(
         "gives back {} of the speed; R = {} asked",
         significant(x, 6),
         exact(result.restitution)
@@ -48,12 +48,16 @@ fn curve(result: &Equivalence) -> Panel {
             "line bold rigid",
             [Point::new(0.0, 1.0)].into_iter().chain(rows),
         )
-        .segment("edge", at, (at.0, Low(0.0)))
-        .segment("edge", at, (Low(0.0), at.1))
-        .segment("tick", (at.0, Value(words_y, 26.0)), (at.0, Value(y, -6.0)))
+        .segment("edge", spot, (spot.0, Low(0.0)))
+        .segment("edge", spot, (Low(0.0), spot.1))
+        .segment(
+            "tick",
+            (spot.0, Value(words_y, 26.0)),
+            (spot.0, Value(y, -6.0)),
+        )
         .marks("spot", Shape::Circle(5.0), [Point::new(x, y)])
-        .text("halo", words(0.0), this)
-        .text("halo", words(19.0), gives)
+        .text("halo", words(0.0), ratio_text)
+        .text("halo", words(19.0), speed_text)
 }
 
 fn rebounds(result: &Equivalence) -> Panel {
@@ -61,8 +65,14 @@ fn rebounds(result: &Equivalence) -> Panel {
     let ratios = result.rebounds.iter().filter_map(|rebound| rebound.ratio);
     let top = ratios.fold(restitution, f64::max) * 1.12;
     let speeds = Scale::Logarithmic(
-        result.rebounds.first().map_or(1e-3, |at| at.speed_rad_s),
-        result.rebounds.last().map_or(1e2, |at| at.speed_rad_s),
+        result
+            .rebounds
+            .first()
+            .map_or(1e-3, |rebound| rebound.speed_rad_s),
+        result
+            .rebounds
+            .last()
+            .map_or(1e2, |rebound| rebound.speed_rad_s),
     );
     let points = result.rebounds.iter();
     let points =
@@ -115,10 +125,12 @@ fn pushes(result: &Equivalence) -> Panel {
             |panel, (from_ms, ratio)| {
                 let from = format!("tension from {} ms on;", trimmed(from_ms, 4));
                 let ratio = format!("if it let go there: {}", significant(ratio, 4));
-                let at = |down| (Value(from_ms, -70.0), Value(0.0, down));
-                panel
-                    .text("small halo", at(-24.0), from)
-                    .text("small halo", at(-8.0), ratio)
+                let label_place = |down| (Value(from_ms, -70.0), Value(0.0, down));
+                panel.text("small halo", label_place(-24.0), from).text(
+                    "small halo",
+                    label_place(-8.0),
+                    ratio,
+                )
             },
         )
 }

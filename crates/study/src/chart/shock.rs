@@ -1,4 +1,4 @@
-//! A shock and what the lever does in it and after.
+//! A shock and the lever's motion in it and after.
 
 use super::angles;
 use crate::shock::{Response, Shock};
@@ -55,7 +55,7 @@ fn description(result: &Shock) -> String {
     text
 }
 
-/// Returns the peak that responses have in common, in both units.
+/// Returns the peak that the signals of the responses share, in both units.
 fn peak(result: &Shock, responses: &[Response]) -> String {
     let peak = responses
         .first()
@@ -88,7 +88,7 @@ fn response(result: &Shock, responses: &[Response], letter: &str, reading: &str)
         .flat_map(|response| angles(&response.trace, 1e3));
     let Range { low, high } = extent(points.map(|point| point.y).chain([0.0, threshold]));
     let room = 0.06 * (high - low);
-    // Room for the words at the top.
+    // The text at the top needs room.
     let scale = Scale::Linear(low - room, high + room + 0.25 * (high - low));
     let peak = peak(result, responses);
     Panel::new(&NARROW, ACROSS, 200.0)
@@ -110,12 +110,12 @@ fn response(result: &Shock, responses: &[Response], letter: &str, reading: &str)
             "end of the shock",
         )
         .each(responses.iter().zip(0..), |panel, (response, line)| {
-            let at = (High(-8.0), High(18.0 + 17.0 * f64::from(line)));
-            panel.text("small halo", at, outcome(response, threshold))
+            let label_place = (High(-8.0), High(18.0 + 17.0 * f64::from(line)));
+            panel.text("small halo", label_place, outcome(response, threshold))
         })
 }
 
-/// Says the peak of a response, and when it passes the threshold.
+/// Returns the peak of a response and the instant at which it passes the threshold, in words.
 fn outcome(response: &Response, threshold: f64) -> String {
     let run = &response.run;
     let threshold = exact(threshold);

@@ -11,7 +11,7 @@ use latchgate_report::plot::heat::{self, Bar};
 /// Depth of the colours [dB].
 const DEPTH_DB: f64 = 45.0;
 
-/// Cells of the picture at most, in time and in frequency.
+/// Largest number of cells of the picture, in time and in frequency.
 const MOST_CELLS: (usize, usize) = (320, 200);
 
 pub(super) fn chart(result: &MotionSpectrogram) -> Chart {
@@ -39,7 +39,7 @@ pub(super) fn chart(result: &MotionSpectrogram) -> Chart {
 }
 
 fn description(result: &MotionSpectrogram) -> String {
-    let at = |index: usize| {
+    let frequency_text = |index: usize| {
         result.bounces.get(index).map_or_else(
             || "none".into(),
             |bounce| significant(bounce.frequency_hz, 4),
@@ -48,9 +48,9 @@ fn description(result: &MotionSpectrogram) -> String {
     format!(
         "Short-time amplitude over time and frequency; the bounce frequency rises from {} Hz over {} \
          Hz (fifth bounce) to {} Hz (tenth).",
-        at(0),
-        at(4),
-        at(9)
+        frequency_text(0),
+        frequency_text(4),
+        frequency_text(9)
     )
 }
 
@@ -89,6 +89,6 @@ fn picture(result: &MotionSpectrogram) -> Panel {
         .marks(
             "ridge-dot",
             Shape::Circle(3.0),
-            ridge.filter(|at| at.y <= highest),
+            ridge.filter(|point| point.y <= highest),
         )
 }

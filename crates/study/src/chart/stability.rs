@@ -1,4 +1,4 @@
-//! Panels of where methods fail: step against stiffness, grazing, chatter, situations.
+//! Panels of the failures of methods: step against stiffness, grazing, chatter, situations.
 
 use super::methods;
 use crate::stability::{Grade, PAPER_STEPS, Row, Stability, paper_step_s, situations};
@@ -62,14 +62,14 @@ fn reach(result: &Stability, row: &Row) -> Option<f64> {
     Some(row.step_s? * result.contact_frequency_rad_s)
 }
 
-/// Returns the scale of ω_R times step, of all that were run.
+/// Returns the scale of ω_R times step over all runs.
 fn reaches(result: &Stability) -> Scale {
     let reaches = rows(result, "contact").filter_map(|row| reach(result, row));
     let Range { low, high } = reaches.fold(Range::new(0.01, 5.0), Range::including);
     Scale::Logarithmic(low, high * 1.02)
 }
 
-/// Adds where the steps amplify, and the paper's steps.
+/// Adds the limit beyond which steps amplify, and the paper's steps.
 fn limits(panel: Panel, result: &Stability) -> Panel {
     let limit = result.contact_limit;
     let text = format!("|R(z)| = 1 at {}", trimmed(limit, 3));
@@ -80,10 +80,10 @@ fn limits(panel: Panel, result: &Stability) -> Panel {
             PAPER_STEPS.into_iter().zip([50.0, 32.0]),
             |panel, (steps, y)| {
                 let reach = paper_step_s(steps) * result.contact_frequency_rad_s;
-                let at = (Value(reach, -4.0), High(y));
+                let label_place = (Value(reach, -4.0), High(y));
                 panel
                     .upright("edge", reach)
-                    .text("tiny halo", at, format!("N = {steps}"))
+                    .text("tiny halo", label_place, format!("N = {steps}"))
             },
         )
 }
@@ -108,7 +108,7 @@ fn contact(result: &Stability) -> Panel {
                 let class = format!("dot-{method}");
                 return panel.marks(class, Shape::Circle(1.4), [Point::new(reach, ratio)]);
             }
-            // What rk4 makes of the others is seen at the edge.
+            // A ratio of rk4 beyond the scale is a stroke at the edge.
             let edge = if ratio > RATIO_MAX {
                 High(5.0)
             } else {
@@ -135,7 +135,7 @@ fn grade_class(grade: Grade) -> &'static str {
     }
 }
 
-/// Grades of the map: by share of the right ratio, worse where energy is gained.
+/// Returns the class of a cell of the map: by its relative error, the worst if it gains energy.
 fn map_class(row: &Row) -> &'static str {
     let off = row.relative_error.unwrap_or(f64::INFINITY);
     match row.value {
@@ -149,14 +149,14 @@ fn map_class(row: &Row) -> &'static str {
 }
 
 fn map(result: &Stability) -> Panel {
-    let own = || rows(result, "contact").filter(|row| row.method == "rk4");
-    let mut reaches: Vec<f64> = own().filter_map(|row| reach(result, row)).collect();
+    let rk4_rows = || rows(result, "contact").filter(|row| row.method == "rk4");
+    let mut reaches: Vec<f64> = rk4_rows().filter_map(|row| reach(result, row)).collect();
     reaches.dedup();
-    let first = own().filter(|row| reach(result, row) == reaches.first().copied());
+    let first = rk4_rows().filter(|row| reach(result, row) == reaches.first().copied());
     let half = HEIGHT / first.count().max(1) as f64 / 2.0;
-    // Each cell reaches to the middle between its step and the next.
-    let edge = |step: f64, other: Option<&f64>, outer: At| {
-        other.map_or(outer, |other| Value((step * other).sqrt(), 0.0))
+    // A cell reaches to the geometric mean of its step and the next.
+    let edge = |step: f64, neighbour: Option<&f64>, outer: At| {
+        neighbour.map_or(outer, |neighbour| Value((step * neighbour).sqrt(), 0.0))
     };
     let grades = [
         ("good", "≤ 0.1 %"),
@@ -165,7 +165,7 @@ fn map(result: &Stability) -> Panel {
         ("bad", "more"),
         ("gone", "gains, or stays in"),
     ];
-    let rows = own().filter_map(|row| Some((row, reach(result, row)?)));
+    let rows = rk4_rows().filter_map(|row| Some((row, reach(result, row)?)));
     let panel = Panel::new(&OPEN, HALVES[1], HEIGHT)
         .title("Soft contact: how far rk4 is off")
         .x("ω_R · step [–]", self::reaches(result))
@@ -185,24 +185,24 @@ fn map(result: &Stability) -> Panel {
 /// Adds the error of every method against a variable, both by decades.
 fn errors<'a>(
     panel: Panel,
-    own: impl Iterator<Item = (f64, &'a Row)>,
+    rows: impl Iterator<Item = (f64, &'a Row)>,
     title: &str,
     Range { low, high }: Range,
 ) -> Panel {
-    let mut own: Vec<(f64, &Row)> = own.collect();
-    own.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // The right answers' bounds, from edge to edge where there is one for all.
-    let bounds = own.iter();
+    let mut rows: Vec<(f64, &Row)> = rows.collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // The line of the bounds on the right answers.
+    let bounds = rows.iter();
     let bounds = bounds.map(|(x, row)| Point::new(*x, row.right_bound.clamp(low, high)));
-    // What has no error stands a little below the upper edge.
+    // Failures have no error; their marks stand a little below the upper edge.
     let failed = high * libm::pow(low / high, 8.0 / HEIGHT);
     panel
         .y(title, Scale::Logarithmic(low, high))
         .lines("line event-driven", bounds)
         .each(METHODS, |panel, method| {
-            let own = own.iter().copied().filter(|(_, row)| row.method == method);
+            let method_rows = rows.iter().copied().filter(|(_, row)| row.method == method);
             let (points, failures): (Vec<_>, Vec<_>) =
-                own.partition(|(_, row)| row.error.is_some());
+                method_rows.partition(|(_, row)| row.error.is_some());
             let points = points.into_iter();
             let points =
                 points.filter_map(|(x, row)| Some(Point::new(x, row.error?.clamp(low, high))));
@@ -215,7 +215,7 @@ fn errors<'a>(
 }
 
 fn graze(result: &Stability) -> Panel {
-    let own = rows(result, "graze")
+    let rows = rows(result, "graze")
         .filter(|row| row.model == StopModel::Rigid && row.variable_value < 0.0);
     let panel = Panel::new(&OPEN, HALVES[0], HEIGHT)
         .title("Graze of a rigid stop, 7 ms later")
@@ -223,38 +223,43 @@ fn graze(result: &Stability) -> Panel {
             "speed brought in beyond the graze [rad/s]",
             Scale::Logarithmic(5e-13, 2e-3),
         );
-    let own = own.map(|row| (-row.variable_value, row));
+    let rows = rows.map(|row| (-row.variable_value, row));
     errors(
         panel,
-        own,
+        rows,
         "error of the angle [rad]",
         Range::new(1e-15, 1e-2),
     )
 }
 
 fn chatter(result: &Stability) -> Panel {
-    let own = rows(result, "chatter").map(|row| (row.variable_value, row));
+    let points = rows(result, "chatter").map(|row| (row.variable_value, row));
     let panel = Panel::new(&OPEN, HALVES[1], HEIGHT)
         .title("Chatter on a rigid stop: time of rest")
         .x(
             "step [s], or tolerance [rad]",
             Scale::Logarithmic(5e-13, 1e-3),
         );
-    errors(panel, own, "error of the time [s]", Range::new(1e-13, 1e-1))
+    errors(
+        panel,
+        points,
+        "error of the time [s]",
+        Range::new(1e-13, 1e-1),
+    )
 }
 
-/// Returns methods against situations.
+/// Returns the table of methods against situations.
 fn table(result: &Stability) -> Panel {
     let situations = situations::SUBJECTS
         .into_iter()
         .flat_map(|subject| [StopModel::Rigid, StopModel::Soft].map(|model| (subject, model)));
     let situations: Vec<(String, Vec<&Row>)> = situations
         .map(|(subject, model)| {
-            let own = rows(result, subject).filter(|row| row.model == model);
+            let situation_rows = rows(result, subject).filter(|row| row.model == model);
             let name = format!("{}, {}", subject.replace('-', " "), model.name());
-            (name, own.collect())
+            (name, situation_rows.collect())
         })
-        .filter(|(_, own): &(_, Vec<_>)| !own.is_empty())
+        .filter(|(_, rows): &(_, Vec<_>)| !rows.is_empty())
         .collect();
     let columns = || {
         METHODS
@@ -274,12 +279,12 @@ fn table(result: &Stability) -> Panel {
         .each(columns(), |panel, (method, x)| {
             panel.text("tiny strong", (Value(x + 0.5, 0.0), High(-8.0)), method)
         })
-        .each(lines, |panel, ((name, own), line)| {
+        .each(lines, |panel, ((name, rows), line)| {
             let y = f64::from(line);
             let text_y = Value(y + 0.5, 4.0);
             let panel = panel.text("", (Low(-12.0), text_y), name);
             panel.each(columns(), |panel, (method, x)| {
-                let pair: Vec<&&Row> = own.iter().filter(|row| row.method == method).collect();
+                let pair: Vec<&&Row> = rows.iter().filter(|row| row.method == method).collect();
                 let [peak, impacts] = pair.as_slice() else {
                     return panel;
                 };

@@ -7,7 +7,7 @@ use latchgate_report::plot::chart::At::{High, Low, Value};
 use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Point, Points, WHOLE};
 use latchgate_report::plot::frame::{LegendEntry, NARROW, Scale, range};
 
-/// Points of a phase diagram at most.
+/// Largest number of points of a phase diagram.
 const MOST_POINTS: usize = 5000;
 
 pub(super) fn chart(result: &StepSize) -> Chart {
@@ -103,14 +103,14 @@ fn phase(result: &StepSize, run: &FixedStepRun, letter: char, edges: Edges) -> P
 
 fn limit(result: &StepSize) -> Panel {
     let limit = result.limit_steps_per_period;
-    let all = || result.scan.iter().map(|scan| scan.steps_per_period);
+    let steps_per_period = || result.scan.iter().map(|scan| scan.steps_per_period);
     let (low, high) = (
-        all().next().unwrap_or(1.0),
-        all().next_back().unwrap_or(10.0),
+        steps_per_period().next().unwrap_or(1.0),
+        steps_per_period().next_back().unwrap_or(10.0),
     );
     let is_shown = |run: &&FixedStepRun| (low..high).contains(&f64::from(run.steps_per_period));
     let runs = result.runs.iter().filter(is_shown);
-    // The least and the largest ratio over the phases, and what lies between.
+    // The band between the least and the largest ratio over the phases.
     let bound = |ratio: fn(&StepScan) -> f64| -> Points {
         let points = result.scan.iter();
         let points = points.filter(|scan| ratio(scan).is_finite());

@@ -12,7 +12,7 @@ use latchgate_report::plot::frame::{OPEN, Scale};
 /// Factor between the upper edge and the highest point, so that no mark stands on the edge.
 const HEADROOM: f64 = 30.0;
 
-/// The error that matters to a verdict: a hundredth of the usual threshold [rad].
+/// Error that matters to a verdict [rad]: a hundredth of the usual threshold.
 const MATTERS_RAD: f64 = 1e-3;
 
 pub(super) fn chart(result: &WorkPrecision) -> Chart {
@@ -66,7 +66,7 @@ fn drawn(result: &WorkPrecision) -> Vec<&'static str> {
     methods
 }
 
-/// The same axes for every panel, so that panels compare.
+/// Returns the ranges of both axes, which all panels share so that they can be compared.
 fn ranges(result: &WorkPrecision) -> (Range, Range) {
     let mut times = Range::new(1.0, 1.0);
     let mut errors = Range::new(1e-6, 1.0);
@@ -80,7 +80,7 @@ fn ranges(result: &WorkPrecision) -> (Range, Range) {
     }
     let decade = |value: f64, round: fn(f64) -> f64| libm::pow(10.0, round(libm::log10(value)));
     (
-        // Not up to a whole decade, whose label would stand out of the drawing.
+        // The range ends short of a whole decade, whose label would leave the drawing.
         Range::new(
             decade(times.low, f64::floor).max(1e-3),
             (1.5 * times.high).min(1e6),
@@ -98,25 +98,25 @@ fn panel(
     edges: Edges,
     (times, errors): (Range, Range),
 ) -> Panel {
-    // Failures that have no error, or a larger one, stand a little below the upper edge.
+    // The marks of failures without an error, or with a larger one, stand a little below the upper edge.
     let highest = errors.high / HEADROOM;
     let place = |row: &Row| {
         let error = row.peak_angle_error_rad;
         let error = error.map_or(highest, |error| error.clamp(errors.low, highest));
         Point::new(row.time_ratio.clamp(times.low, times.high), error)
     };
-    let own = || {
+    let case_rows = || {
         let rows = result.rows.iter();
         rows.filter(|row| row.case == truth.case && row.model == truth.model)
     };
-    // Letters of neighbours stand apart: above and below their crosses by turns.
-    let failures = own().filter(|row| row.status != Status::Ok);
+    // Letters alternate above and below their crosses, so that those of neighbours do not overlap.
+    let failures = case_rows().filter(|row| row.status != Status::Ok);
     let mut failures: Vec<_> = failures
         .map(|row| (place(row), letter(row.status)))
         .collect();
     failures.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
     let failures = failures.into_iter().zip([-4.0, 13.0].into_iter().cycle());
-    let readings = own().filter_map(|row| Some((place(row), reading(row)?)));
+    let readings = case_rows().filter_map(|row| Some((place(row), reading(row)?)));
     Panel::new(&OPEN, edges, 262.0)
         .title(format!("{}, {} stop", truth.title, truth.model.name()))
         .x(
@@ -129,11 +129,15 @@ fn panel(
         )
         .level("edge", MATTERS_RAD)
         .level("edge", truth.peak_angle_bound_rad)
-        .each(failures, |panel, ((at, letter), down)| {
-            panel.text("tiny halo", (Value(at.x, 6.0), Value(at.y, down)), letter)
+        .each(failures, |panel, ((point, letter), down)| {
+            panel.text(
+                "tiny halo",
+                (Value(point.x, 6.0), Value(point.y, down)),
+                letter,
+            )
         })
         .each(drawn(result), |panel, method| {
-            let rows = own().filter(|row| row.method == method);
+            let rows = case_rows().filter(|row| row.method == method);
             let on_line = rows.clone().filter(|row| {
                 row.peak_angle_error_rad.is_some() && reading(row) != Some("band-limited")
             });
@@ -148,12 +152,16 @@ fn panel(
                 .marks("failure", methods::CROSS, failed.into_iter().map(place))
                 .marks("ring", Shape::Circle(9.0), rows.filter(is_paper).map(place))
         })
-        .each(readings, |panel, (at, text)| {
-            panel.text("tiny halo", (Value(at.x, 0.0), Value(at.y, 16.0)), text)
+        .each(readings, |panel, (point, text)| {
+            panel.text(
+                "tiny halo",
+                (Value(point.x, 0.0), Value(point.y, 16.0)),
+                text,
+            )
         })
 }
 
-/// Names the reading of the samples, where readings are compared.
+/// Returns the name of the reading of the samples, where readings are compared.
 fn reading(row: &Row) -> Option<&'static str> {
     let compared = row.case == BETWEEN_SAMPLES && row.method == "event-driven";
     match row.between.filter(|_| compared)? {

@@ -1,4 +1,4 @@
-//! The kinds of damage, and what each does to the samples of a recording.
+//! The kinds of damage, and the effect of each on the samples of a recording.
 
 use super::Chance;
 use latchgate_kernel::signal::Signal;
@@ -17,15 +17,15 @@ macro_rules! kinds {
             /// Every kind.
             pub const ALL: &[Self] = &[$(Self::$kind,)*];
 
-            /// Returns its name.
+            /// Returns the name of the kind.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$kind => $name,)*
                 }
             }
 
-            /// True if what it leaves is another plausible recording, so that nobody can
-            /// tell.
+            /// Returns true if the damage leaves another plausible recording, so that it cannot
+            /// be detected.
             pub fn is_undetectable(self) -> bool {
                 match self {
                     $(Self::$kind => $undetectable,)*
@@ -90,7 +90,7 @@ kinds! {
     RowsLost "rows lost, renumbered" true;
 }
 
-/// A recording with what damages need to know of it.
+/// A recording with the properties that damages depend on.
 pub(super) struct Specimen<'a> {
     signal: &'a Signal,
     /// First sample at or after time zero.
@@ -159,7 +159,7 @@ impl<'a> Specimen<'a> {
         (seconds * self.signal.rate.hertz()).round() as usize
     }
 
-    /// What becomes of a single sample.
+    /// Returns the damaged value of a single sample.
     fn sample(
         &self,
         kind: Kind,
@@ -168,7 +168,7 @@ impl<'a> Specimen<'a> {
         value: f64,
         chance: &mut Chance,
     ) -> f64 {
-        // From 60 % of the peak down to 3 %.
+        // The limit falls from 60 % of the peak to 3 % with the severity.
         let limit = self.peak * libm::pow(0.05, severity) * 0.6;
         let off = value - self.mean;
         let flicker = f64::from(u8::from(chance.next().is_multiple_of(3))) * self.quantum;
@@ -198,7 +198,7 @@ impl<'a> Specimen<'a> {
         }
     }
 
-    /// A stretch that begins at most 10 ms before time zero, or 20 ms after it.
+    /// Damages a stretch that begins at most 10 ms before time zero, or 20 ms after it.
     fn stretch(&self, kind: Kind, severity: f64, samples: &mut [f64], chance: &mut Chance) {
         let shift = chance.between(-0.01, 0.02) * self.signal.rate.hertz();
         let first = (self.zero as f64 + shift).max(1.0) as usize;
@@ -228,8 +228,8 @@ impl<'a> Specimen<'a> {
                 damaged.start_s = self.signal.time_s(cut);
             }
             Kind::CutEnd => {
-                let left = self.zero + self.samples_of(0.002 + 0.03 * (1.0 - severity));
-                samples.truncate(left);
+                let kept_samples = self.zero + self.samples_of(0.002 + 0.03 * (1.0 - severity));
+                samples.truncate(kept_samples);
             }
             Kind::RowsLost => {
                 let first = self.zero + self.samples_of(chance.between(0.0, 0.01));

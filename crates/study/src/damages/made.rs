@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 type Mode = [f64; 5];
 
 /// Returns a lateral crash channel whose negative side opens: a push of 20 to 80 ms, up to six modes
-/// of the structure that ring after it, and the slow motion that is left.
+/// of the structure that ring after it, and a slow residual motion.
 pub(super) fn recording(chance: &mut Chance) -> Signal {
     let rate_hz = [10_000.0, 12_500.0, 20_000.0][(chance.next() % 3) as usize];
     let start_s = -[0.02, 0.03, 0.05][(chance.next() % 3) as usize];
@@ -29,7 +29,7 @@ pub(super) fn recording(chance: &mut Chance) -> Signal {
             ]
         })
         .collect();
-    let (left, slow) = (chance.between(-0.6, 0.6), chance.between(4.0, 15.0));
+    let (residual_g, slow) = (chance.between(-0.6, 0.6), chance.between(4.0, 15.0));
     let offset = chance.between(-0.4, 0.4);
     // One channel of ten is coarse: its noise is near one step of its grid.
     let noise = chance.scale(0.02, 0.4);
@@ -56,7 +56,7 @@ pub(super) fn recording(chance: &mut Chance) -> Signal {
             }
         }
         let since = t - onset;
-        value + left * libm::sin(TAU * slow * since) * (1.0 - libm::exp(-since / 0.02))
+        value + residual_g * libm::sin(TAU * slow * since) * (1.0 - libm::exp(-since / 0.02))
     };
     let count = ((end_s - start_s) * rate_hz) as usize;
     let mut wander = 0.0;

@@ -1,9 +1,9 @@
 //! The free bounces of the paper's Fig. 3: exit over entry speed, bounce after bounce.
 //!
-//! The ratio is read in two ways. At φ = 0, corrected for spring and preload up to the nearest
-//! grid points, it is what the stop does to the energy. Between the first grid point inside and
-//! the first outside, as one reads it off the points of a phase diagram, it counts the speed
-//! already lost inside as never brought in, and comes out larger.
+//! The ratio is read in two ways. At φ = 0, corrected for spring and preload up to the nearest grid
+//! points, it is the effect of the stop on the energy. From the first grid point inside to the first
+//! outside, as read off the points of a phase diagram, it is larger: it misses the speed that was
+//! lost inside before the first point.
 
 use super::{
     MethodSetting, Options, Stability, StabilityCase, contact, paper_step_s, rk4, rk4_located,
@@ -19,7 +19,7 @@ pub(super) const SUBJECT: &str = "bounces";
 /// Start of the free vibration [rad].
 const START_RAD: f64 = 0.5;
 
-/// Bounces looked at.
+/// Number of bounces.
 const BOUNCES: usize = 8;
 
 /// Length of the run [s]: eight bounces of the reference lever and a little more.
@@ -35,8 +35,8 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             initial: Some(State::new(START_RAD, 0.0)),
         })
     };
-    // Samples close enough that the kernel's trace holds points inside each contact; one sample
-    // for the others, whose steps then lie on their own grid.
+    // The kernel gets samples so close that its trace has points inside each contact. The other methods get
+    // a single interval, so that their steps lie on their own grid.
     let (dense, problem) = (problem(6000)?, problem(1)?);
     let kernel = dense.ask(&MethodSetting::kernel(), true)?.trace;
     let right: Vec<f64> = contact::contacts(design, &kernel)
@@ -46,9 +46,9 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
     for steps in [1000, 2000, 10_000] {
         for method in [rk4, rk4_located] {
             let setting = MethodSetting::fixed(method, paper_step_s(steps));
-            let got = contact::contacts(design, &problem.ask(&setting, true)?.trace);
+            let compared = contact::contacts(design, &problem.ask(&setting, true)?.trace);
             for (index, right) in right.iter().take(BOUNCES).enumerate() {
-                let contact = got.get(index);
+                let contact = compared.get(index);
                 let number = index as f64 + 1.0;
                 for (quantity, value) in [
                     (

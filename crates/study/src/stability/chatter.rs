@@ -1,4 +1,4 @@
-//! Chatter: bounces without number that end at a finite time, on a rigid stop.
+//! Chatter: infinitely many bounces that end at a finite time, on a rigid stop.
 
 use super::{
     MethodSetting, Options, Stability, StabilityCase, moreau_jean, paper_step_s, rk4, rk4_located,
@@ -17,7 +17,7 @@ const START_RAD: f64 = 0.5;
 /// Length of the run [s].
 const LENGTH_S: f64 = 1.0;
 
-/// Slower than this the lever counts as resting [rad/s].
+/// Largest speed of a lever at rest [rad/s].
 const RESTING: f64 = 1e-12;
 
 /// Steps per period of 20 rad/s.
@@ -34,7 +34,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
         initial: Some(State::new(START_RAD, 0.0)),
     };
     let Some(right) = rest_time(&problem.ask(&MethodSetting::kernel(), true)?.trace) else {
-        // A lever that does not come to rest in this time has no chatter to look at.
+        // A lever that does not come to rest within the run has no end of chatter to compare.
         return Ok(());
     };
     answer.headlines.push(Headline {
@@ -64,14 +64,14 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             (variable.0, variable.1.unwrap_or(0.0)),
             "time of rest [s]",
             value,
-            // The chatter's last bounces are summed to second order.
+            // The kernel sums the last bounces to second order, hence the bound.
             (right, 1e-12),
         ));
     }
     Ok(())
 }
 
-/// Returns when the lever came to rest for good.
+/// Returns the instant from which the lever rests.
 fn rest_time(points: &[TracePoint]) -> Option<f64> {
     let moving = points
         .iter()

@@ -1,4 +1,4 @@
-//! One contact with the soft stop: what speed a fixed step gives back.
+//! One contact with the soft stop: the exit speed by a fixed step.
 
 use super::{MethodSetting, Options, Stability, StabilityCase, paper_step_s, rk4, rk4_located};
 use super::{silence, speed_at_stop};
@@ -67,7 +67,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
         let reach = frequency * paper_step_s(steps);
         say(&format!("ω_R times step at N = {steps} [-]"), reach);
     }
-    // How far off the paper's choice is, over the phases of entry.
+    // The error of the paper's step depends on the phase of entry.
     let step = paper_step_s(10_000);
     let ratios: Vec<f64> = answer
         .rows
@@ -88,8 +88,8 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
     Ok(())
 }
 
-/// Returns exit speed over entry speed of one contact that begins at `phase` of a step; `None` if
-/// the lever does not come out again.
+/// Returns exit speed over entry speed of one contact that begins at `phase` of a step; `None` if the lever does
+/// not leave the stop.
 fn ratio(
     design: &Design,
     setting: &MethodSetting,
@@ -98,7 +98,7 @@ fn ratio(
 ) -> Result<Option<f64>, Error> {
     let step = setting.step_s.unwrap_or(0.1 / frequency);
     let angle = phase * step * ENTRY_SPEED;
-    // Entry, one and a half contacts, and a few steps to see the exit.
+    // The run covers the entry, one and a half contacts, and a few steps after the exit.
     let length = angle / ENTRY_SPEED + 1.5 * std::f64::consts::PI / frequency + 4.0 * step;
     let intervals = if setting.step_s.is_some() { 1 } else { 16 };
     let problem = StabilityCase {
@@ -119,7 +119,7 @@ fn ratio(
         .map(|contact| contact.at_stop))
 }
 
-/// What one contact does to the speed.
+/// Change of speed in one contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SpeedRatio {
     /// Exit speed over entry speed, both taken to φ = 0 [-].
@@ -128,7 +128,7 @@ pub(crate) struct SpeedRatio {
     pub(crate) on_grid: f64,
 }
 
-/// Returns what each contact in a trace does.
+/// Returns the change of speed in each contact of a trace.
 pub(crate) fn contacts(design: &Design, points: &[TracePoint]) -> Vec<SpeedRatio> {
     let mut contacts = Vec::new();
     let mut entry = None;

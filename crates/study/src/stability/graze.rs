@@ -1,5 +1,5 @@
-//! Grazing: a lever that all but touches the rigid stop. An error δ in the speed becomes an impact
-//! of speed √(2 a d) at a depth d that δ adds, so that δ grows to its square root.
+//! Grazing: a lever that touches the rigid stop with no speed. An error δ that adds a depth d becomes an
+//! impact of speed √(2 a d), so δ grows to its square root.
 
 use super::{MethodSetting, Options, Stability, StabilityCase};
 use crate::{Headline, fitted_order};
@@ -31,7 +31,7 @@ const FARTHEST_RAD: f64 = 10.0;
 /// Amplitude [g]; a(t) = −A g sin(100 t + 1).
 const AMPLITUDE_G: f64 = 5.0;
 
-/// Sizes of change whose growth the headline tells [rad/s], with room for the rounding of powers.
+/// Changes of speed whose growth is a headline [rad/s], with room for the rounding of powers.
 const LOOKED_AT: RangeInclusive<f64> = 0.99e-9..=1.01e-5;
 
 pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error> {
@@ -47,8 +47,8 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
     let start = before_touch(design, &signal);
     let (angle, velocity) = (start.angle_rad, start.velocity_rad_s);
     if !(0.0..=FARTHEST_RAD).contains(&angle) || !velocity.is_finite() {
-        // Backwards in time the motion leads through the stop or out of all bounds: this lever
-        // cannot come to the touch by this excitation.
+        // The motion backwards in time meets the stop or diverges: this excitation cannot bring this lever
+        // to a touch without speed.
         return Ok(());
     }
     let exponents = (3..=12).rev().map(|n| -n);
@@ -77,7 +77,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
             if LOOKED_AT.contains(&change.abs()) {
                 let moved = (right.0 - unchanged).abs();
                 steepest = steepest.max(moved / change.abs());
-                // Towards the stop: the other way the lever passes it by.
+                // Only a change towards the stop makes an impact; with the other sign the lever misses it.
                 if change < 0.0 {
                     grown.push(Point::new(-change, moved));
                 }

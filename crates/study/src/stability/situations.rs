@@ -1,4 +1,4 @@
-//! Situations in which what matters happens inside a sample or a step.
+//! Situations with an event inside a sample or a step.
 
 use super::{MethodSetting, Options, Stability, StabilityCase};
 use latchgate_kernel::model::stop::StopModel;
@@ -9,7 +9,7 @@ use latchgate_kernel::units::SampleRate;
 use latchgate_recording::error::Error;
 use std::f64::consts::TAU;
 
-/// A situation: name, stops it is about, and the excitation with its start.
+/// A situation: name, stops that it applies to, and the excitation with its start.
 struct Situation {
     subject: &'static str,
     models: &'static [StopModel],
@@ -74,7 +74,7 @@ pub(super) fn run(options: &Options, answer: &mut Stability) -> Result<(), Error
 
 fn situations(options: &Options) -> Result<Vec<Situation>, Error> {
     let g = options.gravity_m_s2;
-    // A lever that leaves at one g must leave here: amplitudes are multiples of lift-off.
+    // Amplitudes are multiples of the lift-off, so that a lever of any preload leaves the stop.
     let lift_off = options.design.lever.lift_off_acceleration_m_s2();
     let sampled = |rate_hz: f64, last: u32, formula: &dyn Fn(u32, f64) -> f64| {
         Ok::<Signal, Error>(Signal {
@@ -93,7 +93,7 @@ fn situations(options: &Options) -> Result<Vec<Situation>, Error> {
         move |_: u32, t: f64| pulse.at(t)
     };
     let mut late = sampled(10_000.0, 1000, &half_sine(30.0 * g, 0.011))?;
-    // Eleven days: the clock resolves 1e-10 s here.
+    // At 1e6 s, eleven days, a double resolves 1e-10 s.
     late.start_s = 1e6;
     let signals = [
         (

@@ -1,7 +1,7 @@
 //! Verdicts side by side: the page of `latchgate compare`, with links.
 
+use super::layout;
 use super::verdict::{SERIES_BYTES, find};
-use super::whole;
 use crate::app::{App, Parts};
 use crate::auth::Visitor;
 use crate::problem::Problem;
@@ -24,7 +24,7 @@ pub(super) async fn page(
     let query = query.unwrap_or_default();
     let mut ids: Vec<String> = Vec::new();
     for id in query.split('&').filter_map(|pair| pair.strip_prefix("id=")) {
-        if !ids.iter().any(|known| known == id) {
+        if !ids.iter().any(|earlier| earlier == id) {
             ids.push(id.to_string());
         }
     }
@@ -51,15 +51,16 @@ fn how_to_choose(visitor: &Visitor, chosen: usize) -> Markup {
             @if chosen > 0 { " Chosen: " (chosen) "." }
         }
     };
-    whole(Some(visitor), "Compare", &body)
+    layout(Some(visitor), "Compare", &body)
 }
 
 fn drawn(parts: &Parts, visitor: &Visitor, ids: &[String]) -> Result<Markup, Problem> {
     let (mut documents, mut keys, mut tables) = (Vec::new(), Vec::new(), Vec::new());
     for id in ids {
         let verdict = find(parts, id, SERIES_BYTES / ids.len() as u64)?;
-        let other = || Problem::not_found(&format!("verdict {id} of this version; judge it again"));
-        documents.push(verdict.document.ok_or_else(other)?);
+        let other_version =
+            || Problem::not_found(&format!("verdict {id} of this version; judge it again"));
+        documents.push(verdict.document.ok_or_else(other_version)?);
         keys.push(verdict.keys);
         // Nothing was replayed where there is no nominal run.
         let replayed = documents
@@ -86,7 +87,7 @@ fn drawn(parts: &Parts, visitor: &Visitor, ids: &[String]) -> Result<Markup, Pro
             }
         }
     };
-    Ok(whole(Some(visitor), "Compare", &body))
+    Ok(layout(Some(visitor), "Compare", &body))
 }
 
 /// Returns the address of the same comparison with one verdict before the others.

@@ -1,7 +1,7 @@
 //! Designs by name and version, each with its differences to a baseline.
 
 use super::fields::{self, DesignChoice};
-use super::{show, whole};
+use super::{layout, show};
 use crate::app::App;
 use crate::auth::{Scope, Visitor};
 use crate::http::designs::find;
@@ -66,7 +66,7 @@ pub(super) async fn page(
         }
         @if visitor.may(Scope::Submit) { (keep(&designs)) }
     };
-    Ok(whole(Some(&visitor), "Designs", &body))
+    Ok(layout(Some(&visitor), "Designs", &body))
 }
 
 fn keep(designs: &[StoredDesign]) -> Markup {
@@ -96,8 +96,8 @@ fn choice(name: &str, chosen: Option<&str>) -> Markup {
 }
 
 fn differences(design: &Value, base: &Value) -> Markup {
-    let found = show::differences(design, base);
+    let texts = show::differences(design, base);
     html! {
-        @if found.is_empty() { "none" } @else { ul { @for text in &found { li { (text) } } } }
+        @if texts.is_empty() { "none" } @else { ul { @for text in &texts { li { (text) } } } }
     }
 }

@@ -1,6 +1,6 @@
 //! Gates: the list with its form, the matrix with what changed first, and a pair of it.
 
-use super::{show, whole};
+use super::{layout, show};
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::engine::EngineTasks;
@@ -79,7 +79,7 @@ pub(super) async fn list(
             p.error id="gate-told" role="alert" {}
         }
     };
-    Ok(whole(Some(&visitor), "Gates", &body))
+    Ok(layout(Some(&visitor), "Gates", &body))
 }
 
 /// Writes a gate over what is stored, to begin with.
@@ -184,7 +184,7 @@ pub(super) async fn page(
             ul { @for file in &entry.files { li { a href=(file) { (file.rsplit('/').next().unwrap_or("")) } } } }
         }
     };
-    Ok(whole(Some(&visitor), &format!("Gate {name}"), &body))
+    Ok(layout(Some(&visitor), &format!("Gate {name}"), &body))
 }
 
 async fn summary(app: &App, standing: &GateStanding) -> Result<Option<GateSummary>, Problem> {
@@ -364,12 +364,12 @@ pub(super) async fn run(
     let summary = summary.filter(|summary| number < summary.pairs.len());
     let summary = summary.ok_or_else(|| Problem::not_found("such pair, or not yet"))?;
     let pair = &summary.pairs[number];
-    let wanted = pair.row.report_id.clone();
-    let known = app
-        .on_disk(move |parts| parts.ledger.result(&wanted))
+    let report_id = pair.row.report_id.clone();
+    let result = app
+        .on_disk(move |parts| parts.ledger.result(&report_id))
         .await?;
-    if let Some(known) = known {
-        return Ok(Redirect::to(&format!("/verdicts/{}", known.report_id)).into_response());
+    if let Some(result) = result {
+        return Ok(Redirect::to(&format!("/verdicts/{}", result.report_id)).into_response());
     }
     let question = question(&standing.gate, number, false);
     let asking = json!({
@@ -390,7 +390,7 @@ pub(super) async fn run(
         p id="pair-told" role="status" {}
         p { a href=(format!("/gates/{id}")) { "Back to the gate “" (standing.gate.name) "”" } }
     };
-    Ok(whole(
+    Ok(layout(
         Some(&visitor),
         &format!("{} with {}", pair.recording, pair.design),
         &body,

@@ -59,8 +59,8 @@ pub(super) fn nearness(verdicts: &[VerdictEntry]) -> Markup {
     // Versions in their order, and runs of one design as they came.
     points.sort_by_cached_key(|point| {
         let full = point.entry.summary.full_design();
-        let (name, rest) = full.split_once('@').unwrap_or((&full, ""));
-        let version: String = rest.chars().take_while(char::is_ascii_digit).collect();
+        let (name, suffix) = full.split_once('@').unwrap_or((&full, ""));
+        let version: String = suffix.chars().take_while(char::is_ascii_digit).collect();
         (
             name.to_string(),
             version.parse().unwrap_or(0_u32),
@@ -70,22 +70,26 @@ pub(super) fn nearness(verdicts: &[VerdictEntry]) -> Markup {
     if points.len() < 2 {
         return html! {};
     }
-    let (width, height, left, below) = SIZE;
+    let (width, height, margin_left, margin_below) = SIZE;
     let x = |index: usize| {
         let part = (index as f64 + 0.5) / points.len() as f64;
-        format!("{:.1}", left + (width - left - 10.0) * part)
+        format!("{:.1}", margin_left + (width - margin_left - 10.0) * part)
     };
     // Far beyond the limit is as good as at the edge; the list has the number.
-    let (least, most) = SPAN;
-    let axis = Axis::new(Scale::Logarithmic(least, most), height - below, 10.0);
-    let y = |share: f64| format!("{:.1}", axis.place(share.clamp(least, most)));
+    let (share_min, share_max) = SPAN;
+    let axis = Axis::new(
+        Scale::Logarithmic(share_min, share_max),
+        height - margin_below,
+        10.0,
+    );
+    let y = |share: f64| format!("{:.1}", axis.place(share.clamp(share_min, share_max)));
     html! {
         h2 { "How near the limit angle" }
         p.muted { "The nominal lever's largest angle with its error, in limit angles. Below the dashed line it stays shut. Each point leads to its run." }
         div.wide tabindex="0" role="region" aria-label="How near the limit angle" {
             svg.history viewBox=(format!("0 0 {width} {height}")) role="group" aria-label="How near the limit angle" {
                 @for level in LEVELS {
-                    line.limit[(level - 1.0).abs() < 1e-9] x1=(left) x2=(width - 10.0) y1=(y(level)) y2=(y(level)) {}
+                    line.limit[(level - 1.0).abs() < 1e-9] x1=(margin_left) x2=(width - 10.0) y1=(y(level)) y2=(y(level)) {}
                     text x="4" y=(y(level)) dy="5" { (level) " ×" }
                 }
                 @for (index, point) in points.iter().enumerate() {

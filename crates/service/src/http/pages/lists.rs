@@ -1,6 +1,6 @@
 //! Lists of verdicts and recordings.
 
-use super::{show, walls, whole};
+use super::{layout, show, walls};
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::http::recordings::{Part, listed};
@@ -52,7 +52,7 @@ impl Sorting {
     /// A column's head that sorts by it.
     fn head(&self, title: &str, order: &str) -> Markup {
         // The same column once more turns the dates round.
-        let asked = if order == "newest" && self.order == "newest" {
+        let next_order = if order == "newest" && self.order == "newest" {
             "oldest"
         } else {
             order
@@ -63,7 +63,7 @@ impl Sorting {
         let sort = if descends { "descending" } else { "ascending" };
         html! {
             th scope="col" aria-sort=[is_sorted.then_some(sort)] {
-                a href=(format!("{}?sort={asked}{}", self.path, self.query)) { (title) }
+                a href=(format!("{}?sort={next_order}{}", self.path, self.query)) { (title) }
                 @if is_sorted { span aria-hidden="true" { @if descends { " ↓" } @else { " ↑" } } }
             }
         }
@@ -159,7 +159,7 @@ pub(super) async fn page(
         (show::damaged(list.damaged))
         (sorting.older(list.next))
     };
-    Ok(whole(Some(&visitor), "Recordings", &body))
+    Ok(layout(Some(&visitor), "Recordings", &body))
 }
 
 fn recordings(recordings: &[ListedRecording], sorting: &Sorting) -> Markup {

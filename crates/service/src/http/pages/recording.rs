@@ -3,7 +3,7 @@
 use super::fields::{self, DesignChoice};
 use super::history::nearness;
 use super::words::{is_about, label, on_the_page};
-use super::{lists, show, whole};
+use super::{layout, lists, show};
 use crate::app::App;
 use crate::auth::{Scope, Visitor};
 use crate::http::Caller;
@@ -83,12 +83,12 @@ pub(super) async fn page(
         .on_disk(|parts| parts.ledger.designs(0, 200))
         .await?
         .entries;
-    let wanted = Wanted {
+    let query = Wanted {
         recording: Some(id),
         limit: Some(200),
         ..Wanted::default()
     };
-    let judged = listed(&app, wanted).await?.verdicts;
+    let judged = listed(&app, query).await?.verdicts;
     let designs: Vec<DesignChoice> = designs
         .into_iter()
         .map(|design| DesignChoice {
@@ -112,7 +112,7 @@ pub(super) async fn page(
         @if judged.is_empty() { p { "None yet." } } @else { (lists::verdicts(&judged, None)) }
         @if visitor.may(Scope::Delete) { (deletion(&recording.id)) }
     };
-    Ok(whole(Some(&visitor), &recording.name, &body))
+    Ok(layout(Some(&visitor), &recording.name, &body))
 }
 
 /// Deletes a recording, and shows the list it stood in.
@@ -194,12 +194,12 @@ fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool
     // Where a person is asked nothing was taken yet.
     let is_open = listing["problem"].is_object();
     let word = if is_open { "perhaps" } else { "found" };
-    let left = |key: &str, otherwise: &str| {
+    let placeholder = |key: &str, otherwise: &str| {
         match key {
             "input_format" => shown(&listing["format"]),
             key => shown(&mapping[key]),
         }
-        .map_or_else(|| otherwise.to_string(), |found| format!("{word}: {found}"))
+        .map_or_else(|| otherwise.to_string(), |value| format!("{word}: {value}"))
     };
     let reason = reason(listing).unwrap_or("");
     let is_text = listing["preview"][0].is_string();
@@ -242,11 +242,11 @@ fn reading(settings: &BTreeMap<String, String>, listing: &Value, is_stated: bool
                     label { (label(*setting)) " "
                         @if matches!(setting, Setting::InputFormat | Setting::TimeSource | Setting::Decimal | Setting::Unit) {
                             select name=(key) aria-invalid=[invalid] aria-describedby=[error.as_deref()] {
-                                option value="" { (left(key, otherwise)) }
+                                option value="" { (placeholder(key, otherwise)) }
                                 @for choice in words_of(*setting) { option value=(choice) selected[choice == value] { (choice) } }
                             }
                         } @else {
-                            input name=(key) placeholder=(left(key, otherwise)) value=(value) aria-invalid=[invalid] aria-describedby=[error.as_deref()]
+                            input name=(key) placeholder=(placeholder(key, otherwise)) value=(value) aria-invalid=[invalid] aria-describedby=[error.as_deref()]
                                 list=[(*setting == Setting::TimeUnit).then_some("time-units")];
                         }
                         @if let Some(error) = &error { span.error id=(error) { (on_the_page(reason)) } }

@@ -69,17 +69,17 @@ pub(super) fn differences(design: &Value, base: &Value) -> Vec<String> {
         .iter()
         .chain(CATCH_PARAMETERS)
         .filter_map(|parameter| {
-            let (value, other) = (
+            let (value, base_value) = (
                 value_of(design, parameter.name)?,
                 value_of(base, parameter.name)?,
             );
             // As they stand: a number that was kept is read as it was written.
-            (value.to_bits() != other.to_bits()).then(|| {
+            (value.to_bits() != base_value.to_bits()).then(|| {
                 let (value, unit) = (number::exact(value), fields::unit(parameter.unit));
                 format!(
                     "{} {value}{unit} (was {})",
                     parameter.noun,
-                    number::exact(other)
+                    number::exact(base_value)
                 )
             })
         });

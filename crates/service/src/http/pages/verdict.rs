@@ -1,6 +1,6 @@
 //! A verdict: the first block of its report, and what can be done with it here.
 
-use super::{fields, show, whole};
+use super::{fields, layout, show};
 use crate::app::{App, Parts};
 use crate::auth::{Scope, Visitor};
 use crate::http::verdicts::made_whole;
@@ -66,14 +66,17 @@ pub(super) fn find(
     })
 }
 
-/// Reads a file of a verdict; `None` where there is none, or it is longer than `most`.
+/// Reads a file of a verdict; `None` where there is none, or it is longer than `bytes_max`.
 fn read(
     parts: &Parts,
     result: &StoredResult,
     name: &str,
-    most: u64,
+    bytes_max: u64,
 ) -> Result<Option<Vec<u8>>, StoreError> {
-    let file = result.files.get(name).filter(|file| file.bytes <= most);
+    let file = result
+        .files
+        .get(name)
+        .filter(|file| file.bytes <= bytes_max);
     let Some(file) = file else {
         return Ok(None);
     };
@@ -88,10 +91,10 @@ pub(super) async fn page(
     Extension(visitor): Extension<Visitor>,
     Placed(report_id): Placed<String>,
 ) -> Result<Markup, Problem> {
-    let wanted = report_id.clone();
-    let own = visitor.clone();
+    let id = report_id.clone();
+    let first_visitor = visitor.clone();
     let place = app.pages.acquire().await;
-    let shown = app.apart(move |parts| Ok(drawn(&own, &find(parts, &wanted, SERIES_BYTES)?)));
+    let shown = app.apart(move |parts| Ok(drawn(&first_visitor, &find(parts, &id, SERIES_BYTES)?)));
     match shown.await {
         Err(problem) if problem.code == "damaged" => drop(place),
         shown => return shown,
@@ -114,7 +117,7 @@ fn drawn(visitor: &Visitor, verdict: &StoredVerdict) -> Markup {
     // What faulty samples come to under another lever says nothing.
     let usable = document
         .as_ref()
-        .filter(|own| own.nominal.is_some() && own.verdict != Answer::Unusable)
+        .filter(|document| document.nominal.is_some() && document.verdict != Answer::Unusable)
         .filter(|_| deletion.is_none());
     let body = html! {
         (actions(result))
@@ -143,7 +146,7 @@ fn drawn(visitor: &Visitor, verdict: &StoredVerdict) -> Markup {
         @if let Some(document) = document { (report::judged(document)) }
     };
     let title = format!("{} · {}", summary.verdict, summary.file);
-    whole(Some(visitor), &title, &body)
+    layout(Some(visitor), &title, &body)
 }
 
 /// Says when and by whom this was asked, and what can be had of it.
@@ -205,9 +208,9 @@ fn what_if(verdict: &StoredVerdict, document: &Document) -> Markup {
 fn slider_range(value: f64, advice: Option<f64>) -> (f64, f64) {
     let values = [Some(value), advice].into_iter().flatten();
     let positive: Vec<f64> = values.filter(|value| *value > 0.0).collect();
-    let least = positive.iter().copied().reduce(f64::min).unwrap_or(0.1);
-    let most = positive.iter().copied().reduce(f64::max).unwrap_or(0.5);
+    let smallest = positive.iter().copied().reduce(f64::min).unwrap_or(0.1);
+    let largest = positive.iter().copied().reduce(f64::max).unwrap_or(0.5);
     // Without advice the search goes as far up as down.
     let reach = if advice.is_some() { 2.0 } else { 10.0 };
-    (least / 10.0, most * reach)
+    (smallest / 10.0, largest * reach)
 }

@@ -28,8 +28,8 @@ pub(super) const LABELS: &[(Setting, &str)] = &[
 
 /// Returns the label of a setting.
 pub(super) fn label(setting: Setting) -> &'static str {
-    let found = LABELS.iter().find(|(known, _)| *known == setting);
-    found.map_or("", |(_, label)| label)
+    let entry = LABELS.iter().find(|(labelled, _)| *labelled == setting);
+    entry.map_or("", |(_, label)| label)
 }
 
 /// Tells whether a message is about a setting.
