@@ -217,7 +217,12 @@ pub struct ReplayArguments {
     #[command(flatten)]
     pub read: ReadArguments,
     /// Second in-plane channel, for a design with an axis [default: none]
-    #[arg(help_heading = "Signal", long, value_name = "NAME", allow_hyphen_values = true)]
+    #[arg(
+        help_heading = "Signal",
+        long,
+        value_name = "NAME",
+        allow_hyphen_values = true
+    )]
     pub radial_channel: Option<String>,
     /// Velocity change of the sensor's place, from another source [m/s] [default: the card]
     #[arg(help_heading = "Signal", long, value_name = "M/S", value_parser = parse_positive, allow_hyphen_values = true)]
