@@ -83,46 +83,27 @@ fn check_cascade(name: &str, cascade: &Cascade, birth: f64, doublings: &[f64]) {
     }
 }
 
-/// A branch from an orbit near `guess` at `start` [g].
-#[track_caller]
-fn check_branch(
-    name: &str,
+/// A branch of orbits of period 1, with the values of a separate program.
+struct Branch {
+    name: &'static str,
     stop: StopModel,
-    (start, guess): (f64, State),
-    birth: f64,
-    doublings: &[f64],
-) {
-    let forced = forced(stop, 100.0);
-    let levels = u32::try_from(doublings.len()).unwrap();
-    let orbit = find(&forced, start, 1, guess);
-    let cascade = cascade::follow(&forced, &orbit, 0.01 * start, &BranchBounds::all(levels));
-    check_cascade(name, &cascade, birth, doublings);
-    // Those of the separate program's own values, and with that on their way to Feigenbaum's.
-    let ratios = cascade.ratios();
-    for (index, (got, at)) in ratios.iter().zip(doublings.windows(3)).enumerate() {
-        let want = (at[1] - at[0]) / (at[2] - at[1]);
-        check_near(&format!("{name} ratio {index}"), *got, want, 1e-3);
-    }
-    assert_eq!(levels, 6, "{name}");
-    let last = ratios[ratios.len() - 1];
-    check_near(name, last, 4.669_201_6, 0.01);
-    let tends = cascade.accumulation_g().unwrap();
-    let gap = doublings[5] - doublings[4];
-    check_near(name, tends, doublings[5] + gap / 3.669_201_6, 1e-8);
+    /// Amplitude [g] at which the orbit is sought, and a state near it.
+    start: (f64, State),
+    birth_g: f64,
+    doublings_g: [f64; 6],
 }
 
 const III: (f64, State) = (1.0, State::new(0.069, 2.71));
 
 const II: (f64, State) = (0.97, State::new(0.0177, 0.124));
 
-#[test]
-fn val_cascade_of_motion_iii_on_the_soft_stop() {
-    check_branch(
-        "soft III",
-        StopModel::Soft,
-        III,
-        0.415_660_115_422_949_8,
-        &[
+const BRANCHES: [Branch; 4] = [
+    Branch {
+        name: "soft III",
+        stop: StopModel::Soft,
+        start: III,
+        birth_g: 0.415_660_115_422_949_8,
+        doublings_g: [
             1.753_715_585_397_385,
             2.085_106_076_038_248,
             2.149_008_291_822_270_6,
@@ -130,17 +111,13 @@ fn val_cascade_of_motion_iii_on_the_soft_stop() {
             2.161_658_104_234_564_4,
             2.162_127_210_957_830_2,
         ],
-    );
-}
-
-#[test]
-fn val_cascade_of_motion_iii_on_the_rigid_stop() {
-    check_branch(
-        "rigid III",
-        StopModel::Rigid,
-        III,
-        0.418_637_738_151_618_6,
-        &[
+    },
+    Branch {
+        name: "rigid III",
+        stop: StopModel::Rigid,
+        start: III,
+        birth_g: 0.418_637_738_151_618_6,
+        doublings_g: [
             1.758_247_378_163_540_2,
             2.088_094_212_997_889,
             2.151_644_021_855_348_3,
@@ -148,17 +125,13 @@ fn val_cascade_of_motion_iii_on_the_rigid_stop() {
             2.164_222_036_629_215_3,
             2.164_688_453_329_971,
         ],
-    );
-}
-
-#[test]
-fn val_cascade_of_motion_ii_on_the_soft_stop() {
-    check_branch(
-        "soft II",
-        StopModel::Soft,
-        II,
-        0.888_156_704_883_802_5,
-        &[
+    },
+    Branch {
+        name: "soft II",
+        stop: StopModel::Soft,
+        start: II,
+        birth_g: 0.888_156_704_883_802_5,
+        doublings_g: [
             0.985_769_527_728_497_7,
             1.007_932_551_878_239_8,
             1.011_794_645_669_725,
@@ -166,17 +139,13 @@ fn val_cascade_of_motion_ii_on_the_soft_stop() {
             1.012_767_321_168_545_5,
             1.012_804_168_692_631_2,
         ],
-    );
-}
-
-#[test]
-fn val_cascade_of_motion_ii_on_the_rigid_stop() {
-    check_branch(
-        "rigid II",
-        StopModel::Rigid,
-        II,
-        0.891_682_740_591_421_5,
-        &[
+    },
+    Branch {
+        name: "rigid II",
+        stop: StopModel::Rigid,
+        start: II,
+        birth_g: 0.891_682_740_591_421_5,
+        doublings_g: [
             0.989_309_508_772_555_5,
             1.011_431_468_013_381_6,
             1.015_281_764_146_538,
@@ -184,5 +153,41 @@ fn val_cascade_of_motion_ii_on_the_rigid_stop() {
             1.016_250_908_548_559,
             1.016_287_622_162_008_6,
         ],
-    );
+    },
+];
+
+fn check_branch(branch: &Branch) {
+    let (name, doublings) = (branch.name, &branch.doublings_g);
+    let forced = forced(branch.stop, 100.0);
+    let (amplitude_g, guess) = branch.start;
+    let orbit = find(&forced, amplitude_g, 1, guess);
+    let bounds = BranchBounds::all(6);
+    let cascade = cascade::follow(&forced, &orbit, 0.01 * amplitude_g, &bounds);
+    check_cascade(name, &cascade, branch.birth_g, doublings);
+    // Those of the separate program's own values, and with that on their way to Feigenbaum's.
+    let ratios = cascade.ratios();
+    for (index, (got, at)) in ratios.iter().zip(doublings.windows(3)).enumerate() {
+        let want = (at[1] - at[0]) / (at[2] - at[1]);
+        check_near(&format!("{name} ratio {index}"), *got, want, 1e-3);
+    }
+    let last = ratios[ratios.len() - 1];
+    check_near(name, last, 4.669_201_6, 0.01);
+    let tends = cascade.accumulation_g().unwrap();
+    let gap = doublings[5] - doublings[4];
+    check_near(name, tends, doublings[5] + gap / 3.669_201_6, 1e-8);
+}
+
+#[test]
+fn val_cascades_of_motions_ii_and_iii_on_both_stops() {
+    let failed: Vec<&str> = std::thread::scope(|scope| {
+        let checks: Vec<_> = BRANCHES
+            .iter()
+            .map(|branch| (branch.name, scope.spawn(|| check_branch(branch))))
+            .collect();
+        let checks = checks.into_iter();
+        checks
+            .filter_map(|(name, check)| check.join().err().map(|_| name))
+            .collect()
+    });
+    assert!(failed.is_empty(), "branches that differ: {failed:?}");
 }

@@ -7,9 +7,15 @@ use std::time::Instant;
 /// Largest number of names with an allowance of their own; all others share one.
 const REMEMBERED: usize = 4096;
 
-/// Token buckets by name: requests left, and the instant of that count.
+/// Buckets of the requests left, by name.
 #[derive(Debug, Default)]
-pub struct Allowances(Mutex<HashMap<String, (f64, Instant)>>);
+pub struct Allowances(Mutex<HashMap<String, Bucket>>);
+
+#[derive(Debug)]
+struct Bucket {
+    requests: f64,
+    counted: Instant,
+}
 
 impl Allowances {
     /// Takes one request out of an allowance.
@@ -21,20 +27,26 @@ impl Allowances {
         let (per_s, burst) = (per_s as f64, burst as f64);
         let mut buckets = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Instant::now();
-        let since = |last: Instant| now.duration_since(last).as_secs_f64() * per_s;
+        let refilled_to = |bucket: &Bucket| {
+            let added = now.duration_since(bucket.counted).as_secs_f64() * per_s;
+            bucket.requests + added
+        };
         if buckets.len() >= REMEMBERED {
             // A full bucket equals a new one, so it can be dropped.
-            buckets.retain(|_, (tokens, last)| *tokens + since(*last) < burst);
+            buckets.retain(|_, bucket| refilled_to(bucket) < burst);
         }
         let is_one_too_many = buckets.len() >= REMEMBERED && !buckets.contains_key(name);
         let name = if is_one_too_many { "others" } else { name };
-        let (tokens, last) = buckets.entry(name.into()).or_insert((burst, now));
-        *tokens = (*tokens + since(*last)).min(burst);
-        *last = now;
-        if *tokens < 1.0 {
-            return Err(((1.0 - *tokens) / per_s).ceil().max(1.0) as u32);
+        let bucket = buckets.entry(name.into()).or_insert(Bucket {
+            requests: burst,
+            counted: now,
+        });
+        bucket.requests = refilled_to(bucket).min(burst);
+        bucket.counted = now;
+        if bucket.requests < 1.0 {
+            return Err(((1.0 - bucket.requests) / per_s).ceil().max(1.0) as u32);
         }
-        *tokens -= 1.0;
+        bucket.requests -= 1.0;
         Ok(())
     }
 }

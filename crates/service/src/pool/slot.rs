@@ -456,12 +456,18 @@ fn tell(
 /// Ends a child that is late.
 #[derive(Debug)]
 struct Watchdog {
-    tell: Sender<Watch>,
-    guarded: Option<(Arc<Mutex<Child>>, Arc<AtomicBool>)>,
+    tell: Sender<Option<Guarded>>,
+    guarded: Option<Guarded>,
 }
 
-/// A child with its deadline and the mark that it was late.
-type Watch = Option<(Instant, Arc<Mutex<Child>>, Arc<AtomicBool>)>;
+/// A child with its deadline.
+#[derive(Debug, Clone)]
+struct Guarded {
+    until: Instant,
+    process: Arc<Mutex<Child>>,
+    /// Set if the child was ended at its deadline.
+    late: Arc<AtomicBool>,
+}
 
 impl Watchdog {
     fn new() -> io::Result<Self> {
@@ -478,15 +484,19 @@ impl Watchdog {
     /// Ends `process` after `time` unless that is changed; returns a mark that is set if it did.
     fn guard(&mut self, process: &Arc<Mutex<Child>>, time: Duration) -> Arc<AtomicBool> {
         let late = Arc::new(AtomicBool::new(false));
-        self.guarded = Some((Arc::clone(process), Arc::clone(&late)));
+        self.guarded = Some(Guarded {
+            until: Instant::now(),
+            process: Arc::clone(process),
+            late: Arc::clone(&late),
+        });
         self.guard_again(time);
         late
     }
 
-    fn guard_again(&self, time: Duration) {
-        if let Some((process, late)) = &self.guarded {
-            let watch = (Instant::now() + time, Arc::clone(process), Arc::clone(late));
-            let _ = self.tell.send(Some(watch));
+    fn guard_again(&mut self, time: Duration) {
+        if let Some(guarded) = &mut self.guarded {
+            guarded.until = Instant::now() + time;
+            let _ = self.tell.send(Some(guarded.clone()));
         }
     }
 
@@ -496,12 +506,12 @@ impl Watchdog {
     }
 }
 
-fn watch(watches: &Receiver<Watch>) {
-    let mut watched: Watch = None;
+fn watch(watches: &Receiver<Option<Guarded>>) {
+    let mut watched: Option<Guarded> = None;
     loop {
         let next = match &watched {
             None => watches.recv().map_err(|_| RecvTimeoutError::Disconnected),
-            Some((until, ..)) => {
+            Some(Guarded { until, .. }) => {
                 watches.recv_timeout(until.saturating_duration_since(Instant::now()))
             }
         };
@@ -509,7 +519,7 @@ fn watch(watches: &Receiver<Watch>) {
             Ok(next) => watched = next,
             Err(RecvTimeoutError::Disconnected) => return,
             Err(RecvTimeoutError::Timeout) => {
-                if let Some((_, process, late)) = watched.take() {
+                if let Some(Guarded { process, late, .. }) = watched.take() {
                     late.store(true, Ordering::Relaxed);
                     let _ = locked(&process).kill();
                 }

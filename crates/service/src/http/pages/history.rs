@@ -12,8 +12,17 @@ use std::f64::consts::FRAC_PI_2;
 /// Points that are drawn at most, the newest.
 const POINTS: usize = 60;
 
-/// Width and height of the drawing, and its margins left and below.
-const SIZE: (f64, f64, f64, f64) = (900.0, 260.0, 60.0, 34.0);
+/// Width of the drawing [units].
+const WIDTH: f64 = 900.0;
+
+/// Height of the drawing [units].
+const HEIGHT: f64 = 260.0;
+
+/// Margin left of the axis [units].
+const MARGIN_LEFT: f64 = 60.0;
+
+/// Margin below the axis [units].
+const MARGIN_BELOW: f64 = 34.0;
 
 /// Shares of the limit angle that the drawing spans, and those that have a line.
 const SPAN: (f64, f64) = (0.05, 20.0);
@@ -70,16 +79,15 @@ pub(super) fn nearness(verdicts: &[VerdictEntry]) -> Markup {
     if points.len() < 2 {
         return html! {};
     }
-    let (width, height, margin_left, margin_below) = SIZE;
     let x = |index: usize| {
         let part = (index as f64 + 0.5) / points.len() as f64;
-        format!("{:.1}", margin_left + (width - margin_left - 10.0) * part)
+        format!("{:.1}", MARGIN_LEFT + (WIDTH - MARGIN_LEFT - 10.0) * part)
     };
     // Far beyond the limit is as good as at the edge; the list has the number.
     let (share_min, share_max) = SPAN;
     let axis = Axis::new(
         Scale::Logarithmic(share_min, share_max),
-        height - margin_below,
+        HEIGHT - MARGIN_BELOW,
         10.0,
     );
     let y = |share: f64| format!("{:.1}", axis.place(share.clamp(share_min, share_max)));
@@ -87,9 +95,9 @@ pub(super) fn nearness(verdicts: &[VerdictEntry]) -> Markup {
         h2 { "How near the limit angle" }
         p.muted { "The nominal lever's largest angle with its error, in limit angles. Below the dashed line it stays shut. Each point leads to its run." }
         div.wide tabindex="0" role="region" aria-label="How near the limit angle" {
-            svg.history viewBox=(format!("0 0 {width} {height}")) role="group" aria-label="How near the limit angle" {
+            svg.history viewBox=(format!("0 0 {WIDTH} {HEIGHT}")) role="group" aria-label="How near the limit angle" {
                 @for level in LEVELS {
-                    line.limit[(level - 1.0).abs() < 1e-9] x1=(margin_left) x2=(width - 10.0) y1=(y(level)) y2=(y(level)) {}
+                    line.limit[(level - 1.0).abs() < 1e-9] x1=(MARGIN_LEFT) x2=(WIDTH - 10.0) y1=(y(level)) y2=(y(level)) {}
                     text x="4" y=(y(level)) dy="5" { (level) " ×" }
                 }
                 @for (index, point) in points.iter().enumerate() {
@@ -101,7 +109,7 @@ pub(super) fn nearness(verdicts: &[VerdictEntry]) -> Markup {
                         circle.(summary.verdict) cx=(px) cy=(py) r="9" {}
                         text.sign x=(px) y=(py) dy="5" { (show::sign(&summary.verdict)) }
                     }
-                    text.index x=(px) y=(height - 12.0) { (index + 1) }
+                    text.index x=(px) y=(HEIGHT - 12.0) { (index + 1) }
                 }
             }
         }
