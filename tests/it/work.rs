@@ -1,17 +1,19 @@
 //! Guards that work is bounded: what is dear ends at its limit, counted in steps, and a long run
 //! looks up from its work.
 
-use crate::support::unconditioned;
+use crate::support::{one, unconditioned};
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::{self, Method, RunOptions, Within};
 use latchgate_kernel::units::{OpensWhen, SampleRate};
-use latchgate_verdict::conditioning::Signal;
+use latchgate_recording::ReadOptions;
+use latchgate_verdict::conditioning::{self, ConditioningOptions, Signal};
 use latchgate_verdict::{
     Answer, AssessDetail, AssessExtras, Assessment, ModelChoice, Polarity, Policy, assess,
 };
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A vibration of ten sines up to 40 % of the Nyquist frequency, about ±10 g, over `seconds`.
@@ -240,4 +242,49 @@ fn verif_a_run_that_takes_too_much_breaks_down() {
         assert_eq!(run.breakdown, Some(replay::Breakdown::TooManySteps));
         assert!(run.spent < 20_000, "{}", run.spent);
     }
+}
+
+/// The work of three typical verdicts is that of a table, so that a change that adds members or steps is seen.
+/// `LATCHGATE_RENEW=1 cargo test --test it work_of_three_typical_verdicts` renews the table.
+#[test]
+fn regress_work_of_three_typical_verdicts() {
+    const FILE: &str = "tests/data/work.txt";
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut table = String::from("# signal, preload torque [N m]: answer, members, steps\n");
+    for (signal, preload_torque_nm) in [("burst", 0.1), ("surviving", 0.1), ("sled_30g_30ms", 3.0)]
+    {
+        let path = root.join(format!("signals/{signal}.csv"));
+        let (channel, findings) = one(&path, &ReadOptions::default());
+        let options = ConditioningOptions {
+            synthetic: true,
+            ..ConditioningOptions::default()
+        };
+        let conditioned = conditioning::condition(&channel, &options).unwrap();
+        let mut design = Design::reference();
+        design.lever.preload_torque_nm = preload_torque_nm;
+        let policy = Policy {
+            members: 10_000,
+            ..Policy::new(ModelChoice::Auto, Polarity::Declared(OpensWhen::Negative))
+        };
+        let extras = AssessExtras {
+            filter_table: true,
+            ..AssessExtras::default()
+        };
+        let control = Control::unwatched(2);
+        let assessed = assess(&conditioned, &findings, &design, &policy, extras, &control).unwrap();
+        let members: u32 = assessed.ensembles.iter().map(|e| e.members).sum();
+        let (answer, steps) = (assessed.answer.name(), assessed.work);
+        let row = format!("{signal}, {preload_torque_nm}: {answer}, {members}, {steps}\n");
+        table.push_str(&row);
+    }
+    let path = root.join(FILE);
+    if std::env::var_os("LATCHGATE_RENEW").is_some() {
+        std::fs::write(&path, &table).unwrap();
+    }
+    let stored = std::fs::read_to_string(&path).unwrap();
+    assert_eq!(
+        table, stored,
+        "the work of a verdict is not that of {FILE}. If it shall move, run `LATCHGATE_RENEW=1 cargo test --test it \
+         work_of_three_typical_verdicts` and look at the difference"
+    );
 }
