@@ -90,13 +90,29 @@ fn read(
     }
 }
 
+/// Returns a number that each change of the bytes moves.
+fn checksum(data: &[u8]) -> u8 {
+    data.iter()
+        .fold(0, |sum: u8, byte| sum.wrapping_mul(31) ^ byte)
+}
+
 /// Reads an input in both selections, with and without options; what one says the other must
-/// not deny.
+/// not deny. Four inputs of eight state a rate: that of most seeds, twice it, and two that are odd.
 fn both(name: &str, format: &str, data: &[u8]) {
-    let plain = ReadOptions::default();
+    let rate_hz = match checksum(data) % 8 {
+        0 => Some(10_000.0),
+        1 => Some(20_000.0),
+        2 => Some(1e-3),
+        3 => Some(9_600.5),
+        _ => None,
+    };
+    let plain = ReadOptions {
+        rate_hz,
+        ..ReadOptions::default()
+    };
     let told = ReadOptions {
         unit: Some(AccelerationUnit::StandardGravity),
-        ..ReadOptions::default()
+        ..plain.clone()
     };
     let one = read(name, Some(format), data, Selection::Lateral, &plain);
     read(name, Some(format), data, Selection::Every, &plain);
@@ -117,10 +133,7 @@ pub fn csv(data: &[u8]) {
 /// Text tables as [`csv`], where three inputs of four are read in two ways only: each reading
 /// builds the table reader of the crate csv anew, which takes most of the time.
 pub fn csv_lightly(data: &[u8]) {
-    let sum = data
-        .iter()
-        .fold(0_u8, |sum, byte| sum.wrapping_mul(31) ^ byte);
-    if sum % 4 == 0 {
+    if checksum(data) % 4 == 0 {
         both("a.csv", "csv", data);
     }
     two_ways(data);

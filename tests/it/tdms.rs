@@ -353,7 +353,7 @@ fn verif_each_damage_is_named() {
     let five = vec![0; 40];
     let none: &[(&str, u64)] = &[];
     let time = Some("Time");
-    let cases: [Damage<'_>; 22] = [
+    let cases: [Damage<'_>; 25] = [
         (
             patched(12, &3_u64.to_le_bytes()),
             None,
@@ -471,6 +471,33 @@ fn verif_each_damage_is_named() {
         ),
         (list(0, three, &five), time, none, "3 times for 2 samples"),
         (sound.clone(), time, none, "0 of them; name it by"),
+        (
+            of(PATH, Raw::AsBefore, &own, &data),
+            None,
+            none,
+            "a raw data index of a channel, found one as before, and none before",
+        ),
+        (
+            patched(index + 4, &[99]),
+            None,
+            none,
+            "a type of data that TDMS has, found a type 0x63",
+        ),
+        (
+            [
+                sound.clone(),
+                of(
+                    PATH,
+                    Raw::AsBefore,
+                    &[("unit_string", text("m/s^2"))],
+                    &data,
+                ),
+            ]
+            .concat(),
+            None,
+            none,
+            "after 2 samples; save each recording as a file of its own",
+        ),
     ];
     let mut others = Vec::new();
     for (bytes, time_column, changes, says) in cases {

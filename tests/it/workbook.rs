@@ -346,7 +346,7 @@ fn verif_a_sheet_is_named_letter_by_letter_where_others_are_alike() {
     assert!(!read("other").unwrap_err().contains("letter by letter"));
     let error = read("data").unwrap_err();
     assert!(
-        error.contains("`Data`, `Data `; state its name letter by letter"),
+        error.contains("`Data`, `Data `; state the setting `sheet` = 'NAME' letter by letter"),
         "{error}"
     );
 }

@@ -119,7 +119,12 @@ fn chosen<P>(
             let filled: Vec<&SheetEntry<P>> = sheets.iter().filter(&mut is_filled).collect();
             match filled.as_slice() {
                 [only] => *only,
-                [] => return Err(Error::empty("no sheet holds a cell", "a table in a sheet")),
+                [] => {
+                    let hint = "export time and samples to a sheet or as CSV, with `Time [s]` and \
+                                `Acc Y [g]` above the columns";
+                    let found = "no sheet holds a cell";
+                    return Err(Error::malformed("a table in a sheet", found, hint));
+                }
                 several => {
                     let name = |one: &&SheetEntry<P>| {
                         let state = if one.is_hidden { " (hidden)" } else { "" };
@@ -180,7 +185,10 @@ fn named<'a, P>(sheets: &'a [SheetEntry<P>], name: &str) -> Result<&'a SheetEntr
             };
             let names: Vec<String> = several.iter().map(shown).collect();
             let found = format!("`{}` for {}", crate::text::shown(name), names.join(", "));
-            let hint = "state its name letter by letter, with its blanks";
+            let hint = format!(
+                "state {} = 'NAME' letter by letter, with its blanks",
+                Setting::Sheet
+            );
             Err(Error::malformed("the name of one sheet", found, hint))
         }
     }
@@ -206,13 +214,13 @@ fn computed_when_asked() -> Finding {
     Finding::warning("formulas-manual", text)
 }
 
+/// How a damaged workbook is mended.
+const MEND: &str = "the workbook is damaged; fetch it again, or write it anew by LibreOffice: \
+                    soffice --convert-to xlsx --outdir mended FILE";
+
 /// Says that a workbook is none that a spreadsheet writes.
 fn damaged(found: impl Into<String>) -> Error {
-    Error::malformed(
-        "a workbook as a spreadsheet writes it",
-        found,
-        "the workbook is damaged; save it again, or save the sheet as CSV",
-    )
+    Error::malformed("a workbook as a spreadsheet writes it", found, MEND)
 }
 
 #[cfg(test)]
@@ -232,7 +240,7 @@ mod tests {
         );
         let error = named(&sheets, "data").map(|one| &one.name);
         let error = error.expect_err("two sheets");
-        let says = "`Data`, `Data `; state its name letter by letter, with its blanks";
+        let says = "`Data`, `Data `; state the setting `sheet` = 'NAME' letter by letter";
         assert!(error.to_string().contains(says), "{error}");
     }
 }

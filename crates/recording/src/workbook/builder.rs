@@ -1,7 +1,7 @@
 //! From cells to a table of text: what a cell holds, as it stands in a text table.
 
-use super::SheetPass;
 use super::number_format::NumberFormat;
+use super::{MEND, SheetPass};
 use crate::csv::{Sheet, SheetMarks, column_letters};
 use crate::error::{Error, Place};
 use crate::{Finding, Limits, remarks};
@@ -155,9 +155,8 @@ impl<'a> SheetBuilder<'a> {
         let last = self.cells.len() - 1;
         if (row as usize) < last || (row as usize == last && column < self.cells[last]) {
             let found = format!("{} after a later cell", name_of(row, column));
-            let hint = "the workbook is damaged; save it again";
             let expected = "cells in the order of rows and columns";
-            return Err(Error::malformed(expected, found, hint).at(place()));
+            return Err(Error::malformed(expected, found, MEND).at(place()));
         }
         for _ in last..row as usize {
             self.text.push('\n');
