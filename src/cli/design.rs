@@ -36,7 +36,14 @@ pub(super) fn design(
     limits: &Limits,
 ) -> Result<Design, Failure> {
     let mut design = Design::reference();
-    override_keys(&mut design, overrides).map_err(Failure::Usage)?;
+    // Keys of a catch are those of a file that has one.
+    let is_of_catch = |key: &&String| file.is_some() && key.contains("catch.");
+    let known: Vec<String> = overrides
+        .iter()
+        .filter(|key| !is_of_catch(key))
+        .cloned()
+        .collect();
+    override_keys(&mut design, &known).map_err(Failure::Usage)?;
     match file {
         None => design
             .validate()

@@ -42,6 +42,7 @@ use super::progress;
 use super::values::OutputFormat;
 use analysis::{Analysis, Session};
 use clap::Subcommand;
+use latchgate_recording::error::Error;
 use latchgate_study::files::{StudyFiles, Summary};
 use std::path::PathBuf;
 
@@ -112,6 +113,13 @@ pub(super) fn command(study_command: &Study, common: &Common) -> Result<u8, Fail
         set,
         &common.limits().map_err(Failure::Usage)?,
     )?;
+    if design.catch.is_some() && name != "catch" {
+        return Err(Failure::Data(Error::malformed(
+            "a design of the lever alone, for this study",
+            "one with an inertia catch",
+            "latchgate study catch is the one that knows it",
+        )));
+    }
     let answer = analysis.run(&design, &session)?;
     let complete = answer.complete;
     let summary = Summary {

@@ -149,15 +149,27 @@ impl RecordingFacts {
 }
 
 /// Returns what is known of the second in-plane channel, if there is one.
-fn in_plane(conditioned: &Conditioned, design: &Design) -> Option<InPlaneBlock> {
+fn in_plane(
+    conditioned: &Conditioned,
+    polarity: Polarity,
+    design: &Design,
+) -> Option<InPlaneBlock> {
     let SecondSensor {
-        name, conditioned, ..
+        name,
+        conditioned,
+        judged_is_reversed,
+        ..
     } = conditioned.second.as_deref()?;
+    let directions = InPlane::of(&design.lever).ok()?;
     let used = &conditioned.used;
     let peak = conditioning::peak(used);
     Some(InPlaneBlock {
         radial_channel: name.clone(),
-        directions: InPlane::of(&design.lever).ok()?,
+        directions,
+        door: match polarity.signs() {
+            [sign] => Some(directions.door(*sign, *judged_is_reversed).into()),
+            _ => None,
+        },
         bias_m_s2: conditioned.bias_m_s2,
         bias_standard_error_m_s2: conditioned.bias_standard_error_m_s2,
         noise_m_s2: conditioned.noise.deviation_m_s2,
@@ -265,7 +277,7 @@ fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Des
         preload_answer: None,
         restitution_answer: None,
         sled206: None,
-        in_plane: conditioned.and_then(|conditioned| in_plane(conditioned, design)),
+        in_plane: conditioned.and_then(|conditioned| in_plane(conditioned, facts.polarity, design)),
         mechanism: None,
         what_if: Vec::new(),
         error_budget_rad: ErrorBudget::default(),

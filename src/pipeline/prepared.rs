@@ -343,7 +343,8 @@ impl Prepared {
             ..
         } = &self.facts;
         request.check_design(design)?;
-        self.check_second_axis(design)?;
+        self.check_second_axis(design)
+            .map_err(|error| error.at(self.place()))?;
         let policy = request.policy(*polarity);
         let (conditioned, own) = (&self.conditioned, (extras, &*self.readings));
         assess_again(conditioned, findings, design, &policy, own, control)
@@ -431,7 +432,7 @@ fn read(
         .map_err(|error| error.at(Place::file(source.name())))?;
     if let Some(read_options) = facts.request.radial_read_options(&facts.card) {
         let second = second_channel(source, &channel, &read_options, limits, facts)?;
-        conditioned = conditioning::with_second(conditioned, &second, &options)
+        conditioned = conditioning::with_second(conditioned, &channel, &second, &options)
             .map_err(|error| error.at(Place::file(source.name())))?;
     } else {
         conditioned.neighbours =
@@ -464,10 +465,10 @@ fn second_channel(
             known: "none".into(),
         })
     })?;
-    if judged.pulse.is_some() || second.name == judged.name {
+    if judged.pulse.is_some() || second.values == judged.values || second.name == judged.name {
         return Err(refuse(
             "two channels of one recording".into(),
-            format!("{} twice", judged.name),
+            format!("{} and {}, alike", judged.name, second.name),
             "name the channel across the judged one with the setting `radial_channel`",
         ));
     }
@@ -479,13 +480,31 @@ fn second_channel(
             "judge the lateral channel, and name the other one with the setting `radial_channel`",
         ));
     }
+    if latchgate_recording::axis_of(&second).is_none() {
+        return Err(refuse(
+            "an axis in the code or name of the second channel, such as acc_x".into(),
+            second.name.clone(),
+            "name the column after its axis: nothing else says which way it counts",
+        ));
+    }
+    if !latchgate_recording::is_same_place(judged, &second) {
+        return Err(refuse(
+            format!(
+                "a channel of the place of {}, named alike but for the axis",
+                judged.name
+            ),
+            second.name.clone(),
+            "choose the sensor beside the judged one with the setting `radial_channel`",
+        ));
+    }
     if latchgate_recording::axis_of(&second).is_some_and(|axis| axis.is_reversed) {
         // Across, the sign is that of SAE J211.
         second.values.iter_mut().for_each(|value| *value = -*value);
     }
     // That it is not the lateral one is what it is for.
-    let telling =
-        |finding: &&Finding| !["channel-not-lateral", "channel-chosen"].contains(&&*finding.code);
+    let telling = |finding: &&Finding| {
+        !["channel-not-lateral", "channel-chosen", "sign-diverges"].contains(&&*finding.code)
+    };
     for finding in second
         .findings
         .iter()
@@ -500,7 +519,7 @@ fn second_channel(
             continue;
         }
         let mut finding = finding.clone();
-        finding.text = format!("{}: {}", second.name, finding.text);
+        finding.text = format!("`{}`: {}", second.name, finding.text);
         facts.findings.push(finding);
     }
     Ok(second)

@@ -104,6 +104,8 @@ pub struct ConditioningBlock {
 pub struct InPlaneBlock {
     /// Name of the channel.
     pub radial_channel: String,
+    /// Door that the declared opening direction means, `left` or `right`; `None` where both directions were judged.
+    pub door: Option<Cow<'static, str>>,
     /// Axis of it, and direction cosines of both channels for a left door.
     #[serde(flatten)]
     pub directions: InPlane,

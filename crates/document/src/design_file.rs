@@ -310,6 +310,14 @@ fn put_section(
             }
             continue;
         }
+        if section == "tolerance" && value.is_table() {
+            return Err(Error::malformed(
+                "a number for each key of [tolerance]",
+                format!("a table `{key}`"),
+                format!("put the key in quotes: \"{key}.unbalance_kg_m\" = 1e-6"),
+            )
+            .at(Place::of_key(text, Some(section), key)));
+        }
         number(key, value)
             .and_then(|value| Ok(design.put_number(&format!("{section}.{key}"), value)?))
             .map_err(|error| error.at(Place::of_key(text, Some(section), key)))?;

@@ -456,14 +456,39 @@ fn accelerates(word: &str) -> bool {
     listed(&ACCELERATION, word) || listed(&LATERAL_ACCELERATION, word)
 }
 
+/// Words for the longitudinal and the vertical axis.
+const OTHER_AXES: [(&str, char); 8] = [
+    ("hoch", 'Z'),
+    ("laengs", 'X'),
+    ("long", 'X'),
+    ("longitudinal", 'X'),
+    ("längs", 'X'),
+    ("vert", 'Z'),
+    ("vertical", 'Z'),
+    ("vertikal", 'Z'),
+];
+
 /// Returns the axis of the vehicle that a word names, X, Y or Z: the lists of words for Y hold with each letter.
 pub(crate) fn axis_of_word(word: &str) -> Option<char> {
     if is_lateral(word) {
         return Some('Y');
     }
+    let other = OTHER_AXES.iter().find(|(name, _)| *name == word);
     let named = |letter: &char| word.contains(*letter) && is_lateral(&word.replace(*letter, "y"));
-    let letter = ['x', 'z'].into_iter().find(named)?;
-    Some(letter.to_ascii_uppercase())
+    let letter = || ['x', 'z'].into_iter().find(named);
+    other
+        .map(|(_, axis)| *axis)
+        .or_else(|| letter().map(|letter| letter.to_ascii_uppercase()))
+}
+
+/// Returns a word without what it says of an axis; `None` if that was all.
+pub(crate) fn without_axis(word: &str) -> Option<String> {
+    let Some(axis) = axis_of_word(word) else {
+        return Some(word.to_string());
+    };
+    let rest = word.replace(axis.to_ascii_lowercase(), "");
+    // Of `lateral`, `xg` or `x` nothing is left but the axis.
+    accelerates(&rest).then_some(rest)
 }
 
 fn is_lateral(word: &str) -> bool {

@@ -57,6 +57,11 @@ impl Code {
         }
     }
 
+    /// Tells whether another code is of the same place: all but quantity, direction and filter is alike.
+    pub(super) fn is_same_place(&self, other: &Self) -> bool {
+        self.0[..12] == other.0[..12]
+    }
+
     /// Returns the finding that the sign differs from SAE J211, as it does in directions 1, 2 and 3.
     pub(super) fn sign_finding(&self) -> Option<Finding> {
         let text = format!(

@@ -1,7 +1,7 @@
 //! The choice of the lateral acceleration among several named columns.
 
-use super::channel_name::{ChannelName, axis_of_word, words};
-use super::code::Code;
+use super::channel_name::{ChannelName, axis_of_word, without_axis, words};
+use super::code::{Code, VehicleSide};
 use super::{Channel, Finding};
 use crate::error::{Candidate, Candidates, Error, ErrorKind};
 
@@ -35,21 +35,18 @@ pub struct ChannelAxis {
 
 /// Returns the axis that a channel's code, the axis of its sensor or its name states; `None` if none or several do.
 pub fn axis_of(channel: &Channel) -> Option<ChannelAxis> {
-    let name = channel
-        .name
-        .rsplit_once(TWIN)
-        .map_or(&*channel.name, |(name, _)| name);
-    let place = channel.stated.location.as_deref().unwrap_or_default();
-    if let Some(code) = [name, place].into_iter().find_map(Code::new) {
+    if let Some(code) = code_of(channel) {
         let letter = code.axis()?.chars().next()?;
         return Some(ChannelAxis {
             letter,
             is_reversed: code.sign_finding().is_some(),
         });
     }
-    let last = name.rsplit(['/', ':']).next().unwrap_or_default();
-    let words = [words(place), words(last)].concat();
-    let mut letters: Vec<char> = words.iter().filter_map(|word| axis_of_word(word)).collect();
+    let mut letters: Vec<char> = words_of(channel)
+        .iter()
+        .filter_map(|word| axis_of_word(word))
+        .collect();
+    letters.sort_unstable();
     letters.dedup();
     match letters.as_slice() {
         [letter] => Some(ChannelAxis {
@@ -58,6 +55,54 @@ pub fn axis_of(channel: &Channel) -> Option<ChannelAxis> {
         }),
         _ => None,
     }
+}
+
+/// Tells whether code, place or name say that two channels are of one place: all but the axis is alike.
+pub fn is_same_place(one: &Channel, other: &Channel) -> bool {
+    match (code_of(one), code_of(other)) {
+        (Some(one), Some(other)) => one.is_same_place(&other),
+        (None, None) => {
+            // Names beside stated places count curves.
+            let texts = match (&one.stated.location, &other.stated.location) {
+                (Some(one), Some(other)) => [one.clone(), other.clone()],
+                _ => [label_of(one), label_of(other)],
+            };
+            let [one, other] = texts.map(|text| -> Vec<String> {
+                let words = words(&text);
+                words.iter().filter_map(|word| without_axis(word)).collect()
+            });
+            one == other
+        }
+        _ => false,
+    }
+}
+
+/// Returns the side of the vehicle that a channel's code names: `left` or `right`.
+pub fn side_of(channel: &Channel) -> Option<&'static str> {
+    Some(match code_of(channel)?.side()? {
+        VehicleSide::Left => "left",
+        VehicleSide::Right => "right",
+    })
+}
+
+/// Returns the code that is a channel's name, without a unit behind it, or its place.
+fn code_of(channel: &Channel) -> Option<Code> {
+    let place = channel.stated.location.as_deref().unwrap_or_default();
+    let label = label_of(channel);
+    [label.as_str(), place].into_iter().find_map(Code::new)
+}
+
+/// Returns the name of a channel without the mark of a twin and without a unit.
+fn label_of(channel: &Channel) -> String {
+    let name = channel.name.rsplit_once(TWIN);
+    let name = name.map_or(&*channel.name, |(name, _)| name);
+    ChannelName::from_header(name, 1).label
+}
+
+/// Returns the words of a channel's place and name.
+fn words_of(channel: &Channel) -> Vec<String> {
+    let place = channel.stated.location.as_deref().unwrap_or_default();
+    [words(place), words(&label_of(channel))].concat()
 }
 
 /// Mark by which the channels of a topic that was recorded twice are distinguished.

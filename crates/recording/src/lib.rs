@@ -66,7 +66,7 @@ pub mod workbook;
 
 pub use card::Card;
 pub use finding::{Finding, Severity};
-pub use lateral::{ChannelAxis, axis_of, is_lateral};
+pub use lateral::{ChannelAxis, axis_of, is_lateral, is_same_place, side_of};
 pub use limits::Limits;
 pub use remarks::AcceptedRemark;
 pub use source::{Part, Source, read_within};

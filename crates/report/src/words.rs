@@ -560,12 +560,23 @@ pub(crate) fn in_plane(document: &Document) -> Option<String> {
     let peak = block.peak_g.map_or_else(String::new, |peak| {
         format!(", peak {}\u{00A0}g", trimmed(peak, 4))
     });
+    // The right door is the left one's mirror image: Y changes its sign.
+    let side = if block.door.as_deref() == Some("right") {
+        -1.0
+    } else {
+        1.0
+    };
     let sum = |[y, second]: [f64; 2]| {
-        format!("{}·Y + {}·{second_axis}", trimmed(y, 3), trimmed(second, 3))
+        format!(
+            "{}·Y + {}·{second_axis}",
+            trimmed(side * y + 0.0, 3),
+            trimmed(second, 3)
+        )
     };
     Some(format!(
-        "{} along {second_axis}{peak}; left door: {} along the lever's way, {} across",
+        "{} along {second_axis}{peak}; {} door: {} along the lever's way, {} across",
         block.radial_channel,
+        block.door.as_deref().unwrap_or("left"),
         sum(tangential),
         sum(radial),
     ))

@@ -259,7 +259,7 @@ impl Assessing<'_> {
     fn conclude(&self, results: Vec<VariantResult>) -> Result<Assessment, Error> {
         let setup = &self.setup;
         let (design, policy) = (setup.design, setup.policy);
-        let answer = self.answer(&results);
+        let mut answer = self.answer(&results);
         let runs: Vec<&VariantRun> = results.iter().map(|result| &result.run).collect();
         let nominal_index = index_of_largest(runs.iter().map(|run| run.run()));
         let nominal = &results[nominal_index];
@@ -284,7 +284,11 @@ impl Assessing<'_> {
         };
         let mut findings = replay_findings(design, policy, setup.signal.rate.interval(), telling);
         let is_pass = answer == Answer::Pass;
-        findings.extend(plane_findings(setup, self.conditioned, telling, is_pass)?);
+        let plane = plane_findings(setup, self.conditioned, telling, is_pass)?;
+        findings.extend(plane.findings);
+        if is_pass && plane.forbids_pass.is_some() {
+            answer = Answer::Undecided;
+        }
         findings.extend(self.pressed_shut());
         findings.extend(filters::filter_decides(&filters, setup.threshold_rad()));
         let outside = setup.crossing_outside(telling)?;
@@ -331,13 +335,16 @@ impl Assessing<'_> {
         }
         case.what_if = &what_if;
         let mut why = reasons::reasons(&case);
-        let left_out = findings
-            .iter()
-            .filter(|finding| is_pass && finding.code == LEFT_OUT);
-        why.extend(left_out.map(|finding| Reason {
-            code: LEFT_OUT.into(),
+        let reason = |finding: &Finding| Reason {
+            code: finding.code.clone(),
             text: finding.text.clone(),
-        }));
+        };
+        let left_out = findings.iter().filter(|finding| finding.code == LEFT_OUT);
+        match plane.forbids_pass.filter(|_| is_pass) {
+            Some(forbids) => why.insert(0, reason(&forbids)),
+            None if is_pass => why.extend(left_out.map(reason)),
+            None => {}
+        }
         let of_each = |run: &&VariantRun| run.stated(setup.threshold_rad());
         Ok(Assessment {
             answer,

@@ -231,6 +231,10 @@ pub struct SecondSensor {
     pub name: String,
     /// The axis that the file states of it: X, Y or Z.
     pub axis: Option<char>,
+    /// The sign of the judged channel is against SAE J211, by its code.
+    pub judged_is_reversed: bool,
+    /// The side that the judged channel's code names.
+    pub judged_side: Option<&'static str>,
     /// Its channel, conditioned as the judged one.
     pub conditioned: Conditioned,
 }
@@ -360,6 +364,7 @@ pub fn reconditioned(
 /// As [`condition`]; [`OutOfRange`](latchgate_kernel::error::Error::OutOfRange) unless both have the same clock.
 pub fn with_second(
     first: Conditioned,
+    judged: &Channel,
     channel: &Channel,
     options: &ConditioningOptions,
 ) -> Result<Conditioned, Error> {
@@ -392,13 +397,16 @@ pub fn with_second(
         .findings
         .retain(|finding| !finding.needs_word && !known.contains(&finding.text.as_str()));
     for finding in &mut second.findings {
-        finding.text = format!("{}: {}", channel.name, finding.text);
+        finding.text = format!("`{}`: {}", channel.name, finding.text);
     }
     let findings = [first.findings, std::mem::take(&mut second.findings)].concat();
     Ok(Conditioned {
         second: Some(Box::new(SecondSensor {
             name: channel.name.clone(),
             axis: latchgate_recording::axis_of(channel).map(|axis| axis.letter),
+            judged_is_reversed: latchgate_recording::axis_of(judged)
+                .is_some_and(|axis| axis.is_reversed),
+            judged_side: latchgate_recording::side_of(judged),
             conditioned: second,
         })),
         findings,
@@ -642,6 +650,8 @@ impl Conditioned {
             Ok(Box::new(SecondSensor {
                 name: second.name.clone(),
                 axis: second.axis,
+                judged_is_reversed: second.judged_is_reversed,
+                judged_side: second.judged_side,
                 conditioned: change(&second.conditioned)?,
             }))
         };

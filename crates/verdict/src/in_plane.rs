@@ -90,9 +90,10 @@ impl InPlane {
         }
     }
 
-    /// Returns the door that this sign of the lateral acceleration opens: `left` or `right`.
-    pub fn door(&self, opens_when: OpensWhen) -> &'static str {
-        match self.tangential[0] * opens_when.sign() > 0.0 {
+    /// Returns the door that this sign of the judged channel opens, `left` or `right`; of one whose sign is against
+    /// SAE J211 the other.
+    pub fn door(&self, opens_when: OpensWhen, is_reversed: bool) -> &'static str {
+        match (self.tangential[0] * opens_when.sign() > 0.0) != is_reversed {
             true => "left",
             false => "right",
         }

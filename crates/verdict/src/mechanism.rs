@@ -107,11 +107,12 @@ fn sentence(catch: &Catch, run: &CatchRun) -> String {
     };
     let engaged = run.engaged_s.map_or_else(
         || {
-            format!(
-                "The catch does not engage: it comes to {} of {}",
-                degrees(run.peak_angle_rad, 3),
-                degrees(catch.engagement_angle_rad, 3)
-            )
+            let reached = match run.peak_angle_rad < catch.engagement_angle_rad {
+                true => format!("comes to {}", degrees(run.peak_angle_rad, 3)),
+                false => "is late".into(),
+            };
+            let engagement = degrees(catch.engagement_angle_rad, 3);
+            format!("The catch does not engage at {engagement}: it {reached}")
         },
         |at| format!("The catch engages at {}", brief_instant(at)),
     );

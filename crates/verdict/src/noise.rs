@@ -91,10 +91,20 @@ fn of_half_steps_rad(setup: &RunSetup<'_>, outcome: &RunOutcome) -> Result<f64, 
         return Ok(0.0);
     }
     let mut change = 0.0_f64;
-    for half in HALF_STEPS {
+    let of_second: &[f64] = match conditioned.second {
+        Some(_) => &HALF_STEPS,
+        None => &[0.0],
+    };
+    // Two sensors are off independently: both signs of either.
+    let pairs = HALF_STEPS
+        .iter()
+        .flat_map(|first| of_second.iter().map(move |second| (*first, *second)));
+    for (first, second) in pairs {
         let moved = setup.readings.read(|sensor| {
             let mut moved = sensor.used.clone();
             if sensor.noise.may_be_offset() {
+                let is_judged = std::ptr::eq(sensor, conditioned);
+                let half = if is_judged { first } else { second };
                 let offset = half * sensor.noise.step_m_s2;
                 moved.samples.iter_mut().for_each(|a| *a += offset);
             }

@@ -7,7 +7,7 @@ use super::runs::RunSetup;
 use crate::conditioning::{Conditioned, Neighbour, between};
 use latchgate_kernel::replay::{self, Method, RunOptions};
 use latchgate_kernel::signal::Signal;
-use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, plain};
+use latchgate_kernel::units::{STANDARD_GRAVITY, plain};
 use latchgate_recording::Finding;
 use latchgate_recording::error::Error;
 use std::borrow::Cow;
@@ -16,30 +16,63 @@ use std::f64::consts::FRAC_PI_2;
 /// Code of the finding that one channel leaves out a part of what drives a lever with an axis.
 pub(super) const LEFT_OUT: &str = "radial-left-out";
 
-/// Returns what two in-plane axes, or the lack of a second, give cause to say.
+/// What two in-plane axes, or the lack of a second, give cause to say.
+#[derive(Default)]
+pub(super) struct PlaneFindings {
+    pub(super) findings: Vec<Finding>,
+    /// Why a pass cannot stand: what was not measured, or a contradiction, may open the lever.
+    pub(super) forbids_pass: Option<Finding>,
+}
+
+/// Largest velocity change that a channel across may have in a pass [m/s].
+const VELOCITY_CHANGE_MAX_M_S: f64 = 30.0;
+
+/// Returns what is to be said of two in-plane axes, or of the lack of a second.
 pub(super) fn plane_findings(
     setup: &RunSetup<'_>,
     conditioned: &Conditioned,
     runs: &[&VariantRun],
     is_pass: bool,
-) -> Result<Vec<Finding>, Error> {
+) -> Result<PlaneFindings, Error> {
     let lever = &setup.design.lever;
     if lever.directions().is_none() {
-        return Ok(Vec::new());
+        return Ok(PlaneFindings::default());
     }
-    if conditioned.second.is_none() {
-        return Ok(vec![left_out(setup, conditioned, runs, is_pass)?]);
-    }
-    let in_plane = InPlane::of(lever)?;
-    let door = |opens_when: &OpensWhen| {
-        let text = format!(
-            "With the signs of SAE J211 {} acceleration opens the {} door. If the recording is of the other one, change the setting `opens_when`.",
-            opens_when.name(),
-            in_plane.door(*opens_when)
-        );
-        Finding::info("in-plane-door", text)
+    let Some(second) = conditioned.second.as_deref() else {
+        return left_out(setup, conditioned, runs, is_pass);
     };
-    Ok(setup.policy.polarity.signs().iter().map(door).collect())
+    let in_plane = InPlane::of(lever)?;
+    let mut told = PlaneFindings::default();
+    let signs = setup.policy.polarity.signs();
+    for opens_when in signs {
+        let door = in_plane.door(*opens_when, second.judged_is_reversed);
+        let name = opens_when.name();
+        let text = format!(
+            "With the signs of SAE J211 {name} acceleration opens the {door} door. If the recording is of the other one, change the setting `opens_when`."
+        );
+        told.findings.push(Finding::info("in-plane-door", text));
+        if let ([_], Some(side)) = (signs, second.judged_side.filter(|side| *side != door)) {
+            told.forbids_pass = Some(Finding::warning(
+                "in-plane-side",
+                format!(
+                    "The judged channel is of the {side} side by its code, but {name} acceleration opens the {door} door. Check the setting `opens_when` and the signs of both channels."
+                ),
+            ));
+        }
+    }
+    let velocity_m_s = second.conditioned.velocity_change_m_s;
+    if velocity_m_s > VELOCITY_CHANGE_MAX_M_S {
+        told.forbids_pass = Some(Finding::warning(
+            "in-plane-velocity",
+            format!(
+                "`{}` changes the velocity by {} m/s, which no crash does. Check its unit.",
+                second.name,
+                plain(velocity_m_s, 1)
+            ),
+        ));
+    }
+    told.findings.extend(told.forbids_pass.clone());
+    Ok(told)
 }
 
 /// Says what one channel leaves out of a lever with an axis, and whether that could take a pass.
@@ -48,58 +81,91 @@ fn left_out(
     conditioned: &Conditioned,
     runs: &[&VariantRun],
     is_pass: bool,
-) -> Result<Finding, Error> {
-    let limit = setup.threshold_rad();
-    let part = libm::sin(limit.min(FRAC_PI_2));
+) -> Result<PlaneFindings, Error> {
+    /// Least part of another axis along the way of the centre of mass that a pass cannot do without [-].
+    const OBLIQUE: f64 = 0.02;
+    let lever = &setup.design.lever;
+    let Some(directions) = lever.directions() else {
+        return Ok(PlaneFindings::default());
+    };
+    let sine = libm::sin(setup.threshold_rad().min(FRAC_PI_2));
+    let parts = |axis: char| {
+        let place = ['X', 'Y', 'Z'].iter().position(|letter| *letter == axis);
+        let place = place.unwrap_or_default();
+        (
+            directions.tangential.0[place].abs(),
+            directions.radial.0[place].abs(),
+        )
+    };
+    // By formula a pulse is what drives the lever along the way of its centre of mass.
+    let is_measured = conditioned.formula.is_none();
+    let is_oblique = is_measured && ['X', 'Z'].into_iter().any(|axis| parts(axis).0 > OBLIQUE);
     let mut text = format!(
         "The design states an axis, the recording is one channel: acceleration along the lever's arm was left out. At the limit angle it counts with {:.0} % of its size.",
-        100.0 * part
+        100.0 * sine
     );
-    let axis = InPlane::of(&setup.design.lever).map_or('X', |in_plane| in_plane.second_axis);
-    let beside = conditioned
-        .neighbours
-        .iter()
-        .find(|neighbour| neighbour.axis == axis);
-    if let Some(Neighbour {
-        name, peak_m_s2, ..
-    }) = beside
+    if is_oblique {
+        text += " The way of the centre of mass is oblique to Y: other axes drive the lever at every angle, so that one channel cannot pass it.";
+    }
+    let second_axis = InPlane::of(lever).map(|in_plane| in_plane.second_axis);
+    for Neighbour {
+        name,
+        axis,
+        peak_m_s2,
+    } in conditioned.neighbours.iter()
     {
+        let (along, across) = parts(*axis);
+        let acts_m_s2 = (along + sine * across) * peak_m_s2;
+        if along.max(across) <= OBLIQUE {
+            continue;
+        }
         let in_g = |a: f64| plain(a / STANDARD_GRAVITY, 1);
         text += &format!(
-            " {name} reaches {} g, which acts like {} g there.",
+            " {name} reaches {} g, which acts like up to {} g there.",
             in_g(*peak_m_s2),
-            in_g(part * peak_m_s2)
+            in_g(acts_m_s2)
         );
-        if is_pass && could_take(setup, runs, *peak_m_s2)? {
-            text += " That much along the arm, all the time, would open the lever: this pass hangs on what was left out.";
+        let pushes = [along * peak_m_s2, across * peak_m_s2];
+        if is_pass && could_take(setup, runs, pushes)? {
+            text += " That much, all the time, would open the lever: this pass hangs on what was left out.";
         }
-        text += &format!(" Name it with the setting `radial_channel` = {name}.");
-    } else if is_pass {
+        if second_axis.as_ref().is_ok_and(|second| second == axis) {
+            text += &format!(" Name it with the setting `radial_channel` = {name}.");
+        }
+    }
+    if is_pass && is_measured && conditioned.neighbours.is_empty() {
         text += " How large it was is not known, and this pass is without it.";
     }
-    Ok(Finding::warning(LEFT_OUT, text))
+    let finding = Finding::warning(LEFT_OUT, text);
+    Ok(PlaneFindings {
+        forbids_pass: is_oblique.then(|| finding.clone()),
+        findings: vec![finding],
+    })
 }
 
-/// Tells whether a nominal lever would open under a constant acceleration along its arm, outwards.
-fn could_take(setup: &RunSetup<'_>, runs: &[&VariantRun], peak_m_s2: f64) -> Result<bool, Error> {
+/// Tells whether a nominal lever would open under constant accelerations on top, opening along the way of its
+/// centre of mass and outwards along its arm.
+fn could_take(
+    setup: &RunSetup<'_>,
+    runs: &[&VariantRun],
+    [along_m_s2, across_m_s2]: [f64; 2],
+) -> Result<bool, Error> {
     // Of an inertia catch no directions are stated: the lever alone opens no later.
     let mut design = setup.design.clone();
     design.catch = None;
-    let reading = setup.readings.own()?;
     let constant = Signal {
-        samples: vec![peak_m_s2; setup.signal.samples.len()],
+        samples: vec![across_m_s2; setup.signal.samples.len()],
         ..*setup.signal
     };
-    let pushed = match reading.beside(between::read(
-        Cow::Owned(constant),
-        setup.readings.between(),
-    )?) {
-        Ok(pushed) => pushed,
-        // A pulse has no sensor beside it.
-        Err(_) => return Ok(false),
-    };
+    let across = between::read(Cow::Owned(constant), setup.readings.between())?;
+    let judged = setup.readings.own()?;
     let variants: Vec<Variant> = runs.iter().map(|run| run.variant()).collect();
     let opens = setup.share(1, &variants, |variant| {
+        let pushed = judged.scaled(1.0, -variant.opens_when.sign() * along_m_s2);
+        // A pulse has no sensor beside it.
+        let Ok(pushed) = pushed.beside((&across).into()) else {
+            return Ok(false);
+        };
         let options = RunOptions {
             method: Method::EventDriven,
             initial: setup.initial(variant.model),

@@ -47,7 +47,7 @@ pub enum Polarity {
 }
 
 impl Polarity {
-    pub(crate) fn signs(self) -> &'static [OpensWhen] {
+    pub fn signs(self) -> &'static [OpensWhen] {
         match self {
             Self::Declared(OpensWhen::Negative) => &[OpensWhen::Negative],
             Self::Declared(OpensWhen::Positive) => &[OpensWhen::Positive],

@@ -408,11 +408,25 @@ impl Design {
             return Ok(());
         };
         let (engagement, end) = (catch.engagement_angle_rad, catch.end_stop_angle_rad);
-        if end < engagement || (end - engagement <= 0.0 && engagement > 0.0) {
+        if engagement <= 0.0 {
+            return Err(Error::out_of_range(
+                "catch.engagement_angle_rad [rad]",
+                "positive: a catch that blocks at rest lets no handle open",
+                engagement.to_string(),
+            ));
+        }
+        if end <= engagement {
             return Err(Error::out_of_range(
                 "catch.end_stop_angle_rad [rad]",
-                format!("more than catch.engagement_angle_rad = {engagement}, or both 0"),
+                format!("more than catch.engagement_angle_rad = {engagement}"),
                 end.to_string(),
+            ));
+        }
+        if self.lever.center_of_mass_m < 0.0 {
+            return Err(Error::out_of_range(
+                "lever.center_of_mass_m [m] beside a catch",
+                "positive: the acceleration that opens the lever is the one that moves the catch",
+                self.lever.center_of_mass_m.to_string(),
             ));
         }
         if catch.preload_torque_nm + catch.spring_stiffness_nm_per_rad <= 0.0 {
