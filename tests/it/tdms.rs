@@ -576,3 +576,45 @@ fn regress_a_path_has_a_longest_length() {
     let error = read.unwrap_err().to_string();
     assert!(error.contains("a path of at most 2048 bytes"), "{error}");
 }
+
+/// A channel that a segment leaves out while another one of its group goes on is shorter than that; where
+/// its samples are missing nothing tells.
+#[test]
+fn regress_a_channel_that_a_segment_leaves_out_is_blocked() {
+    let said = |interval_s| {
+        [
+            ("unit_string", text("g")),
+            ("wf_increment", Said::Number(interval_s)),
+        ]
+    };
+    let half = vec![0; 100 * 8];
+    let read = |other_interval_s, counts: [u64; 2]| {
+        let object = |path, raw, interval_s| LITTLE.object(path, raw, &said(interval_s));
+        let both = |raws: [Raw; 2]| {
+            let y = object("/'g'/'acc y'", raws[0], 1e-4);
+            [y, object("/'g'/'acc x'", raws[1], other_interval_s)]
+        };
+        let first = LITTLE.segment(0, Some(&both([Raw::Numbers(F64, 100); 2])), &half.repeat(2));
+        let raws = counts.map(|count| match count {
+            0 => Raw::Absent,
+            count => Raw::Numbers(F64, count),
+        });
+        let samples = vec![0; 8 * (counts[0] + counts[1]) as usize];
+        let second = LITTLE.segment(0, Some(&both(raws)), &samples);
+        let source = Source::bytes("a.tdms", [first, second].concat());
+        let (options, limits) = (with_channel("acc y"), Limits::default());
+        let read = latchgate_recording::read(&source, &options, Selection::Lateral, &limits);
+        let findings = read.unwrap().channels[0].findings.clone();
+        let mut missing = findings
+            .into_iter()
+            .filter(|one| one.code == "samples-missing");
+        missing.next().map(|one| (one.severity, one.at_s, one.text))
+    };
+    let (severity, at_s, says) = read(1e-4, [0, 100]).unwrap();
+    assert_eq!((severity, at_s), (Severity::Blocking, None));
+    let found = "the channel `acc x` holds 200 samples by the same clock, but this channel 100";
+    assert!(says.contains(found), "{says}");
+    for (interval_s, counts) in [(1e-4, [100, 100]), (1e-4, [99, 100]), (1e-5, [0, 100])] {
+        assert_eq!(read(interval_s, counts), None, "{interval_s} {counts:?}");
+    }
+}

@@ -53,6 +53,7 @@ pub use layout::TableMapping;
 use layout::{Counter, TableLayout, TableStart, TimeSource, UnitOrigin};
 pub(crate) use marks::{Merged, Sheet, SheetMarks, column_letters};
 use preamble::TableFacts;
+pub(crate) use preamble::{rate_finding, rates_under_name};
 use rows::{ColumnResult, Rows, SelectedColumns};
 use status::TableWords;
 pub(crate) use status::says_bad;

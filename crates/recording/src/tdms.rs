@@ -294,6 +294,8 @@ impl<'a> TdmsFile<'a> {
         findings.extend(extremes);
         findings.extend(said::status_findings(object, span));
         findings.extend(self.parents.findings(objects));
+        let hertz = samples.rate.hertz();
+        findings.extend(self.parents.rate_contradiction(objects, hertz));
         findings.extend(self.flag_findings(place, span));
         let mut draft = Draft::of_words(&entry.column, unit, samples, findings);
         said::state(object, &mut draft.stated, objects);

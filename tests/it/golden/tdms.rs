@@ -939,6 +939,37 @@ fn faults() -> Vec<Case> {
             file(&with(&[("wf_samples", Said::Number(900.0))])),
         )
         .unusable(&["blocking samples-missing"], &["`wf_samples` states 900"]),
+        read(
+            "rate-in-words.tdms",
+            file(&with(&[
+                ("SampleRate", text("10 kHz")),
+                ("FS", Said::Number(2000.0)),
+            ])),
+        ),
+        read(
+            "rate-in-words-rounded.tdms",
+            file(&with(&[("SampleRate", Said::Number(9600.0))])),
+        )
+        .finds(&["warning rate-contradicted"]),
+        read(
+            "rate-in-words-contradicted.tdms",
+            beside(
+                "/",
+                Raw::Absent,
+                &[("Sample rate", Said::Number(2e4))],
+                &[],
+                &with(&[]),
+            ),
+        )
+        .unusable(
+            &["blocking time-contradicted"],
+            &["`Sample rate` of the file is 20000"],
+        ),
+        read(
+            "interval-in-words-contradicted.tdms",
+            file(&with(&[("dt", Said::Number(1e-5))])),
+        )
+        .unusable(&["blocking time-contradicted"], &["`dt` of the channel"]),
     ]
 }
 

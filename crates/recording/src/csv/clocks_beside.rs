@@ -4,7 +4,7 @@
 
 use super::clock;
 use super::layout::{TableLayout, TimeSource};
-use super::preamble::rates_of_column;
+use super::preamble::rates_under_name;
 use super::records;
 use super::stamp::StampClock;
 use super::status;
@@ -163,7 +163,7 @@ impl Clocks<'_> {
     /// contradicts the clock.
     fn rate_contradiction(&self, clock: &ClockBeside) -> Option<Finding> {
         let column = &self.layout.columns[clock.index];
-        let rates = rates_of_column(&column.name, clock.first?.1)?;
+        let rates = rates_under_name(&column.name, &clock.first?.1.to_string())?;
         let ratio = |rate: &f64| (rate * self.interval_s).max(1.0 / (rate * self.interval_s));
         let nearest = rates.iter().map(ratio).fold(f64::INFINITY, f64::min);
         let text = format!(
@@ -193,7 +193,7 @@ impl Clocks<'_> {
         let free = Some(index) != self.time.column() && self.judged != [index];
         let rises = layout.steps[index].is_some() && column.unit_text.is_none();
         let clock = layout.is_named_clock(index) || layout.is_other_clock(index);
-        let states_rate = || rates_of_column(&column.name, 1.0).is_some();
+        let states_rate = || rates_under_name(&column.name, "1").is_some();
         let counts =
             layout.numeric[index] && (rises || column.counts_at_hz().is_some() || states_rate());
         free && (layout.worded[index] || clock || counts) && !self.belongs_to_others(index)

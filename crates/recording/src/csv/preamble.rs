@@ -20,6 +20,7 @@ use crate::code::Code;
 use crate::remarks::{self, Remark, RemarkPlace};
 use crate::text::shown;
 pub(super) use findings::TableFacts;
+pub(crate) use findings::rate_finding;
 use latchgate_kernel::units::{AccelerationUnit, SampleRate, TimeUnit};
 use row::{PreambleRow, PreambleTopic, measure, says_none};
 
@@ -292,15 +293,14 @@ impl Preamble {
     }
 }
 
-/// Returns the rates [Hz] that a column of one constant number may mean, if its name is a key for rate
-/// or interval.
-pub(super) fn rates_of_column(name: &str, number: f64) -> Option<Vec<f64>> {
+/// Returns the rates [Hz] that a number under a name may mean, if the name is a key for rate or interval.
+pub(crate) fn rates_under_name(name: &str, number: &str) -> Option<Vec<f64>> {
     let row = PreambleRow::of_key(name);
     let is_rate = matches!(
         row.topic,
         Some(PreambleTopic::Rate | PreambleTopic::Interval)
     );
-    is_rate.then(|| row.rates(&number.to_string()))?
+    is_rate.then(|| row.rates(number))?
 }
 
 /// Source of a unit above the table, as documents name it.

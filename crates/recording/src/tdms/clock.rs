@@ -261,6 +261,9 @@ impl ChannelClock {
                     .as_ref()
                     .map(|stamps| contradiction(&waveform, stamps));
                 findings.extend(contradicted.clone().flatten());
+                if !is_cut {
+                    findings.extend(fewer_samples(entries, own));
+                }
                 let samples = UniformSamples::stated(waveform.start_s(), rate, values)?;
                 let name =
                     stamps.map(|stamps| format!("the channel `{}`", text::shown(stamps.name)));
@@ -336,6 +339,33 @@ fn rate_contradiction(
         })
     };
     Ok(objects.into_iter().find_map(contradicts))
+}
+
+/// Says that a channel has fewer samples than another one of its group on the same clock: it was left out of
+/// some segments, and nothing tells of which.
+fn fewer_samples(entries: &[Entry<'_>], own: &Entry<'_>) -> Option<Finding> {
+    const CLOCK: [&str; 4] = [
+        "wf_increment",
+        "wf_start_offset",
+        "wf_xunit_string",
+        "wf_start_time",
+    ];
+    let clock = |object: &'_ Object| CLOCK.map(|key| object.property(key).cloned());
+    let own_clock = clock(own.object);
+    let count = own.object.count;
+    // One sample more is what a recorder may write while it stops.
+    let longer = entries.iter().find(|entry| {
+        entry.object.count > count + 1
+            && entry.group == own.group
+            && clock(entry.object) == own_clock
+    })?;
+    let text = format!(
+        "{} holds {} samples by the same clock, but this channel {count}. The others are missing. \
+         Export again",
+        said::teller(longer.object),
+        longer.object.count
+    );
+    Some(Finding::blocking("samples-missing", text))
 }
 
 /// The rate that a person states, in messages.

@@ -7,7 +7,7 @@ use super::value::Value;
 use crate::channel_name::words;
 use crate::csv;
 use crate::remarks::{self, Remark, RemarkPlace, Span};
-use crate::{Finding, Stated, TestFacts, fact, joined_facts};
+use crate::{Finding, Severity, Stated, TestFacts, fact, joined_facts};
 use std::collections::BTreeMap;
 
 /// Tells whether a text under a name such as `status`, `overload` or `IsOverloaded` does not say that all is
@@ -71,7 +71,32 @@ pub(super) struct ParentSaid {
     bad: Option<Finding>,
     filters: Vec<Remark>,
     scale: Option<String>,
+    rates: Vec<StatedRate>,
 }
+
+/// A property that states a rate or an interval in words of the writer's own.
+struct StatedRate {
+    shown: String,
+    /// The rates that it may mean [Hz].
+    rates: Vec<f64>,
+}
+
+/// Returns what an object states of its rate beside the format's own properties.
+fn stated_rates(object: &Object) -> impl Iterator<Item = StatedRate> {
+    // Under FS stands a full scale as often as a rate.
+    let is_word = |key: &str| !is_technical(key) && !key.eq_ignore_ascii_case("fs");
+    let properties = object.properties().filter(move |(key, _)| is_word(key));
+    properties.filter_map(|(key, value)| {
+        let text = value.text();
+        let rates = csv::rates_under_name(key, &text)?;
+        let (key, text) = (crate::text::shown(key), crate::text::shown(&text));
+        let shown = format!("the property `{key}` of {} is {text}", teller(object));
+        Some(StatedRate { shown, rates })
+    })
+}
+
+/// Properties of one object that are compared with the clock.
+const MOST_RATES: usize = 8;
 
 /// What groups and file say, each looked through once: both may hold as many properties as there are
 /// channels.
@@ -85,6 +110,7 @@ impl<'a> ParentsSaid<'a> {
                 bad: bad_properties(object).next().map(|(_, finding)| finding),
                 filters: of_filters(object).take(MOST_FILTERS).collect(),
                 scale: scale::scale_in_words(object),
+                rates: stated_rates(object).take(MOST_RATES).collect(),
             };
             (&object.path, parent)
         };
@@ -100,6 +126,21 @@ impl<'a> ParentsSaid<'a> {
         self.over(objects)
             .filter_map(|one| one.bad.clone())
             .collect()
+    }
+
+    /// Says that a channel or what is above it states another rate than that of its clock [Hz].
+    pub(super) fn rate_contradiction(&self, objects: &[&Object], hertz: f64) -> Option<Finding> {
+        let own: Vec<StatedRate> = objects
+            .first()
+            .into_iter()
+            .flat_map(|own| stated_rates(own).take(MOST_RATES))
+            .collect();
+        let above = self.over(objects).flat_map(|parent| &parent.rates);
+        let clock = ("the clock", hertz);
+        let finding = |one: &StatedRate| csv::rate_finding(&one.shown, &one.rates, clock);
+        let found: Vec<Finding> = own.iter().chain(above).filter_map(finding).collect();
+        let worst = |one: &&Finding| one.severity == Severity::Blocking;
+        found.iter().find(worst).or(found.first()).cloned()
     }
 
     /// Returns what they say of filters.

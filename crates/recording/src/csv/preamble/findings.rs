@@ -34,7 +34,7 @@ impl Preamble {
         for topic in [PreambleTopic::Rate, PreambleTopic::Interval] {
             for (row, text) in self.values_on(topic, index) {
                 match row.rates(text) {
-                    Some(rates) => findings.extend(rate_finding(row, text, &rates, facts)),
+                    Some(rates) => findings.extend(row_finding(row, text, &rates, facts)),
                     None => findings.push(row.statement(text).unread()),
                 }
             }
@@ -54,7 +54,7 @@ impl Preamble {
         for row in &self.comments {
             let text = row.only().map_or("", String::as_str);
             let rates = row.rates(text).unwrap_or_default();
-            let finding = rate_finding(row, text, &rates, facts);
+            let finding = row_finding(row, text, &rates, facts);
             findings
                 .extend(finding.map(|finding| Finding::warning("rate-contradicted", finding.text)));
         }
@@ -220,21 +220,28 @@ const SHOWN: usize = 600;
 const SAME: f64 = 1.01;
 const NOMINAL: f64 = 1.5;
 
-/// Compares a stated rate with that of the samples.
-fn rate_finding(
+/// Compares the rates [Hz] of a row with that of the samples.
+fn row_finding(
     row: &PreambleRow,
     text: &str,
     rates: &[f64],
     facts: &TableFacts,
 ) -> Option<Finding> {
-    let ratio = |rate: &f64| (rate / facts.rate.hertz()).max(facts.rate.hertz() / rate);
+    let statement = format!("{} is `{}`", row.named(), shown(text));
+    rate_finding(&statement, rates, (&facts.clock_name, facts.rate.hertz()))
+}
+
+/// Compares the rates [Hz] that `statement` may mean, as `SampleRate is 10000`, with that of the clock.
+pub(crate) fn rate_finding(
+    statement: &str,
+    rates: &[f64],
+    (clock_name, hertz): (&str, f64),
+) -> Option<Finding> {
+    let ratio = |rate: &f64| (rate / hertz).max(hertz / rate);
     let nearest = rates.iter().map(ratio).fold(f64::INFINITY, f64::min);
     let text = format!(
-        "{} is `{}`, but {} gives {} Hz. One of the two is wrong. Find out which is right",
-        row.named(),
-        shown(text),
-        facts.clock_name,
-        latchgate_kernel::units::short(facts.rate.hertz(), 7)
+        "{statement}, but {clock_name} gives {} Hz. One of the two is wrong. Find out which is right",
+        latchgate_kernel::units::short(hertz, 7)
     );
     (nearest > SAME).then(|| match nearest > NOMINAL {
         true => Finding::blocking("time-contradicted", text),
