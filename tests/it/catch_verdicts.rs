@@ -245,6 +245,21 @@ fn verif_what_is_no_catch_is_refused() {
             "tolerance.catch.unbalance_kg_m",
         ),
         (
+            with("engagement_angle_rad = 0.15", "engagement_angle_rad = 0.0"),
+            "lets no handle open",
+        ),
+        (
+            with("preload_torque_nm = 1.0", "center_of_mass_m = -0.065"),
+            "beside a catch",
+        ),
+        (
+            with(
+                "[lever]",
+                "[tolerance]\ncatch.unbalance_kg_m = 1e-6\n[lever]",
+            ),
+            "put the key in quotes",
+        ),
+        (
             "[tolerance]\n\"catch.unbalance_kg_m\" = 1e-6\n".into(),
             "tolerance",
         ),
@@ -261,6 +276,28 @@ fn verif_what_is_no_catch_is_refused() {
     let refused = Scatter::new(&from_toml(&crossing).unwrap(), 0.0, 1);
     let message = refused.unwrap_err().to_string();
     assert!(message.contains("engagement_angle_rad"), "{message}");
+}
+
+/// A number of the catch is overridden as any other; other studies say that they do not know it.
+#[test]
+fn cli_numbers_of_a_catch_are_set_and_other_studies_refuse_it() {
+    let folder = Folder::new("catch-set");
+    let set = ["--set", "catch.unbalance_kg_m=4.7e-5"];
+    let done = replayed(
+        &folder,
+        DESIGN,
+        &two_pulses(10.0),
+        &[&NOMINAL[..], &set[..]].concat(),
+    );
+    let document = done.document();
+    assert_eq!(document["design"]["catch"]["unbalance_kg_m"], 4.7e-5);
+    assert_eq!(document["design"]["modified"][0], "catch.unbalance_kg_m");
+    let design = folder.write("design.toml", DESIGN);
+    let out = folder.path().join("study");
+    let out = out.to_str().unwrap();
+    let study = latchgate(&["study", "shock", "--design", &design, "--out", out]);
+    assert_eq!(study.code, 4, "{}", study.out);
+    assert!(study.err.contains("study catch"), "{}", study.err);
 }
 
 /// The template is a design that is judged, and its catch is the faster of the two.

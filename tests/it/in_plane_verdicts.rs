@@ -203,6 +203,58 @@ fn verif_one_channel_says_what_it_leaves_out() {
     }
 }
 
+/// Other axes drive a lever whose way is oblique to Y: what one channel shows cannot pass it.
+#[test]
+fn verif_one_channel_cannot_pass_an_oblique_lever() {
+    let files = files("in-plane-oblique", &table(0.5, 1.0), &design(45.0));
+    let document = files.document(&["--no-report", "--members=0"]);
+    assert_eq!(document["verdict"], "undecided", "{}", document["why"]);
+    assert_eq!(document["why"][0]["code"], "radial-left-out");
+    let both = files.document(&["--no-report", "--members=0", "--radial-channel=acc_x_g"]);
+    assert_eq!(both["verdict"], "pass", "{}", both["why"]);
+}
+
+/// A side that the code contradicts, and a velocity that no crash has, stand against a pass.
+#[test]
+fn verif_a_second_channel_that_contradicts_forbids_a_pass() {
+    let coded = |x_g: f64| {
+        let named = table(0.2, x_g).replace("acc_x_g", "11SILL0000LEACX0 (g)");
+        named.replace("acc_y_g", "11SILL0000LEACY0 (g)")
+    };
+    // Negative acceleration opens the right door, and the code says left.
+    let cases = [
+        ("side", coded(1.0), "negative", "in-plane-side"),
+        ("velocity", coded(3000.0), "positive", "in-plane-velocity"),
+    ];
+    for (name, table, opens_when, code) in cases {
+        let folder = Folder::new(&format!("in-plane-against-{name}"));
+        let recording = folder.write("two.csv", table);
+        folder.write("two.csv.toml", "synthetic = true\n");
+        let design = folder.write("design.toml", design(0.0));
+        let done = latchgate(&[
+            "replay",
+            &recording,
+            "--design",
+            &design,
+            "--channel=3",
+            "--radial-channel=2",
+            "--opens-when",
+            opens_when,
+            "--members=0",
+            "--no-report",
+            "--set=lever.preload_torque_nm=50",
+            "--format=json",
+        ]);
+        let document = done.document();
+        assert_eq!(
+            document["verdict"], "undecided",
+            "{name}: {}{}",
+            document["why"], done.err
+        );
+        assert_eq!(document["why"][0]["code"], code, "{name}");
+    }
+}
+
 #[test]
 fn verif_what_is_no_second_channel_is_refused() {
     let three = table(-5.0, 20.0).replace("acc_x_g", "acc_z_g");
@@ -214,7 +266,7 @@ fn verif_what_is_no_second_channel_is_refused() {
             table(-5.0, 0.0),
             design(0.0),
             "--radial-channel=acc_y_g",
-            "twice",
+            "alike",
         ),
         (
             "none",
@@ -229,6 +281,34 @@ fn verif_what_is_no_second_channel_is_refused() {
             design(0.0),
             "--radial-channel=acc_z_g",
             "along X",
+        ),
+        (
+            "an axis behind a unit",
+            table(-5.0, 20.0).replace("acc_x_g", "acc_z (m/s2)"),
+            design(0.0),
+            "--radial-channel=acc_z (m/s2)",
+            "along X",
+        ),
+        (
+            "another place",
+            table(-5.0, 20.0).replace("acc_x_g", "head_acc_x_g"),
+            design(0.0),
+            "--radial-channel=head_acc_x_g",
+            "of the place of acc_y_g",
+        ),
+        (
+            "an unknown axis",
+            table(-5.0, 20.0).replace("acc_x_g", "foo_g"),
+            design(0.0),
+            "--radial-channel=foo_g",
+            "an axis in the code or name",
+        ),
+        (
+            "the same samples",
+            table(-5.0, -5.0),
+            design(0.0),
+            beside,
+            "alike",
         ),
         ("no plane", table(-5.0, 0.0), askew, beside, "along X or Z"),
         (
@@ -271,6 +351,10 @@ fn reads_the_axis_of_a_channel() {
         ("Querbeschleunigung", None, Some(('Y', false))),
         ("11SILL00LE00ACXA", None, Some(('X', false))),
         ("11SILL00LE00AC1A", None, Some(('X', true))),
+        ("11SILL0000LEAC10 (g)", None, Some(('X', true))),
+        ("accel z (m/s2)", None, Some(('Z', false))),
+        ("longitudinal acceleration", None, Some(('X', false))),
+        ("vertical", None, Some(('Z', false))),
         ("curve 7", Some("DSRF XG"), Some(('X', false))),
         ("acceleration", None, None),
         ("x of y", None, None),

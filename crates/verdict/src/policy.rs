@@ -47,6 +47,7 @@ pub enum Polarity {
 }
 
 impl Polarity {
+    /// Returns the signs that are judged.
     pub fn signs(self) -> &'static [OpensWhen] {
         match self {
             Self::Declared(OpensWhen::Negative) => &[OpensWhen::Negative],
