@@ -423,7 +423,8 @@ impl Assessing<'_> {
         // The bias belongs to the recording: nominal runs alone are asked about it as well.
         let of_bias = || {
             let error = self.conditioned.bias_standard_error_m_s2;
-            Scatter::of_bias(setup.design, error, setup.policy.seed)
+            let scatter = Scatter::of_bias(setup.design, error, setup.policy.seed);
+            of_sensors(scatter, self.conditioned, setup.design).bias_alone()
         };
         let moved = self.scatter.clone().unwrap_or_else(of_bias);
         what_if::reruns(setup, self.conditioned, &moved, results)

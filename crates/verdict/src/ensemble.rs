@@ -324,20 +324,25 @@ impl Scatter {
 
     /// Takes the scatter of the recording's bias alone, whatever else the design scatters.
     pub(super) fn of_bias(design: &Design, bias_standard_error_m_s2: f64, seed: u64) -> Self {
-        let mut parameters = scattered(design, bias_standard_error_m_s2);
-        parameters.retain(|parameter| {
+        let all = Self {
+            lever: design.lever,
+            stop: design.stop,
+            catch: design.catch,
+            parameters: scattered(design, bias_standard_error_m_s2),
+            seed,
+        };
+        all.bias_alone()
+    }
+
+    /// Leaves the scatter of the sensors' biases alone.
+    pub(super) fn bias_alone(mut self) -> Self {
+        self.parameters.retain(|parameter| {
             matches!(
                 parameter.target,
                 Target::Number(Slot::InputBias) | Target::SecondBias
             )
         });
-        Self {
-            lever: design.lever,
-            stop: design.stop,
-            catch: design.catch,
-            parameters,
-            seed,
-        }
+        self
     }
 
     /// Adds the scatter of a second in-plane sensor, as uncertain as the first by the design; its bias's standard
