@@ -298,9 +298,9 @@ fn verif_what_is_no_second_channel_is_refused() {
         ),
         (
             "an unknown axis",
-            table(-5.0, 20.0).replace("acc_x_g", "foo_g"),
+            table(-5.0, 20.0).replace("acc_x_g", "foo (g)"),
             design(0.0),
-            "--radial-channel=foo_g",
+            "--radial-channel=foo (g)",
             "an axis in the code or name",
         ),
         (

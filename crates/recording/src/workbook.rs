@@ -215,8 +215,8 @@ fn computed_when_asked() -> Finding {
 }
 
 /// How a damaged workbook is mended.
-const MEND: &str = "the workbook is damaged; fetch it again, or write it anew by LibreOffice: \
-                    soffice --convert-to xlsx --outdir mended FILE";
+const MEND: &str = "the workbook is damaged; fetch it again, or open it in a spreadsheet program and save it \
+                    as .xlsx anew";
 
 /// Says that a workbook is none that a spreadsheet writes.
 fn damaged(found: impl Into<String>) -> Error {

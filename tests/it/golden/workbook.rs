@@ -464,7 +464,7 @@ fn files() -> Vec<Case> {
         refused(
             "no-xml.xlsx",
             file("xl/workbook.xml"),
-            &[written, "soffice --convert-to xlsx"],
+            &[written, "save it as .xlsx anew"],
         ),
         closed("far-column.xlsx", &cell(1, "XFD1"), "limit columns"),
         closed(
