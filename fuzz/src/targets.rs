@@ -133,7 +133,7 @@ pub fn csv(data: &[u8]) {
 /// Text tables as [`csv`], where three inputs of four are read in two ways only: each reading
 /// builds the table reader of the crate csv anew, which takes most of the time.
 pub fn csv_lightly(data: &[u8]) {
-    if checksum(data) % 4 == 0 {
+    if checksum(data).is_multiple_of(4) {
         both("a.csv", "csv", data);
     }
     two_ways(data);

@@ -101,7 +101,7 @@ fn verif_two_pulses_are_judged_by_what_the_catch_does() {
         let run = &mechanism["runs"][0];
         near(&mechanism["speed_ratio"], 1.779_917_601_043_024_9);
         near(&run["engaged_s"], 0.005_058_223_780_534_052);
-        near(&run["lever_arrives_s"], 0.006_850_148_730_732_921_5);
+        near(&run["lever_arrives_s"], 0.006_850_148_730_732_922);
         let why = document["why"].as_array().unwrap();
         assert!(why.iter().any(|reason| reason["code"] == "catch"), "{name}");
         if expected == "fail" {

@@ -62,13 +62,10 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         (nominal.run.lever_passes_s, "fault"),
     ];
     let mark = |panel: Panel| {
-        panel.each(
-            instants.into_iter(),
-            |panel, (instant, class)| match instant {
-                Some(instant) => panel.upright(class, instant * context.time_scale),
-                None => panel,
-            },
-        )
+        panel.each(instants, |panel, (instant, class)| match instant {
+            Some(instant) => panel.upright(class, instant * context.time_scale),
+            None => panel,
+        })
     };
     let words = words::catch(document).unwrap_or_default();
     Some(Chart {

@@ -35,7 +35,7 @@ pub(super) fn chart(result: &CatchStudy) -> Chart {
         ),
     ];
     let panels = shown.flat_map(|model| {
-        scenes.clone().map(|(scene, title, scale, times)| {
+        scenes.map(|(scene, title, scale, times)| {
             let rows = result.rows.iter();
             let rows = rows.filter(move |row| (row.scene, row.stop) == (scene, model));
             panel(result.threshold_rad, rows.collect(), times)
