@@ -131,8 +131,8 @@ pub(super) fn conditioning(document: &Document) -> Markup {
     html! {
         h3 { "Conditioning" }
         @if let Some(block) = &document.conditioning { table.facts { tbody { (conditioning_facts(block)) } } }
-        @if let Some(block) = &document.in_plane { table.facts { tbody { (second_channel(block)) } } }
         @else { p { "Nothing was conditioned." } }
+        @if let Some(block) = &document.in_plane { table.facts { tbody { (second_channel(block)) } } }
     }
 }
 
