@@ -3,6 +3,7 @@
 use super::compare::{self, Difference};
 use super::prepared::Extras;
 use super::{Control, Design, Limits, Request, Source, judge};
+use latchgate_document::design_file::design_from_document;
 use latchgate_document::blocks::RecordingBlock;
 use latchgate_document::identity;
 use latchgate_document::json;
@@ -219,8 +220,8 @@ fn request(document: &Value) -> Result<Request, Error> {
 
 /// Takes the design from a verdict, with the checks of a design file.
 fn design(document: &Value) -> Result<Design, Error> {
-    serde_json::from_value(document["design"].clone())
-        .map_err(|error| malformed("a design that a latch can have", error.to_string()))
+    design_from_document(&document["design"])
+        .map_err(|wrong| malformed("a design that a latch can have", wrong))
 }
 
 /// Makes the run of a stored verdict again, as `request` asks, and compares every key but `run`

@@ -62,6 +62,16 @@ pub fn design_from_bytes(file: &str, bytes: &[u8], limits: &Limits) -> Result<De
     Ok(design)
 }
 
+/// Reads the design of a verdict document.
+///
+/// # Errors
+///
+/// Says which key is wrong, and how.
+pub fn design_from_document(design: &serde_json::Value) -> Result<Design, String> {
+    serde_path_to_error::deserialize(design.clone())
+        .map_err(|error| format!("{}: {}", error.path(), error.inner()))
+}
+
 /// Reads what a static calculation needs of a design file, with overrides: of a linkage no moment of inertia,
 /// damping or stop.
 ///
