@@ -3,8 +3,8 @@
 use super::compare::{self, Difference};
 use super::prepared::Extras;
 use super::{Control, Design, Limits, Request, Source, judge};
-use latchgate_document::design_file::design_from_document;
 use latchgate_document::blocks::RecordingBlock;
+use latchgate_document::design_file::design_from_document;
 use latchgate_document::identity;
 use latchgate_document::json;
 use latchgate_kernel::error::Error as KernelError;

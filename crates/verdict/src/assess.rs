@@ -200,8 +200,8 @@ impl Assessing<'_> {
                 .into_iter(),
             UsableSpan::Whole | UsableSpan::Nothing => Vec::new().into_iter(),
         };
-        let all = variants.into_iter().zip(runs);
-        Ok(all
+        let pairs = variants.into_iter().zip(runs);
+        Ok(pairs
             .map(|(variant, run)| VariantResult {
                 variant,
                 run,
@@ -471,8 +471,8 @@ impl Assessing<'_> {
 fn by_model(runs: &[&VariantRun]) -> BTreeMap<StopModel, Run> {
     let mut models: BTreeMap<StopModel, Run> = BTreeMap::new();
     for run in runs.iter().map(|run| run.run()) {
-        let known = models.get(&run.model);
-        if known.is_none_or(|known| run.peak_angle_rad > known.peak_angle_rad) {
+        let larger = models.get(&run.model);
+        if larger.is_none_or(|larger| run.peak_angle_rad > larger.peak_angle_rad) {
             models.insert(run.model, run.clone());
         }
     }

@@ -63,18 +63,22 @@ impl Faults {
             .iter()
             .filter(|finding| finding.severity == Severity::Blocking)
         {
-            let at = finding.at_s.unwrap_or(f64::NEG_INFINITY);
+            let from_s = finding.at_s.unwrap_or(f64::NEG_INFINITY);
             // A bias taken from bad samples spoils every sample that it was removed from.
-            let spoils_all = bias_end_s.is_some_and(|end| at <= end);
+            let spoils_all = bias_end_s.is_some_and(|end| from_s <= end);
             let end = window.map_or(f64::INFINITY, |window| window.until_s);
-            if spoils_all || at - reach_s <= end {
-                let bad = if spoils_all { f64::NEG_INFINITY } else { at };
+            if spoils_all || from_s - reach_s <= end {
+                let bad = if spoils_all {
+                    f64::NEG_INFINITY
+                } else {
+                    from_s
+                };
                 faults.first_bad = earliest(faults.first_bad, bad);
-                if at > end {
-                    faults.carried = earliest(faults.carried, at);
+                if from_s > end {
+                    faults.carried = earliest(faults.carried, from_s);
                 }
             } else {
-                faults.late = earliest(faults.late, at);
+                faults.late = earliest(faults.late, from_s);
             }
         }
         faults

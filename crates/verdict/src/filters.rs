@@ -198,8 +198,8 @@ pub(super) fn unfiltered_peak(table: &[FilteredRow], variant: Variant) -> Option
     let unfiltered = table
         .iter()
         .find(|filtered| filtered.row.filter.is_none())?;
-    let own = unfiltered.peaks.iter().find(|(of, _)| *of == variant)?;
-    Some(own.1)
+    let unfiltered_row = unfiltered.peaks.iter().find(|(of, _)| *of == variant)?;
+    Some(unfiltered_row.1)
 }
 
 /// Returns a finding if the filter decides what the nominal runs say: one passes where another fails, or the

@@ -46,9 +46,9 @@ fn out_of_reach(run: &VariantRun, count: Count, last: u32, threshold: f64) -> bo
 /// what the nominal run took each, since several advance side by side. A nominal lever that took
 /// too much has members that do.
 fn predicted(run: &VariantRun, sampling: &Sampling, look: u32) -> u64 {
-    let known = sampling.peaks.window_rad.len() as u64;
-    let missing = u64::from(look).saturating_sub(known);
-    match known {
+    let followed = sampling.peaks.window_rad.len() as u64;
+    let missing = u64::from(look).saturating_sub(followed);
+    match followed {
         0 if matches!(
             run.outcome.breakdown,
             Some(Breakdown::TooManySteps | Breakdown::StopTooDamped)
@@ -57,7 +57,7 @@ fn predicted(run: &VariantRun, sampling: &Sampling, look: u32) -> u64 {
             u64::MAX
         }
         0 => missing.saturating_mul(run.outcome.spent / 2),
-        _ => missing.saturating_mul(sampling.spent / known),
+        _ => missing.saturating_mul(sampling.spent / followed),
     }
 }
 
@@ -168,8 +168,9 @@ fn asked_peaks(setup: &RunSetup<'_>, results: &[VariantResult]) -> AskedPeaks {
     let samples = setup.signal.samples.len() as u64;
     let of_run = |result: &VariantResult| result.counted().outcome.spent + samples;
     let each: u64 = results.iter().map(of_run).sum();
-    let all = TIMES * u64::from(setup.policy.members);
-    if setup.detail < AssessDetail::Whole && each.saturating_mul(all) <= setup.work.left() {
+    let allowed_each = TIMES * u64::from(setup.policy.members);
+    if setup.detail < AssessDetail::Whole && each.saturating_mul(allowed_each) <= setup.work.left()
+    {
         AskedPeaks {
             from_rad: setup.threshold_rad(),
             to_rad: setup.threshold_rad(),
@@ -205,15 +206,15 @@ fn extend(
     look: u32,
     (peaks, asked): (&mut MemberPeaks, AskedPeaks),
 ) -> Result<(), Error> {
-    let known = u32::try_from(peaks.window_rad.len()).unwrap_or(look);
-    let tasks: Vec<u32> = (known..look).step_by(MEMBERS_TAKEN).collect();
-    let found = setup.share_by(control, MEMBERS_TAKEN, &tasks, |&first| {
+    let followed = u32::try_from(peaks.window_rad.len()).unwrap_or(look);
+    let tasks: Vec<u32> = (followed..look).step_by(MEMBERS_TAKEN).collect();
+    let chunks = setup.share_by(control, MEMBERS_TAKEN, &tasks, |&first| {
         let count = MEMBERS_TAKEN.min((look - first) as usize);
         let member =
             |index: usize| scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)));
         setup.peaks(variant, count, &member, asked)
     })?;
-    for more in found {
+    for more in chunks {
         peaks.window_rad.extend(more.window_rad);
         peaks.highest_rad.extend(more.highest_rad);
         peaks.crossings_s.extend(more.crossings_s);

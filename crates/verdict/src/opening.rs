@@ -114,14 +114,14 @@ impl Opening {
     fn of(variant: Variant, first_s: Option<f64>, crossings: &Crossings) -> Self {
         let sorted = crossings.sorted();
         let number = |count: usize| u32::try_from(count).unwrap_or(u32::MAX);
-        let at = |share: f64| (!sorted.is_empty()).then(|| quantile(&sorted, share));
+        let quantile_at = |share: f64| (!sorted.is_empty()).then(|| quantile(&sorted, share));
         Self {
             first_s,
             model: variant.model,
             opens_when: variant.opens_when,
-            p05_s: at(0.05),
-            p50_s: at(0.5),
-            p95_s: at(0.95),
+            p05_s: quantile_at(0.05),
+            p50_s: quantile_at(0.5),
+            p95_s: quantile_at(0.95),
             members: number(crossings.0.len()),
             exceeded: number(sorted.len()),
         }

@@ -42,7 +42,7 @@ pub(super) fn plane_findings(
         return left_out(setup, conditioned, runs, is_pass);
     };
     let in_plane = InPlane::of(lever)?;
-    let mut told = PlaneFindings::default();
+    let mut outcome = PlaneFindings::default();
     let signs = setup.policy.polarity.signs();
     for opens_when in signs {
         let door = in_plane.door(*opens_when, second.judged_is_reversed);
@@ -50,9 +50,9 @@ pub(super) fn plane_findings(
         let text = format!(
             "With the signs of SAE J211 {name} acceleration opens the {door} door. If the recording is of the other one, change the setting `opens_when`."
         );
-        told.findings.push(Finding::info("in-plane-door", text));
+        outcome.findings.push(Finding::info("in-plane-door", text));
         if let ([_], Some(side)) = (signs, second.judged_side.filter(|side| *side != door)) {
-            told.forbids_pass = Some(Finding::warning(
+            outcome.forbids_pass = Some(Finding::warning(
                 "in-plane-side",
                 format!(
                     "The judged channel is of the {side} side by its code, but {name} acceleration opens the {door} door. Check the setting `opens_when` and the signs of both channels."
@@ -62,7 +62,7 @@ pub(super) fn plane_findings(
     }
     let velocity_m_s = second.conditioned.velocity_change_m_s;
     if velocity_m_s > VELOCITY_CHANGE_MAX_M_S {
-        told.forbids_pass = Some(Finding::warning(
+        outcome.forbids_pass = Some(Finding::warning(
             "in-plane-velocity",
             format!(
                 "`{}` changes the velocity by {} m/s, which no crash does. Check its unit.",
@@ -71,8 +71,8 @@ pub(super) fn plane_findings(
             ),
         ));
     }
-    told.findings.extend(told.forbids_pass.clone());
-    Ok(told)
+    outcome.findings.extend(outcome.forbids_pass.clone());
+    Ok(outcome)
 }
 
 /// Says what one channel leaves out of a lever with an axis, and whether that could take a pass.

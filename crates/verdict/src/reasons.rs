@@ -145,7 +145,7 @@ pub(super) fn inputs_may_come_first(case: &Explained<'_>) -> bool {
 
 /// Says how many of the scattered levers cross, and what that is worth.
 fn ensemble(case: &Explained<'_>) -> Option<Reason> {
-    let Some(own) = case.nominal.ensemble.as_ref() else {
+    let Some(nominal) = case.nominal.ensemble.as_ref() else {
         return spared(case);
     };
     // Where an answer is missing, every variant that has none is named.
@@ -160,16 +160,16 @@ fn ensemble(case: &Explained<'_>) -> Option<Reason> {
         .filter_map(|result| result.ensemble.as_ref())
         .collect();
     if named.is_empty() {
-        named.push(own);
+        named.push(nominal);
     }
     let list: Vec<String> = named
         .iter()
         .map(|ensemble| who_cross(ensemble, case.answer))
         .collect();
-    let until = own.judged_until_s.map_or_else(String::new, |at| {
+    let until = nominal.judged_until_s.map_or_else(String::new, |at| {
         format!(" Judged on the samples up to {}.", instant(at))
     });
-    let (code, rule) = rule_of_shares(case.answer, own, &named);
+    let (code, rule) = rule_of_shares(case.answer, nominal, &named);
     Some(Reason {
         code: code.into(),
         text: format!("{} {rule}.{until}", list.join(" ")),
@@ -334,7 +334,7 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
             ),
         });
     }
-    let others: Vec<String> = case
+    let tolerances: Vec<String> = case
         .what_if
         .iter()
         .filter(moved)
@@ -349,12 +349,12 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
             ))
         })
         .collect();
-    if !others.is_empty() {
+    if !tolerances.is_empty() {
         reasons.push(Reason {
             code: "tolerance-decides".into(),
             text: format!(
                 "One standard deviation of one tolerance decides whether a nominal lever opens: {}.",
-                others.join(", ")
+                tolerances.join(", ")
             ),
         });
     }
@@ -370,8 +370,8 @@ fn side(case: &Explained<'_>, what_if: &WhatIf) -> Option<(ChangedSide, f64)> {
         .find(|side| side.variant() == case.nominal.variant)
         .or(what_if.changes_side.first())?;
     let mut results = case.results.iter();
-    let own = results.find(|result| result.variant == side.variant())?;
-    Some((*side, own.run.run().peak_angle_rad))
+    let result = results.find(|result| result.variant == side.variant())?;
+    Some((*side, result.run.run().peak_angle_rad))
 }
 
 /// One reason for each blocking finding.
@@ -471,12 +471,12 @@ fn others_not_followed(case: &Explained<'_>) -> Option<Reason> {
 fn method_without_bound(case: &Explained<'_>) -> Option<Reason> {
     let threshold = case.threshold_rad();
     let mut results = case.results.iter();
-    let held = results.find(|result| result.run.held_back_by_method(threshold))?;
+    let result = results.find(|result| result.run.held_back_by_method(threshold))?;
     Some(Reason {
         code: "method-without-bound".into(),
         text: format!(
             "The {} method only estimates its error, so it decides no pass. Leave out the setting `method`.",
-            held.run.run().method.name()
+            result.run.run().method.name()
         ),
     })
 }
@@ -535,14 +535,14 @@ fn before_fault(case: &Explained<'_>) -> Option<Reason> {
 fn coast(case: &Explained<'_>) -> Option<Reason> {
     let threshold = case.threshold_rad();
     let mut results = case.results.iter();
-    let held = results.find(|result| result.run.held_back_by_coast(threshold))?;
+    let result = results.find(|result| result.run.held_back_by_coast(threshold))?;
     Some(Reason {
         code: "coast-reaches-limit".into(),
         text: format!(
             "After the last judged sample the lever still reaches {} ± {} ({}). The record or window ends too early for a pass.",
-            angle(held.run.run().coast_peak_angle_rad.unwrap_or(0.0), 3),
-            degrees(held.run.coast_uncertainty_rad(), 2),
-            place(held.variant),
+            angle(result.run.run().coast_peak_angle_rad.unwrap_or(0.0), 3),
+            degrees(result.run.coast_uncertainty_rad(), 2),
+            place(result.variant),
         ),
     })
 }
@@ -611,8 +611,8 @@ fn signs_differ(case: &Explained<'_>) -> bool {
 fn disagreement(case: &Explained<'_>) -> Vec<Reason> {
     // A stop that is undecided by itself does not differ by being another stop.
     let stops_differ = case.policy.polarity.signs().iter().any(|sign| {
-        let own = of_sign(case, *sign);
-        own.contains(&Answer::Pass) && own.contains(&Answer::Fail)
+        let answers = of_sign(case, *sign);
+        answers.contains(&Answer::Pass) && answers.contains(&Answer::Fail)
     });
     let signs_differ = signs_differ(case);
     let mut reasons = Vec::new();

@@ -149,9 +149,9 @@ impl RunSetup<'_> {
         variants: &[Variant],
         detail: RunDetail,
     ) -> Result<Vec<RunOutcome>, Error> {
-        let own = self.readings.own()?;
+        let reading = self.readings.own()?;
         self.share(1, variants, |variant| {
-            self.run(&own, *variant, self.window, detail)
+            self.run(&reading, *variant, self.window, detail)
         })
     }
 

@@ -129,14 +129,14 @@ impl pulp::WithSimd for Derivatives<'_> {
         const LANES: usize = 8;
         let windows = self.extended.array_windows::<TAPS>();
         for window in windows {
-            let own = window[HALF];
+            let middle = window[HALF];
             let (mut first, mut second) = ([0.0; LANES], [0.0; LANES]);
             for block in 0..HALF / LANES {
                 for lane in 0..LANES {
                     let n = block * LANES + lane;
                     let (after, before) = (window[HALF + 1 + n], window[HALF - 1 - n]);
                     first[lane] += self.weights[0][n] * (after - before);
-                    second[lane] += self.weights[1][n] * ((after - own) + (before - own));
+                    second[lane] += self.weights[1][n] * ((after - middle) + (before - middle));
                 }
             }
             self.to.0.push(sum(first));

@@ -366,10 +366,10 @@ fn autoregressive_error(values: &[f64]) -> f64 {
     }
     let pairs = values.iter().zip(&values[1..]);
     let lagged: f64 = pairs.map(|(a, b)| (a - centre) * (b - centre)).sum();
-    let found = lagged / total / variance;
+    let ratio = lagged / total / variance;
     // Low by (1 + 4ρ)/n, since the mean was taken from the same values.
-    let deviation = ((1.0 - found * found).max(0.0) / total).sqrt();
-    let r = (found + (1.0 + 4.0 * found) / total + deviation).clamp(0.0, 1.0 - 0.5 / total);
+    let deviation = ((1.0 - ratio * ratio).max(0.0) / total).sqrt();
+    let r = (ratio + (1.0 + 4.0 * ratio) / total + deviation).clamp(0.0, 1.0 - 0.5 / total);
     let tail = 2.0 * r * (1.0 - libm::pow(r, total)) / (total * (1.0 - r) * (1.0 - r));
     let part = (((1.0 + r) / (1.0 - r) - tail) / total).min(MEAN_PART_MAX);
     (variance * part / (1.0 - part)).sqrt()

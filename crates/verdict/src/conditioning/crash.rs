@@ -100,8 +100,8 @@ fn clock_finding(
     let fast = (rate > FASTEST_HZ).then(|| format!("the sample rate is {rate} Hz"));
     // Half a nanosecond is less than any recorder tells.
     let short = (rest_s < SHORTEST_S - 5e-10).then(|| {
-        let rest = plain(1e3 * rest_s, 3);
-        format!("{rest} ms of record follow the first sample beyond a tenth of the peak")
+        let rest_ms = plain(1e3 * rest_s, 3);
+        format!("{rest_ms} ms of record follow the first sample beyond a tenth of the peak")
     });
     let unlike: Vec<String> = fast.into_iter().chain(short).collect();
     let unlike = (!unlike.is_empty() && stated.clock_confirmed_by.is_none()).then(|| {

@@ -40,16 +40,16 @@ pub fn findings(channels: &[Channel]) -> Vec<(usize, Finding)> {
         .take(MOST)
         .filter_map(|(index, channel)| neighbour(index, channel))
         .collect();
-    let mut found = Vec::new();
+    let mut findings = Vec::new();
     for (later, two) in lateral.iter().enumerate() {
         for one in &lateral[..later] {
             if let Some(finding) = compare(one, two) {
-                found.push((one.index, finding(two.name)));
-                found.push((two.index, finding(one.name)));
+                findings.push((one.index, finding(two.name)));
+                findings.push((two.index, finding(one.name)));
             }
         }
     }
-    found
+    findings
 }
 
 /// Tells whether a channel is known to be no evidence, and none against another one either.

@@ -72,45 +72,45 @@ pub fn examine(raw: &Signal, options: &ConditioningOptions) -> RawQuality {
         true => None,
         false => interpolated::slow_clock(facts.samples, &facts.levels, raw.rate),
     };
-    let mut found = Vec::new();
-    found.extend(low_rate(raw));
-    found.extend(slow_clock.map(interpolated_finding));
+    let mut findings = Vec::new();
+    findings.extend(low_rate(raw));
+    findings.extend(slow_clock.map(interpolated_finding));
     let dead = dead_sensor(&facts);
     let is_dead = dead.is_some();
     if options.synthetic {
-        found.push(Finding::info(
+        findings.push(Finding::info(
             "synthetic",
             "the card says that a formula made the signal. Clipping, frozen and dead sensors were \
              not checked",
         ));
     } else if is_dead {
-        found.extend(dead);
+        findings.extend(dead);
     } else {
-        found.extend(top::clipping(&facts, options.range_g));
+        findings.extend(top::clipping(&facts, options.range_g));
         let held = held::held(&facts).or_else(|| held::stands_still(&facts));
         // A clipped top stands still as well, and is told once.
         let told = |held: &Finding| {
             let before =
                 |one: &Finding| one.severity == Severity::Blocking && one.at_s <= held.at_s;
-            found.iter().any(before)
+            findings.iter().any(before)
         };
         let held = held.filter(|held| !told(held));
-        found.extend(held);
-        found.extend(held::drop_out(&facts));
-        found.extend(top::wrap_around(&facts));
-        found.extend(top::one_signed(&facts));
-        if found.is_empty() {
-            found.extend(top::flickering(&facts));
+        findings.extend(held);
+        findings.extend(held::drop_out(&facts));
+        findings.extend(top::wrap_around(&facts));
+        findings.extend(top::one_signed(&facts));
+        if findings.is_empty() {
+            findings.extend(top::flickering(&facts));
         }
-        found.extend(noise_unknown(&facts));
+        findings.extend(noise_unknown(&facts));
     }
     if facts.peak > 0.0 && !is_dead {
-        found.extend(starts_inside_event(&facts));
-        found.extend(ends_inside_event(&facts));
-        found.extend(doubts::findings(&facts));
+        findings.extend(starts_inside_event(&facts));
+        findings.extend(ends_inside_event(&facts));
+        findings.extend(doubts::findings(&facts));
     }
     RawQuality {
-        findings: found,
+        findings,
         slow_clock,
     }
 }
@@ -205,17 +205,17 @@ fn reach(samples: &[f64], level: f64) -> f64 {
 
 /// Tells whether samples bend to and fro as noise does, bends up to `least` left aside.
 fn turns_like_noise(samples: &[f64], least: f64) -> bool {
-    let (mut turns, mut seen, mut last) = (0_usize, 0_usize, 0.0);
+    let (mut turns, mut bends, mut last) = (0_usize, 0_usize, 0.0);
     for three in samples.windows(3) {
         let bend = three[0] - 2.0 * three[1] + three[2];
         if bend.abs() <= least {
             continue;
         }
-        seen += 1;
+        bends += 1;
         turns += usize::from(bend * last < 0.0);
         last = bend;
     }
-    seen >= 20 && turns as f64 > TURNING_PART * seen as f64
+    bends >= 20 && turns as f64 > TURNING_PART * bends as f64
 }
 
 /// A channel that is silent before its event, or holds values longer than its spread explains,
@@ -250,7 +250,7 @@ fn low_rate(raw: &Signal) -> Option<Finding> {
 
 /// A channel that was interpolated is judged by its own clock.
 fn interpolated_finding(clock: SlowClock) -> Finding {
-    let seen = format!(
+    let observation = format!(
         "the channel was interpolated by straight lines from a clock of about {} Hz. {:.0} % of its \
          motion lies on lines of {} samples",
         plain(clock.rate_hz, 3),
@@ -259,13 +259,13 @@ fn interpolated_finding(clock: SlowClock) -> Finding {
     );
     if clock.is_at_most(LEAST_RATE_HZ) {
         let text = format!(
-            "{seen}. At {LEAST_RATE_HZ} Hz or less an impact falls between two samples. Use a \
+            "{observation}. At {LEAST_RATE_HZ} Hz or less an impact falls between two samples. Use a \
              channel that was recorded at a crash recorder's rate"
         );
         return Finding::blocking("low-rate", text);
     }
     let text = format!(
-        "{seen}. Nothing above {} Hz was measured. Export it on its recorder's clock, or use a \
+        "{observation}. Nothing above {} Hz was measured. Export it on its recorder's clock, or use a \
          channel that was recorded at the full rate",
         plain(0.5 * clock.rate_hz, 3)
     );
@@ -287,8 +287,8 @@ fn dead_sensor(facts: &SignalFacts<'_>) -> Option<Finding> {
         }
         _ => return None,
     };
-    let said = format!("{text}: the channel measured no motion. Check sensor and cable");
-    Some(Finding::blocking("dead-sensor", said))
+    let message = format!("{text}: the channel measured no motion. Check sensor and cable");
+    Some(Finding::blocking("dead-sensor", message))
 }
 
 /// Tells a cut top from the flat top that quantisation gives to a smooth one.

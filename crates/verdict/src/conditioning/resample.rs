@@ -170,11 +170,11 @@ pub(super) fn extend_and_hold(samples: &[f64], padding: usize) -> Vec<f64> {
     let (Some(&first), Some(&last)) = (middle.first(), middle.last()) else {
         return Vec::new();
     };
-    let held = padding - mirrored;
-    let mut extended = Vec::with_capacity(middle.len() + 2 * held);
-    extended.resize(held, first);
+    let repeated = padding - mirrored;
+    let mut extended = Vec::with_capacity(middle.len() + 2 * repeated);
+    extended.resize(repeated, first);
     extended.extend_from_slice(&middle);
-    extended.resize(middle.len() + 2 * held, last);
+    extended.resize(middle.len() + 2 * repeated, last);
     extended
 }
 

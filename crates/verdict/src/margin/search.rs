@@ -234,8 +234,15 @@ impl<'a> MarginSearch<'a> {
             ..AssessExtras::default()
         };
         let assessment = control.unmeasured(|control| {
-            let own = (extras, readings);
-            assess_again(&conditioned, self.findings, &design, &policy, own, control)
+            let samples = (extras, readings);
+            assess_again(
+                &conditioned,
+                self.findings,
+                &design,
+                &policy,
+                samples,
+                control,
+            )
         })?;
         self.spent.fetch_add(assessment.work, Ordering::Relaxed);
         Ok(assessment)
@@ -286,19 +293,19 @@ impl<'a> MarginSearch<'a> {
         values.dedup_by(|a, b| a.to_bits() == b.to_bits());
         let mut points: Vec<(f64, Excess)> = Vec::with_capacity(values.len());
         for values in values.chunks(NOMINAL_SIDE_BY_SIDE) {
-            let found = if self.is_at_the_limit() {
+            let excesses = if self.is_at_the_limit() {
                 vec![Excess::UNASKED; values.len()]
             } else {
                 control.unmeasured(|control| {
                     control.try_map(values, |value| self.nominal(quantity, *value, control))
                 })?
             };
-            points.extend(values.iter().copied().zip(found));
+            points.extend(values.iter().copied().zip(excesses));
         }
-        let known = points
+        let excess_by_bits = points
             .iter()
             .map(|(value, excess)| (value.to_bits(), *excess));
-        walk.nominal.extend(known);
+        walk.nominal.extend(excess_by_bits);
         // First, so that it counts no values that only the nearest change is asked at.
         let advice = walk.advice()?;
         let stays = |value: f64| Ok(walk.nominal_at(value, control)?.pass <= 0.0);
@@ -311,9 +318,9 @@ impl<'a> MarginSearch<'a> {
             walk.nearest(&points, self.verdict_passes, false, &passes)?
         };
         // What was not asked for the limit on work is no change.
-        let asked = !self.cut.load(Ordering::Relaxed);
-        let verdict_change = verdict_change.filter(|_| asked);
-        let nominal_change = nominal_change.filter(|_| asked);
+        let is_whole = !self.cut.load(Ordering::Relaxed);
+        let verdict_change = verdict_change.filter(|_| is_whole);
+        let nominal_change = nominal_change.filter(|_| is_whole);
         let change = match self.basis {
             Basis::NominalRun => nominal_change,
             Basis::Verdict => verdict_change,
@@ -400,14 +407,14 @@ impl<'a> MarginSearch<'a> {
         if self.spoiled {
             return Ok("a blocking finding makes the recording unusable".into());
         }
-        let at = quantity.shown(value);
-        let own = (self.conditioned, &self.readings);
+        let shown_value = quantity.shown(value);
+        let samples = (self.conditioned, &self.readings);
         if self.is_at_the_limit() {
             return Ok("the search ended at the limit `work`".into());
         }
-        let assessed = match self.assessed(quantity, value, own, control) {
+        let assessed = match self.assessed(quantity, value, samples, control) {
             Err(error) if error.is_stopped() => return Err(error),
-            Err(error) => return Ok(format!("at {at} nothing can be judged: {error}")),
+            Err(error) => return Ok(format!("at {shown_value} nothing can be judged: {error}")),
             Ok(assessed) => assessed,
         };
         let (input, lever) = (&self.design.input, &self.design.lever);
@@ -426,9 +433,9 @@ impl<'a> MarginSearch<'a> {
         let mut why = assessed.why.iter();
         Ok(match why.find(|why| why.code != "no-member-can-cross") {
             Some(why) if assessed.answer != Answer::Pass => {
-                format!("at {at}: {}", why.text.trim_end_matches('.'))
+                format!("at {shown_value}: {}", why.text.trim_end_matches('.'))
             }
-            _ => format!("at {at} the doubt about the bias leaves no pass"),
+            _ => format!("at {shown_value} the doubt about the bias leaves no pass"),
         })
     }
 }
@@ -468,28 +475,28 @@ impl<'w, 'a> Walk<'w, 'a> {
     /// Returns whether the whole rule passes at each of some values, in their order.
     /// Where a nominal lever opens, it cannot.
     fn passes(&self, values: &[f64]) -> Result<Vec<bool>, Error> {
-        let known = |value: &f64| self.rule.borrow().get(&value.to_bits()).copied();
+        let answered = |value: &f64| self.rule.borrow().get(&value.to_bits()).copied();
         let open: Vec<f64> = values
             .iter()
             .copied()
-            .filter(|value| known(value).is_none())
+            .filter(|value| answered(value).is_none())
             .collect();
         let threads = self.control.threads.div_ceil(open.len().max(1));
         let (search, quantity, nominal) = (self.search, self.quantity, &self.nominal);
         if !open.is_empty() && search.is_at_the_limit() {
             return Ok(vec![false; values.len()]);
         }
-        let found = self.control.try_map(&open, |value| {
+        let answers = self.control.try_map(&open, |value| {
             let control = self.control.with_threads(threads);
             let excess = match nominal.get(&value.to_bits()) {
-                Some(known) => *known,
+                Some(answered) => *answered,
                 None => search.nominal(quantity, *value, &control)?,
             };
             Ok::<_, Error>(excess.pass <= 0.0 && search.rule_passes(quantity, *value, &control)?)
         })?;
         let bits = open.iter().map(|value| value.to_bits());
-        self.rule.borrow_mut().extend(bits.zip(found));
-        Ok(values.iter().filter_map(known).collect())
+        self.rule.borrow_mut().extend(bits.zip(answers));
+        Ok(values.iter().filter_map(answered).collect())
     }
 
     /// Returns whether the whole rule passes at a value.
@@ -543,8 +550,8 @@ impl<'w, 'a> Walk<'w, 'a> {
             reason,
             text: String::new(),
         };
-        let asked = self.rule.borrow();
-        let values = asked.keys().map(|bits| f64::from_bits(*bits));
+        let answers = self.rule.borrow();
+        let values = answers.keys().map(|bits| f64::from_bits(*bits));
         advice.tried = values
             .filter(|value| advice.covers(self.quantity, *value))
             .count();
@@ -645,20 +652,20 @@ impl<'w, 'a> Walk<'w, 'a> {
             .filter(|cell| cell[0].1.state() != cell[1].1.state())
             .collect();
         let (search, quantity) = (self.search, self.quantity);
-        let mut found = Vec::with_capacity(cells.len());
+        let mut boundaries = Vec::with_capacity(cells.len());
         for cells in cells.chunks(SIDE_BY_SIDE) {
             let halvings = match search.basis {
                 Basis::NominalRun if !search.is_at_the_limit() => HALVINGS,
                 Basis::NominalRun | Basis::Verdict => 0,
             };
-            found.extend(self.control.unmeasured(|control| {
+            boundaries.extend(self.control.unmeasured(|control| {
                 control.try_map(cells, |cell| {
                     let ends = (cell[0], cell[1]);
                     search.boundary(quantity, ends, halvings, control)
                 })
             })?);
         }
-        Ok(found)
+        Ok(boundaries)
     }
 }
 
@@ -682,11 +689,11 @@ impl MarginSearch<'_> {
                 break;
             }
             let middle = f64::midpoint(low.0, high.0);
-            let found = self.nominal(quantity, middle, control)?;
-            if is_better(found) == better_below {
-                low = (middle, found);
+            let excess = self.nominal(quantity, middle, control)?;
+            if is_better(excess) == better_below {
+                low = (middle, excess);
             } else {
-                high = (middle, found);
+                high = (middle, excess);
             }
         }
         Ok(Boundary {
@@ -709,8 +716,9 @@ fn joined(policy: &Policy, runs: &[RunOutcome], threshold_rad: f64) -> Excess {
         let peak = outcome.run.peak_angle_rad;
         let coast = outcome.run.coast_peak_angle_rad;
         let highest = coast.map_or(peak, |coast| if coast > peak { coast } else { peak });
-        let known = !outcome.broke_down && peak.is_finite() && coast.is_none_or(f64::is_finite);
-        if known {
+        let is_followed =
+            !outcome.broke_down && peak.is_finite() && coast.is_none_or(f64::is_finite);
+        if is_followed {
             (peak, highest)
         } else {
             (f64::NEG_INFINITY, f64::INFINITY)

@@ -35,22 +35,22 @@ pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
             .filter(|(first, length)| first + length > facts.contact)
             .find(|(first, length)| no_chance(facts, kind, *first, *length))
     };
-    let found = [
+    let stretches = [
         impossible(RunKind::Equal, equal),
         impossible(RunKind::Line, line),
         silent_head(facts),
     ];
-    let (first, length) = found.into_iter().flatten().min()?;
+    let (first, length) = stretches.into_iter().flatten().min()?;
     let (begin, end) = (facts.samples[first], facts.samples[first + length - 1]);
     let from_s = facts.raw.time_s(first);
     let to_s = facts.raw.time_s(first + length - 1);
-    let rest = "The channel's noise does this with a chance below 1e-9. Sensor, cable or recorder \
+    let explanation = "The channel's noise does this with a chance below 1e-9. Sensor, cable or recorder \
                 failed, or the samples were filled in. If an export added them after the record, \
                 judge the part before with the setting `window` = START..END";
     let finding = if (begin - end).abs() > 2.0 * facts.quantum {
         let text = format!(
             "{length} samples from {from_s:.5} s to {to_s:.5} s lie on a straight line from {} to \
-             {}. {rest}",
+             {}. {explanation}",
             in_g(begin),
             in_g(end)
         );
@@ -62,11 +62,11 @@ pub(super) fn held(facts: &SignalFacts<'_>) -> Option<Finding> {
         } else {
             "differ by no more than the last digit"
         };
-        let said = format!(
-            "{length} samples from {from_s:.5} s to {to_s:.5} s {how}, at {}. {rest}",
+        let message = format!(
+            "{length} samples from {from_s:.5} s to {to_s:.5} s {how}, at {}. {explanation}",
             in_g(begin)
         );
-        Finding::blocking("frozen", said)
+        Finding::blocking("frozen", message)
     };
     Some(finding.at(from_s))
 }
@@ -96,18 +96,18 @@ fn silent_head(facts: &SignalFacts<'_>) -> Option<(usize, usize)> {
     let (first, length) = *noise::equal_runs(facts.samples, LEAST_SAMPLES).first()?;
     let total = facts.samples.len();
     let tail = total.checked_sub((TAIL_S * facts.raw.rate.hertz()) as usize)?;
-    let rest = &facts.samples[tail.max(first + length)..];
-    let quantum = noise::quantum(&noise::levels(rest));
-    let noise = Noise::learn(rest, quantum)?;
-    let middle = rest.iter().sum::<f64>() / rest.len() as f64;
-    let found = first < LEAST_SAMPLES
+    let after_event = &facts.samples[tail.max(first + length)..];
+    let quantum = noise::quantum(&noise::levels(after_event));
+    let noise = Noise::learn(after_event, quantum)?;
+    let middle = after_event.iter().sum::<f64>() / after_event.len() as f64;
+    let is_silent_head = first < LEAST_SAMPLES
         && facts.raw.time_s(first + length - 1) > SILENT_UNTIL_S
         && facts.raw.time_s(0) <= 0.0
-        && super::reach(rest, middle) <= super::QUIET_PART * facts.peak
+        && super::reach(after_event, middle) <= super::QUIET_PART * facts.peak
         && noise.exceeds(TAIL_QUANTA)
-        && super::turns_like_noise(rest, 0.0)
+        && super::turns_like_noise(after_event, 0.0)
         && noise.least_run(RunKind::Equal, total)? <= length as f64;
-    found.then_some((first, length))
+    is_silent_head.then_some((first, length))
 }
 
 /// Equal samples away from rest for longer than a moving body stands still, on a channel whose
@@ -124,7 +124,7 @@ pub(super) fn stands_still(facts: &SignalFacts<'_>) -> Option<Finding> {
             && is_cut(facts, *first, *length, 1.0)
     })?;
     let at_s = facts.raw.time_s(first);
-    let seen = format!(
+    let observation = format!(
         "{length} equal samples of {} from {at_s:.5} s to {:.5} s: a moving body does not stand \
          still for more than {} ms",
         in_g(facts.samples[first]),
@@ -132,7 +132,7 @@ pub(super) fn stands_still(facts: &SignalFacts<'_>) -> Option<Finding> {
         1e3 * FROZEN_S
     );
     let text = format!(
-        "{seen}. Check sensor, cable and recorder. If a formula made the signal, write `synthetic \
+        "{observation}. Check sensor, cable and recorder. If a formula made the signal, write `synthetic \
          = true` in the card"
     );
     let finding = Finding::blocking("frozen", text);

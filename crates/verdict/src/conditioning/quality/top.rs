@@ -52,20 +52,20 @@ const PERHAPS_WRAPPED_PART: f64 = 0.75;
 
 /// Returns what speaks of saturation, the surest first.
 pub(super) fn clipping(facts: &SignalFacts<'_>, range_g: Option<f64>) -> Vec<Finding> {
-    if let Some(found) = beyond_range(facts, range_g) {
-        return vec![found];
+    if let Some(finding) = beyond_range(facts, range_g) {
+        return vec![finding];
     }
     let extremes = [facts.levels.last(), facts.levels.first()];
     let sides = extremes.into_iter().flatten().copied();
-    let mut found: Vec<Finding> = sides
+    let mut findings: Vec<Finding> = sides
         .filter_map(|extreme| {
             flat_top(facts, extreme, range_g).or_else(|| cut_side(facts, extreme))
         })
         .collect();
-    if found.is_empty() {
-        found.extend(converter_limit(facts));
+    if findings.is_empty() {
+        findings.extend(converter_limit(facts));
     }
-    found
+    findings
 }
 
 fn beyond_range(facts: &SignalFacts<'_>, range_g: Option<f64>) -> Option<Finding> {
@@ -110,7 +110,7 @@ fn flat_top(facts: &SignalFacts<'_>, extreme: f64, range_g: Option<f64>) -> Opti
         .max_by_key(|(_, length)| *length)?;
     // Samples that touched the limit before the run are clipped as well.
     let onset = facts.samples.iter().position(|value| same(*value, extreme));
-    let seen = format!(
+    let observation = format!(
         "{length} equal samples of {} at the record's extreme from {:.5} s on, entered or left \
          steeply",
         in_g(extreme),
@@ -122,12 +122,12 @@ fn flat_top(facts: &SignalFacts<'_>, extreme: f64, range_g: Option<f64>) -> Opti
             let doubt = format!("The declared full scale of {range} g is far above that");
             Finding::warning(
                 "flat-top",
-                format!("{seen}. {doubt}, so this may be chance. Look at the peak"),
+                format!("{observation}. {doubt}, so this may be chance. Look at the peak"),
             )
         }
         _ => {
             let text = format!(
-                "the channel was saturated: {seen}. Motion beyond that is lost. Record with a \
+                "the channel was saturated: {observation}. Motion beyond that is lost. Record with a \
                  wider range. If a formula made the signal, write `synthetic = true` in the card"
             );
             Finding::blocking("clipping", text)
@@ -222,8 +222,11 @@ fn converter_limit(facts: &SignalFacts<'_>) -> Option<Finding> {
     let mut ends = (11..=23).map(|bits| f64::from(1_u32 << bits));
     // Two's complement ends at −2ⁿ and 2ⁿ − 1.
     let limit = ends.find(|full| same(code, *full) || same(code, full - 1.0))?;
-    let most = *sizes.last()?;
-    let first = facts.samples.iter().position(|value| value.abs() >= most)?;
+    let largest = *sizes.last()?;
+    let first = facts
+        .samples
+        .iter()
+        .position(|value| value.abs() >= largest)?;
     let at_s = facts.raw.time_s(first);
     let text = format!(
         "the channel was saturated: its largest sample, {} at {at_s:.5} s, is the last code of a \
@@ -248,9 +251,9 @@ pub(super) fn one_signed(facts: &SignalFacts<'_>) -> Option<Finding> {
     };
     // The line through the samples before or after leads beyond zero.
     let turns = facts.samples.windows(3).filter(|three| {
-        let [before, here, after] = [three[0], three[1], three[2]].map(|value| sign * value);
-        let step = before.min(after) - here;
-        2.0 * here < step && step >= STEEP_QUANTA * facts.quantum
+        let [before, middle, after] = [three[0], three[1], three[2]].map(|value| sign * value);
+        let step = before.min(after) - middle;
+        2.0 * middle < step && step >= STEEP_QUANTA * facts.quantum
     });
     let count = turns.count();
     let near = low.abs().min(high.abs()) < EXTREME_PART * facts.peak;
