@@ -43,6 +43,7 @@ pub(super) fn plane_findings(
     };
     let in_plane = InPlane::of(lever)?;
     let mut outcome = PlaneFindings::default();
+    let mut contradictions = Vec::new();
     let signs = setup.policy.polarity.signs();
     for opens_when in signs {
         let door = in_plane.door(*opens_when, second.judged_is_reversed);
@@ -52,7 +53,7 @@ pub(super) fn plane_findings(
         );
         outcome.findings.push(Finding::info("in-plane-door", text));
         if let ([_], Some(side)) = (signs, second.judged_side.filter(|side| *side != door)) {
-            outcome.forbids_pass = Some(Finding::warning(
+            contradictions.push(Finding::warning(
                 "in-plane-side",
                 format!(
                     "The judged channel is of the {side} side by its code, but {name} acceleration opens the {door} door. Check the setting `opens_when` and the signs of both channels."
@@ -62,7 +63,7 @@ pub(super) fn plane_findings(
     }
     let velocity_m_s = second.conditioned.velocity_change_m_s;
     if velocity_m_s > VELOCITY_CHANGE_MAX_M_S {
-        outcome.forbids_pass = Some(Finding::warning(
+        contradictions.push(Finding::warning(
             "in-plane-velocity",
             format!(
                 "`{}` changes the velocity by {} m/s, which no crash does. Check its unit.",
@@ -71,7 +72,8 @@ pub(super) fn plane_findings(
             ),
         ));
     }
-    outcome.findings.extend(outcome.forbids_pass.clone());
+    outcome.forbids_pass = contradictions.first().cloned();
+    outcome.findings.extend(contradictions);
     Ok(outcome)
 }
 
