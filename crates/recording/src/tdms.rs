@@ -121,28 +121,28 @@ impl<'a> TdmsFile<'a> {
 
     /// Returns the place of the one channel that is meant.
     fn choose(&self) -> Result<(usize, Option<Finding>), Error> {
-        let all: Vec<usize> = (0..self.entries.len()).collect();
-        if let Some(wanted) = &self.asked.options.channel {
-            let candidates: Vec<usize> = all
+        let places: Vec<usize> = (0..self.entries.len()).collect();
+        if let Some(name) = &self.asked.options.channel {
+            let candidates: Vec<usize> = places
                 .iter()
                 .copied()
                 .filter(|place| self.entries[*place].has_samples())
                 .collect();
             let fits = |place: &usize| {
-                self.entries[candidates[*place]].answers_to(wanted, candidates[*place] + 1)
+                self.entries[candidates[*place]].answers_to(name, candidates[*place] + 1)
             };
-            let found: Vec<usize> = (0..candidates.len()).filter(fits).collect();
-            let place = candidates[lateral::named(wanted, &found, &self.offers(&candidates))?];
+            let matching: Vec<usize> = (0..candidates.len()).filter(fits).collect();
+            let place = candidates[lateral::named(name, &matching, &self.offers(&candidates))?];
             return Ok((place, self.entries[place].column.not_lateral_finding()));
         }
-        let filled: Vec<usize> = all
+        let filled: Vec<usize> = places
             .iter()
             .copied()
             .filter(|place| self.is_filled(*place))
             .collect();
         if filled.is_empty() {
-            let known = "no channel of numbers with samples".to_string();
-            return Err(ErrorKind::NoChannel { known }.into());
+            let channels = "no channel of numbers with samples".to_string();
+            return Err(ErrorKind::NoChannel { known: channels }.into());
         }
         let choices = self.offers(&filled);
         let (chosen, finding) = lateral::take(&choices, lateral::listed(&choices))?;
@@ -159,20 +159,23 @@ impl<'a> TdmsFile<'a> {
         let Ok((place, _)) = self.choose() else {
             return Vec::new();
         };
-        let own = &self.entries[place];
+        let channel = &self.entries[place];
         let is_named = |entry: &Entry<'_>, place: usize| {
-            let wanted = self.asked.options.time_column.as_deref();
-            wanted.is_some_and(|wanted| entry.answers_to(wanted, place + 1))
+            let name = self.asked.options.time_column.as_deref();
+            name.is_some_and(|name| entry.answers_to(name, place + 1))
         };
-        let has_clock = |entry: &Entry<'_>| entry.group == own.group && entry.is_clock;
+        let has_clock = |entry: &Entry<'_>| entry.group == channel.group && entry.is_clock;
         let has_own_clock = self.entries.iter().any(has_clock);
-        let is_beside = |entry: &Entry<'_>| match entry.group == own.group {
+        let is_beside = |entry: &Entry<'_>| match entry.group == channel.group {
             true => entry.is_clock || entry.is_flag(),
             false => (entry.is_clock && !has_own_clock) || entry.is_flag(),
         };
         let of_use = self.entries.iter().enumerate();
         let of_use = of_use.filter(|(place, entry)| is_beside(entry) || is_named(entry, *place));
-        of_use.map(|(_, entry)| entry.at).chain([own.at]).collect()
+        of_use
+            .map(|(_, entry)| entry.at)
+            .chain([channel.at])
+            .collect()
     }
 
     /// Reads what a selection asks for.
@@ -181,8 +184,8 @@ impl<'a> TdmsFile<'a> {
             remarks: said::of_file(self.objects),
             ..ReadOutcome::default()
         };
-        let all = 0..self.entries.len();
-        let silent = all
+        let places = 0..self.entries.len();
+        let silent = places
             .clone()
             .filter(|place| self.entries[*place].object.count == 0);
         let silent: Vec<&str> = silent
@@ -193,8 +196,8 @@ impl<'a> TdmsFile<'a> {
             let text = format!("{count} channels hold no sample: {}", text::shown(list));
             outcome.findings.push(Finding::info("channels-empty", text));
         }
-        let wanted: Vec<usize> = match selection {
-            Selection::Every => all.filter(|place| self.is_filled(*place)).collect(),
+        let selected: Vec<usize> = match selection {
+            Selection::Every => places.filter(|place| self.is_filled(*place)).collect(),
             Selection::Lateral => {
                 let (place, finding) = self.choose()?;
                 outcome.findings.extend(finding);
@@ -202,18 +205,18 @@ impl<'a> TdmsFile<'a> {
             }
         };
         // Of texts beside channels it is not known to which of them they belong.
-        let groups: BTreeSet<&str> = wanted
+        let groups: BTreeSet<&str> = selected
             .iter()
             .map(|place| self.entries[*place].group)
             .collect();
         let texts = self.entries.iter().filter(|entry| {
             groups.contains(entry.group) || !self.sample_groups.contains(entry.group)
         });
-        let said = texts.flat_map(|entry| said::of_texts(entry.object, entry.own_name));
-        outcome.remarks.extend(said);
+        let remarks = texts.flat_map(|entry| said::of_texts(entry.object, entry.own_name));
+        outcome.remarks.extend(remarks);
         let limits = self.asked.limits;
-        let most = ("test_samples", limits.test_samples);
-        draft::deliver(selection, wanted, outcome, most, |place, _| {
+        let limit = ("test_samples", limits.test_samples);
+        draft::deliver(selection, selected, outcome, limit, |place, _| {
             let name = || self.entries[place].column.name.clone();
             let channel = self.channel(place, selection);
             channel.map(Some).map_err(|error| (name(), error))
@@ -234,8 +237,8 @@ impl<'a> TdmsFile<'a> {
             .missing
             .is_some_and(|(_, count)| count == object.values.len());
         if object.values.is_empty() || is_absent {
-            let found = format!("channel {} holds no sample", entry.column.name);
-            return Err(Error::empty(found, "a channel with samples"));
+            let empty_channel = format!("channel {} holds no sample", entry.column.name);
+            return Err(Error::empty(empty_channel, "a channel with samples"));
         }
         let values = self.scaled(entry, selection)?;
         let mut findings = Vec::new();
@@ -325,8 +328,8 @@ impl<'a> TdmsFile<'a> {
             let is_silent = is_whole && selection == Selection::Lateral && !is_stated;
             let silent = || "whole numbers without a scale (NI_Scale)".to_string();
             let words = scale::scale_in_words(object).or_else(|| self.parents.scale(objects));
-            let found = words.or_else(|| is_silent.then(silent));
-            if let Some(found) = found {
+            let unscaled = words.or_else(|| is_silent.then(silent));
+            if let Some(unscaled) = unscaled {
                 let hint = format!(
                     "save the channel scaled, as floating point; without a property of a scale, state \
                      what the numbers are with {} = g or {} = '20 g/V'",
@@ -334,7 +337,7 @@ impl<'a> TdmsFile<'a> {
                     Setting::Sensitivity
                 );
                 let expected = "samples in the channel's unit";
-                return Err(Error::malformed(expected, found, hint));
+                return Err(Error::malformed(expected, unscaled, hint));
             }
         }
         let values: Vec<f64> = object
@@ -344,8 +347,8 @@ impl<'a> TdmsFile<'a> {
             .collect();
         match values.iter().position(|value| !value.is_finite()) {
             Some(index) => {
-                let found = format!("{} as sample {} after scaling", values[index], index + 1);
-                Err(KernelError::NonFinite { found }.into())
+                let sample = format!("{} as sample {} after scaling", values[index], index + 1);
+                Err(KernelError::NonFinite { found: sample }.into())
             }
             None => Ok(values),
         }
@@ -353,31 +356,31 @@ impl<'a> TdmsFile<'a> {
 
     /// Holds the extremes that DIAdem states of a channel against the samples.
     fn extremes(&self, object: &Object, values: &[f64]) -> Vec<Finding> {
-        let mut found = Vec::new();
+        let mut findings = Vec::new();
         let stated = |key: &str| object.property(key).and_then(Value::number);
         let (Some(low), Some(high)) = (stated("minimum"), stated("maximum")) else {
-            return found;
+            return findings;
         };
         // Equal ones were never computed.
         if !(low < high && low.is_finite() && high.is_finite()) {
-            return found;
+            return findings;
         }
         let least = values.iter().copied().fold(f64::MAX, f64::min);
         let largest = values.iter().copied().fold(f64::MIN, f64::max);
         let slack = EXTREME_AGREEMENT * least.abs().max(largest.abs());
-        for (key, stated, held) in [("minimum", low, least), ("maximum", high, largest)] {
+        for (key, stated, actual) in [("minimum", low, least), ("maximum", high, largest)] {
             let text = &stated.to_string();
-            Statement { key, text }.extreme(held, slack, &mut found);
+            Statement { key, text }.extreme(actual, slack, &mut findings);
         }
-        found
+        findings
     }
 
     /// Says from when on channels of flags beside the samples speak against them.
     fn flag_findings(&self, place: usize, span: Span) -> Vec<Finding> {
-        let own = &self.entries[place];
+        let channel = &self.entries[place];
         let of_own = |flag: &&BadFlag| {
             let group = self.entries[flag.place].group;
-            let is_beside = group == own.group || !self.sample_groups.contains(group);
+            let is_beside = group == channel.group || !self.sample_groups.contains(group);
             let is_of_all = is_beside && flag.speaks_of.is_empty();
             flag.place != place && (is_of_all || flag.speaks_of.contains(&place))
         };
@@ -396,7 +399,7 @@ impl<'a> TdmsFile<'a> {
                  samples before that",
                 index + 1
             );
-            let is_beside = entry.object.count == own.object.count;
+            let is_beside = entry.object.count == channel.object.count;
             let at_s = span.start_s + index as f64 * span.interval_s;
             Finding::blocking("invalid-by-laboratory", text).since(is_beside.then_some(at_s))
         });
@@ -415,7 +418,7 @@ struct BadFlag {
 
 /// Looks through the channels of flags.
 fn bad_flags(entries: &[Entry<'_>]) -> Vec<BadFlag> {
-    let mut found = Vec::new();
+    let mut bad_flags = Vec::new();
     let flags = entries.iter().enumerate();
     for (place, flag) in flags.filter(|(_, entry)| entry.is_flag() && entry.object.count > 0) {
         let values = &flag.object.values;
@@ -430,8 +433,9 @@ fn bad_flags(entries: &[Entry<'_>]) -> Vec<BadFlag> {
             continue;
         }
         let is_of = |entry: &Entry<'_>| {
-            let rest = flag.own_name.strip_prefix(entry.own_name);
-            let ends = rest.is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphanumeric()));
+            let suffix = flag.own_name.strip_prefix(entry.own_name);
+            let ends =
+                suffix.is_some_and(|suffix| suffix.starts_with(|c: char| !c.is_alphanumeric()));
             entry.own_name.len() > 1 && ends
         };
         let of_group = |other: &usize| entries[*other].group == flag.group;
@@ -440,13 +444,13 @@ fn bad_flags(entries: &[Entry<'_>]) -> Vec<BadFlag> {
             .collect();
         // A name of its own group comes before the same one of another.
         let of_own: Vec<usize> = named.iter().copied().filter(of_group).collect();
-        found.push(BadFlag {
+        bad_flags.push(BadFlag {
             place,
             first: first.map(|index| (index, values[index])),
             speaks_of: if of_own.is_empty() { named } else { of_own },
         });
     }
-    found
+    bad_flags
 }
 
 /// Part of the largest magnitude by which a stated extreme may be off [-].

@@ -40,8 +40,8 @@ impl Waveform {
         };
         let number = |value: &Value| value.number().filter(|number| number.is_finite());
         let malformed = |expected: &str, key: &str, value: &Value, hint: &str| {
-            let found = format!("{key} `{}`", text::shown(value.text()));
-            Error::malformed(expected, found, hint)
+            let statement = format!("{key} `{}`", text::shown(value.text()));
+            Error::malformed(expected, statement, hint)
         };
         let interval = match number(increment) {
             // As some programs write where they know none.
@@ -87,21 +87,21 @@ fn unit_of_x(
 ) -> Result<TimeUnit, Error> {
     let label = |key| object.property(key).map(Value::text);
     let written = label("wf_xunit_string");
-    let known = written.as_deref().map(TimeUnit::from_spelling);
+    let written_unit = written.as_deref().map(TimeUnit::from_spelling);
     let name = label("wf_xname");
     let says_time = |name: &String| ChannelName::from_header(name, 1).says_time();
-    let refused = |found: String| {
+    let refused = |statement: String| {
         let hint = format!(
             "export a signal over time, or state the unit with {} = s|ms|us|ns",
             Setting::TimeUnit
         );
-        Err(Error::malformed("samples over time", found, hint))
+        Err(Error::malformed("samples over time", statement, hint))
     };
-    match (stated, known, name) {
-        (Some(stated), known, _) => {
+    match (stated, written_unit, name) {
+        (Some(stated), written_unit, _) => {
             if let (Some(written), false) = (
                 &written,
-                known.flatten().is_none_or(|known| known == stated),
+                written_unit.flatten().is_none_or(|unit| unit == stated),
             ) {
                 let text = format!(
                     "wf_xunit_string is `{}`, but the setting `time_unit` is `{stated}`. The setting \
@@ -112,7 +112,7 @@ fn unit_of_x(
             }
             Ok(stated)
         }
-        (None, Some(Some(known)), _) => Ok(known),
+        (None, Some(Some(unit)), _) => Ok(unit),
         (None, Some(None), _) => refused(format!(
             "wf_xunit_string `{}`",
             text::shown(written.unwrap_or_default())
@@ -142,11 +142,11 @@ impl<'a> Stamps<'a> {
         let object = entry.object;
         let name = &*entry.column.name;
         if object.is_left_out {
-            let found = format!(
+            let left_out = format!(
                 "the channel of times `{}` among more samples",
                 text::shown(name)
             );
-            return Err(asked.limits.over("test_samples", found));
+            return Err(asked.limits.over("test_samples", left_out));
         }
         // Times that are no times without their scale would make another pulse of the samples.
         let is_whole = entry.kind().is_some_and(DataType::is_whole);
@@ -156,18 +156,18 @@ impl<'a> Stamps<'a> {
             return Err(error.clone());
         }
         if let Some((from, _)) = object.missing {
-            let found = format!("no number as sample {}", from + 1);
-            let error = Error::from(KernelError::NonFinite { found });
+            let missing = format!("no number as sample {}", from + 1);
+            let error = Error::from(KernelError::NonFinite { found: missing });
             return Err(error.at(Place::default().channel(name)));
         }
         let is_instant = entry.kind() == Some(DataType::Timestamp);
-        let known = entry
+        let column_unit = entry
             .column
             .time_unit
             .or(is_instant.then_some(TimeUnit::SECOND));
         let unit = match is_instant {
             true => TimeUnit::SECOND,
-            false => stated.or(known).unwrap_or(TimeUnit::SECOND),
+            false => stated.or(column_unit).unwrap_or(TimeUnit::SECOND),
         };
         let values_s: Vec<f64> = object
             .values
@@ -186,7 +186,7 @@ impl<'a> Stamps<'a> {
             name,
             values_s,
             digit_s,
-            is_assumed: known.is_none() && stated.is_none(),
+            is_assumed: column_unit.is_none() && stated.is_none(),
             are_instants: is_instant,
         })
     }
@@ -210,18 +210,18 @@ impl ChannelClock {
         asked: ReadTask<'_>,
         findings: &mut Vec<Finding>,
     ) -> Result<Self, Error> {
-        let (options, own) = (asked.options, &entries[place]);
-        let waveform = Waveform::of(own.object, options.time_unit, findings)?;
+        let (options, channel) = (asked.options, &entries[place]);
+        let waveform = Waveform::of(channel.object, options.time_unit, findings)?;
         let is_timed = waveform.as_ref().is_some_and(|waveform| !waveform.counts);
         let is_named = options.time_column.is_some();
         let beside = match &options.time_column {
-            Some(wanted) => Some(named(entries, own, wanted, is_cut)?),
-            None => beside(entries, own, is_timed, is_cut)?,
+            Some(name) => Some(named(entries, channel, name, is_cut)?),
+            None => beside(entries, channel, is_timed, is_cut)?,
         };
         let stamps = beside.map(|entry| Stamps::of(entry, asked));
         let mut stamps = stamps.transpose()?;
         if let Some(waveform) = waveform.as_ref().filter(|_| is_timed) {
-            for entry in others(entries, own, beside) {
+            for entry in others(entries, channel, beside) {
                 let mut stamps = Stamps::of(entry, asked)?;
                 stamps.values_s.truncate(values.len());
                 let contradicted = contradiction(waveform, &stamps);
@@ -242,11 +242,11 @@ impl ChannelClock {
                 let (seconds, digit_s) = (&stamps.values_s, stamps.digit_s);
                 let samples =
                     UniformSamples::by_stamps(seconds, digit_s, values, asked.limits, findings)?;
-                let by = format!("the channel `{}`", text::shown(stamps.name));
+                let source = format!("the channel `{}`", text::shown(stamps.name));
                 let rate = samples.rate.hertz();
-                findings.extend(options.check_rate(rate, (&by, stamps.is_assumed), MEND)?);
-                let held = waveform.filter(|waveform| !waveform.counts);
-                let confirmed = held.map(|waveform| contradiction(&waveform, &stamps));
+                findings.extend(options.check_rate(rate, (&source, stamps.is_assumed), MEND)?);
+                let timed_waveform = waveform.filter(|waveform| !waveform.counts);
+                let confirmed = timed_waveform.map(|waveform| contradiction(&waveform, &stamps));
                 findings.extend(confirmed.clone().flatten());
                 Ok(Self {
                     samples,
@@ -255,14 +255,14 @@ impl ChannelClock {
             }
             (Some(waveform), stamps) if is_timed => {
                 let rate = waveform.rate;
-                let by = ("wf_increment", false);
-                findings.extend(options.check_rate(rate.hertz(), by, MEND)?);
+                let source = ("wf_increment", false);
+                findings.extend(options.check_rate(rate.hertz(), source, MEND)?);
                 let contradicted = stamps
                     .as_ref()
                     .map(|stamps| contradiction(&waveform, stamps));
                 findings.extend(contradicted.clone().flatten());
                 if !is_cut {
-                    findings.extend(fewer_samples(entries, own));
+                    findings.extend(fewer_samples(entries, channel));
                 }
                 let samples = UniformSamples::stated(waveform.start_s(), rate, values)?;
                 let name =
@@ -284,7 +284,8 @@ impl ChannelClock {
                     (None, None) => return Err(ErrorKind::MissingTime.into()),
                 };
                 if options.rate_hz.is_some() {
-                    let contradicted = rate_contradiction(entries, own, rate, values.len(), asked)?;
+                    let contradicted =
+                        rate_contradiction(entries, channel, rate, values.len(), asked)?;
                     findings.extend(contradicted);
                 }
                 Ok(unconfirmed(UniformSamples::stated(start_s, rate, values)?))
@@ -297,25 +298,25 @@ impl ChannelClock {
 /// time: channels of times, and the intervals of its group, of the file and of channels with as many samples.
 fn rate_contradiction(
     entries: &[Entry<'_>],
-    own: &Entry<'_>,
+    channel: &Entry<'_>,
     rate: SampleRate,
     count: usize,
     asked: ReadTask<'_>,
 ) -> Result<Option<Finding>, Error> {
-    for entry in others(entries, own, None) {
+    for entry in others(entries, channel, None) {
         let mut stamps = Stamps::of(entry, asked)?;
         stamps.values_s.truncate(count);
         let first_s = stamps.values_s.first().copied().unwrap_or(0.0);
         let (stamps_s, digit_s) = (&stamps.values_s, stamps.digit_s);
-        let found = held::clock(STATED_RATE, first_s, rate.hertz(), stamps_s, digit_s);
-        if found.is_some() {
-            return Ok(found);
+        let finding = held::clock(STATED_RATE, first_s, rate.hertz(), stamps_s, digit_s);
+        if finding.is_some() {
+            return Ok(finding);
         }
     }
     let alike = entries
         .iter()
-        .filter(|entry| entry.object.count == own.object.count);
-    let objects = own
+        .filter(|entry| entry.object.count == channel.object.count);
+    let objects = channel
         .objects
         .iter()
         .copied()
@@ -343,7 +344,7 @@ fn rate_contradiction(
 
 /// Says that a channel has fewer samples than another one of its group on the same clock: it was left out of
 /// some segments, and nothing tells of which.
-fn fewer_samples(entries: &[Entry<'_>], own: &Entry<'_>) -> Option<Finding> {
+fn fewer_samples(entries: &[Entry<'_>], channel: &Entry<'_>) -> Option<Finding> {
     const CLOCK: [&str; 4] = [
         "wf_increment",
         "wf_start_offset",
@@ -351,12 +352,12 @@ fn fewer_samples(entries: &[Entry<'_>], own: &Entry<'_>) -> Option<Finding> {
         "wf_start_time",
     ];
     let clock = |object: &'_ Object| CLOCK.map(|key| object.property(key).cloned());
-    let own_clock = clock(own.object);
-    let count = own.object.count;
+    let own_clock = clock(channel.object);
+    let count = channel.object.count;
     // One sample more is what a recorder may write while it stops.
     let longer = entries.iter().find(|entry| {
         entry.object.count > count + 1
-            && entry.group == own.group
+            && entry.group == channel.group
             && clock(entry.object) == own_clock
     })?;
     let text = format!(
@@ -384,35 +385,35 @@ fn contradiction(waveform: &Waveform, stamps: &Stamps<'_>) -> Option<Finding> {
 /// Returns the channel of times that a person names.
 fn named<'a, 'b>(
     entries: &'a [Entry<'b>],
-    own: &Entry<'_>,
-    wanted: &str,
+    channel: &Entry<'_>,
+    name: &str,
     is_cut: bool,
 ) -> Result<&'a Entry<'b>, Error> {
     let fits = |(place, entry): &(usize, &Entry<'_>)| {
         let is_number = entry
             .kind()
             .is_some_and(|kind| kind.is_number() || kind == DataType::Timestamp);
-        is_number && entry.answers_to(wanted, place + 1)
+        is_number && entry.answers_to(name, place + 1)
     };
-    let mut found: Vec<&Entry<'b>> = entries
+    let mut matching: Vec<&Entry<'b>> = entries
         .iter()
         .enumerate()
         .filter(fits)
         .map(|(_, entry)| entry)
         .collect();
-    if found.len() > 1 {
-        found.retain(|entry| entry.group == own.group);
+    if matching.len() > 1 {
+        matching.retain(|entry| entry.group == channel.group);
     }
-    let malformed = |found: String| {
-        let expected = format!("one channel of times `{}`", text::shown(wanted));
+    let malformed = |counts: String| {
+        let expected = format!("one channel of times `{}`", text::shown(name));
         let hint = format!("name it by {} = GROUP/CHANNEL", Setting::TimeColumn);
-        Error::malformed(expected, found, hint)
+        Error::malformed(expected, counts, hint)
     };
-    match found.as_slice() {
-        [only] if is_cut || only.object.count == own.object.count => Ok(only),
+    match matching.as_slice() {
+        [only] if is_cut || only.object.count == channel.object.count => Ok(only),
         [only] => Err(malformed(format!(
             "{} times for {} samples",
-            only.object.count, own.object.count
+            only.object.count, channel.object.count
         ))),
         several => Err(malformed(format!("{} of them", several.len()))),
     }
@@ -422,15 +423,17 @@ fn named<'a, 'b>(
 /// group with about as many values; where the group has none, those of other groups with as many.
 fn others<'a, 'b>(
     entries: &'a [Entry<'b>],
-    own: &Entry<'_>,
+    channel: &Entry<'_>,
     beside: Option<&Entry<'_>>,
 ) -> Vec<&'a Entry<'b>> {
-    let count = own.object.count;
+    let count = channel.object.count;
     let clocks = || entries.iter().filter(|entry| entry.is_clock);
-    let has_own = clocks().any(|entry| entry.group == own.group);
+    let has_own = clocks().any(|entry| entry.group == channel.group);
     let fits = |entry: &&Entry<'_>| match has_own {
         // One value more or less is a slip, half of them another channel's clock.
-        true => entry.group == own.group && entry.object.count.abs_diff(count) <= 1 + count / 50,
+        true => {
+            entry.group == channel.group && entry.object.count.abs_diff(count) <= 1 + count / 50
+        }
         false => entry.object.count == count,
     };
     let is_other = |entry: &&Entry<'_>| beside.is_none_or(|beside| beside.at != entry.at);
@@ -441,14 +444,14 @@ fn others<'a, 'b>(
 /// where the channel `is_timed` by itself.
 fn beside<'a, 'b>(
     entries: &'a [Entry<'b>],
-    own: &Entry<'_>,
+    channel: &Entry<'_>,
     is_timed: bool,
     is_cut: bool,
 ) -> Result<Option<&'a Entry<'b>>, Error> {
     let clocks = entries.iter().filter(|entry| {
         entry.is_clock
-            && entry.group == own.group
-            && (is_cut || entry.object.count == own.object.count)
+            && entry.group == channel.group
+            && (is_cut || entry.object.count == channel.object.count)
     });
     let clocks: Vec<&Entry<'b>> = clocks.collect();
     match clocks.as_slice() {
@@ -458,10 +461,10 @@ fn beside<'a, 'b>(
         several => {
             let names: Vec<&str> = several.iter().map(|entry| &*entry.column.name).collect();
             let hint = format!("name one by {} = NAME", Setting::TimeColumn);
-            let found = text::shown(names.join(", "));
+            let shown_names = text::shown(names.join(", "));
             Err(Error::malformed(
                 "one channel of times in the group",
-                found,
+                shown_names,
                 hint,
             ))
         }

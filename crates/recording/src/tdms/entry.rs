@@ -67,14 +67,14 @@ impl Entry<'_> {
 
     /// Tells whether a user's word means this channel: its name, with its group or unit or without,
     /// or its number, counted from 1.
-    pub(super) fn answers_to(&self, wanted: &str, number: usize) -> bool {
-        let wanted = wanted.trim();
+    pub(super) fn answers_to(&self, word: &str, number: usize) -> bool {
+        let word = word.trim();
         let label = self.column.label.trim();
-        self.column.name == wanted
-            || self.own_name == wanted
-            || format!("{}/{}", self.group, self.own_name) == wanted
-            || (!label.is_empty() && label == wanted)
-            || wanted.parse() == Ok(number)
+        self.column.name == word
+            || self.own_name == word
+            || format!("{}/{}", self.group, self.own_name) == word
+            || (!label.is_empty() && label == word)
+            || word.parse() == Ok(number)
     }
 }
 
@@ -152,25 +152,25 @@ pub(super) fn of<'a>(objects: &'a [Object], options: &ReadOptions) -> Vec<Entry<
             entry.column.name = format!("{}/{}", entry.group, entry.own_name);
         }
         // One group is as good as none, as long as nothing in its name speaks against its channels.
-        let mut said = words(entry.group);
-        said.retain(|word| !EMPTY_GROUPS.contains(&word.as_str()));
-        let mut is_foreign = said
+        let mut group_words = words(entry.group);
+        group_words.retain(|word| !EMPTY_GROUPS.contains(&word.as_str()));
+        let mut is_foreign = group_words
             .iter()
             .any(|word| FOREIGN_GROUPS.contains(&word.as_str()));
         if groups.len() == 1 {
-            let mut heard = said.clone();
-            heard.retain(|word| !is_empty_of_only_group(word));
+            let mut telling_words = group_words.clone();
+            telling_words.retain(|word| !is_empty_of_only_group(word));
             let mut only = ChannelName::unnamed(1);
-            only.describe(heard.join(" "));
+            only.describe(telling_words.join(" "));
             // A letter alone says as little as none, unless beside others.
-            let says = heard.iter().any(|word| word.chars().count() > 1);
+            let says = telling_words.iter().any(|word| word.chars().count() > 1);
             if says && (only.odd_word().is_some() || only.says_filtered()) {
                 is_foreign = true;
-                said = heard;
+                group_words = telling_words;
             }
         }
-        if (groups.len() > 1 || is_foreign) && !said.is_empty() {
-            let words = format!("{} {}", said.join(" "), entry.column.label);
+        if (groups.len() > 1 || is_foreign) && !group_words.is_empty() {
+            let words = format!("{} {}", group_words.join(" "), entry.column.label);
             entry.column.describe(words);
         }
         entry.is_clock = entry.holds_times();

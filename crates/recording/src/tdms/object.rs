@@ -81,8 +81,8 @@ impl Object {
 
     /// Returns a property, be it empty or of a type that is not read, whatever the case of its name.
     pub(super) fn stated(&self, key: &str) -> Option<&Value> {
-        let at = self.small_places.get(&key.to_lowercase())?;
-        Some(&self.properties[*at].1)
+        let place = self.small_places.get(&key.to_lowercase())?;
+        Some(&self.properties[*place].1)
     }
 
     /// Returns the names in small letters that begin with `start`.
@@ -107,9 +107,9 @@ impl Object {
         let is_start = small == "wf_start_time";
         let is_one = is_start || is_binding(&key);
         if is_binding(&key) && matches!(value, Value::Other) {
-            let found = format!("`{}` of another type", crate::text::shown(&key));
+            let property = format!("`{}` of another type", crate::text::shown(&key));
             let hint = "save it as double precision";
-            let error = Error::malformed("a number or a text", found, hint);
+            let error = Error::malformed("a number or a text", property, hint);
             self.error.get_or_insert(error);
         }
         let mut grown = 0;
@@ -120,15 +120,15 @@ impl Object {
             grown += 32;
         }
         let place_key = if is_one { &small } else { &key };
-        let Some(at) = self.places.get(place_key).copied() else {
+        let Some(place) = self.places.get(place_key).copied() else {
             grown += bytes(&key, &value);
-            let at = self.properties.len();
-            self.places.insert(place_key.clone(), at);
-            self.small_places.entry(small).or_insert(at);
+            let place = self.properties.len();
+            self.places.insert(place_key.clone(), place);
+            self.small_places.entry(small).or_insert(place);
             self.properties.push((key, value));
             return grown;
         };
-        let old = &self.properties[at].1;
+        let old = &self.properties[place].1;
         let changes = has_samples && *old != value && !old.text().is_empty();
         if changes && is_start {
             // The start of the file's clock stays; the next samples follow, or do not.
@@ -140,18 +140,21 @@ impl Object {
         }
         if changes && is_binding(&key) {
             let expected = format!("one `{key}` for all samples of a channel");
-            let found = format!(
+            let both_values = format!(
                 "`{}`, and `{}` after {} samples",
                 crate::text::shown(old.text()),
                 crate::text::shown(value.text()),
                 self.count
             );
-            let error =
-                Error::malformed(expected, found, "save each recording as a file of its own");
+            let error = Error::malformed(
+                expected,
+                both_values,
+                "save each recording as a file of its own",
+            );
             self.error.get_or_insert(error);
         }
         grown += bytes(&key, &value) - bytes(&key, old);
-        self.properties[at].1 = value;
+        self.properties[place].1 = value;
         grown
     }
 
@@ -198,8 +201,8 @@ impl Object {
             return;
         };
         if value.is_infinite() {
-            let found = format!("{value} as sample {}", self.count);
-            self.error = Some(KernelError::NonFinite { found }.into());
+            let sample = format!("{value} as sample {}", self.count);
+            self.error = Some(KernelError::NonFinite { found: sample }.into());
         } else if value.is_nan() {
             let (_, count) = self.missing.get_or_insert((self.values.len(), 0));
             *count += 1;

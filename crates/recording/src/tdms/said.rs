@@ -105,7 +105,7 @@ pub(super) struct ParentsSaid<'a>(BTreeMap<&'a ObjectPath, ParentSaid>);
 impl<'a> ParentsSaid<'a> {
     pub(super) fn of(objects: &'a [Object]) -> Self {
         let is_parent = |object: &&Object| !matches!(object.path, ObjectPath::Channel(..));
-        let said = |object: &'a Object| {
+        let parent_by_path = |object: &'a Object| {
             let parent = ParentSaid {
                 bad: bad_properties(object).next().map(|(_, finding)| finding),
                 filters: of_filters(object).take(MOST_FILTERS).collect(),
@@ -114,7 +114,13 @@ impl<'a> ParentsSaid<'a> {
             };
             (&object.path, parent)
         };
-        Self(objects.iter().filter(is_parent).map(said).collect())
+        Self(
+            objects
+                .iter()
+                .filter(is_parent)
+                .map(parent_by_path)
+                .collect(),
+        )
     }
 
     fn over<'b>(&'b self, objects: &'b [&Object]) -> impl Iterator<Item = &'b ParentSaid> {
@@ -124,35 +130,43 @@ impl<'a> ParentsSaid<'a> {
     /// Returns what they say of the state of a channel whose `objects` these are.
     pub(super) fn findings(&self, objects: &[&Object]) -> Vec<Finding> {
         self.over(objects)
-            .filter_map(|one| one.bad.clone())
+            .filter_map(|parent| parent.bad.clone())
             .collect()
     }
 
     /// Says that a channel or what is above it states another rate than that of its clock [Hz].
     pub(super) fn rate_contradiction(&self, objects: &[&Object], hertz: f64) -> Option<Finding> {
-        let own: Vec<StatedRate> = objects
+        let channel_rates: Vec<StatedRate> = objects
             .first()
             .into_iter()
-            .flat_map(|own| stated_rates(own).take(MOST_RATES))
+            .flat_map(|channel| stated_rates(channel).take(MOST_RATES))
             .collect();
-        let above = self.over(objects).flat_map(|parent| &parent.rates);
+        let parent_rates = self.over(objects).flat_map(|parent| &parent.rates);
         let clock = ("the clock", hertz);
-        let finding = |one: &StatedRate| csv::rate_finding(&one.shown, &one.rates, clock);
-        let found: Vec<Finding> = own.iter().chain(above).filter_map(finding).collect();
-        let worst = |one: &&Finding| one.severity == Severity::Blocking;
-        found.iter().find(worst).or(found.first()).cloned()
+        let finding = |stated: &StatedRate| csv::rate_finding(&stated.shown, &stated.rates, clock);
+        let findings: Vec<Finding> = channel_rates
+            .iter()
+            .chain(parent_rates)
+            .filter_map(finding)
+            .collect();
+        let is_blocking = |finding: &&Finding| finding.severity == Severity::Blocking;
+        findings
+            .iter()
+            .find(is_blocking)
+            .or(findings.first())
+            .cloned()
     }
 
     /// Returns what they say of filters.
     pub(super) fn filters(&self, objects: &[&Object]) -> Vec<Remark> {
         self.over(objects)
-            .flat_map(|one| one.filters.clone())
+            .flat_map(|parent| parent.filters.clone())
             .collect()
     }
 
     /// Returns what they say of a scale in words of the writer's own.
     pub(super) fn scale(&self, objects: &[&Object]) -> Option<String> {
-        self.over(objects).find_map(|one| one.scale.clone())
+        self.over(objects).find_map(|parent| parent.scale.clone())
     }
 }
 
@@ -177,22 +191,22 @@ pub(super) fn of_file(objects: &[Object]) -> Vec<Remark> {
         }
         ObjectPath::Channel(..) => None,
     });
-    let said = parents.flat_map(|(object, of)| {
+    let remarks = parents.flat_map(|(object, teller)| {
         let texts = texts(object);
         texts.map(move |(key, text)| {
             let text = format!("{key}: {text}");
-            Remark::new(&text, RemarkPlace::Apart, format!("{of} says"))
+            Remark::new(&text, RemarkPlace::Apart, format!("{teller} says"))
         })
     });
-    said.collect()
+    remarks.collect()
 }
 
 /// Returns what the properties of a channel say in words.
 pub(super) fn of_channel(object: &Object) -> Vec<Remark> {
     let teller = "the file says of this channel";
-    let said = texts(object).filter(|(key, text)| !is_bad_status(key, text));
-    let said = said.filter_map(|(key, text)| remark(key, &text, teller));
-    said.collect()
+    let texts = texts(object).filter(|(key, text)| !is_bad_status(key, text));
+    let remarks = texts.filter_map(|(key, text)| remark(key, &text, teller));
+    remarks.collect()
 }
 
 /// Says which properties of a channel, of its group or of the file state that its samples are not known to be good; of NHTSA's words
@@ -222,11 +236,12 @@ fn bad_properties(object: &Object) -> impl Iterator<Item = (String, Finding)> {
         let stated = value.text();
         is_bad_status(key, &stated).then(|| {
             let (key, shown) = (crate::text::shown(key), crate::text::shown(&stated));
-            let of = match &object.path {
+            let owner = match &object.path {
                 ObjectPath::Channel(..) => String::new(),
                 _ => format!(" of {}", teller(object)),
             };
-            let text = format!("the property `{key}`{of} states \"{shown}\". Use another channel");
+            let text =
+                format!("the property `{key}`{owner} states \"{shown}\". Use another channel");
             (stated, Finding::blocking("invalid-by-laboratory", text))
         })
     })
@@ -242,7 +257,7 @@ fn texts(object: &Object) -> impl Iterator<Item = (&str, String)> {
 /// Returns what a channel of text says of the channels beside it.
 pub(super) fn of_texts(object: &Object, name: &str) -> Vec<Remark> {
     let teller = format!("the channel `{}` says", crate::text::shown(name));
-    let said = object
+    let remarks = object
         .texts
         .texts()
         .filter_map(|text| remark(name, text, &teller));
@@ -250,18 +265,18 @@ pub(super) fn of_texts(object: &Object, name: &str) -> Vec<Remark> {
         let text = "more texts than are read";
         Remark::new(text, RemarkPlace::State(None), teller.clone())
     });
-    said.chain(more).collect()
+    remarks.chain(more).collect()
 }
 
 /// Takes what a channel, its group and the file state of sensor and test; `objects` holds them.
 pub(super) fn state(object: &Object, stated: &mut Stated, objects: &[&Object]) {
     let any = |keys: &[&str]| {
-        let mut found = keys
+        let mut values = keys
             .iter()
-            .flat_map(|key| objects.iter().map(move |one| one.property(key)));
-        found.find_map(|value| fact(&value?.text()))
+            .flat_map(|key| objects.iter().map(move |object| object.property(key)));
+        values.find_map(|value| fact(&value?.text()))
     };
-    let own = |key: &str| object.property(key).and_then(|value| fact(&value.text()));
+    let channel_fact = |key: &str| object.property(key).and_then(|value| fact(&value.text()));
     let number = |key: &str| {
         object
             .property(key)
@@ -276,15 +291,23 @@ pub(super) fn state(object: &Object, stated: &mut Stated, objects: &[&Object]) {
         .and_then(|name| fact(&name.text()));
     stated.full_scale = number("INSRAT");
     stated.prefilter_hz = number("PREFIL");
-    stated.status = own("DASTAT").or_else(|| own("Data status"));
+    stated.status = channel_fact("DASTAT").or_else(|| channel_fact("Data status"));
     stated.test = TestFacts {
         test: any(&["title", "test"]).or(title),
         vehicle: any(&["vehicle"]),
         laboratory: any(&["laboratory"])
             .or_else(|| any(&["author"]).map(|name| format!("author {name}"))),
         date: any(&["date", "datetime", "wf_start_time"]),
-        sensor: joined_facts([own("sensor"), own("serial number"), own("INSMAN")]),
-        location: joined_facts([own("location"), own("SENATT"), own("AXIS")]),
+        sensor: joined_facts([
+            channel_fact("sensor"),
+            channel_fact("serial number"),
+            channel_fact("INSMAN"),
+        ]),
+        location: joined_facts([
+            channel_fact("location"),
+            channel_fact("SENATT"),
+            channel_fact("AXIS"),
+        ]),
         ..TestFacts::default()
     };
 }

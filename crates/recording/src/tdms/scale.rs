@@ -47,10 +47,10 @@ pub(super) struct Scales(Vec<Scale>);
 impl Scales {
     /// Finds the scales of a channel: its own, else those of its group, else those of the file.
     pub(super) fn find(objects: &[&Object]) -> Result<Self, Error> {
-        let (mut found, mut scaled, mut unscaled) = (None, None, None);
+        let (mut stated_scales, mut scaled, mut unscaled) = (None, None, None);
         for object in objects {
             let scales = Self::of(object)?;
-            found = found.or(scales);
+            stated_scales = stated_scales.or(scales);
             match object.stated(STATUS).map(Value::text).as_deref() {
                 None => {}
                 Some("scaled") => scaled = scaled.or(Some(*object)),
@@ -58,29 +58,29 @@ impl Scales {
                 Some(_) => return Err(refused(STATUS, object)),
             }
         }
-        match (found, scaled, unscaled) {
+        match (stated_scales, scaled, unscaled) {
             // Stored numbers would be scaled twice, or not at all.
             (Some(_), Some(object), _) | (None, _, Some(object)) => Err(refused(STATUS, object)),
-            (found, _, _) => Ok(found.unwrap_or_default()),
+            (stated_scales, _, _) => Ok(stated_scales.unwrap_or_default()),
         }
     }
 
     /// Refuses a channel whose numbers are needed as they are stored, where something says that they have a
     /// scale; for whole numbers (`is_whole`) in words of the writer's own as well.
     pub(super) fn refuse_any(objects: &[&Object], is_whole: bool) -> Result<(), Error> {
-        let found = match Self::find(objects)?.is_empty() {
+        let scale = match Self::find(objects)?.is_empty() {
             false => "a scale (NI_Scale)".to_string(),
             true => match objects
                 .first()
                 .filter(|_| is_whole)
-                .and_then(|own| scale_in_words(own))
+                .and_then(|object| scale_in_words(object))
             {
-                Some(found) => found,
+                Some(scale) => scale,
                 None => return Ok(()),
             },
         };
         let expected = "times and flags without a scale";
-        Err(Error::malformed(expected, found, CONVERT))
+        Err(Error::malformed(expected, scale, CONVERT))
     }
 
     /// Reads the scales that an object states; `None` if it states none, or that they were applied
@@ -111,8 +111,8 @@ impl Scales {
         }
         // The last one gives the quantity; each names the one before it, or the stored numbers.
         let (mut next, mut scales) = (Some(count - 1), Vec::new());
-        while let Some(at) = next {
-            let key = |name: &str| format!("NI_Scale[{at}]_{name}");
+        while let Some(index) = next {
+            let key = |name: &str| format!("NI_Scale[{index}]_{name}");
             let kind = object.property(&key("Scale_Type")).map(Value::text);
             let kind = kind.unwrap_or_default();
             let need = |name: &str| {
@@ -151,7 +151,7 @@ impl Scales {
                 None if count == 1 => None,
                 None => return Err(refused(&source, object)),
                 Some(stored) if stored.total_cmp(&f64::from(u32::MAX)).is_eq() => None,
-                Some(before) if before >= 0.0 && before < at as f64 && before.fract() <= 0.0 => {
+                Some(before) if before >= 0.0 && before < index as f64 && before.fract() <= 0.0 => {
                     Some(before as usize)
                 }
                 Some(_) => return Err(refused(&source, object)),
@@ -230,18 +230,18 @@ pub(super) fn scale_in_words(object: &Object) -> Option<String> {
         Value::Text(text) => text.contains(|c: char| c.is_ascii_digit()),
         Value::Instant(_) => false,
     };
-    let mut said = object.properties();
-    let (key, value) = said.find(|(key, value)| is_number(value) && is_scale(key))?;
+    let mut properties = object.properties();
+    let (key, value) = properties.find(|(key, value)| is_number(value) && is_scale(key))?;
     let (key, value) = (text::shown(key), text::shown(value.text()));
     Some(format!("whole numbers beside `{key}` {value}"))
 }
 
 /// Refuses a scale that is not read, or not whole.
 fn refused(key: &str, object: &Object) -> Error {
-    let found = match object.property(key) {
+    let statement = match object.property(key) {
         Some(value) => format!("{key} `{}`", text::shown(value.text())),
         None => format!("no {key}"),
     };
     let expected = "scales that are linear or polynomial";
-    Error::malformed(expected, found, CONVERT)
+    Error::malformed(expected, statement, CONVERT)
 }

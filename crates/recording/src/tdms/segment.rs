@@ -64,8 +64,8 @@ impl LeadIn {
         let mut fields = Fields::new(&bytes[8..], order(flags));
         let version = fields.u32("the version")?;
         if !matches!(version, 4712 | 4713) {
-            let found = version.to_string();
-            return Err(damaged("version 4712 or 4713 of TDMS", found));
+            let shown_version = version.to_string();
+            return Err(damaged("version 4712 or 4713 of TDMS", shown_version));
         }
         let next = fields.u64("the next segment")?;
         let raw = fields.u64("the raw data")?;
@@ -75,8 +75,11 @@ impl LeadIn {
         let data_bytes = match next {
             u64::MAX => None,
             _ => Some(next.checked_sub(raw).ok_or_else(|| {
-                let found = format!("the end {next} bytes behind the lead-in");
-                damaged(format!("an end of the segment behind {raw} bytes"), found)
+                let claimed_end = format!("the end {next} bytes behind the lead-in");
+                damaged(
+                    format!("an end of the segment behind {raw} bytes"),
+                    claimed_end,
+                )
             })?),
         };
         let lead_in = Self {
@@ -174,8 +177,9 @@ impl RawData {
             _ => {
                 let expected =
                     format!("a raw data index of {expected_length} bytes and dimension 1");
-                let found = format!("{length} bytes, dimension {dimensions}, {count} values");
-                Err(damaged(expected, found))
+                let stated_index =
+                    format!("{length} bytes, dimension {dimensions}, {count} values");
+                Err(damaged(expected, stated_index))
             }
         }
     }
@@ -195,17 +199,17 @@ pub(super) enum ObjectPath {
 impl ObjectPath {
     /// Reads `/`, `/'group'` or `/'group'/'channel'`; a quote in a name is doubled.
     fn read(text: &str) -> Result<Self, Error> {
-        let part = |rest: &str| -> Option<(String, usize)> {
-            let rest = rest.strip_prefix("/'")?;
+        let part = |path: &str| -> Option<(String, usize)> {
+            let path = path.strip_prefix("/'")?;
             let mut name = String::new();
-            let mut letters = rest.char_indices().peekable();
-            while let Some((at, letter)) = letters.next() {
+            let mut letters = path.char_indices().peekable();
+            while let Some((position, letter)) = letters.next() {
                 if letter != '\'' {
                     name.push(letter);
                 } else if letters.next_if(|(_, next)| *next == '\'').is_some() {
                     name.push('\'');
                 } else {
-                    return Some((name, 2 + at + 1));
+                    return Some((name, 2 + position + 1));
                 }
             }
             None
@@ -215,18 +219,18 @@ impl ObjectPath {
                 return Some(Self::File);
             }
             let (group, end) = part(text)?;
-            let rest = &text[end..];
-            if rest.is_empty() {
+            let channel_part = &text[end..];
+            if channel_part.is_empty() {
                 return Some(Self::Group(group));
             }
-            let (channel, end) = part(rest)?;
-            rest[end..]
+            let (channel, end) = part(channel_part)?;
+            channel_part[end..]
                 .is_empty()
                 .then_some(Self::Channel(group, channel))
         };
         parts().ok_or_else(|| {
-            let found = format!("`{}`", crate::text::shown(text));
-            damaged("a path as /'group'/'channel'", found)
+            let path = format!("`{}`", crate::text::shown(text));
+            damaged("a path as /'group'/'channel'", path)
         })
     }
 }
@@ -250,7 +254,7 @@ pub(super) fn listed(
     if u64::from(count) > limits.columns {
         return Err(limits.over("columns", format!("{count} objects in a segment")));
     }
-    let mut found: Vec<Listed> = Vec::new();
+    let mut objects: Vec<Listed> = Vec::new();
     for _ in 0..count {
         let path = fields.text("the path of an object")?;
         if path.len() > LONGEST_PATH {
@@ -269,7 +273,7 @@ pub(super) fn listed(
         for _ in 0..fields.u32("the number of properties")? {
             properties.push((fields.text("the name of a property")?, fields.value()?));
         }
-        found.push(Listed {
+        objects.push(Listed {
             path,
             raw,
             properties,
@@ -281,6 +285,6 @@ pub(super) fn listed(
             "the samples behind the metadata",
             "bytes that belong to neither",
         )),
-        false => Ok(found),
+        false => Ok(objects),
     }
 }

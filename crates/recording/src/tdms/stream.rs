@@ -86,8 +86,8 @@ pub(super) fn contents<R: Read>(
     let (segments, steps) = (reader.segments, reader.steps);
     tracing::debug!(segments, steps, "segments read");
     if reader.objects.is_empty() {
-        let found = "the end of the file before the first list of channels";
-        return Err(Error::truncated("a whole segment of TDMS", found));
+        let end = "the end of the file before the first list of channels";
+        return Err(Error::truncated("a whole segment of TDMS", end));
     }
     Ok(Contents {
         objects: reader.objects,
@@ -114,8 +114,8 @@ impl<R: Read> FileReader<'_, R> {
             return Ok(false);
         }
         let Ok(lead_in) = self.block.as_slice().try_into() else {
-            let known = self.block.len().min(segment::TAG.len());
-            return match self.block[..known] == segment::TAG[..known] {
+            let compared_bytes = self.block.len().min(segment::TAG.len());
+            return match self.block[..compared_bytes] == segment::TAG[..compared_bytes] {
                 true => Ok(true),
                 false => Err(segment::untagged()),
             };
@@ -123,8 +123,8 @@ impl<R: Read> FileReader<'_, R> {
         let lead_in = LeadIn::read(lead_in)?;
         self.segments += 1;
         if lead_in.metadata_bytes > self.limits.headers_bytes {
-            let found = format!("metadata of {} bytes", lead_in.metadata_bytes);
-            return Err(self.limits.over("headers_bytes", found));
+            let metadata = format!("metadata of {} bytes", lead_in.metadata_bytes);
+            return Err(self.limits.over("headers_bytes", metadata));
         }
         self.fill(lead_in.metadata_bytes)?;
         if self.is_cut {
@@ -151,42 +151,42 @@ impl<R: Read> FileReader<'_, R> {
             self.list.clear();
             self.list_places.clear();
         }
-        let mut seen = BTreeSet::new();
+        let mut listed_places = BTreeSet::new();
         for entry in listed {
-            let at = self.place_of(&entry.path)?;
-            if !seen.insert(at) {
+            let object_place = self.place_of(&entry.path)?;
+            if !listed_places.insert(object_place) {
                 return Err(damaged("each object once in a segment", "one twice"));
             }
-            let object = &mut self.objects[at];
+            let object = &mut self.objects[object_place];
             match entry.raw {
                 RawData::As(index) => {
                     let before = object.index.replace(index);
                     is_changed |= before != Some(index);
                     if before.is_some_and(|before| before.kind != index.kind) {
                         let (kind, count) = (index.kind, object.count);
-                        let found = format!("{kind:?} after {count} samples of another");
-                        return Err(damaged("one type of data for a channel", found));
+                        let change = format!("{kind:?} after {count} samples of another");
+                        return Err(damaged("one type of data for a channel", change));
                     }
                 }
                 RawData::AsBefore if object.index.is_none() => {
-                    let found = "one as before, and none before";
-                    return Err(damaged("a raw data index of a channel", found));
+                    let missing_index = "one as before, and none before";
+                    return Err(damaged("a raw data index of a channel", missing_index));
                 }
                 RawData::AsBefore | RawData::Absent => {}
             }
             let has_data = entry.raw != RawData::Absent;
-            match self.list_places.get(&at) {
+            match self.list_places.get(&object_place) {
                 Some(place) => {
                     is_changed |= self.list[*place].1 != has_data;
                     self.list[*place].1 = has_data;
                 }
                 None => {
                     is_changed = true;
-                    self.list_places.insert(at, self.list.len());
-                    self.list.push((at, has_data));
+                    self.list_places.insert(object_place, self.list.len());
+                    self.list.push((object_place, has_data));
                 }
             }
-            let object = &mut self.objects[at];
+            let object = &mut self.objects[object_place];
             let has_samples = match object.path {
                 ObjectPath::Channel(..) => object.count > 0,
                 ObjectPath::File | ObjectPath::Group(_) => self.has_samples,
@@ -199,14 +199,14 @@ impl<R: Read> FileReader<'_, R> {
                     && before != value
                 {
                     let (key, before) = (text::shown(&key), text::shown(before.text()));
-                    let found = format!("`{before}` and `{}`", text::shown(value.text()));
-                    let error = damaged(format!("`{key}` once"), found);
+                    let both_values = format!("`{before}` and `{}`", text::shown(value.text()));
+                    let error = damaged(format!("`{key}` once"), both_values);
                     object.error.get_or_insert(error);
                 }
                 self.property_bytes += object.set(key, value, has_samples);
                 if self.property_bytes > self.limits.headers_bytes as i64 {
-                    let found = "more bytes of properties";
-                    return Err(self.limits.over("headers_bytes", found));
+                    let excess = "more bytes of properties";
+                    return Err(self.limits.over("headers_bytes", excess));
                 }
             }
         }
@@ -217,7 +217,7 @@ impl<R: Read> FileReader<'_, R> {
         self.steps += self.list.len() as u64;
         let objects = &self.objects;
         let with_data = self.list.iter().filter(|(_, has_data)| *has_data);
-        let chunk = with_data.filter_map(|(at, _)| Some((*at, objects[*at].index?)));
+        let chunk = with_data.filter_map(|(place, _)| Some((*place, objects[*place].index?)));
         self.chunk = chunk.filter(|(_, index)| index.bytes > 0).collect();
         let sizes = self.chunk.iter().map(|(_, index)| index.bytes);
         self.chunk_bytes = sizes.fold(0_u64, u64::saturating_add);
@@ -226,18 +226,18 @@ impl<R: Read> FileReader<'_, R> {
 
     /// Returns the number of an object, which may be new.
     fn place_of(&mut self, path: &ObjectPath) -> Result<usize, Error> {
-        if let Some(at) = self.places.get(path) {
-            return Ok(*at);
+        if let Some(place) = self.places.get(path) {
+            return Ok(*place);
         }
-        let at = self.objects.len();
-        if at as u64 >= self.limits.columns {
+        let place = self.objects.len();
+        if place as u64 >= self.limits.columns {
             return Err(self.limits.over("columns", "more channels and groups"));
         }
-        self.places.insert(path.clone(), at);
+        self.places.insert(path.clone(), place);
         let mut object = Object::new(path.clone());
         object.is_left_out = self.is_narrowed;
         self.objects.push(object);
-        Ok(at)
+        Ok(place)
     }
 
     /// Reads the samples of a segment.
@@ -277,20 +277,25 @@ impl<R: Read> FileReader<'_, R> {
     fn contiguous_chunk(&mut self, order: ByteOrder) -> Result<(), Error> {
         self.steps += self.chunk.len() as u64;
         for place in 0..self.chunk.len() {
-            let (at, index) = self.chunk[place];
+            let (object_place, index) = self.chunk[place];
             let Some(size) = index.kind.bytes() else {
-                self.texts(at, index, order)?;
+                self.texts(object_place, index, order)?;
                 if self.is_cut {
                     return Ok(());
                 }
                 continue;
             };
-            let mut left = index.bytes;
-            while left > 0 {
-                let count = left.min(BLOCK_BYTES);
+            let mut remaining_bytes = index.bytes;
+            while remaining_bytes > 0 {
+                let count = remaining_bytes.min(BLOCK_BYTES);
                 self.fill(count)?;
-                left -= count;
-                self.take(at, index.kind, order, (0, size as usize, size as usize))?;
+                remaining_bytes -= count;
+                self.take(
+                    object_place,
+                    index.kind,
+                    order,
+                    (0, size as usize, size as usize),
+                )?;
                 if self.is_cut {
                     return Ok(());
                 }
@@ -303,20 +308,25 @@ impl<R: Read> FileReader<'_, R> {
     fn interleaved_chunk(&mut self, order: ByteOrder) -> Result<(), Error> {
         let size = |index: RawIndex| index.kind.bytes().unwrap_or(0);
         let row: u64 = self.chunk.iter().map(|(_, index)| size(*index)).sum();
-        let mut left = self.chunk[0].1.count;
-        while left > 0 {
-            let rows = left.min((BLOCK_BYTES / row).max(1));
+        let mut remaining_rows = self.chunk[0].1.count;
+        while remaining_rows > 0 {
+            let rows = remaining_rows.min((BLOCK_BYTES / row).max(1));
             self.fill(rows * row)?;
             self.steps += self.chunk.len() as u64;
-            left -= rows;
+            remaining_rows -= rows;
             // Of a row that was cut no sample counts.
-            let whole = self.block.len() - self.block.len() % row as usize;
-            self.block.truncate(whole);
+            let complete_bytes = self.block.len() - self.block.len() % row as usize;
+            self.block.truncate(complete_bytes);
             let mut offset = 0;
             for place in 0..self.chunk.len() {
-                let (at, index) = self.chunk[place];
+                let (object_place, index) = self.chunk[place];
                 let size = size(index) as usize;
-                self.take(at, index.kind, order, (offset, size, row as usize))?;
+                self.take(
+                    object_place,
+                    index.kind,
+                    order,
+                    (offset, size, row as usize),
+                )?;
                 offset += size;
             }
             if self.is_cut {
@@ -330,12 +340,12 @@ impl<R: Read> FileReader<'_, R> {
     /// stretch of so many.
     fn take(
         &mut self,
-        at: usize,
+        place: usize,
         kind: DataType,
         order: ByteOrder,
         (offset, size, stretch): (usize, usize, usize),
     ) -> Result<(), Error> {
-        let object = &mut self.objects[at];
+        let object = &mut self.objects[place];
         let before = object.values.len();
         for bytes in self.block.chunks_exact(stretch) {
             object.take(kind, &bytes[offset..offset + size], order);
@@ -356,8 +366,8 @@ impl<R: Read> FileReader<'_, R> {
             false => (self.keep)(&self.objects),
         };
         self.is_narrowed = true;
-        for (at, object) in self.objects.iter_mut().enumerate() {
-            if !kept.contains(&at) {
+        for (place, object) in self.objects.iter_mut().enumerate() {
+            if !kept.contains(&place) {
                 object.leave_out();
             }
         }
@@ -375,15 +385,15 @@ impl<R: Read> FileReader<'_, R> {
     }
 
     /// Reads a chunk of texts.
-    fn texts(&mut self, at: usize, index: RawIndex, order: ByteOrder) -> Result<(), Error> {
+    fn texts(&mut self, place: usize, index: RawIndex, order: ByteOrder) -> Result<(), Error> {
         if index.bytes > self.limits.headers_bytes {
-            let found = format!("{} bytes of text in a chunk", index.bytes);
-            return Err(self.limits.over("headers_bytes", found));
+            let chunk_size = format!("{} bytes of text in a chunk", index.bytes);
+            return Err(self.limits.over("headers_bytes", chunk_size));
         }
         self.fill(index.bytes)?;
         match self.is_cut {
             true => Ok(()),
-            false => self.objects[at].take_texts(index.count, &self.block, order),
+            false => self.objects[place].take_texts(index.count, &self.block, order),
         }
     }
 }

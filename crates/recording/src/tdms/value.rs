@@ -67,16 +67,15 @@ impl DataType {
             0x08_000C => Self::Complex(8),
             0x10_000D => Self::Complex(16),
             11 | 0x1B => {
-                let found = "extended floating point";
                 return Err(Error::malformed(
                     "numbers of 8 to 64 bits",
-                    found,
+                    "extended floating point",
                     "save the channels as double precision",
                 ));
             }
             other => {
-                let found = format!("a type {other:#x}");
-                return Err(damaged("a type of data that TDMS has", found));
+                let unknown_type = format!("a type {other:#x}");
+                return Err(damaged("a type of data that TDMS has", unknown_type));
             }
         })
     }
@@ -150,10 +149,10 @@ impl Instant {
 
     /// Returns the time since `first` [s].
     pub(super) fn since(self, first: Self) -> f64 {
-        let whole = i128::from(self.seconds) - i128::from(first.seconds);
+        let seconds = i128::from(self.seconds) - i128::from(first.seconds);
         let part = i128::from(self.fraction) - i128::from(first.fraction);
         const UNITS: f64 = 18_446_744_073_709_551_616.0;
-        whole as f64 + part as f64 / UNITS
+        seconds as f64 + part as f64 / UNITS
     }
 
     /// Returns the day and the time of day in UTC, to the second; `None` of no year with four digits.
@@ -238,13 +237,13 @@ impl<'a> Fields<'a> {
     }
 
     fn take(&mut self, count: usize, what: &str) -> Result<&'a [u8], Error> {
-        let taken = self.left.split_at_checked(count);
-        let (taken, left) = taken.ok_or_else(|| {
-            let found = format!("{count} bytes claimed, {} left", self.left.len());
-            damaged(format!("{what} within the metadata"), found)
+        let parts = self.left.split_at_checked(count);
+        let (bytes, remaining) = parts.ok_or_else(|| {
+            let claimed = format!("{count} bytes claimed, {} left", self.left.len());
+            damaged(format!("{what} within the metadata"), claimed)
         })?;
-        self.left = left;
-        Ok(taken)
+        self.left = remaining;
+        Ok(bytes)
     }
 
     /// Takes a whole number of 32 bits.
