@@ -122,8 +122,8 @@ fn chosen<P>(
                 [] => {
                     let hint = "export time and samples to a sheet or as CSV, with `Time [s]` and \
                                 `Acc Y [g]` above the columns";
-                    let found = "no sheet holds a cell";
-                    return Err(Error::malformed("a table in a sheet", found, hint));
+                    let sheets = "no sheet holds a cell";
+                    return Err(Error::malformed("a table in a sheet", sheets, hint));
                 }
                 several => {
                     let name = |one: &&SheetEntry<P>| {
@@ -184,12 +184,16 @@ fn named<'a, P>(sheets: &'a [SheetEntry<P>], name: &str) -> Result<&'a SheetEntr
                 format!("`{}`", start.escape_debug())
             };
             let names: Vec<String> = several.iter().map(shown).collect();
-            let found = format!("`{}` for {}", crate::text::shown(name), names.join(", "));
+            let matching_names = format!("`{}` for {}", crate::text::shown(name), names.join(", "));
             let hint = format!(
                 "state {} = 'NAME' letter by letter, with its blanks",
                 Setting::Sheet
             );
-            Err(Error::malformed("the name of one sheet", found, hint))
+            Err(Error::malformed(
+                "the name of one sheet",
+                matching_names,
+                hint,
+            ))
         }
     }
 }

@@ -122,8 +122,8 @@ impl<'a> SheetBuilder<'a> {
         };
         self.heard += text.len() as u64;
         if self.heard > self.limits.text_bytes {
-            let found = "more bytes of text in a sheet that is not judged";
-            return Err(self.limits.over("text_bytes", found));
+            let excess = "more bytes of text in a sheet that is not judged";
+            return Err(self.limits.over("text_bytes", excess));
         }
         if remarks::has_fault(text) {
             self.notes.push((u64::from(row) + 1, text.to_string()));
@@ -154,9 +154,9 @@ impl<'a> SheetBuilder<'a> {
         }
         let last = self.cells.len() - 1;
         if (row as usize) < last || (row as usize == last && column < self.cells[last]) {
-            let found = format!("{} after a later cell", name_of(row, column));
+            let misplaced_cell = format!("{} after a later cell", name_of(row, column));
             let expected = "cells in the order of rows and columns";
-            return Err(Error::malformed(expected, found, MEND).at(place()));
+            return Err(Error::malformed(expected, misplaced_cell, MEND).at(place()));
         }
         for _ in last..row as usize {
             self.text.push('\n');

@@ -173,8 +173,8 @@ fn sections(code: &str) -> Vec<Section> {
 
 /// Tells whether what follows a G makes it `General`.
 fn rest_of_general(letters: &Peekable<Chars<'_>>) -> bool {
-    let rest: String = letters.clone().take("eneral".len()).collect();
-    rest.eq_ignore_ascii_case("eneral")
+    let following: String = letters.clone().take("eneral".len()).collect();
+    following.eq_ignore_ascii_case("eneral")
 }
 
 #[cfg(test)]

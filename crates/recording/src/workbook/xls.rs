@@ -71,14 +71,14 @@ impl Workbook {
                 }
                 0x00E0 => formats.push(record.u16(2)?),
                 0x0085 => {
-                    let (at, state) = (record.u32(0)?, record.u16(4)?);
+                    let (offset, state) = (record.u32(0)?, record.u16(4)?);
                     let name = record.text(7, usize::from(record.bytes(6, 1)?[0]))?;
                     // Sheets of charts, macros and Visual Basic hold no table.
                     if state >> 8 == 0 {
                         workbook.sheets.push(SheetEntry {
                             name,
                             is_hidden: state & 3 != 0,
-                            place: at as usize,
+                            place: offset as usize,
                         });
                     }
                 }
@@ -162,10 +162,10 @@ impl Workbook {
                     let (row, first) = cell()?;
                     let count = record.data.len().saturating_sub(6) / 6;
                     for index in 0..count {
-                        let at = 4 + 6 * index;
-                        let number = of_rk(record.u32(at + 2)?);
+                        let offset = 4 + 6 * index;
+                        let number = of_rk(record.u32(offset + 2)?);
                         let column = first + index as u32;
-                        builder.put(row, column, Value::Number(number), format(at)?)?;
+                        builder.put(row, column, Value::Number(number), format(offset)?)?;
                     }
                     let last = record.u16(4 + 6 * count)?;
                     if u32::from(last) + 1 != first + count as u32 {
@@ -446,12 +446,12 @@ impl<'a> Records<'a> {
         let start = self.at;
         let short =
             || damaged("the end before the last record").at(Place::default().byte(start as u64));
-        let rest = self.stream.get(start..).ok_or_else(short)?;
-        let [kind_low, kind_high, low, high, rest @ ..] = rest else {
+        let remaining = self.stream.get(start..).ok_or_else(short)?;
+        let [kind_low, kind_high, low, high, body @ ..] = remaining else {
             return Err(short());
         };
         let length = usize::from(u16::from_le_bytes([*low, *high]));
-        let data = rest.get(..length).ok_or_else(short)?;
+        let data = body.get(..length).ok_or_else(short)?;
         self.at = start + 4 + length;
         Ok(Record {
             kind: u16::from_le_bytes([*kind_low, *kind_high]),
@@ -545,18 +545,18 @@ impl<'a> SharedBytes<'a> {
     ) -> Result<(), Error> {
         let mut record = self.record;
         while count > 0 {
-            let rest = self.rest()?;
+            let bytes = self.rest()?;
             if self.record != record {
                 record = self.record;
                 is_wide = self.byte()? & 1 != 0;
                 continue;
             }
             let width = if is_wide { 2 } else { 1 };
-            let step = (rest.len() / width).min(count);
+            let step = (bytes.len() / width).min(count);
             if step == 0 {
                 return Err(short_text());
             }
-            push_characters(&rest[..step * width], is_wide, text);
+            push_characters(&bytes[..step * width], is_wide, text);
             (self.at, count) = (self.at + step * width, count - step);
         }
         Ok(())

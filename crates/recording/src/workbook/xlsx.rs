@@ -153,8 +153,9 @@ impl Workbook {
                                 let (own_row, column) = cell_of(&name)
                                     .ok_or_else(|| xml.damaged(format!("a cell `{name}`")))?;
                                 if own_row != row {
-                                    let found = format!("the cell `{name}` in row {}", row + 1);
-                                    return Err(xml.damaged(found));
+                                    let misplaced_cell =
+                                        format!("the cell `{name}` in row {}", row + 1);
+                                    return Err(xml.damaged(misplaced_cell));
                                 }
                                 column
                             }
@@ -182,8 +183,8 @@ impl Workbook {
                         let first = xml.counted_from_zero(first?.unwrap_or(0))? as usize;
                         let end = xml.counted_from_zero(last?.unwrap_or(0))? as usize + 1;
                         if first >= end {
-                            let found = format!("columns {} to {end}", first + 1);
-                            return Err(xml.damaged(found));
+                            let column_range = format!("columns {} to {end}", first + 1);
+                            return Err(xml.damaged(column_range));
                         }
                         let width = xml.attribute(&tag, "width")?;
                         let is_flat = width.is_some_and(|width| width.trim().parse() == Ok(0.0));
@@ -304,13 +305,13 @@ impl Workbook {
 /// ECMA-376, part 1, 22.9.2.19 (`ST_Xstring`).
 fn unescaped(text: &str) -> String {
     let mut decoded = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(start) = rest.find("_x") {
-        decoded.push_str(&rest[..start]);
-        rest = &rest[start..];
-        let digits = rest
+    let mut remaining = text;
+    while let Some(start) = remaining.find("_x") {
+        decoded.push_str(&remaining[..start]);
+        remaining = &remaining[start..];
+        let digits = remaining
             .get(2..6)
-            .filter(|_| rest.as_bytes().get(6) == Some(&b'_'));
+            .filter(|_| remaining.as_bytes().get(6) == Some(&b'_'));
         let digits = digits.filter(|digits| digits.bytes().all(|c| c.is_ascii_hexdigit()));
         let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
         let (letter, length) = match number.and_then(char::from_u32) {
@@ -318,15 +319,15 @@ fn unescaped(text: &str) -> String {
             None => ('_', 1),
         };
         decoded.push(letter);
-        rest = &rest[length..];
+        remaining = &remaining[length..];
     }
-    decoded + rest
+    decoded + remaining
 }
 
 /// Reads a part that must be there.
 fn part(name: &str, source: &mut Source, limits: &Limits) -> Result<Vec<u8>, Error> {
-    let found = source.read_beside(name, limits)?;
-    found.ok_or_else(|| damaged(format!("no part `{}`", text::shown(name))))
+    let bytes = source.read_beside(name, limits)?;
+    bytes.ok_or_else(|| damaged(format!("no part `{}`", text::shown(name))))
 }
 
 /// What a part refers to: kind and part, by the name of the reference.
@@ -336,9 +337,9 @@ impl Relations {
     fn of(name: &str, source: &mut Source, limits: &Limits) -> Result<Self, Error> {
         let (folder, file) = name.rsplit_once('/').unwrap_or(("", name));
         let list = format!("{folder}/_rels/{file}.rels");
-        let mut found = BTreeMap::new();
+        let mut relations = BTreeMap::new();
         let Some(bytes) = source.read_beside(&list, limits)? else {
-            return Ok(Self(found));
+            return Ok(Self(relations));
         };
         let mut xml = Xml::new(&list, &bytes)?;
         while let Some(event) = xml.next()? {
@@ -350,9 +351,9 @@ impl Relations {
                 continue;
             };
             let kind = kind.rsplit('/').next().unwrap_or_default().to_string();
-            found.insert(id, (kind, resolved(folder, &target)));
+            relations.insert(id, (kind, resolved(folder, &target)));
         }
-        Ok(Self(found))
+        Ok(Self(relations))
     }
 
     /// Returns the part of a kind, of which there is one at most.
@@ -550,8 +551,8 @@ impl<'a> Xml<'a> {
 
     /// Returns what is counted from 1 as counted from 0, where a sheet has it.
     fn counted_from_zero(&self, number: u32) -> Result<u32, Error> {
-        let found = number.checked_sub(1).filter(|number| *number < 1 << 20);
-        found.ok_or_else(|| self.damaged(format!("row or column {number}")))
+        let index = number.checked_sub(1).filter(|number| *number < 1 << 20);
+        index.ok_or_else(|| self.damaged(format!("row or column {number}")))
     }
 
     /// Returns the text of a tag that was opened, up to its end; readings of characters are left out.
