@@ -93,10 +93,11 @@ pub fn static_from_bytes(
         && !lacks(&table, &linkage).is_empty()
     {
         // The rest of the file is checked as any other.
-        let mut rest: toml::Table = table.clone();
-        rest.remove("linkage");
+        let mut without_linkage: toml::Table = table.clone();
+        without_linkage.remove("linkage");
         let text = String::from_utf8_lossy(bytes);
-        let rest = from_table(&rest, &text).map_err(|error| error.at(place.clone()))?;
+        let checked =
+            from_table(&without_linkage, &text).map_err(|error| error.at(place.clone()))?;
         if !overrides.is_empty() {
             return Err(Error::malformed(
                 "a whole design, for overrides",
@@ -109,18 +110,18 @@ pub fn static_from_bytes(
             .at(place));
         }
         let lever = table.get("lever").and_then(toml::Value::as_table);
-        let own = |key: &&String| key.as_str() != "pivot_damping_nm_s_per_rad";
-        if let Some(key) = lever.and_then(|lever| lever.keys().find(own)) {
-            let found = format!("lever.{key} beside a linkage");
+        let is_redundant = |key: &&String| key.as_str() != "pivot_damping_nm_s_per_rad";
+        if let Some(key) = lever.and_then(|lever| lever.keys().find(is_redundant)) {
+            let redundant_key = format!("lever.{key} beside a linkage");
             let hint = "leave it out: the elements say all of the lever";
-            return Err(Error::malformed("a linkage alone", found, hint).at(place));
+            return Err(Error::malformed("a linkage alone", redundant_key, hint).at(place));
         }
         limit_stated(&table, &linkage).map_err(|error| error.at(place.clone()))?;
         let name = match table.contains_key("name") {
-            true => rest.name,
+            true => checked.name,
             false => stem(file),
         };
-        let lever = StaticLever::of_linkage(name, rest.criterion.threshold_rad, linkage);
+        let lever = StaticLever::of_linkage(name, checked.criterion.threshold_rad, linkage);
         return lever.map_err(|error| Error::from(error).at(place));
     }
     let mut design = design_from_bytes(file, bytes, limits)?;
@@ -381,8 +382,8 @@ fn wrong_entry(key: &str, value: &toml::Value) -> Error {
         "name" => "a text for `name`".into(),
         section if SECTIONS.contains(&section) => format!("a table [{section}]"),
         _ => {
-            let known: Vec<_> = std::iter::once("name").chain(SECTIONS).collect();
-            return Error::unknown("design key", key, &known);
+            let keys: Vec<_> = std::iter::once("name").chain(SECTIONS).collect();
+            return Error::unknown("design key", key, &keys);
         }
     };
     Error::malformed(

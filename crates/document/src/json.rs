@@ -66,13 +66,13 @@ impl Formatter for Indenter {
         writer: &mut W,
         fragment: &str,
     ) -> io::Result<()> {
-        let mut rest = fragment;
-        while let Some((at, c)) = rest.char_indices().find(|(_, c)| steers(*c)) {
-            writer.write_all(&rest.as_bytes()[..at])?;
+        let mut remaining = fragment;
+        while let Some((index, c)) = remaining.char_indices().find(|(_, c)| steers(*c)) {
+            writer.write_all(&remaining.as_bytes()[..index])?;
             write!(writer, "\\u{:04x}", u32::from(c))?;
-            rest = &rest[at + c.len_utf8()..];
+            remaining = &remaining[index + c.len_utf8()..];
         }
-        writer.write_all(rest.as_bytes())
+        writer.write_all(remaining.as_bytes())
     }
 
     fn begin_array<W: ?Sized + io::Write>(&mut self, writer: &mut W) -> io::Result<()> {

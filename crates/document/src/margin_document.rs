@@ -171,8 +171,13 @@ impl MarginDocument {
 
     /// Puts a document together.
     pub fn new(margins: &Margins, design: &Design, context: Context) -> Self {
-        let of = |quantity: Quantity| margins.answers.iter().find(|of| of.quantity == quantity);
-        let counterweight = of(Quantity::Counterweight);
+        let margin = |quantity: Quantity| {
+            margins
+                .answers
+                .iter()
+                .find(|margin| margin.quantity == quantity)
+        };
+        let counterweight = margin(Quantity::Counterweight);
         let mass_kg = counterweight.and_then(Margin::at);
         let radius_m = context.request.counterweight_radius_m;
         let balanced = mass_kg.map(|mass_kg| {
@@ -189,13 +194,16 @@ impl MarginDocument {
             numbers: margins.answers.iter().flat_map(numbers).collect(),
             counterweight: Counterweight {
                 mass_kg,
-                mass_kg_bracket: counterweight.and_then(|of| of.change).map(Change::bracket),
-                mass_kg_safe_from: counterweight.and_then(|of| of.advice.safe_from),
-                mass_kg_safe_from_reason: counterweight.and_then(|of| of.advice.reason.clone()),
+                mass_kg_bracket: counterweight
+                    .and_then(|margin| margin.change)
+                    .map(Change::bracket),
+                mass_kg_safe_from: counterweight.and_then(|margin| margin.advice.safe_from),
+                mass_kg_safe_from_reason: counterweight
+                    .and_then(|margin| margin.advice.reason.clone()),
                 radius_m,
                 unbalance_kg_m: balanced.map(|lever| lever.unbalance_kg_m()),
                 moment_of_inertia_kg_m2: balanced.map(|lever| lever.moment_of_inertia_kg_m2),
-                reason: counterweight.and_then(|of| of.reason.clone()),
+                reason: counterweight.and_then(|margin| margin.reason.clone()),
             },
             boundaries: margins.boundaries.clone(),
             answers: margins.answers.clone(),

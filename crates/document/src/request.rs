@@ -436,10 +436,10 @@ impl Request {
     }
 
     fn check_format(&self) -> Result<(), Error> {
-        let known: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
+        let names: Vec<&str> = FORMATS.iter().map(|format| format.name).collect();
         match &self.input_format {
-            Some(name) if !known.contains(&name.as_str()) => {
-                Err(Error::unknown("input format", name.clone(), &known))
+            Some(name) if !names.contains(&name.as_str()) => {
+                Err(Error::unknown("input format", name.clone(), &names))
             }
             _ => Ok(()),
         }
@@ -520,8 +520,8 @@ impl Request {
     /// Returns how the recording is read: as asked, else as its card says.
     pub fn read_options(&self, card: &Card) -> ReadOptions {
         // Unit and sensitivity are one statement: that of the request counts, or that of the card.
-        let asked = self.unit.is_some() || self.sensitivity.is_some();
-        let (unit, sensitivity) = match asked {
+        let is_requested = self.unit.is_some() || self.sensitivity.is_some();
+        let (unit, sensitivity) = match is_requested {
             true => (self.unit, &self.sensitivity),
             false => (card.unit, &card.sensitivity),
         };
@@ -545,7 +545,7 @@ impl Request {
             time_zero_s: self.time_zero,
             unit,
             sensitivity: sensitivity.clone(),
-            unit_from_card: !asked && (unit.is_some() || sensitivity.is_some()),
+            unit_from_card: !is_requested && (unit.is_some() || sensitivity.is_some()),
             input_format: self.input_format.clone(),
             accepted_remarks: self.accepted_remarks(card),
         }
@@ -559,8 +559,8 @@ impl Request {
             };
             texts.iter().map(accept).collect()
         };
-        let asked = accept(&self.accepted_remarks, false);
-        [asked, accept(&card.accepted_remarks, true)].concat()
+        let requested = accept(&self.accepted_remarks, false);
+        [requested, accept(&card.accepted_remarks, true)].concat()
     }
 
     /// Returns how the channel is conditioned.
@@ -582,8 +582,8 @@ impl Request {
 
     /// Returns which sign opens, and who says so: as asked, else as the card says.
     pub fn polarity(&self, card: &Card) -> (Polarity, PolaritySource) {
-        let asked = self.opens_when.map(|sign| (sign, PolaritySource::Option));
-        let declared = asked.or(card.opens_when.map(|sign| (sign, PolaritySource::Card)));
+        let requested = self.opens_when.map(|sign| (sign, PolaritySource::Option));
+        let declared = requested.or(card.opens_when.map(|sign| (sign, PolaritySource::Card)));
         match declared {
             None => (Polarity::Undeclared, PolaritySource::Undeclared),
             Some((CardPolarity::Negative, source)) => {

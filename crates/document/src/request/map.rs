@@ -159,12 +159,12 @@ fn refused(setting: Setting, value: &Value, wrong: String) -> Error {
     .into()
 }
 
-fn refuse_unknown(entries: &Entries, known: &[Setting]) -> Result<(), Error> {
+fn refuse_unknown(entries: &Entries, settings: &[Setting]) -> Result<(), Error> {
     let Some(key) = entries.keys().next() else {
         return Ok(());
     };
-    let known: Vec<&str> = known.iter().map(|setting| setting.key()).collect();
-    Err(Error::unknown("setting", key.clone(), &known))
+    let keys: Vec<&str> = settings.iter().map(|setting| setting.key()).collect();
+    Err(Error::unknown("setting", key.clone(), &keys))
 }
 
 /// The question of a margin: that of a replay, and what is searched.
@@ -218,8 +218,8 @@ impl TryFrom<Entries> for MarginRequest {
                 .and_then(value::positive)
                 .map_err(|expected| refused(Setting::CounterweightRadius, &value, expected))?;
         }
-        let known: Vec<Setting> = [OF_REPLAY, OF_MARGIN].concat();
-        refuse_unknown(&entries, &known)?;
+        let settings: Vec<Setting> = [OF_REPLAY, OF_MARGIN].concat();
+        refuse_unknown(&entries, &settings)?;
         Ok(request)
     }
 }

@@ -138,17 +138,17 @@ pub fn parse_tolerance(text: &str) -> Result<f64, String> {
 
 /// Finds a word among those that a setting takes, whatever its case.
 fn one_of<T: Copy>(text: &str, known: &[(T, &str)]) -> Result<T, String> {
-    let wanted = text.trim();
+    let word = text.trim();
     if let Some((value, _)) = known
         .iter()
-        .find(|(_, name)| name.eq_ignore_ascii_case(wanted))
+        .find(|(_, name)| name.eq_ignore_ascii_case(word))
     {
         return Ok(*value);
     }
     let names: Vec<&str> = known.iter().map(|(_, name)| *name).collect();
-    let near = nearest_name(&wanted.to_ascii_lowercase(), &names);
+    let near = nearest_name(&word.to_ascii_lowercase(), &names);
     // A letter or two are near to any.
-    let nearest = near.filter(|name| name.len() > 2 && wanted.len() > 2);
+    let nearest = near.filter(|name| name.len() > 2 && word.len() > 2);
     let meant = nearest.map_or(String::new(), |name| format!("; did you mean {name}?"));
     Err(format!("expected {}{meant}", in_words(&names)))
 }
@@ -318,7 +318,7 @@ pub fn parse_time_unit(text: &str) -> Result<TimeUnit, String> {
 ///
 /// As [`parse_number`].
 pub fn parse_method(text: &str, steps_per_period: u32) -> Result<Method, String> {
-    let known = [
+    let methods = [
         Method::EventDriven,
         Method::Rk4 { steps_per_period },
         Method::Rk4Located { steps_per_period },
@@ -326,7 +326,7 @@ pub fn parse_method(text: &str, steps_per_period: u32) -> Result<Method, String>
         Method::Dopri5 { at_samples: true },
         Method::MoreauJean { steps_per_period },
     ];
-    one_of(text, &known.map(|method| (method, method.name())))
+    one_of(text, &methods.map(|method| (method, method.name())))
 }
 
 /// Reads a count, which may be written as `1e4`.
@@ -340,9 +340,9 @@ pub fn parse_count(text: &str) -> Result<u64, String> {
     let text = text.trim();
     text.parse().or_else(|_| {
         let number = parse_number(text)?;
-        let whole = number.fract().abs() <= 0.0 && (0.0..MOST).contains(&number);
+        let is_whole = number.fract().abs() <= 0.0 && (0.0..MOST).contains(&number);
         let wrong = || format!("`{text}` is no whole number from 0");
-        whole.then_some(number as u64).ok_or_else(wrong)
+        is_whole.then_some(number as u64).ok_or_else(wrong)
     })
 }
 
