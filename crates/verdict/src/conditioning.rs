@@ -376,26 +376,26 @@ pub fn with_second(
     };
     let mut second = condition(channel, options)?;
     let clock = |signal: &Signal| (signal.samples.len(), signal.rate.hertz(), signal.start_s);
-    let (expected, found) = (clock(&first.raw), clock(&second.raw));
-    if expected != found {
+    let (judged_clock, second_clock) = (clock(&first.raw), clock(&second.raw));
+    if judged_clock != second_clock {
         let shown = |(samples, hertz, start_s): (usize, f64, f64)| {
             format!("{samples} samples at {hertz} Hz from {start_s} s")
         };
         return Err(Error::out_of_range(
             "the clock of the second in-plane channel",
-            format!("that of the judged one, {}", shown(expected)),
-            shown(found),
+            format!("that of the judged one, {}", shown(judged_clock)),
+            shown(second_clock),
         )
         .at(Place::default().channel(channel.name.clone())));
     }
-    let known: Vec<&str> = first
+    let first_texts: Vec<&str> = first
         .findings
         .iter()
         .map(|finding| finding.text.as_str())
         .collect();
     second
         .findings
-        .retain(|finding| !finding.needs_word && !known.contains(&finding.text.as_str()));
+        .retain(|finding| !finding.needs_word && !first_texts.contains(&finding.text.as_str()));
     for finding in &mut second.findings {
         finding.text = format!("`{}`: {}", channel.name, finding.text);
     }

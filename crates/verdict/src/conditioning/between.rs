@@ -65,19 +65,19 @@ const TAPS: usize = 2 * HALF + 1;
 
 /// Returns the interpolant's first and second derivative at each sample, per interval.
 fn derivatives(samples: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let mut found = (
+    let mut slopes_and_bends = (
         Vec::with_capacity(samples.len()),
         Vec::with_capacity(samples.len()),
     );
     if samples.is_empty() {
-        return found;
+        return slopes_and_bends;
     }
     pulp::Arch::new().dispatch(Derivatives {
         extended: &extend_and_hold(samples, HALF),
         weights: &weights(),
-        to: &mut found,
+        to: &mut slopes_and_bends,
     });
-    found
+    slopes_and_bends
 }
 
 /// Weights of the differences and of the sums of the samples to either side, the nearest first:

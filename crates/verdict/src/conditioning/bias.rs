@@ -164,13 +164,13 @@ const SIGNAL_PART: f64 = 0.25;
 /// Returns the largest distance of a window's samples from their mean by the recording's largest
 /// magnitude [-].
 fn loudness(signal: &Signal, first: usize, count: usize, mean_m_s2: f64) -> f64 {
-    let most = |samples: &[f64], from: f64| {
+    let largest_distance = |samples: &[f64], from: f64| {
         let sizes = samples.iter().map(|a| (a - from).abs());
         sizes.fold(0.0, f64::max)
     };
-    let peak = most(&signal.samples, mean_m_s2);
+    let peak = largest_distance(&signal.samples, mean_m_s2);
     if peak > 0.0 {
-        most(&signal.samples[first..first + count], mean_m_s2) / peak
+        largest_distance(&signal.samples[first..first + count], mean_m_s2) / peak
     } else {
         0.0
     }
@@ -402,8 +402,8 @@ fn correlated_error(values: &[f64]) -> f64 {
         lags = even + 1;
     }
     let summed = (2.0 * pairs - variance).max(variance);
-    let taken = (2 * lags + 1) as f64;
-    (summed / (total - taken).max(total / 2.0)).sqrt()
+    let summed_lags = (2 * lags + 1) as f64;
+    (summed / (total - summed_lags).max(total / 2.0)).sqrt()
 }
 
 pub(super) fn mean(samples: &[f64]) -> f64 {

@@ -176,11 +176,11 @@ impl CfcFilter {
 /// The duration is counted at the rounded rate: 0.01 s over an interval of 8e-5 s falls just
 /// short of 125 in binary arithmetic and would be cut to 124.
 pub fn padding_samples(rate: SampleRate, samples: usize) -> usize {
-    let wanted = (end_padding_s() * rate.rounded())
+    let padding = (end_padding_s() * rate.rounded())
         .round()
         .max(LEAST_PADDING_SAMPLES);
-    let wanted = wanted as usize;
-    wanted.min(samples.saturating_sub(1))
+    let padding = padding as usize;
+    padding.min(samples.saturating_sub(1))
 }
 
 /// Extends a record by `padding` < `samples.len()` points at each end, mirrored at the end points.

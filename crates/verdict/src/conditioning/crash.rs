@@ -112,14 +112,14 @@ fn clock_finding(
             SHORTEST_S * 1e3
         )
     });
-    let seen: Vec<String> = unlike
+    let doubts: Vec<String> = unlike
         .into_iter()
         .chain(stated.clock_doubt.clone())
         .collect();
-    if seen.is_empty() || options.synthetic {
+    if doubts.is_empty() || options.synthetic {
         return None;
     }
-    let text = seen.join(". ");
+    let text = doubts.join(". ");
     if options.clock_accepted {
         let text = format!("{text}. A person has accepted the clock");
         return Some(Finding::info("clock-accepted", text));

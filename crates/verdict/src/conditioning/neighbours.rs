@@ -142,13 +142,13 @@ pub fn of_other_axes(channels: &[Channel], judged: &Channel) -> Vec<super::Neigh
             peak_m_s2,
         })
     };
-    let others = families(channels, index).map(|family| {
-        let others = family.into_iter().flatten();
-        let others = others.filter(|channel| !is_judged(channel) && !is_refuted(channel));
-        others.filter_map(of_axis).collect::<Vec<_>>()
+    let neighbours = families(channels, index).map(|family| {
+        let channels = family.into_iter().flatten();
+        let channels = channels.filter(|channel| !is_judged(channel) && !is_refuted(channel));
+        channels.filter_map(of_axis).collect::<Vec<_>>()
     });
-    let mut others = others.filter(|others| !others.is_empty());
-    others.next().unwrap_or_default()
+    let mut neighbours = neighbours.filter(|neighbours| !neighbours.is_empty());
+    neighbours.next().unwrap_or_default()
 }
 
 /// Finds the channels of the three axes of one sensor: those whose names differ by x, y and z alone,
@@ -160,11 +160,11 @@ fn axes(channels: &[Channel], index: usize) -> Option<[&Channel; 3]> {
         _ => None,
     });
     by_name.or_else(|| {
-        let all: Vec<&Channel> = channels
+        let same_clock: Vec<&Channel> = channels
             .iter()
             .filter(|other| is_of_one_clock(&channels[index], other))
             .collect();
-        <[&Channel; 3]>::try_from(all).ok()
+        <[&Channel; 3]>::try_from(same_clock).ok()
     })
 }
 

@@ -87,15 +87,15 @@ pub fn examine(raw: &Signal, options: &ConditioningOptions) -> RawQuality {
         findings.extend(dead);
     } else {
         findings.extend(top::clipping(&facts, options.range_g));
-        let held = held::held(&facts).or_else(|| held::stands_still(&facts));
+        let standstill = held::held(&facts).or_else(|| held::stands_still(&facts));
         // A clipped top stands still as well, and is told once.
-        let told = |held: &Finding| {
+        let is_reported = |finding: &Finding| {
             let before =
-                |one: &Finding| one.severity == Severity::Blocking && one.at_s <= held.at_s;
+                |one: &Finding| one.severity == Severity::Blocking && one.at_s <= finding.at_s;
             findings.iter().any(before)
         };
-        let held = held.filter(|held| !told(held));
-        findings.extend(held);
+        let standstill = standstill.filter(|finding| !is_reported(finding));
+        findings.extend(standstill);
         findings.extend(held::drop_out(&facts));
         findings.extend(top::wrap_around(&facts));
         findings.extend(top::one_signed(&facts));

@@ -77,11 +77,11 @@ pub fn resample(signal: &Signal, to: SampleRate) -> Result<Signal, Error> {
     }
     // A new instant that misses the last sample by rounding alone still counts.
     let intervals = ((count - 1) as f64 * new_hz / old_hz + 1e-6).floor();
-    let most = Limits::default().samples;
-    if intervals + 1.0 > most as f64 {
+    let sample_limit = Limits::default().samples;
+    if intervals + 1.0 > sample_limit as f64 {
         return Err(out_of_range(
             "resampled rate [Hz]",
-            format!("low enough to give at most {most} samples"),
+            format!("low enough to give at most {sample_limit} samples"),
             format!("{new_hz}, which gives {}", intervals + 1.0),
         ));
     }

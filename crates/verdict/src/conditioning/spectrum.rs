@@ -81,9 +81,9 @@ pub fn spectrogram(signal: &Signal) -> Spectrogram {
     if count < shortest {
         return Spectrogram::default();
     }
-    let wanted = (WINDOW_S * signal.rate.hertz()) as usize;
-    let wanted = wanted.min(count / 4).clamp(shortest, longest);
-    let length = 1_usize << wanted.ilog2();
+    let window_samples = (WINDOW_S * signal.rate.hertz()) as usize;
+    let window_samples = window_samples.min(count / 4).clamp(shortest, longest);
+    let length = 1_usize << window_samples.ilog2();
     let hop = (length / 4)
         .max((count - length).div_ceil(MOST_COLUMNS - 1))
         .max(1);

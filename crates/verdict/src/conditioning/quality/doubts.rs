@@ -210,12 +210,12 @@ fn drift(facts: &SignalFacts<'_>) -> Option<Finding> {
     // The rise of a fitted line over its length has √12 times the error of the mean.
     let error = 12.0_f64.sqrt() * bias::standard_error_of_mean(&beside);
     // Half of it is how far the zero at contact lies from the mean.
-    let left = 0.5 * change.abs() * facts.raw.end_s();
-    let matters = left > ADDED_VELOCITY;
+    let added_velocity_m_s = 0.5 * change.abs() * facts.raw.end_s();
+    let matters = added_velocity_m_s > ADDED_VELOCITY;
     (matters && change.abs() > (5.0 * error).max(0.1 * STANDARD_GRAVITY)).then(|| {
         let text = format!(
             "the samples before the event drift by {} while the bias is taken. The bias may not \
-             fit the event: the rest adds up to {left:.2} m/s. Check the sensor's warm-up",
+             fit the event: the rest adds up to {added_velocity_m_s:.2} m/s. Check the sensor's warm-up",
             in_g(change)
         );
         Finding::warning("drift", text)

@@ -59,10 +59,13 @@ pub(super) fn slow_clock(samples: &[f64], levels: &[f64], rate: SampleRate) -> O
     let quantum = noise::quantum(levels);
     let range = levels.last()? - levels.first()?;
     STRIDES.into_iter().find_map(|stride| {
-        let seen: Vec<f64> = samples.iter().step_by(stride).copied().collect();
-        let mut lines = straight_lines(&seen, quantum, STEP_PART / stride as f64);
+        let thinned: Vec<f64> = samples.iter().step_by(stride).copied().collect();
+        let mut lines = straight_lines(&thinned, quantum, STEP_PART / stride as f64);
         lines.retain(|line| line.motion >= LEAST_RISE * range);
-        let motion: f64 = seen.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+        let motion: f64 = thinned
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).abs())
+            .sum();
         let part = lines.iter().map(|line| line.motion).sum::<f64>() / motion;
         if lines.len() < LEAST_LINES || part < LEAST_PART {
             return None;
@@ -105,8 +108,10 @@ fn straight_lines(samples: &[f64], quantum: f64, step_part: f64) -> Vec<Line> {
         let sizes = samples[index..index + 3].iter().map(|value| value.abs());
         rounded + ROUNDED_PART * sizes.fold(0.0, f64::max) + step_part * step(index)
     };
-    let all = bends_in(&bends, none);
-    let pairs = all.windows(2).filter(|pair| pair[0].plain && pair[1].plain);
+    let joined_bends = bends_in(&bends, none);
+    let pairs = joined_bends
+        .windows(2)
+        .filter(|pair| pair[0].plain && pair[1].plain);
     pairs
         .filter_map(|pair| {
             let inner = pair[0].last + 1..pair[1].first;
@@ -129,7 +134,7 @@ fn straight_lines(samples: &[f64], quantum: f64, step_part: f64) -> Vec<Line> {
 
 /// Joins neighbouring bends above what counts as none.
 fn bends_in(bends: &[f64], none: impl Fn(usize) -> f64) -> Vec<Bend> {
-    let mut found = Vec::new();
+    let mut joined_bends = Vec::new();
     let mut index = 0;
     while index < bends.len() {
         let first = index;
@@ -141,17 +146,20 @@ fn bends_in(bends: &[f64], none: impl Fn(usize) -> f64) -> Vec<Bend> {
         if run.is_empty() {
             continue;
         }
-        let place = run.iter().zip(first..).map(|(bend, at)| bend * at as f64);
+        let place = run
+            .iter()
+            .zip(first..)
+            .map(|(bend, position)| bend * position as f64);
         let mut plain = run.iter().zip(first..);
-        let plain = plain.any(|(bend, at)| *bend >= PLAIN_BEND * none(at));
-        found.push(Bend {
+        let plain = plain.any(|(bend, position)| *bend >= PLAIN_BEND * none(position));
+        joined_bends.push(Bend {
             place: place.sum::<f64>() / run.iter().sum::<f64>(),
             first,
             last: first + run.len() - 1,
             plain: plain && run.len() <= BEND_SAMPLES,
         });
     }
-    found
+    joined_bends
 }
 
 /// Returns the mean length of the lines that are as long as the one in the middle, by samples. A bend may

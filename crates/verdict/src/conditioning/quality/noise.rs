@@ -110,14 +110,14 @@ impl Noise {
             ),
         };
         let rarity = libm::log(total as f64 / CHANCE);
-        let seen = rarity / libm::log(self.count as f64) * (longest as f64 + 1.0);
+        let observed_run = rarity / libm::log(self.count as f64) * (longest as f64 + 1.0);
         let chance = width / (TAU.sqrt() * self.innovation);
         let values = if !self.is_lively() {
-            (kind == RunKind::Equal).then_some(COARSE_FACTOR * seen)?
+            (kind == RunKind::Equal).then_some(COARSE_FACTOR * observed_run)?
         } else if chance >= 1.0 || self.contradicts(chance, longest as f64 - free) {
-            seen
+            observed_run
         } else {
-            seen.min(free - rarity / libm::log(chance))
+            observed_run.min(free - rarity / libm::log(chance))
         };
         Some(values * self.hold as f64)
     }
@@ -162,8 +162,8 @@ pub(super) fn quantum(levels: &[f64]) -> f64 {
         return 0.0;
     };
     let least = GRID_PART * median;
-    let found = spacings.iter().find(|spacing| **spacing >= least);
-    found.copied().unwrap_or(*median)
+    let spacing = spacings.iter().find(|spacing| **spacing >= least);
+    spacing.copied().unwrap_or(*median)
 }
 
 /// Different values, rising.
@@ -239,8 +239,8 @@ fn innovation(samples: &[f64]) -> f64 {
         }
     }
     let start = ORDER.min(count / 8);
-    let mut left: Vec<f64> = forward[start..].iter().map(|value| value.abs()).collect();
-    left.sort_unstable_by(f64::total_cmp);
-    let median = left.get(left.len() / 2).copied().unwrap_or(0.0);
+    let mut residuals: Vec<f64> = forward[start..].iter().map(|value| value.abs()).collect();
+    residuals.sort_unstable_by(f64::total_cmp);
+    let median = residuals.get(residuals.len() / 2).copied().unwrap_or(0.0);
     median / 0.6745 * (1.0 - 2.0 / (count as f64).sqrt()).max(0.0)
 }

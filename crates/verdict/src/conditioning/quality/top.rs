@@ -260,19 +260,20 @@ pub(super) fn one_signed(facts: &SignalFacts<'_>) -> Option<Finding> {
     if !near || count == 0 || facts.noise.is_none() {
         return None;
     }
-    let seen = format!(
+    let evidence = format!(
         "no sample is {}, and the samples turn at zero {count} times",
         if sign > 0.0 { "negative" } else { "positive" }
     );
     Some(if count >= TURNS {
         let text = format!(
-            "the channel was rectified or cannot show the other sign: {seen}. The direction of the \
+            "the channel was rectified or cannot show the other sign: {evidence}. The direction of the \
              motion is lost. Use the channel as it was measured"
         );
         Finding::blocking("one-signed", text)
     } else {
-        let said = format!("{seen}. Check that the channel was not rectified and shows both signs");
-        Finding::warning("one-signed", said)
+        let text =
+            format!("{evidence}. Check that the channel was not rectified and shows both signs");
+        Finding::warning("one-signed", text)
     })
 }
 
