@@ -496,8 +496,12 @@ fn by_polarity(
 
 /// Returns the ensembles if there are several: a single one is shown by itself.
 fn several(ensembles: impl Iterator<Item = Ensemble>) -> Vec<Ensemble> {
-    let all: Vec<Ensemble> = ensembles.collect();
-    if all.len() > 1 { all } else { Vec::new() }
+    let ensembles: Vec<Ensemble> = ensembles.collect();
+    if ensembles.len() > 1 {
+        ensembles
+    } else {
+        Vec::new()
+    }
 }
 
 /// Returns the trajectories, that of the nominal run first.

@@ -12,14 +12,14 @@ use std::sync::LazyLock;
 /// The rule in words, as every verdict and report that rests on an ensemble states it.
 pub static DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
     let (pass, nearly_all) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_MIN));
-    let most = percent(FAIL_SHARE_WITH_NOMINAL);
+    let fail_share_with_nominal = percent(FAIL_SHARE_WITH_NOMINAL);
     let (looks, count) = (looks_in_words(u32::to_string), LOOKS.len());
     format!(
         "U = numerical + interpolation error + 2 noise (its standard deviation); p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
 {BEFORE_THE_RUNS}\
 (3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after {looks} members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - {RULE_ERROR}/{count}; members that could not be followed count against either answer: \
 pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most {pass} % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold, unless the method states no error that can be trusted; \
-fail, if the lower bound of p is at least {nearly_all} %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds {most} %; \
+fail, if the lower bound of p is at least {nearly_all} %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds {fail_share_with_nominal} %; \
 undecided, if neither holds at the last look. \
 {JOINED}"
     )
@@ -298,8 +298,8 @@ pub(super) fn combine(polarity: Polarity, answers: &[(OpensWhen, Answer)]) -> An
         .signs()
         .iter()
         .map(|sign| {
-            let own = answers.iter().filter(|(of, _)| of == sign);
-            unanimous(&own.map(|(_, answer)| *answer).collect::<Vec<_>>())
+            let of_sign = answers.iter().filter(|(opens_when, _)| opens_when == sign);
+            unanimous(&of_sign.map(|(_, answer)| *answer).collect::<Vec<_>>())
         })
         .collect();
     match polarity {
@@ -317,10 +317,10 @@ pub(super) fn settled<'a>(
 ) -> bool {
     let mut joined: Vec<Vec<(OpensWhen, Answer)>> = vec![Vec::new()];
     for (run, answer) in variants {
-        let (none, all) = (ShareBounds::NONE_CROSSES, ShareBounds::ALL_CROSS);
+        let (none_cross, all_cross) = (ShareBounds::NONE_CROSSES, ShareBounds::ALL_CROSS);
         let possible = match answer {
             Some(answer) => vec![answer],
-            None => reachable(&run.estimate(), threshold_rad, none, all),
+            None => reachable(&run.estimate(), threshold_rad, none_cross, all_cross),
         };
         let sign = run.variant().opens_when;
         // At most four variants of three answers.

@@ -324,14 +324,14 @@ impl Scatter {
 
     /// Takes the scatter of the recording's bias alone, whatever else the design scatters.
     pub(super) fn of_bias(design: &Design, bias_standard_error_m_s2: f64, seed: u64) -> Self {
-        let all = Self {
+        let scatter = Self {
             lever: design.lever,
             stop: design.stop,
             catch: design.catch,
             parameters: scattered(design, bias_standard_error_m_s2),
             seed,
         };
-        all.bias_alone()
+        scatter.bias_alone()
     }
 
     /// Leaves the scatter of the sensors' biases alone.

@@ -86,28 +86,28 @@ impl Faults {
 
     /// Returns the findings of faults after the judged window.
     pub(crate) fn findings(&self) -> Vec<Finding> {
-        let mut found = Vec::new();
-        found.extend(self.late.map(|at| {
+        let mut findings = Vec::new();
+        findings.extend(self.late.map(|from_s| {
             Finding::warning(
                 "fault-after-window",
                 format!(
                     "The recording is faulty from {} on, after the judged window. The verdict is about the window alone.",
-                    instant(at)
+                    instant(from_s)
                 ),
             )
-            .at(at)
+            .at(from_s)
         }));
-        found.extend(self.carried.map(|at| {
+        findings.extend(self.carried.map(|from_s| {
             Finding::warning(
                 "fault-reaches-window",
                 format!(
                     "The recording is faulty from {} on, after the judged window. Bias, filter or resampling carry the fault into it, the filter by {}. End the window earlier, or take the bias from other samples.",
-                    instant(at),
+                    instant(from_s),
                     instant(self.reach_s)
                 ),
             )
-            .at(at)
+            .at(from_s)
         }));
-        found
+        findings
     }
 }

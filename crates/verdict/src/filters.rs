@@ -166,15 +166,15 @@ fn judged<'a>(
         .collect();
     let direction = |opens_when: &OpensWhen| {
         let polarity = Polarity::Declared(*opens_when);
-        let own = |answers: &[(OpensWhen, Answer)]| {
-            let own = answers.iter().filter(|(sign, _)| sign == opens_when);
-            combine(polarity, &own.copied().collect::<Vec<_>>())
+        let joined = |answers: &[(OpensWhen, Answer)]| {
+            let answers = answers.iter().filter(|(sign, _)| sign == opens_when);
+            combine(polarity, &answers.copied().collect::<Vec<_>>())
         };
         let peaks = peaks.iter();
         let peaks = peaks.filter(|(variant, _)| variant.opens_when == *opens_when);
         FilteredDirection {
             opens_when: *opens_when,
-            answer: span.answer(own(&signed), own(&of_good)),
+            answer: span.answer(joined(&signed), joined(&of_good)),
             peak_angle_rad: peaks.map(|(_, peak)| *peak).reduce(f64::max),
         }
     };

@@ -94,8 +94,8 @@ struct ReadPeaks<'a> {
 impl ReadPeaks<'_> {
     /// Returns the error that these readings tell of [rad].
     fn error_rad(&self) -> f64 {
-        let others = || self.corners.iter().chain([&self.cubic]);
-        if !self.quintic.followed || others().any(|read| !read.followed) {
+        let reruns = || self.corners.iter().chain([&self.cubic]);
+        if !self.quintic.followed || reruns().any(|read| !read.followed) {
             // A rerun that could not be followed bounds nothing.
             return f64::MAX;
         }
@@ -106,13 +106,13 @@ impl ReadPeaks<'_> {
             let moved_s = self.quintic.course.moved_s(&read.course);
             moved_s.is_some_and(|moved_s| moved_s <= self.apart_s)
         };
-        if others().all(unmoved) {
+        if reruns().all(unmoved) {
             return error;
         }
         let range = |which: usize| {
-            let angles = || others().map(|read| read.angles[which]);
-            let own = self.quintic.angles[which];
-            angles().fold(own, f64::max) - angles().fold(own, f64::min)
+            let angles = || reruns().map(|read| read.angles[which]);
+            let quintic = self.quintic.angles[which];
+            angles().fold(quintic, f64::max) - angles().fold(quintic, f64::min)
         };
         error.max(DIFFERING_TIMES * range(0).max(range(1)))
     }
@@ -157,8 +157,8 @@ impl RunSetup<'_> {
             answer(noise_rad) != answer(0.0)
         };
         noise::draw(self, &runs, &mut noises, told, hangs)?;
-        let all = runs.into_iter().zip(interpolation).zip(noises);
-        Ok(all
+        let runs_with_errors = runs.into_iter().zip(interpolation).zip(noises);
+        Ok(runs_with_errors
             .map(|((outcome, error_rad), noise)| {
                 let [noise_rad, between_rad] = noise.parts_rad();
                 let error_rad = (error_rad + NOISE_TIMES * between_rad).min(f64::MAX);
@@ -193,16 +193,16 @@ impl RunSetup<'_> {
             Ok(ReadPeak::of(&outcome))
         })?;
         let error_rad = |(run, peaks): (&RunOutcome, &[ReadPeak])| {
-            let own = ReadPeak::of(run);
-            let (others, quintic) = peaks.split_at(corners_end);
-            let quintic = *quintic.first().unwrap_or(&own);
+            let run_peak = ReadPeak::of(run);
+            let (reruns, quintic) = peaks.split_at(corners_end);
+            let quintic = *quintic.first().unwrap_or(&run_peak);
             let peaks = ReadPeaks {
                 quintic,
-                cubic: others[0],
-                corners: &others[1..],
+                cubic: reruns[0],
+                corners: &reruns[1..],
                 apart_s: apart_s(self.signal),
             };
-            own.change(&quintic) + peaks.error_rad()
+            run_peak.change(&quintic) + peaks.error_rad()
         };
         let of_runs = peaks.chunks(readings.len());
         Ok(runs.iter().zip(of_runs).map(error_rad).collect())

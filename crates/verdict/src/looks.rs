@@ -30,16 +30,16 @@ struct Sampling {
 /// Tells whether neither a pass nor a fail can come of the members that are missing at the last
 /// look, `last`: too many cross for the one and too few for the other, whatever the rest does.
 fn out_of_reach(run: &VariantRun, count: Count, last: u32, threshold: f64) -> bool {
-    let fewest = Count {
+    let lowest = Count {
         members: last,
         ..count
     };
-    let most = Count {
+    let highest = Count {
         exceeded: count.exceeded + last - count.members,
-        ..fewest
+        ..lowest
     };
-    let (fewest, most) = (fewest.share(), most.share());
-    reachable(&run.estimate(), threshold, fewest, most) == [Answer::Undecided]
+    let (lowest, highest) = (lowest.share(), highest.share());
+    reachable(&run.estimate(), threshold, lowest, highest) == [Answer::Undecided]
 }
 
 /// Returns the steps that the members up to `look` may take: as those before them, or half of
@@ -87,7 +87,7 @@ pub(super) fn run_ensembles(
             spent: 0,
         })
         .collect();
-    let asked = asked_peaks(setup, results);
+    let requested_peaks = asked_peaks(setup, results);
     let open = samplings.iter().filter(|of| of.answer.is_none()).count();
     let members = open as f64 * f64::from(setup.policy.members);
     for (number, look) in (1..).zip(ensemble::looks(setup.policy.members)) {
@@ -114,7 +114,7 @@ pub(super) fn run_ensembles(
             let (from, to) = (done as f64 / members, (done + missing) as f64 / members);
             setup.control.during(from, to, |control| {
                 let variant = results[index].variant;
-                let peaks = (&mut sampling.peaks, asked);
+                let peaks = (&mut sampling.peaks, requested_peaks);
                 extend(setup, control, scatter, variant, look, peaks)
             })?;
             sampling.spent = setup.work.spent() - before;
@@ -204,7 +204,7 @@ fn extend(
     scatter: &Scatter,
     variant: Variant,
     look: u32,
-    (peaks, asked): (&mut MemberPeaks, AskedPeaks),
+    (peaks, requested_peaks): (&mut MemberPeaks, AskedPeaks),
 ) -> Result<(), Error> {
     let followed = u32::try_from(peaks.window_rad.len()).unwrap_or(look);
     let tasks: Vec<u32> = (followed..look).step_by(MEMBERS_TAKEN).collect();
@@ -212,7 +212,7 @@ fn extend(
         let count = MEMBERS_TAKEN.min((look - first) as usize);
         let member =
             |index: usize| scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)));
-        setup.peaks(variant, count, &member, asked)
+        setup.peaks(variant, count, &member, requested_peaks)
     })?;
     for more in chunks {
         peaks.window_rad.extend(more.window_rad);

@@ -156,8 +156,8 @@ impl Margin {
 
     /// Returns the change from the present value [%]; `None` without an answer or a present value.
     pub fn change_percent(&self) -> Option<f64> {
-        let at = self.at().filter(|_| self.present > 0.0)?;
-        Some((at / self.present - 1.0) * 100.0)
+        let passing_value = self.at().filter(|_| self.present > 0.0)?;
+        Some((passing_value / self.present - 1.0) * 100.0)
     }
 
     /// Tells whether a pass of the verdict, at present or next to the change, has values that do not pass
@@ -236,20 +236,20 @@ pub fn margins(
         stopped: false,
     };
     for (index, quantity) in Quantity::ALL.into_iter().enumerate() {
-        let asked = if (control.proceed)(Some(part(index))) {
+        let answered = if (control.proceed)(Some(part(index))) {
             control.unmeasured(|control| kept(search.answer(quantity, control)))?
         } else {
             None
         };
-        let Some(answered) = asked else {
+        let Some(answered) = answered else {
             if index == 0 {
                 return Err(KernelError::Stopped.into());
             }
             margins.stopped = true;
-            let rest = Quantity::ALL[index..].iter();
+            let remaining = Quantity::ALL[index..].iter();
             margins
                 .answers
-                .extend(rest.map(|rest| search.unasked(*rest)));
+                .extend(remaining.map(|quantity| search.unasked(*quantity)));
             return Ok(margins);
         };
         margins.answers.push(answered.margin);

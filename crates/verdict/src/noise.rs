@@ -138,7 +138,7 @@ pub(super) fn draw(
         true => DRAWS_TOLD,
         false => DRAWS,
     };
-    let wanted: Vec<usize> = match told {
+    let candidates: Vec<usize> = match told {
         true => (0..runs.len()).filter(much).collect(),
         false => needed.clone(),
     };
@@ -146,8 +146,8 @@ pub(super) fn draw(
         let spent: u64 = places.iter().map(|place| runs[*place].spent).sum();
         setup.work.allows(u64::from(draws).saturating_mul(spent))
     };
-    let open = match (allowed(&wanted), allowed(&needed)) {
-        (true, _) => wanted,
+    let open = match (allowed(&candidates), allowed(&needed)) {
+        (true, _) => candidates,
         (false, true) => needed,
         // First order does not tell what an answer hangs on.
         (false, false) => {

@@ -72,8 +72,8 @@ fn opening(
     let crossing = |result: &&&VariantResult| result.counted().run().first_crossing_s.is_some();
     let instant = |result: &VariantResult| result.counted().run().first_crossing_s;
     let earliest = results.iter().filter(crossing).min_by(|one, other| {
-        let [one, other] = [one, other].map(|result| instant(result).unwrap_or(f64::NAN));
-        one.total_cmp(&other)
+        let [one_s, other_s] = [one, other].map(|result| instant(result).unwrap_or(f64::NAN));
+        one_s.total_cmp(&other_s)
     });
     if let Some(result) = earliest {
         let crossings = match scatter {
@@ -86,15 +86,15 @@ fn opening(
             &crossings,
         )));
     }
-    let most = results
+    let most_crossed = results
         .iter()
         .map(|result| Opening::of(result.variant, None, &result.crossings))
         .filter(|opening| opening.exceeded > 0)
-        .reduce(|most, other| match other.exceeded > most.exceeded {
+        .reduce(|largest, other| match other.exceeded > largest.exceeded {
             true => other,
-            false => most,
+            false => largest,
         });
-    Ok(most)
+    Ok(most_crossed)
 }
 
 /// Asks the first varied levers of a stop and sign when they cross; none near the limit of work.

@@ -122,12 +122,12 @@ impl Policy {
         if self.initial_angle_rad.is_none() && self.initial_velocity_rad_s.is_none() {
             return None;
         }
-        let rest = || match model {
+        let rest_angle_rad = || match model {
             StopModel::Rigid => 0.0,
             StopModel::Soft => stop.rest_angle_rad(lever),
         };
         Some(State::new(
-            self.initial_angle_rad.unwrap_or_else(rest),
+            self.initial_angle_rad.unwrap_or_else(rest_angle_rad),
             self.initial_velocity_rad_s.unwrap_or(0.0),
         ))
     }

@@ -56,17 +56,17 @@ pub(super) fn around(
     let time_s: Vec<f64> = (0..=INSTANTS)
         .map(|index| start + (end - start) * f64::from(index) / f64::from(INSTANTS))
         .collect();
-    let most = usize::try_from(setup.policy.members).unwrap_or(usize::MAX);
+    let member_limit = usize::try_from(setup.policy.members).unwrap_or(usize::MAX);
     let shown = (SAMPLES_RUN / signal.samples.len().max(1))
         .clamp(MEMBERS_MIN, MEMBERS_MAX)
-        .min(most);
+        .min(member_limit);
     let members: Vec<u32> = (0..).take(shown).collect();
     let reading = setup.readings.own()?;
     let projection = setup.projection(opens_when)?;
     let paths = setup.share(1, &members, |index| {
         let member = scatter.member(*index);
         let second = member.second;
-        let seen = reading
+        let scaled = reading
             .scaled(member.scale, member.bias_m_s2)
             .with_second_scaled(second.scale, second.bias_m_s2);
         let design = Design {
@@ -84,7 +84,7 @@ pub(super) fn around(
             error_bound: false,
             ..RunOptions::new(model, opens_when)
         };
-        replay::run_within(seen, &design, &options, &setup.work.within(setup.control))
+        replay::run_within(scaled, &design, &options, &setup.work.within(setup.control))
             .map(|outcome| (!outcome.broke_down).then(|| sampled(&outcome.trace, &time_s)))
             .map_err(Error::from)
     })?;

@@ -166,11 +166,11 @@ impl<'a> Readings<'a> {
     pub(super) fn noises_m_s2(&self, weights: [f64; 2]) -> Result<[f64; 2], Error> {
         let [first, second] = self.left_out_m_s2()?;
         let recorded = self.conditioned.noise.deviation_m_s2;
-        let Some(other) = self.conditioned.second.as_deref() else {
+        let Some(second_sensor) = self.conditioned.second.as_deref() else {
             return Ok([recorded, first]);
         };
         let joined = |a: f64, b: f64| libm::hypot(weights[0] * a, weights[1] * b);
-        let across = other.conditioned.noise.deviation_m_s2;
+        let across = second_sensor.conditioned.noise.deviation_m_s2;
         Ok([joined(recorded, across), joined(first, second)])
     }
 

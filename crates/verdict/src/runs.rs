@@ -213,11 +213,11 @@ impl RunSetup<'_> {
             .filter(stays)
             .map(|of| of.variant())
             .collect();
-        let own = self.readings.own()?;
-        let whole = self.share(1, &tasks, |variant| {
-            self.run(&own, *variant, None, RunDetail::PeakOnly)
+        let reading = self.readings.own()?;
+        let whole_runs = self.share(1, &tasks, |variant| {
+            self.run(&reading, *variant, None, RunDetail::PeakOnly)
         })?;
-        let crossings = whole
+        let crossings = whole_runs
             .iter()
             .filter_map(|outcome| outcome.run.first_crossing_s);
         Ok(crossings.reduce(f64::min))

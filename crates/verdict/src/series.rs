@@ -42,15 +42,15 @@ impl SampledSeries {
             .map(|index| used.time_s(index))
             .collect();
         let runs = traces.iter().map(|trace| {
-            let at = |value: fn(&TracePoint) -> f64| {
+            let resampled = |value: fn(&TracePoint) -> f64| {
                 let points = trace.points.iter();
                 on_lines(points.map(|point| (point.time_s, value(point))), &time_s)
             };
             SeriesRun {
                 model: trace.model,
                 opens_when: trace.opens_when,
-                angle_rad: at(|point| point.angle_rad),
-                velocity_rad_s: at(|point| point.velocity_rad_s),
+                angle_rad: resampled(|point| point.angle_rad),
+                velocity_rad_s: resampled(|point| point.velocity_rad_s),
             }
         });
         let samples = raw.samples.iter().enumerate();

@@ -89,8 +89,8 @@ pub fn checked(signal: &Signal) -> SledCheck {
     let points: Vec<(f64, f64)> = (signal.samples.iter().enumerate())
         .map(|(index, value)| (signal.time_s(index), sign * value / STANDARD_GRAVITY))
         .collect();
-    let held = held(&points);
-    let held_s = held.map_or(0.0, |window| window.until_s - window.from_s);
+    let held_window = held(&points);
+    let held_s = held_window.map_or(0.0, |window| window.until_s - window.from_s);
     let below = farthest(&points, &LOWER, |pulse, bound| bound - pulse);
     let above = farthest(&points, &UPPER, |pulse, bound| pulse - bound);
     let covered = signal.start_s <= LOWER[0].0 && signal.end_s() >= LOWER[3].0;
@@ -100,7 +100,7 @@ pub fn checked(signal: &Signal) -> SledCheck {
         faulty: false,
         sign,
         held_s,
-        held_window_s: held.map(|window| (window.from_s, window.until_s)),
+        held_window_s: held_window.map(|window| (window.from_s, window.until_s)),
         below,
         above,
         peak_g: points.get(peak).map_or(0.0, |point| point.1),
@@ -179,8 +179,8 @@ impl SledCheck {
     /// Says what was found, the answer first.
     pub fn sentences(&self) -> Vec<String> {
         let ms = |seconds: f64| format!("{:.2} ms", 1e3 * seconds);
-        let mut told = Vec::new();
-        told.push(match self.valid {
+        let mut sentences = Vec::new();
+        sentences.push(match self.valid {
             true => {
                 "A valid sled pulse of 49 CFR 571.206 S5.1.1.4(b)(3), after CFC 60.".to_string()
             }
@@ -188,7 +188,7 @@ impl SledCheck {
                 "Not a valid sled pulse of 49 CFR 571.206 S5.1.1.4(b)(3), after CFC 60.".into()
             }
         });
-        told.push(match self.held_window_s {
+        sentences.push(match self.held_window_s {
             Some((from_s, until_s)) => format!(
                 "At or above 30 g for {} on end, from {} to {}; 30 ms are needed.",
                 ms(self.held_s),
@@ -197,7 +197,7 @@ impl SledCheck {
             ),
             None => format!("Never at 30 g: the largest is {:.2} g.", self.peak_g),
         });
-        told.push(match self.below {
+        sentences.push(match self.below {
             Some(Beyond { time_s, by_g }) => {
                 format!(
                     "Below the corridor by up to {by_g:.2} g, at {}.",
@@ -206,7 +206,7 @@ impl SledCheck {
             }
             None => "Nowhere below the corridor.".into(),
         });
-        told.push(match self.above {
+        sentences.push(match self.above {
             Some(Beyond { time_s, by_g }) => format!(
                 "Above the corridor by up to {by_g:.2} g, at {}; that alone leaves it valid.",
                 ms(time_s)
@@ -214,14 +214,14 @@ impl SledCheck {
             None => "Nowhere above the corridor.".into(),
         });
         if !self.covered {
-            told.push("The record does not cover the corridor from 5 to 70 ms.".into());
+            sentences.push("The record does not cover the corridor from 5 to 70 ms.".into());
         }
         if self.faulty {
-            told.push("A finding blocks the recording: see there.".into());
+            sentences.push("A finding blocks the recording: see there.".into());
         }
-        told.push(
+        sentences.push(
             "The corridor's points are unverified, its t = 0 is the file's, or as stated.".into(),
         );
-        told
+        sentences
     }
 }

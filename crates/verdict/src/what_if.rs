@@ -82,12 +82,12 @@ pub(super) fn reruns(
             ]
         })
         .collect();
-    let mut found = Vec::with_capacity(moves.len() + 1);
+    let mut what_ifs = Vec::with_capacity(moves.len() + 1);
     if conditioned.bias_m_s2.abs() > 0.0 {
         let peaks = with_bias_kept(setup, conditioned, &variants)?;
         let change = conditioned.bias_m_s2 / STANDARD_GRAVITY;
         let moved = ("input.bias_g", change, Change::BiasKept);
-        found.extend(compared(setup, results, moved, &peaks));
+        what_ifs.extend(compared(setup, results, moved, &peaks));
     }
     // Two levers side by side take as long as a whole vector of them.
     let of_variants = setup.share(moves.len().max(IN_A_VECTOR), &variants, |variant| {
@@ -99,9 +99,9 @@ pub(super) fn reruns(
     })?;
     for (index, moved) in moves.iter().enumerate() {
         let peaks: Vec<f64> = of_variants.iter().map(|of| of.window_rad[index]).collect();
-        found.extend(compared(setup, results, *moved, &peaks));
+        what_ifs.extend(compared(setup, results, *moved, &peaks));
     }
-    Ok(found)
+    Ok(what_ifs)
 }
 
 /// Returns the peak of each variant on the recording with its bias left in [rad]; NaN where the

@@ -95,9 +95,9 @@ fn fraction(x: f64, a: f64, b: f64) -> f64 {
     const TINY: f64 = 1e-300;
     /// Terms after which the value is taken as it is: √(10⁸) and some.
     const TERMS: u32 = 20_000;
-    let held = |value: f64| if value.abs() < TINY { TINY } else { value };
+    let nonzero = |value: f64| if value.abs() < TINY { TINY } else { value };
     let mut numerator = 1.0;
-    let mut denominator = 1.0 / held(1.0 - (a + b) * x / (a + 1.0));
+    let mut denominator = 1.0 / nonzero(1.0 - (a + b) * x / (a + 1.0));
     let mut value = denominator;
     for term in 1..TERMS {
         let m = f64::from(term);
@@ -105,8 +105,8 @@ fn fraction(x: f64, a: f64, b: f64) -> f64 {
         let odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
         let mut change = 1.0;
         for coefficient in [even, odd] {
-            denominator = 1.0 / held(1.0 + coefficient * denominator);
-            numerator = held(1.0 + coefficient / numerator);
+            denominator = 1.0 / nonzero(1.0 + coefficient * denominator);
+            numerator = nonzero(1.0 + coefficient / numerator);
             change = denominator * numerator;
             value *= change;
         }

@@ -65,9 +65,9 @@ impl Advice {
         let tried = format!("{} values tried {until} {end}", self.tried);
         match (self.safe_from, passes) {
             (Some(from), true) if self.covers(quantity, present) => {
-                let other = if above { "down to" } else { "up to" };
+                let direction = if above { "down to" } else { "up to" };
                 format!(
-                    "Stays shut {other} {article} {title} of {} (now {}; {tried})",
+                    "Stays shut {direction} {article} {title} of {} (now {}; {tried})",
                     shown(from),
                     number(present)
                 )

@@ -91,8 +91,8 @@ pub fn limit_curve(
         .collect();
     let points = control.try_map(&pulses, |&(stop, duration_s)| {
         // The pulses themselves are shared among the threads.
-        let own = control.with_threads(1);
-        own.unmeasured(|own| critical_pulse(design, stop, duration_s, own))
+        let single_threaded = control.with_threads(1);
+        single_threaded.unmeasured(|control| critical_pulse(design, stop, duration_s, control))
     })?;
     Ok(LimitCurve {
         static_threshold_g: bounds.static_threshold_g,
@@ -217,18 +217,18 @@ fn half_sine(duration_s: f64) -> Result<Signal, Error> {
 pub fn recording_point(signal: &Signal, opens_when: OpensWhen) -> RecordingPoint {
     let sign = opens_when.sign();
     let mut peak = 0.0_f64;
-    let (mut gained, mut most) = (0.0_f64, 0.0_f64);
+    let (mut gain, mut largest_gain) = (0.0_f64, 0.0_f64);
     let interval = signal.rate.interval().seconds();
     for a in &signal.samples {
         peak = peak.max(-sign * a);
     }
     for pair in signal.samples.windows(2) {
-        gained = (gained - sign * 0.5 * (pair[0] + pair[1]) * interval).max(0.0);
-        most = most.max(gained);
+        gain = (gain - sign * 0.5 * (pair[0] + pair[1]) * interval).max(0.0);
+        largest_gain = largest_gain.max(gain);
     }
     RecordingPoint {
         opens_when,
         peak_g: peak / STANDARD_GRAVITY,
-        velocity_change_m_s: most,
+        velocity_change_m_s: largest_gain,
     }
 }

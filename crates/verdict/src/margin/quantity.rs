@@ -227,8 +227,8 @@ impl Quantity {
             Self::Unbalance => lever.mass_kg = value / lever.center_of_mass_m.abs(),
             Self::Arm => lever.center_of_mass_m = lever.unbalance_sign() * value,
             Self::Counterweight => {
-                let left = lever.unbalance_kg_m() - value * counterweight_radius_m;
-                lever.mass_kg = left.max(0.0) / lever.center_of_mass_m.abs();
+                let unbalance_kg_m = lever.unbalance_kg_m() - value * counterweight_radius_m;
+                lever.mass_kg = unbalance_kg_m.max(0.0) / lever.center_of_mass_m.abs();
                 lever.moment_of_inertia_kg_m2 +=
                     value * counterweight_radius_m * counterweight_radius_m;
             }
