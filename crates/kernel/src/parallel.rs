@@ -141,10 +141,10 @@ pub fn on_threads(threads: usize, work: &(dyn Fn() + Sync)) {
         return work();
     }
     std::thread::scope(|scope| {
-        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        let further: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
         work();
-        for other in others {
-            if let Err(panic) = other.join() {
+        for thread in further {
+            if let Err(panic) = thread.join() {
                 std::panic::resume_unwind(panic);
             }
         }

@@ -622,7 +622,7 @@ impl<const K: usize> EventDriven<'_, K> {
         let across = pieces.second();
         let mut ends = None;
         if options.peak_only {
-            ends = Some(PeakEnd::of(self));
+            ends = Some(PeakEnd::new(pieces, question));
         }
         let mut index = 0;
         while index < last {
@@ -637,22 +637,22 @@ impl<const K: usize> EventDriven<'_, K> {
                 stop_at = stop_at.min(ends.asked);
             }
             // Without closures, which would not be compiled for the machine's vectors.
-            let mut taken = 0;
+            let mut carried = 0;
             if kernel.dwells() {
                 // Pressed onto the rigid stop all through the samples: nothing moves.
-                taken = pieces.above(index, stop_at, sign, lift_off);
+                carried = pieces.above(index, stop_at, sign, lift_off);
             } else {
                 if let Some(fast_flight) = &fast_flight {
-                    taken = fast_flight.fly(&mut kernel, pieces, index, stop_at);
+                    carried = fast_flight.fly(&mut kernel, pieces, index, stop_at);
                 }
-                if taken == 0
+                if carried == 0
                     && let Some(pressed) = &pressed
                 {
-                    taken = pressed.press(&mut kernel, pieces, index, stop_at);
+                    carried = pressed.press(&mut kernel, pieces, index, stop_at);
                 }
             }
-            if taken > 0 {
-                index += taken;
+            if carried > 0 {
+                index += carried;
                 continue;
             }
             let mut base = pieces.terms(index);
@@ -698,10 +698,10 @@ impl PeakEnd {
     /// Samples between two questions, in contact or flight without events.
     const ASKED_EVERY: usize = 128;
 
-    fn of<const K: usize>(run: &EventDriven<'_, K>) -> Self {
+    fn new<const K: usize>(pieces: &Pieces<'_, K>, question: &Question<'_>) -> Self {
         Self {
-            ahead: impulse_ahead(&run.pieces, run.question.last, Self::ASKED_EVERY),
-            asked: run.question.first,
+            ahead: impulse_ahead(pieces, question.last, Self::ASKED_EVERY),
+            asked: question.first,
         }
     }
 

@@ -349,16 +349,16 @@ impl<'a> Reading<'a> {
             };
             places.clone().map(along).collect()
         } else {
-            let of = |(index, n)| match is_end(index, n) {
+            let value_at = |(index, n)| match is_end(index, n) {
                 true => signal.samples[index],
                 false => value(&curved.terms(index), part * n),
             };
-            places.clone().map(of).collect()
+            places.clone().map(value_at).collect()
         };
         samples.push(*last);
         let derivative = |order: u8, at_samples: &[f64]| {
             let scale = if order == 1 { part } else { part * part };
-            let of = |(index, n)| {
+            let derivative_at = |(index, n)| {
                 let c = curved.terms(index);
                 scale
                     * if is_end(index, n) {
@@ -369,12 +369,12 @@ impl<'a> Reading<'a> {
                         bend(&c, part * n)
                     }
             };
-            let mut all: Vec<f64> = Vec::new();
+            let mut derivatives: Vec<f64> = Vec::new();
             if let Some(last) = at_samples.last() {
-                all.extend(places.clone().map(of));
-                all.push(scale * last);
+                derivatives.extend(places.clone().map(derivative_at));
+                derivatives.push(scale * last);
             }
-            all
+            derivatives
         };
         let signal = Signal {
             rate,

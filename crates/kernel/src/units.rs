@@ -317,16 +317,22 @@ impl SensorSensitivity {
             let strokes = ratio.match_indices('/');
             strokes.map(|(at, _)| (ratio[..at].trim(), ratio[at + 1..].trim()))
         };
-        let other = |text: &str| {
+        let other_quantity = |text: &str| {
             (!text.is_empty() && AccelerationUnit::from_spelling(text).is_none())
                 .then(|| text.to_string())
         };
         let direct = parts().find_map(|(unit, quantity)| {
-            Some((AccelerationUnit::from_spelling(unit)?, other(quantity)?))
+            Some((
+                AccelerationUnit::from_spelling(unit)?,
+                other_quantity(quantity)?,
+            ))
         });
         let inverse = || {
             parts().find_map(|(quantity, unit)| {
-                Some((AccelerationUnit::from_spelling(unit)?, other(quantity)?))
+                Some((
+                    AccelerationUnit::from_spelling(unit)?,
+                    other_quantity(quantity)?,
+                ))
             })
         };
         let is_inverse = direct.is_none();
@@ -359,8 +365,8 @@ impl SensorSensitivity {
 
     /// As [`Self::scale`] for a quantity in the unit `text`; `None` if it is another one.
     pub fn scale_of(&self, text: &str) -> Option<f64> {
-        let (wanted, given) = (OtherUnit::read(&self.quantity), OtherUnit::read(text));
-        let exponent = (wanted.name == given.name).then(|| given.exponent - wanted.exponent)?;
+        let (counted, stated) = (OtherUnit::read(&self.quantity), OtherUnit::read(text));
+        let exponent = (counted.name == stated.name).then(|| stated.exponent - counted.exponent)?;
         // A quotient keeps decimals that a product with 1e-3 does not.
         let power = |exponent: i32| format!("1e{}", exponent.max(0)).parse::<f64>().ok();
         let (up, down) = (power(exponent)?, power(-exponent)?);
@@ -585,9 +591,9 @@ impl TimeUnit {
 
     /// Returns the unit of `times`/`parts` seconds; `None` beyond a picosecond and thirty years.
     fn of_ratio(times: u128, parts: u128) -> Option<Self> {
-        let (mut divisor, mut rest) = (times, parts);
-        while rest > 0 {
-            (divisor, rest) = (rest, divisor % rest);
+        let (mut divisor, mut remainder) = (times, parts);
+        while remainder > 0 {
+            (divisor, remainder) = (remainder, divisor % remainder);
         }
         let unit = Self {
             times: u64::try_from(times.checked_div(divisor)?).ok()?,
@@ -639,10 +645,10 @@ impl fmt::Display for TimeUnit {
             let below = u128::from(self.parts) * u128::from(unit.times);
             (above % below == 0).then_some(above / below)
         };
-        let whole = Self::NAMED
+        let multiple = Self::NAMED
             .iter()
             .find_map(|(unit, names)| Some((counted(unit)?, names[0])));
-        match whole {
+        match multiple {
             Some((1, name)) => f.write_str(name),
             Some((count, name)) => write!(f, "{count}{name}"),
             None => write!(f, "{}/{}s", self.times, self.parts),
@@ -656,10 +662,10 @@ fn split_number(text: &str) -> (&str, &str) {
     let digit = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
     let mut end = 0;
     while let Some(next) = text[end..].chars().next() {
-        let rest = &text[end + next.len_utf8()..];
-        let exponent = next == 'e' && digit(rest.trim_start_matches(['-', '+']));
-        let sign = matches!(next, '-' | '+') && text[..end].ends_with('e') && digit(rest);
-        let mark = end > 0 && matches!(next, '.' | ',' | '/') && digit(rest);
+        let following = &text[end + next.len_utf8()..];
+        let exponent = next == 'e' && digit(following.trim_start_matches(['-', '+']));
+        let sign = matches!(next, '-' | '+') && text[..end].ends_with('e') && digit(following);
+        let mark = end > 0 && matches!(next, '.' | ',' | '/') && digit(following);
         if !(next.is_ascii_digit() || mark || (end > 0 && exponent) || sign) {
             break;
         }

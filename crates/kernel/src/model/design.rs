@@ -223,15 +223,15 @@ impl Design {
 
     /// Notes that `key` was overridden, unless it has its first value again.
     fn mark(&mut self, key: &str, before: Option<f64>) {
-        let known = self.modified.iter().position(|known| known == key);
-        let first = match known {
+        let marked = self.modified.iter().position(|marked| marked == key);
+        let first = match marked {
             Some(_) => self.modified_from.get(key).copied(),
             None => before,
         };
         if self.number(key) == first {
-            self.modified.retain(|known| known != key);
+            self.modified.retain(|marked| marked != key);
             self.modified_from.remove(key);
-        } else if known.is_none() {
+        } else if marked.is_none() {
             self.modified.push(key.to_string());
             self.modified.sort();
             self.modified_from

@@ -223,9 +223,9 @@ impl Reduced {
     /// Returns the unbalance of the elements that the acceleration opens alone, without those that balance
     /// them [kg m]; `None` where none does.
     pub fn unbalanced_kg_m(elements: &[LinkageElement]) -> Option<f64> {
-        let whole = Self::of(elements).ok()?;
-        let opening = whole.unbalance_vector_kg_m.and_then(Vector::direction);
-        let sign = whole.unbalance_kg_m.signum();
+        let sum = Self::of(elements).ok()?;
+        let opening = sum.unbalance_vector_kg_m.and_then(Vector::direction);
+        let sign = sum.unbalance_kg_m.signum();
         let along = elements.iter().map(|element| {
             let reduced = element.reduced();
             match opening.zip(reduced.unbalance_vector_kg_m) {

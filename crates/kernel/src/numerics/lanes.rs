@@ -100,11 +100,11 @@ impl<S: Simd> Lanes<S> {
     /// Fills every lane by its number.
     #[inline(always)]
     pub fn from_fn(simd: S, value: impl Fn(usize) -> f64) -> Self {
-        let mut all = Self::splat(simd, 0.0);
+        let mut filled = Self::splat(simd, 0.0);
         for lane in 0..lanes::<S>() {
-            all.set(lane, value(lane));
+            filled.set(lane, value(lane));
         }
-        all
+        filled
     }
 
     /// Returns one lane's number.
@@ -205,9 +205,9 @@ impl<S: Simd> Mask<S> {
         let Self { simd, vectors } = self;
         let place = Lanes::from_fn(simd, |lane| f64::from(1_u32 << lane));
         let none = simd.splat_f64s(0.0);
-        let of = |n: usize| simd.select_f64s(vectors[n], place.vectors[n], none);
+        let bits_of = |n: usize| simd.select_f64s(vectors[n], place.vectors[n], none);
         // Every sum of powers of two is exact.
-        simd.reduce_sum_f64s(simd.add_f64s(of(0), of(1))) as u32
+        simd.reduce_sum_f64s(simd.add_f64s(bits_of(0), bits_of(1))) as u32
     }
 
     /// Tells whether every lane says yes.

@@ -154,14 +154,14 @@ fn is_bent_once(coefficients: &[f64], end: f64) -> bool {
 
 /// Returns the first place in (0, `end`) where the polynomial falls through zero.
 pub fn first_fall(coefficients: &[f64], end: f64) -> Option<f64> {
-    let mut found = None;
+    let mut fall = None;
     sign_changes(coefficients, end, &mut |x, rises| {
         if !rises {
-            found = Some(x);
+            fall = Some(x);
         }
         rises
     });
-    found
+    fall
 }
 
 /// C(n, j) in row n, exactly.

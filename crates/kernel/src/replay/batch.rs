@@ -242,11 +242,11 @@ fn beside_catches(
 ) -> Result<Vec<MemberPeak>, Error> {
     /// Part of the angle that leaves room for what vectors round otherwise than the scalar kernel.
     const NEAR: f64 = 1.0 - 1e-9;
-    let least = angles.iter().copied().fold(f64::INFINITY, f64::min);
-    let most = angles.iter().copied().fold(0.0, f64::max);
+    let lowest_rad = angles.iter().copied().fold(f64::INFINITY, f64::min);
+    let highest_rad = angles.iter().copied().fold(0.0, f64::max);
     let asked = AskedPeaks {
-        from_rad: options.asked.from_rad.min(NEAR * least),
-        to_rad: options.asked.to_rad.max(most),
+        from_rad: options.asked.from_rad.min(NEAR * lowest_rad),
+        to_rad: options.asked.to_rad.max(highest_rad),
     };
     let plain = BatchOptions { asked, ..*options };
     let mut peaks = plain_peaks(reading, angles.len(), member, (&plain, within), vectors)?;
@@ -295,13 +295,13 @@ fn beside_catch(
     let outcome = run_within(reading, &design, &run_options, within)?;
     let is_unknown = outcome.broke_down || outcome.catch.is_some_and(|catch| catch.tie_s.is_some());
     let run = outcome.run;
-    let known = |angle: f64| if is_unknown { f64::NAN } else { angle };
+    let if_followed = |angle: f64| if is_unknown { f64::NAN } else { angle };
     Ok(MemberPeak {
-        peak_angle_rad: known(run.peak_angle_rad),
+        peak_angle_rad: if_followed(run.peak_angle_rad),
         coast_peak_angle_rad: run
             .coast_peak_angle_rad
             .filter(|_| options.coast)
-            .map(known),
+            .map(if_followed),
         first_crossing_s: run.first_crossing_s,
         scalar_samples: u32::try_from(run.work.steps).unwrap_or(u32::MAX),
         spared_samples: 0,
@@ -401,8 +401,8 @@ impl<const K: usize> Chunk<'_, K> {
     fn run<S: pulp::Simd, const ACROSS: bool>(self, simd: S) -> Vec<MemberPeak> {
         let mut results = Vec::with_capacity(self.members.len());
         for start in self.members.clone().step_by(lanes::<S>()) {
-            let of = |lane: usize| (self.member)((start + lane).min(self.members.end - 1));
-            let members: Vec<Member> = (0..lanes::<S>()).map(of).collect();
+            let member_of = |lane: usize| (self.member)((start + lane).min(self.members.end - 1));
+            let members: Vec<Member> = (0..lanes::<S>()).map(member_of).collect();
             let wanted = self.members.end - start;
             let group = Group::<S, K, ACROSS>::new(simd, members, wanted, &self).run();
             results.extend(group.take(wanted));
@@ -775,10 +775,14 @@ impl<'a, S: pulp::Simd, const K: usize, const ACROSS: bool> Group<'a, S, K, ACRO
         }
         self.state = chosen(stands, &state, &self.state);
         self.note_crossings(index, before);
-        let mut others = self.all() & !(self.flying & stands.bits());
-        while others != 0 {
-            self.by_kernel(others.trailing_zeros() as usize, index, (&piece, &second));
-            others &= others - 1;
+        let mut scalar_lanes = self.all() & !(self.flying & stands.bits());
+        while scalar_lanes != 0 {
+            self.by_kernel(
+                scalar_lanes.trailing_zeros() as usize,
+                index,
+                (&piece, &second),
+            );
+            scalar_lanes &= scalar_lanes - 1;
         }
     }
 
@@ -867,7 +871,7 @@ impl<'a, S: pulp::Simd, const K: usize, const ACROSS: bool> Group<'a, S, K, ACRO
             scalar_samples,
             ..
         } = &mut self.lanes[lane];
-        let taken = pressed.as_ref().map_or(0, |pressed| {
+        let pressed_samples = pressed.as_ref().map_or(0, |pressed| {
             self.simd.vectorize(Press {
                 pressed,
                 kernel,
@@ -875,7 +879,7 @@ impl<'a, S: pulp::Simd, const K: usize, const ACROSS: bool> Group<'a, S, K, ACRO
                 samples: index..until,
             })
         });
-        if taken == 0 {
+        if pressed_samples == 0 {
             let interval = self.pieces.signal.rate.interval().seconds();
             kernel.advance(
                 self.pieces.signal.time_s(index),
@@ -884,8 +888,8 @@ impl<'a, S: pulp::Simd, const K: usize, const ACROSS: bool> Group<'a, S, K, ACRO
                 radial.as_ref(),
             );
         }
-        *reached = index + taken.max(1);
-        *scalar_samples += u32::try_from(taken.max(1)).unwrap_or(u32::MAX);
+        *reached = index + pressed_samples.max(1);
+        *scalar_samples += u32::try_from(pressed_samples.max(1)).unwrap_or(u32::MAX);
         if kernel.recorder.judging {
             let (after, peak) = (kernel.angle, kernel.recorder.peak);
             self.best.set(lane, kernel.recorder.highest());
@@ -904,25 +908,30 @@ impl<'a, S: pulp::Simd, const K: usize, const ACROSS: bool> Group<'a, S, K, ACRO
     #[inline(never)]
     fn settle(&mut self, index: usize, last: usize) -> bool {
         let interval = self.pieces.signal.rate.interval().seconds();
-        let left = (last - index) as f64 * interval;
+        let remaining_s = (last - index) as f64 * interval;
         for lane in 0..self.lanes.len() {
-            let this = &self.lanes[lane];
+            let judged_lane = &self.lanes[lane];
             let state = if self.flies(lane) {
                 let velocity = self.state.slope.lane(lane) * self.pieces.signal.rate.hertz();
                 State::new(self.state.angle.lane(lane), velocity)
             } else {
-                this.kernel.state()
+                judged_lane.kernel.state()
             };
             let enough = self.options.asked.to_rad;
-            if !this.settled
-                && !this.kernel.stuck
-                && (this.kernel.recorder.peak.angle.max(state.angle_rad) > enough
-                    || this.stays_below(state, self.ahead[index / ASKED_EVERY], left, self.options))
+            if !judged_lane.settled
+                && !judged_lane.kernel.stuck
+                && (judged_lane.kernel.recorder.peak.angle.max(state.angle_rad) > enough
+                    || judged_lane.stays_below(
+                        state,
+                        self.ahead[index / ASKED_EVERY],
+                        remaining_s,
+                        self.options,
+                    ))
             {
                 self.store(lane);
-                let this = &mut self.lanes[lane];
-                this.settled = true;
-                this.spared_samples = u32::try_from(last - index).unwrap_or(u32::MAX);
+                let settled_lane = &mut self.lanes[lane];
+                settled_lane.settled = true;
+                settled_lane.spared_samples = u32::try_from(last - index).unwrap_or(u32::MAX);
             }
         }
         self.lanes.iter().all(|lane| lane.settled)

@@ -10,7 +10,7 @@ use super::flight_fast::FastFlight;
 use super::forcing::{Forcing, Polynomial};
 use super::kernel::{CURVED_TRUNCATION, Ceiling, Coasting, Kernel};
 use super::recorder::Recorder;
-use super::{Question, RunOutcome, TracePoint, begin, finish};
+use super::{PeakEnd, Question, RunOutcome, TracePoint, begin, finish};
 use crate::model::catch::Catch;
 use crate::model::stop::StopModel;
 use crate::signal::{Mix, Pieces, STRAIGHT};
@@ -53,16 +53,32 @@ pub(super) fn run<const K: usize>(
     let mut pair = Pair::new(pieces, question, parts);
     let (first, last) = (question.first, question.last);
     let mut looked = 0;
+    let mut ends = None;
+    if question.options.peak_only {
+        ends = Some(PeakEnd::new(&pieces, question));
+    }
     let mut index = 0;
     while index < last {
         if index == first {
             pair.open_window(index);
         }
-        let stop_at = if index < first { first } else { last };
-        let taken = pair.lever_samples(index, stop_at);
-        if taken > 0 {
-            pair.catch_samples(index, index + taken);
-            index += taken;
+        let mut stop_at = if index < first { first } else { last };
+        if let Some(ends) = &mut ends {
+            // A catch takes energy from its lever, and never gives any.
+            if ends.here(question, &pair.lever, index) {
+                return finish(pair, pieces.signal.time_s(index), question, true);
+            }
+            stop_at = stop_at.min(ends.asked);
+        }
+        let held = pair.held_samples(index, stop_at);
+        if held > 0 {
+            index += held;
+            continue;
+        }
+        let carried = pair.lever_samples(index, stop_at);
+        if carried > 0 {
+            pair.catch_samples(index, index + carried);
+            index += carried;
             continue;
         }
         let mut base = pieces.terms(index);
@@ -178,6 +194,33 @@ impl<'a, const K: usize> Pair<'a, K> {
         self.lever.recorder.open_window(angle, time, error);
     }
 
+    /// Carries the catch through whole samples in which the lever rests on it and neither of them comes to a
+    /// gate; returns how many.
+    #[inline(always)]
+    fn held_samples(&mut self, index: usize, stop_at: usize) -> usize {
+        if !self.lever.is_held() {
+            return 0;
+        }
+        let end = index + self.pressed_above(&self.lever, index, stop_at);
+        if self.locked {
+            return end - index;
+        }
+        if self.catch.is_held() {
+            return self.pressed_above(&self.catch, index, end);
+        }
+        let flight = self.catch_flight.as_ref();
+        flight.map_or(0, |flight| {
+            flight.fly(&mut self.catch, &self.pieces, index, end)
+        })
+    }
+
+    /// Returns how many samples certainly press a body onto what is above it.
+    #[inline(always)]
+    fn pressed_above(&self, body: &Kernel, index: usize, end: usize) -> usize {
+        let letting_go = body.letting_go_acceleration();
+        self.pieces.above(index, end, -self.sign, -letting_go)
+    }
+
     /// Carries the lever through whole samples in which nothing happens to it; returns how many.
     #[inline(always)]
     fn lever_samples(&mut self, index: usize, stop_at: usize) -> usize {
@@ -185,16 +228,16 @@ impl<'a, const K: usize> Pair<'a, K> {
             let lift_off = self.lever.lift_off_acceleration();
             return self.pieces.above(index, stop_at, self.sign, lift_off);
         }
-        let mut taken = 0;
+        let mut carried = 0;
         if let Some(flight) = &self.lever_flight {
-            taken = flight.fly(&mut self.lever, &self.pieces, index, stop_at);
+            carried = flight.fly(&mut self.lever, &self.pieces, index, stop_at);
         }
-        if taken == 0
+        if carried == 0
             && let Some(pressed) = &self.pressed
         {
-            taken = pressed.press(&mut self.lever, &self.pieces, index, stop_at);
+            carried = pressed.press(&mut self.lever, &self.pieces, index, stop_at);
         }
-        taken
+        carried
     }
 
     /// Carries the catch through samples in which the lever neither reaches φb nor returns to it.
@@ -202,14 +245,16 @@ impl<'a, const K: usize> Pair<'a, K> {
     fn catch_samples(&mut self, index: usize, end: usize) {
         let mut index = index;
         while index < end && !self.locked {
-            let mut taken = 0;
+            let mut carried = 0;
             if self.catch.dwells() {
                 let lift_off = self.catch.lift_off_acceleration();
-                taken = self.pieces.above(index, end, self.sign, lift_off);
+                carried = self.pieces.above(index, end, self.sign, lift_off);
+            } else if self.catch.is_held() {
+                carried = self.pressed_above(&self.catch, index, end);
             } else if let Some(flight) = &self.catch_flight {
-                taken = flight.fly(&mut self.catch, &self.pieces, index, end);
+                carried = flight.fly(&mut self.catch, &self.pieces, index, end);
             }
-            if taken == 0 {
+            if carried == 0 {
                 let mut base = self.pieces.terms(index);
                 for a in &mut base {
                     *a *= self.sign;
@@ -217,9 +262,9 @@ impl<'a, const K: usize> Pair<'a, K> {
                 let time = self.pieces.signal.time_s(index);
                 let stretch = self.catch.stretch(time, self.interval, &base, None);
                 self.catch_over(&stretch);
-                taken = 1;
+                carried = 1;
             }
-            index += taken;
+            index += carried;
         }
     }
 

@@ -58,19 +58,19 @@ const PLACES: ([f64; POINTS], [f64; POINTS]) = {
 static SHAPES: [[[f64; POINTS]; POINTS]; POINTS] = {
     let places = PLACES.0;
     let mut shapes = [[[1.0; POINTS]; POINTS]; POINTS];
-    let mut at = 0;
-    while at < POINTS {
+    let mut outer = 0;
+    while outer < POINTS {
         let mut inner = 0;
         while inner < POINTS {
-            let place = places[at] * places[inner];
+            let place = places[outer] * places[inner];
             let mut node = 0;
             while node < POINTS {
-                shapes[at][inner][node] = shape(node, place);
+                shapes[outer][inner][node] = shape(node, place);
                 node += 1;
             }
             inner += 1;
         }
-        at += 1;
+        outer += 1;
     }
     shapes
 };
@@ -282,8 +282,8 @@ fn mutual_weights(stiffness: f64, damping: f64) -> [Eight; POINTS] {
     let (nodes, weights) = PLACES;
     let mut mutual = [Eight::splat(0.0); POINTS];
     for (at, reach) in nodes.iter().enumerate() {
-        let left = Eight(nodes.map(|node| reach * (1.0 - node)));
-        let responses = impulse_responses(stiffness, damping, left).0;
+        let remaining = Eight(nodes.map(|node| reach * (1.0 - node)));
+        let responses = impulse_responses(stiffness, damping, remaining).0;
         for (inner, (shapes, response)) in SHAPES[at].iter().zip(responses).enumerate() {
             for (column, shape) in mutual.iter_mut().zip(shapes) {
                 column.0[at] += reach * weights[inner] * shape * response;
@@ -372,7 +372,7 @@ impl<const K: usize> FastContact<K> {
         }
         // A turn above the peak so far, or φ = 0.
         let ceiling = peak.min(0.0);
-        let mut taken = 0;
+        let mut samples = 0;
         let mut gathered = Smooths::default();
         let mut twice = 0;
         for index in first..last {
@@ -389,8 +389,8 @@ impl<const K: usize> FastContact<K> {
             // The acceleration is a damped oscillator of its own.
             let bent = push + self.damping * slope + self.stiffness * angle;
             let bent_rate = b[1] - self.damping * bent + self.stiffness * slope;
-            let own = bent.abs() + bent_rate.abs() * self.softness + 0.5 * driven;
-            let mut curve = 1.01 * own + 1e-5 * strongest;
+            let bend = bent.abs() + bent_rate.abs() * self.softness + 0.5 * driven;
+            let mut curve = 1.01 * bend + 1e-5 * strongest;
             let mut turning = Turning::<K>::default();
             if ACROSS {
                 (turning.terms, turning.strongest) = self.across.of(&other, &piece);
@@ -454,9 +454,9 @@ impl<const K: usize> FastContact<K> {
             gathered.truncation += tail;
             gathered.count += 1;
             AngleSlope { angle, slope } = after;
-            taken += 1;
+            samples += 1;
             if kernel.recorder.trace.is_some() {
-                let time = pieces.signal.time_s(first + taken);
+                let time = pieces.signal.time_s(first + samples);
                 kernel.recorder.point(time, angle, slope / self.interval);
             }
             if gathered.count == TOGETHER {
@@ -464,13 +464,13 @@ impl<const K: usize> FastContact<K> {
                 gathered = Smooths::default();
             }
         }
-        if taken > 0 {
+        if samples > 0 {
             kernel.take_error(&self.in_seconds(&gathered));
             kernel.put_pressed(angle, slope / self.interval);
-            kernel.work.steps += taken as u64;
-            kernel.work.rhs += taken as u64 + twice;
+            kernel.work.steps += samples as u64;
+            kernel.work.rhs += samples as u64 + twice;
         }
-        taken
+        samples
     }
 
     /// Returns a polynomial's values at the nodes.

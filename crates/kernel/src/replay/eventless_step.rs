@@ -168,8 +168,8 @@ impl<T: Real> StepCoefficients<T> {
     pub(super) fn bounds(&self, state: &LaneState<T>, strongest: T) -> Bounds<T> {
         let zero = state.slope.constant(0.0);
         let speed = state.slope.magnitude();
-        let own = self.damping * speed + self.stiffness * (state.angle.magnitude() + speed);
-        let curve = (self.pressing.magnitude() + own + strongest) * self.slack;
+        let passive = self.damping * speed + self.stiffness * (state.angle.magnitude() + speed);
+        let curve = (self.pressing.magnitude() + passive + strongest) * self.slack;
         Bounds {
             curve,
             turn: speed + curve,
@@ -184,8 +184,8 @@ impl<T: Real> StepCoefficients<T> {
     /// below `strongest` and changes by `change`.
     #[inline(always)]
     pub(super) fn third(&self, bounds: &Bounds<T>, strongest: T, change: T) -> T {
-        let own = self.damping * bounds.curve + self.stiffness * bounds.turn;
-        (own + change + strongest * bounds.turn) * (1.0 + 1e-12)
+        let passive = self.damping * bounds.curve + self.stiffness * bounds.turn;
+        (passive + change + strongest * bounds.turn) * (1.0 + 1e-12)
     }
 
     /// Computes the coefficients up to order 6.
@@ -210,13 +210,13 @@ impl<T: Real> StepCoefficients<T> {
         }
         (orders.x[0], orders.x[1], orders.w[1]) = (state.angle, state.slope, state.slope);
         (orders.s[0], orders.c[0]) = (state.sine, state.cosine);
-        let mut own = self
+        let mut torque = self
             .stiffness
             .fused(state.angle, self.damping.fused(state.slope, self.pressing));
         if ACROSS {
-            own = (-b.across[0]).fused(state.sine, own);
+            torque = (-b.across[0]).fused(state.sine, torque);
         }
-        orders.w[2] = -b.along[0].fused(state.cosine, own);
+        orders.w[2] = -b.along[0].fused(state.cosine, torque);
         orders.x[2] = orders.w[2] * 0.5;
         orders.order(self, b, 1, []);
         orders.order(self, b, 2, []);
@@ -317,8 +317,8 @@ impl<T: Real> Orders<T> {
     /// excitation.
     #[inline(always)]
     pub(super) fn tail_turned(&self) -> T {
-        let of = |s: &[T; 10]| s[8].magnitude().fused(self.next, s[9].magnitude());
-        of(&self.s).upper(of(&self.c)) * self.next
+        let tail = |s: &[T; 10]| s[8].magnitude().fused(self.next, s[9].magnitude());
+        tail(&self.s).upper(tail(&self.c)) * self.next
     }
 
     /// Returns the size of the motion over the sample [rad], by its slope and first two bends:
@@ -372,8 +372,8 @@ impl<T: Real> Orders<T> {
         let early = x[2].fused(x[6], x[3].fused(x[5], (x[4] * 0.5) * x[4]));
         let pairs = x[1].fused(x[7], early);
         let eighth = -s[0].fused(x[8], c[0] * pairs);
-        let own = of.stiffness * x[8];
-        let none = [own * (-1.0 / 90.0), own * (-1.0 / 9.0)];
+        let spring = of.stiffness * x[8];
+        let none = [spring * (-1.0 / 90.0), spring * (-1.0 / 9.0)];
         // Written out: a loop would put the orders into memory. What is ready last comes last.
         let mut sum = none;
         if ACROSS {
@@ -398,8 +398,11 @@ impl<T: Real> Orders<T> {
         }
         let products = m[2].fused(m[7], m[3].fused(m[6], m[4] * m[5]));
         let after = (m[9] + self.next * m[8]) + (products + x[1] * x[1] * (m[7] + m[6]));
-        let own = (of.stiffness + of.damping * 10.0) * (m[9] + m[8] * 0.1);
-        let tail = b.size().fused(after, own + slope.magnitude() * of.damping) * (2.0 / 90.0);
+        let passive = (of.stiffness + of.damping * 10.0) * (m[9] + m[8] * 0.1);
+        let tail = b
+            .size()
+            .fused(after, passive + slope.magnitude() * of.damping)
+            * (2.0 / 90.0);
         [angle, slope, tail]
     }
 

@@ -97,7 +97,7 @@ impl FastFlight {
         first: usize,
         last: usize,
     ) -> usize {
-        let mut taken = 0;
+        let mut samples = 0;
         let turned = kernel.turned();
         let mut state = LaneState {
             angle: kernel.angle,
@@ -132,9 +132,9 @@ impl FastFlight {
             gathered.take(self, &state, &bounds, &b, tail);
             orders += count;
             state = after;
-            taken += 1;
+            samples += 1;
             if kernel.recorder.trace.is_some() {
-                let time = pieces.signal.time_s(first + taken);
+                let time = pieces.signal.time_s(first + samples);
                 kernel
                     .recorder
                     .point(time, state.angle, state.slope / self.interval);
@@ -142,23 +142,23 @@ impl FastFlight {
             if gathered.count == TOGETHER {
                 gathered.give(self, kernel);
                 calm = Calm::of(kernel, self.interval);
-                if taken.is_multiple_of(FRESH_EVERY) {
+                if samples.is_multiple_of(FRESH_EVERY) {
                     let turned = Turned::of(state.angle);
                     (state.sine, state.cosine) = (turned.sine, turned.cosine);
                 }
             }
         }
-        if taken > 0 {
+        if samples > 0 {
             gathered.give(self, kernel);
             let turned = Turned {
                 sine: state.sine,
                 cosine: state.cosine,
             };
             kernel.put(state.angle, state.slope / self.interval, turned);
-            kernel.work.steps += taken as u64;
+            kernel.work.steps += samples as u64;
             kernel.work.rhs += orders;
         }
-        taken
+        samples
     }
 
     /// Takes one step over a whole sample: new state, neglected part [rad], orders.

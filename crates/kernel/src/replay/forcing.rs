@@ -119,15 +119,15 @@ impl<const K: usize> Polynomial<K> {
             if c[0] <= 0.0 && c[1] < 0.0 {
                 return Some(from);
             }
-            let left = 1.0 - from;
-            let root = if left > 0.0 {
-                polynomial::first_fall(&c, left)
+            let remaining = 1.0 - from;
+            let root = if remaining > 0.0 {
+                polynomial::first_fall(&c, remaining)
             } else {
                 None
             };
             let Some(root) = root else {
                 // The end itself, which the search leaves out.
-                return (value(&c, left) < 0.0).then_some(1.0);
+                return (value(&c, remaining) < 0.0).then_some(1.0);
             };
             if slope(&self.terms, from + root) < 0.0 {
                 return Some((from + root).min(1.0));

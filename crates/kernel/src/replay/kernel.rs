@@ -126,6 +126,47 @@ impl Ceiling {
     }
 }
 
+/// Bounces on a stop that a lever is pressed onto, from just after an impact on.
+struct Bounces {
+    /// v, away from the stop [rad/s].
+    speed: f64,
+    /// R [-].
+    restitution: f64,
+    /// α, towards the stop [rad/s²].
+    pressed: f64,
+    /// Its rate [rad/s³], and a bound on its second derivative [rad/s⁴].
+    rate: f64,
+    bend: f64,
+    /// What the angle may change α by, at most [1/s²].
+    stiffness: f64,
+    /// γ [1/s].
+    damping: f64,
+}
+
+impl Bounces {
+    /// Returns the time until they end [s], to second order in v:
+    /// 2v/(α(1−R)) · (1 − v/(1−R) · (2α'/(3α²) + γ/(3α))).
+    fn time(&self) -> f64 {
+        2.0 * self.speed / (self.pressed * (1.0 - self.restitution)) * (1.0 + self.second_order())
+    }
+
+    fn second_order(&self) -> f64 {
+        self.speed / (1.0 - self.restitution)
+            * (2.0 * -self.rate / (3.0 * self.pressed * self.pressed)
+                - self.damping / (3.0 * self.pressed))
+    }
+
+    /// Tells whether the second order is below 1e-6, so that what is left out is below its square.
+    fn are_short(&self) -> bool {
+        let time = self.time();
+        let bend = self.bend * time * time / self.pressed;
+        let spring = self.stiffness * self.speed * self.speed / (self.pressed * self.pressed);
+        self.second_order().abs() <= CHATTER_TERM_MAX
+            && bend <= CHATTER_TERM_MAX * CHATTER_TERM_MAX
+            && spring <= CHATTER_TERM_MAX * CHATTER_TERM_MAX
+    }
+}
+
 /// One lever on one stop.
 #[derive(Debug, Clone)]
 pub(super) struct Kernel {
@@ -214,8 +255,8 @@ impl Kernel {
         let (phase, state) = match (stop, initial) {
             (StopModel::Rigid, None) => (Phase::Dwell, State::new(0.0, 0.0)),
             (StopModel::Soft, None) => {
-                let rest = State::new(stop_of.rest_angle_rad(lever), 0.0);
-                (Phase::Contact, rest)
+                let at_rest = State::new(stop_of.rest_angle_rad(lever), 0.0);
+                (Phase::Contact, at_rest)
             }
             (StopModel::Soft, Some(state)) if state.angle_rad < 0.0 => (Phase::Contact, state),
             (_, Some(state)) => (Phase::Flight, state),
@@ -430,6 +471,14 @@ impl Kernel {
         -self.free.pressing / self.gain
     }
 
+    /// Returns the acceleration along, in the model's sign, above which a lever that rests on the stop above
+    /// falls from it [m/s²].
+    pub(super) fn letting_go_acceleration(&self) -> f64 {
+        let Ceiling { angle, turned, .. } = self.ceiling;
+        let level = self.free.pressing + self.free.stiffness * angle;
+        -level / (self.gain * turned.cosine)
+    }
+
     /// Advances over one sample interval that starts at `time` and lasts `length` [s], with the base
     /// acceleration along, and where there is one across, a polynomial of the part of it [m/s², model sign].
     pub(super) fn advance<const K: usize>(
@@ -571,6 +620,11 @@ impl Kernel {
             self.recorder.point(time, self.angle, after);
             return;
         }
+        self.rest_above(pressed);
+    }
+
+    /// Puts the lever to rest on what is above it, where that presses it there.
+    fn rest_above(&mut self, pressed: f64) {
         self.put_above(0.0);
         if pressed >= 0.0 {
             self.phase = Phase::Held;
@@ -676,8 +730,8 @@ impl Kernel {
         }
         let pressed = self.free.pressing + stretch.at(local);
         if self.angle <= 0.0 && self.velocity > 0.0 && pressed > 0.0 {
-            if let Some(rest) = self.chatter(stretch, local) {
-                return rest;
+            if let Some(rests_at) = self.chatter(stretch, local) {
+                return rests_at;
             }
             // A small bounce: a step of a little more than its flight keeps the root well
             // inside the step.
@@ -686,6 +740,9 @@ impl Kernel {
         if is_above && self.velocity < 0.0 {
             let pressed = self.acceleration_above(stretch, local);
             if pressed > 0.0 {
+                if let Some(rests_at) = self.chatter_above(stretch, local, pressed) {
+                    return rests_at;
+                }
                 step = step.min(-2.5 * self.velocity / pressed);
             }
         }
@@ -1027,12 +1084,8 @@ impl Kernel {
         }
     }
 
-    /// Sums up the remaining bounces if they end inside this sample; returns the local time of rest.
-    ///
-    /// With v the speed after an impact, α the pressing angular acceleration, β its rate and
-    /// γ the damping, the bounces end after 2v/(α(1−R)) · (1 + v/(1−R) · (2β/(3α²) − γ/(3α)))
-    /// to second order in v. latchgate takes the sum of bounces too slow to be counted where the second
-    /// order is below 1e-6. Where the peak alone is asked for, it is enough that bounds show the lever to rest before the sample ends,
+    /// Sums up the remaining bounces if they end inside this sample; returns the local time of rest. Only
+    /// bounces too slow to be counted are summed. Where the peak alone is asked for, it is enough that bounds show the lever to rest before the sample ends,
     /// after bounces none of which is the peak: what follows does not depend on when it came to rest.
     fn chatter<F: Forcing>(&mut self, stretch: &F, local: f64) -> Option<f64> {
         let speed = self.velocity;
@@ -1044,21 +1097,18 @@ impl Kernel {
         if pressed <= 0.0 {
             return None;
         }
-        let loss = 1.0 - self.restitution;
-        // β = −m L a'/I0 in the paper's sign of a; the excitation presses with +b here.
-        let term = speed / loss
-            * (2.0 * -stretch.slope_at(local) / (3.0 * pressed * pressed)
-                - self.free.damping / (3.0 * pressed));
-        let first = 2.0 * speed / (pressed * loss);
-        let stiffness = self.free.stiffness + stretch.across_most();
-        let spring = stiffness * speed * speed / (pressed * pressed);
-        let time = first * (1.0 + term);
-        let bend = stretch.bend() * time * time / pressed;
-        let short = speed <= COUNTED_SPEED
-            && term.abs() <= CHATTER_TERM_MAX
-            && bend <= CHATTER_TERM_MAX * CHATTER_TERM_MAX
-            && spring <= CHATTER_TERM_MAX * CHATTER_TERM_MAX
-            && local + time <= stretch.length();
+        let bounces = Bounces {
+            speed,
+            restitution: self.restitution,
+            pressed,
+            rate: stretch.slope_at(local),
+            bend: stretch.bend(),
+            stiffness: self.free.stiffness + stretch.across_most(),
+            damping: self.free.damping,
+        };
+        let time = bounces.time();
+        let short =
+            speed <= COUNTED_SPEED && bounces.are_short() && local + time <= stretch.length();
         let end = if short {
             self.offer_bounce(pressed, stretch.time() + local);
             local + time
@@ -1070,6 +1120,31 @@ impl Kernel {
         self.work.events += 1;
         self.recorder.point(stretch.time() + end, 0.0, 0.0);
         self.rest_or_leave(self.free.pressing + stretch.at(end));
+        Some(end)
+    }
+
+    /// The same below the stop above, where no bounce is a peak.
+    fn chatter_above<F: Forcing>(&mut self, stretch: &F, local: f64, pressed: f64) -> Option<f64> {
+        let restitution = self.ceiling.restitution?;
+        let (_, onto) = self.pressing_above(stretch);
+        let bounces = Bounces {
+            speed: -self.velocity,
+            restitution,
+            pressed,
+            rate: onto.slope_at(local),
+            bend: onto.bend(),
+            stiffness: self.free.stiffness + stretch.at(local).abs() + stretch.across_most(),
+            damping: self.free.damping,
+        };
+        let end = local + bounces.time();
+        let sums_up = restitution < 1.0 && bounces.speed <= COUNTED_SPEED && bounces.are_short();
+        if !sums_up || end > stretch.length() {
+            return None;
+        }
+        self.work.events += 1;
+        self.recorder
+            .point(stretch.time() + end, self.ceiling.angle, 0.0);
+        self.rest_above(self.acceleration_above(stretch, end));
         Some(end)
     }
 
@@ -1102,16 +1177,16 @@ impl Kernel {
         let length = stretch.length();
         let (from, to) = (stretch.at(local), stretch.at(length));
         let bent = 0.125 * stretch.bend() * (length - local) * (length - local);
-        let least = self.free.pressing + from.min(to) - bent;
-        let most = self.free.pressing + from.max(to) + bent;
-        let low = (1.0 - ROOM) * least - 4.0 * self.free.damping * speed;
+        let weakest_press = self.free.pressing + from.min(to) - bent;
+        let strongest_press = self.free.pressing + from.max(to) + bent;
+        let low = (1.0 - ROOM) * weakest_press - 4.0 * self.free.damping * speed;
         let height = speed * speed / (2.0 * low);
         let strongest = from.abs().max(to.abs()) + bent;
         let turning = (strongest * height + stretch.across_most()) * height;
         if low.is_nan() || low <= 0.0 || turning > ROOM * low {
             return None;
         }
-        let high = (1.0 + ROOM) * most + self.free.stiffness * height;
+        let high = (1.0 + ROOM) * strongest_press + self.free.stiffness * height;
         let next = self.restitution * (high / low).sqrt();
         let rests = local + 2.0 * speed / (low * (1.0 - next));
         let error = self.angle_error();
@@ -1236,13 +1311,13 @@ impl Kernel {
             };
             self.free.pressing * u + 0.5 * stiffness * u * u
         };
-        let left = 0.5 * self.velocity * self.velocity + potential(self.angle);
+        let energy = 0.5 * self.velocity * self.velocity + potential(self.angle);
         if self.stop == StopModel::Soft && angle <= 0.0 {
             // A compressed stop holds energy too: as long as there is any, it may throw the
             // lever out. What remains here is worth a nanoradian per second.
-            return left <= 1e-18;
+            return energy <= 1e-18;
         }
-        left <= potential(angle) * (1.0 + 1e-12)
+        energy <= potential(angle) * (1.0 + 1e-12)
     }
 }
 
@@ -1305,9 +1380,9 @@ impl Coasting for Kernel {
 /// Returns the longest step of a lever whose acceleration what acts across makes grow or swing [s].
 #[inline]
 fn across_step_max<F: Forcing>(stretch: &F) -> f64 {
-    let most = stretch.across_most();
-    if most > 0.0 {
-        STEP_MAX / most.sqrt()
+    let across = stretch.across_most();
+    if across > 0.0 {
+        STEP_MAX / across.sqrt()
     } else {
         f64::INFINITY
     }

@@ -191,11 +191,11 @@ fn integrate<E: Excitation>(problem: &Problem<'_, E>, method: Method, tolerance:
 /// was asked for could be the same run once more, which would agree with itself to the last digit.
 fn finer_step<E>(problem: &Problem<'_, E>, method: Method) -> Option<f64> {
     let step = problem.fixed_step(method.steps_per_period()?);
-    let taken = match method {
+    let used_step = match method {
         Method::Rk4Located { .. } => rk4_located::whole_part(problem.longest_step_s, step),
         _ => step,
     };
-    Some(0.5 * taken)
+    Some(0.5 * used_step)
 }
 
 fn check<E>(problem: &Problem<'_, E>, options: &RunOptions) -> Result<(), Error> {
@@ -328,7 +328,7 @@ impl Method {
         interval: SampleInterval,
         tolerance_rad: Option<f64>,
     ) -> Vec<String> {
-        let mut known = Vec::new();
+        let mut weaknesses = Vec::new();
         let interval = interval.seconds();
         let step = self
             .steps_per_period()
@@ -340,44 +340,44 @@ impl Method {
                 let reach = frequency * step;
                 let limit = numerics::rk4::stability_limit(design.contact_damping_ratio());
                 if soft && reach > limit {
-                    known.push(format!("On the soft stop ω_R times the step is {reach:.2}, beyond the method's limit of {limit:.2}: the run gains energy in contact."));
+                    weaknesses.push(format!("On the soft stop ω_R times the step is {reach:.2}, beyond the method's limit of {limit:.2}: the run gains energy in contact."));
                 } else if soft && reach > COARSE_CONTACT {
-                    known.push(format!("On the soft stop ω_R times the step is {reach:.2}; entry and exit lie on the grid, so that the stop gives back too much or too little speed, by some per cent above {COARSE_CONTACT}, impact after impact."));
+                    weaknesses.push(format!("On the soft stop ω_R times the step is {reach:.2}; entry and exit lie on the grid, so that the stop gives back too much or too little speed, by some per cent above {COARSE_CONTACT}, impact after impact."));
                 }
                 if !soft {
-                    known.push("On the rigid stop an impact is met up to one step late and deep, and a lever that bounces never comes to rest.".into());
+                    weaknesses.push("On the rigid stop an impact is met up to one step late and deep, and a lever that bounces never comes to rest.".into());
                 }
                 if step > interval {
-                    known.push(format!("The step of {step:.1e} s is longer than the sample interval of {interval:.1e} s: samples are stepped over."));
+                    weaknesses.push(format!("The step of {step:.1e} s is longer than the sample interval of {interval:.1e} s: samples are stepped over."));
                 }
             }
             (Self::Rk4Located { .. }, Some(step)) => {
                 let reach = frequency * rk4_located::whole_part(interval, step);
                 let limit = numerics::rk4::stability_limit(design.contact_damping_ratio());
                 if soft && reach > limit {
-                    known.push(format!("On the soft stop ω_R times the step is {reach:.2}, beyond the method's limit of {limit:.2}: the run gains energy in contact."));
+                    weaknesses.push(format!("On the soft stop ω_R times the step is {reach:.2}, beyond the method's limit of {limit:.2}: the run gains energy in contact."));
                 } else if soft && reach > COARSE_LOCATED {
-                    known.push(format!("On the soft stop ω_R times the step is {reach:.2}: a contact of half a period is {:.1} steps, where ten would be few, and gives back a wrong speed.", std::f64::consts::PI / reach));
+                    weaknesses.push(format!("On the soft stop ω_R times the step is {reach:.2}: a contact of half a period is {:.1} steps, where ten would be few, and gives back a wrong speed.", std::f64::consts::PI / reach));
                 }
             }
             (Self::MoreauJean { .. }, Some(step)) => {
-                known.push("Impacts are met up to one step late: the method is of first order, and the lever may stand a step's way beyond the stop.".into());
+                weaknesses.push("Impacts are met up to one step late: the method is of first order, and the lever may stand a step's way beyond the stop.".into());
                 if step > interval {
-                    known.push(format!("The step of {step:.1e} s is longer than the sample interval of {interval:.1e} s: samples are stepped over."));
+                    weaknesses.push(format!("The step of {step:.1e} s is longer than the sample interval of {interval:.1e} s: samples are stepped over."));
                 }
             }
             (Self::Dopri5 { at_samples }, _) => {
                 let tolerance = tolerance_rad.unwrap_or(ADAPTIVE_TOLERANCE);
                 if tolerance > LOOSE_TOLERANCE {
-                    known.push(format!("A tolerance of {tolerance:e} is loose: errors of a step add up over impacts to thousands of times as much."));
+                    weaknesses.push(format!("A tolerance of {tolerance:e} is loose: errors of a step add up over impacts to thousands of times as much."));
                 }
                 if !at_samples {
-                    known.push("Steps run across the kinks of the recording, where the method loses its order: the error is larger than the tolerance suggests.".into());
+                    weaknesses.push("Steps run across the kinks of the recording, where the method loses its order: the error is larger than the tolerance suggests.".into());
                 }
             }
             _ => {}
         }
-        known
+        weaknesses
     }
 }
 

@@ -245,8 +245,8 @@ impl Sensitivity {
     #[inline]
     fn map(&mut self, map: &StateMap) {
         let StateMap([[a, b], [c, d]]) = map;
-        let own = [self.variance_angle, self.covariance, self.variance_velocity];
-        [self.variance_angle, self.covariance, self.variance_velocity] = map.of_variance(own);
+        let variance = [self.variance_angle, self.covariance, self.variance_velocity];
+        [self.variance_angle, self.covariance, self.variance_velocity] = map.of_variance(variance);
         if self.carries_noise() {
             self.of_noise = map.of_variance(self.of_noise);
         }

@@ -156,7 +156,7 @@ pub fn follow(
         stopped: AtomicBool::new(false),
     };
     let arch = pulp::Arch::new();
-    let all = Mutex::new(Vec::with_capacity(count));
+    let levers = Mutex::new(Vec::with_capacity(count));
     for (pieces, members) in by_pieces {
         let cut = Cut::new(design, options, pieces);
         let next = AtomicUsize::new(0);
@@ -169,13 +169,13 @@ pub fn follow(
                 next: &next,
                 lanes_max: members.len().div_ceil(threads),
             });
-            let mut all = all.lock().unwrap_or_else(PoisonError::into_inner);
-            all.extend(followed);
+            let mut levers = levers.lock().unwrap_or_else(PoisonError::into_inner);
+            levers.extend(followed);
         });
     }
-    let mut all = all.into_inner().unwrap_or_else(PoisonError::into_inner);
-    all.sort_by_key(|followed: &Followed| followed.index);
-    Ok(all)
+    let mut levers = levers.into_inner().unwrap_or_else(PoisonError::into_inner);
+    levers.sort_by_key(|followed: &Followed| followed.index);
+    Ok(levers)
 }
 
 /// What all threads share.
@@ -354,27 +354,27 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
     /// Ends a lane's period; returns its lever if it is followed no further.
     fn observe(&mut self, lane: usize, batch: &StrobeBatch<'_>) -> Option<Followed> {
         let options = batch.options;
-        let of = self.lanes[lane].as_mut()?;
-        let section = (!of.kernel.stuck).then(|| {
-            let (angle_rad, velocity_rad_s) = if of.flying {
+        let lever = self.lanes[lane].as_mut()?;
+        let section = (!lever.kernel.stuck).then(|| {
+            let (angle_rad, velocity_rad_s) = if lever.flying {
                 let slope = self.state.slope.lane(lane);
                 (self.state.angle.lane(lane), slope / self.cut.length)
             } else {
-                (of.kernel.angle, of.kernel.velocity)
+                (lever.kernel.angle, lever.kernel.velocity)
             };
             Section {
                 angle_rad,
                 velocity_rad_s,
                 peak_angle_rad: if options.peaks {
-                    of.kernel.recorder.peak.angle.max(angle_rad)
+                    lever.kernel.recorder.peak.angle.max(angle_rad)
                 } else {
                     f64::NAN
                 },
-                impacts: of.kernel.recorder.impacts - of.before.0,
-                rested: of.kernel.rests > of.before.1,
+                impacts: lever.kernel.recorder.impacts - lever.before.0,
+                rested: lever.kernel.rests > lever.before.1,
             }
         });
-        let followed = &mut of.followed;
+        let followed = &mut lever.followed;
         let ended = if let Some(section) = section {
             followed.periods += 1;
             if options.keep > 0 {
@@ -453,10 +453,10 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
     #[inline(always)]
     fn by_kernel(&mut self, lane: usize, index: usize, piece: &Piece) {
         let pressing = self.cut.pressing;
-        if let Some(of) = &self.lanes[lane]
-            && !of.kernel.stuck
-            && !of.sleeps(pressing)
-            && !(of.kernel.dwells() && piece.lowest(of.strength) + pressing > 0.0)
+        if let Some(lever) = &self.lanes[lane]
+            && !lever.kernel.stuck
+            && !lever.sleeps(pressing)
+            && !(lever.kernel.dwells() && piece.lowest(lever.strength) + pressing > 0.0)
         {
             self.advance(lane, index, piece);
         }
@@ -465,13 +465,15 @@ impl<'a, S: pulp::Simd> StrobeGroup<'a, S> {
     #[inline(never)]
     fn advance(&mut self, lane: usize, index: usize, piece: &Piece) {
         self.store(lane);
-        if let Some(of) = &mut self.lanes[lane] {
-            if !self.cut.press(&mut of.kernel, of.strength, index) {
-                of.kernel.advance_sine(&piece.sine(self.cut, of.strength));
-                of.followed.scalar_pieces += 1;
+        if let Some(lever) = &mut self.lanes[lane] {
+            if !self.cut.press(&mut lever.kernel, lever.strength, index) {
+                lever
+                    .kernel
+                    .advance_sine(&piece.sine(self.cut, lever.strength));
+                lever.followed.scalar_pieces += 1;
             }
-            if of.kernel.recorder.judging {
-                self.best.set(lane, of.kernel.recorder.peak.angle);
+            if lever.kernel.recorder.judging {
+                self.best.set(lane, lever.kernel.recorder.peak.angle);
             }
         }
         self.load(lane);

@@ -285,7 +285,7 @@ impl<const N: usize> TaylorSeries<N> {
         } else {
             0.5 * (-branch.pressing * step2 - stiffness * x0 - damping * x1 - b0 * cosine + turning)
         };
-        let mut found = Recurrence {
+        let mut recurrence = Recurrence {
             x: [0.0; N],
             weighted: [0.0; N],
             turned: [[0.0; 2]; N],
@@ -301,23 +301,23 @@ impl<const N: usize> TaylorSeries<N> {
             excitation,
             tolerance,
         };
-        (found.x[0], found.x[1], found.x[2]) = (x0, x1, x2);
-        (found.weighted[1], found.weighted[2]) = (x1, 2.0 * x2);
-        found.turned[0] = [-sine, cosine];
+        (recurrence.x[0], recurrence.x[1], recurrence.x[2]) = (x0, x1, x2);
+        (recurrence.weighted[1], recurrence.weighted[2]) = (x1, 2.0 * x2);
+        recurrence.turned[0] = [-sine, cosine];
         // The orders that most steps need are written out, for the compiler to unroll.
-        let done = found.order(1)
-            || found.order(2)
-            || found.order(3)
-            || found.order(4)
-            || found.order(5)
-            || found.order(6)
-            || found.order(7)
-            || found.order(8)
-            || found.order(9)
-            || found.order(10);
+        let done = recurrence.order(1)
+            || recurrence.order(2)
+            || recurrence.order(3)
+            || recurrence.order(4)
+            || recurrence.order(5)
+            || recurrence.order(6)
+            || recurrence.order(7)
+            || recurrence.order(8)
+            || recurrence.order(9)
+            || recurrence.order(10);
         if !done {
             for n in 11..N - 2 {
-                if found.order(n) {
+                if recurrence.order(n) {
                     break;
                 }
             }
@@ -328,7 +328,7 @@ impl<const N: usize> TaylorSeries<N> {
             count,
             size,
             ..
-        } = found;
+        } = recurrence;
         let (mut end, mut end_slope) = (0.0, 0.0);
         let mut curved = Curved {
             angle: 0.0,

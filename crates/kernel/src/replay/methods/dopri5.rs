@@ -86,12 +86,12 @@ impl Stepper for Adaptive {
         let step = dopri5::step(branch, t, h, q, v, start);
         let error = self.scaled_error(q, v, &step);
         let kept = error <= 1.0;
-        let wanted = h * dopri5::step_factor(error);
+        let proposed = h * dopri5::step_factor(error);
         // A step cut short by an end says little about the next one.
         self.next = if kept && h < self.next {
-            wanted.max(self.next)
+            proposed.max(self.next)
         } else {
-            wanted
+            proposed
         };
         self.reused = Some(if kept { step.a } else { start });
         StepTrial {

@@ -88,13 +88,13 @@ fn free_velocity<E: Excitation>(
 ) -> (f64, u32) {
     let early = h * (1.0 - THETA);
     let late = h * THETA;
-    let known = v + early * lever.acceleration(t, q, v)
+    let explicit = v + early * lever.acceleration(t, q, v)
         - late * (lever.pressing + lever.stiffness * (q + early * v));
     let inertia = 1.0 + late * lever.damping + late * late * lever.stiffness;
     let mut next = v;
     for round in 1..=ROUNDS_MAX {
         let angle = q + early * v + late * next;
-        let better = (known - late * lever.turned_push(t + h, angle)) / inertia;
+        let better = (explicit - late * lever.turned_push(t + h, angle)) / inertia;
         let moved = (better - next).abs();
         next = better;
         if moved <= 4.0 * f64::EPSILON * next.abs() {

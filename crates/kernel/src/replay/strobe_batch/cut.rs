@@ -256,10 +256,10 @@ impl SteadyResponse {
     /// Returns bounds on that angle over `piece` [rad].
     fn range(&self, strength: f64, piece: &Piece) -> Range {
         let (with, across) = (strength * self.in_phase, strength * self.in_quadrature);
-        let (one, other) = (with * piece.range.low, with * piece.range.high);
+        let (from_low, from_high) = (with * piece.range.low, with * piece.range.high);
         Range::new(
-            self.rest + one.min(other) - across.abs(),
-            self.rest + one.max(other) + across.abs(),
+            self.rest + from_low.min(from_high) - across.abs(),
+            self.rest + from_low.max(from_high) + across.abs(),
         )
     }
 }
