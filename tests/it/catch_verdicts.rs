@@ -317,6 +317,85 @@ fn cli_init_writes_a_design_with_a_catch() {
     assert_eq!(other.code, 2);
 }
 
+/// What the numbers of a catch do not promise is told, and changes no verdict.
+#[test]
+fn verif_a_catch_whose_numbers_do_not_promise_to_hold_is_told() {
+    let folder = Folder::new("catch-weak");
+    let cases = [
+        (None, None),
+        (
+            Some("catch.moment_of_inertia_kg_m2=2e-6"),
+            Some("in a blow from rest the lever comes first (speed ratio 0.89, wanted at least 1)"),
+        ),
+        (
+            Some("catch.preload_torque_nm=0.1"),
+            Some("it leaves its rest at 212 g, the lever at 10.6 g"),
+        ),
+        (
+            Some("catch.lever_angle_rad=0.12"),
+            Some("it stops the lever at 6.88°, which is not below the limit angle of 5.73°"),
+        ),
+    ];
+    for (set, expected) in cases {
+        let further: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
+        let recording = two_pulses(10.0);
+        let done = replayed(
+            &folder,
+            DESIGN,
+            &recording,
+            &[&NOMINAL[..], &further].concat(),
+        );
+        let document = done.document();
+        let mut findings = document["findings"].as_array().unwrap().iter();
+        let text = findings
+            .find(|finding| finding["code"] == "catch-weak")
+            .map(|finding| finding["text"].as_str().unwrap());
+        assert_eq!(text.is_some(), expected.is_some(), "{set:?}: {text:?}");
+        if let (Some(text), Some(expected)) = (text, expected) {
+            assert!(text.contains(expected), "{text}");
+        }
+    }
+    let design = folder.write("static.toml", DESIGN);
+    let done = latchgate(&["static", &design, "--no-report"]);
+    assert!(
+        done.out.contains("The inertia catch is not counted"),
+        "{}",
+        done.out
+    );
+}
+
+/// A gate takes a design with a catch and the lever without it, each to its own answer.
+#[test]
+fn verif_a_gate_judges_with_and_without_the_catch() {
+    let folder = Folder::new("catch-gate");
+    let (lever, _) = DESIGN.split_once("[catch]").unwrap();
+    folder.write("catch.toml", DESIGN);
+    folder.write("lever.toml", lever.replace("with a catch", "alone"));
+    let pulse = two_pulses(60.0);
+    let gate = format!(
+        "[[recordings]]\nfiles = [\"{pulse}\"]\nopens_when = \"negative\"\nmembers = 128\n\
+         [[designs]]\nfile = \"catch.toml\"\n[[designs]]\nfile = \"lever.toml\"\n\
+         [[require]]\ndesigns = \"alone\"\nverdict = \"fail\"\n"
+    );
+    folder.write("gate.toml", gate);
+    let arguments = ["gate", "gate.toml", "--out", "out", "--reports", "none"];
+    let done = finish(program().current_dir(folder.path()).args(arguments));
+    assert_eq!(done.code, 0, "{}{}", done.out, done.err);
+    let summary = fs::read(folder.path().join("out/summary.json")).unwrap();
+    let summary: Value = serde_json::from_slice(&summary).unwrap();
+    let mut answers: Vec<(&str, &str)> = summary["pairs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|pair| {
+            let verdict = &pair["row"]["verdict"];
+            (pair["design"].as_str().unwrap(), verdict.as_str().unwrap())
+        })
+        .collect();
+    answers.sort_unstable();
+    assert_eq!(answers, [("alone", "fail"), ("with a catch", "pass")]);
+}
+
 /// Where static numbers promise and the record opens: the gap of 13.506 ms, and windows of the ringing.
 #[test]
 fn verif_the_study_of_the_catch_finds_where_the_record_opens() {

@@ -2,7 +2,7 @@
 //!
 //! Peaks are those of a Taylor series of both accelerations at 200 bits (see `in_plane`).
 
-use crate::support::{Done, Folder, latchgate};
+use crate::support::{Done, Folder, finish, latchgate, program};
 use latchgate_kernel::units::SampleRate;
 use latchgate_recording::{Channel, Stated, axis_of};
 use serde_json::Value;
@@ -168,6 +168,14 @@ fn verif_both_channels_are_scattered_drawn_and_verified() {
     assert!(picture.contains("acc_x_g, across, as used"));
     let page = fs::read_to_string(format!("{out}/report.html")).unwrap();
     assert!(page.contains("Second in-plane channel"));
+    // Cosine and sine of 20°.
+    let mut arguments = vec!["replay", &files.recording, "--design", &files.design];
+    arguments.extend(["--channel", "acc_y_g", "--members", "0", "--no-report"]);
+    arguments.extend(ACROSS);
+    let told = latchgate(&arguments).out;
+    let told = told.split_ascii_whitespace().collect::<Vec<_>>().join(" ");
+    let sums = "right door: 0.94\u{a0}Y + 0.342\u{a0}X along the lever's way, 0.342\u{a0}Y \u{2212} 0.94\u{a0}X across";
+    assert!(told.contains(sums), "{told}");
     let verified = latchgate(&["verify", &format!("{out}/verdict.json")]);
     assert_eq!(verified.code, 0, "{}{}", verified.out, verified.err);
 }
@@ -376,5 +384,20 @@ fn reads_the_axis_of_a_channel() {
         };
         let axis = axis_of(&channel).map(|axis| (axis.letter, axis.is_reversed));
         assert_eq!(axis, expected, "{name}");
+    }
+}
+
+/// A gate takes two channels as a replay does: outwards acceleration opens, inwards holds.
+#[test]
+fn verif_a_gate_takes_the_second_channel() {
+    for (inwards_g, code) in [(150.0, 0), (-20.0, 1)] {
+        let name = format!("in-plane-gate-{inwards_g}");
+        let files = files(&name, &table(-5.0, inwards_g), &design(0.0));
+        let gate = "[[recordings]]\nfiles = [\"two.csv\"]\nchannel = \"acc_y_g\"\nradial_channel = \"acc_x_g\"\n\
+                    opens_when = \"negative\"\nmembers = 128\n[[designs]]\nfile = \"design.toml\"\n";
+        files.folder.write("gate.toml", gate);
+        let arguments = ["gate", "gate.toml", "--out", "out", "--reports", "none"];
+        let done = finish(program().current_dir(files.folder.path()).args(arguments));
+        assert_eq!(done.code, code, "{inwards_g}: {}{}", done.out, done.err);
     }
 }

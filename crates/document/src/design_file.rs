@@ -122,7 +122,9 @@ pub fn static_from_bytes(
             false => stem(file),
         };
         let lever = StaticLever::of_linkage(name, checked.criterion.threshold_rad, linkage);
-        return lever.map_err(|error| Error::from(error).at(place));
+        let mut lever = lever.map_err(|error| Error::from(error).at(place))?;
+        lever.has_catch = checked.catch.is_some();
+        return Ok(lever);
     }
     let mut design = design_from_bytes(file, bytes, limits)?;
     let text = String::from_utf8_lossy(bytes);

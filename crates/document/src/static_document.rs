@@ -111,6 +111,11 @@ fn notes(lever: &StaticLever) -> Vec<String> {
                 .into(),
         );
     }
+    if lever.has_catch {
+        notes.push(
+            "The inertia catch is not counted: these are the levels of the lever alone.".into(),
+        );
+    }
     if let Some(alone) = Reduced::unbalanced_kg_m(&lever.linkage) {
         let level = lever.averaged_torque_nm() / (alone * STANDARD_GRAVITY);
         notes.push(format!(

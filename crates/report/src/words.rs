@@ -539,7 +539,11 @@ pub(super) fn design(design: &Design) -> String {
         .map(|key| modified(design, key))
         .collect();
     if design.repeats_reference() {
-        return format!("{} (all values as in the paper's example)", design.name);
+        let of = match design.catch {
+            Some(_) => "of lever and stop ",
+            None => "",
+        };
+        return format!("{} (all values {of}as in the paper's example)", design.name);
     }
     match (design.is_reference_overridden(), keys.is_empty()) {
         (true, true) => "the paper's example lever, no vehicle's".into(),
@@ -566,13 +570,7 @@ pub(crate) fn in_plane(document: &Document) -> Option<String> {
     } else {
         1.0
     };
-    let sum = |[y, second]: [f64; 2]| {
-        format!(
-            "{}·Y + {}·{second_axis}",
-            trimmed(side * y + 0.0, 3),
-            trimmed(second, 3)
-        )
-    };
+    let sum = |[y, second]: [f64; 2]| weighted([(side * y, 'Y'), (second, second_axis)]);
     Some(format!(
         "{} along {second_axis}{peak}; {} door: {} along the lever's way, {} across",
         block.radial_channel,
@@ -580,6 +578,28 @@ pub(crate) fn in_plane(document: &Document) -> Option<String> {
         sum(tangential),
         sum(radial),
     ))
+}
+
+/// Writes a sum of two axes, without those that do not count: `−X`, `0.5 Y + 0.866 X`.
+fn weighted(terms: [(f64, char); 2]) -> String {
+    let mut sum = String::new();
+    for (weight, axis) in terms {
+        let size = trimmed(weight.abs(), 3);
+        if size == "0" {
+            continue;
+        }
+        sum += match (sum.is_empty(), weight < 0.0) {
+            (true, true) => "\u{2212}",
+            (true, false) => "",
+            (false, true) => " \u{2212} ",
+            (false, false) => " + ",
+        };
+        if size != "1" {
+            sum += &format!("{size}\u{00A0}");
+        }
+        sum.push(axis);
+    }
+    sum
 }
 
 /// Says what an inertia catch did beside the leading run, if the design has one.

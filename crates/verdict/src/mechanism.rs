@@ -7,7 +7,8 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::catch::Catch;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::CatchRun;
-use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
+use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, plain};
+use latchgate_recording::Finding;
 use serde::{Deserialize, Serialize};
 
 /// The mechanism beside the lever, and what it did.
@@ -55,6 +56,46 @@ impl Mechanism {
             runs: answers.collect(),
         })
     }
+}
+
+/// Returns the finding of a catch whose numbers do not promise to hold.
+pub(super) fn finding(design: &Design) -> Option<Finding> {
+    let catch = design.catch?;
+    let (lever, limit) = (&design.lever, design.criterion.threshold_rad);
+    let mut doubts = Vec::new();
+    if catch.lever_angle_rad >= limit {
+        doubts.push(format!(
+            "it stops the lever at {}, which is not below the limit angle of {}",
+            degrees(catch.lever_angle_rad, 3),
+            degrees(limit, 3)
+        ));
+    }
+    let in_g = |a: f64| plain(a / STANDARD_GRAVITY, 3);
+    let leaves = [
+        catch.lift_off_acceleration_m_s2(),
+        lever.lift_off_acceleration_m_s2(),
+    ];
+    if leaves[0] >= leaves[1] {
+        doubts.push(format!(
+            "it leaves its rest at {} g, the lever at {} g",
+            in_g(leaves[0]),
+            in_g(leaves[1])
+        ));
+    }
+    let ratio = catch.speed_ratio(lever);
+    if ratio < 1.0 {
+        doubts.push(format!(
+            "in a blow from rest the lever comes first (speed ratio {}, wanted at least 1)",
+            plain(ratio, 2)
+        ));
+    }
+    let text = doubts.join("; ");
+    (!text.is_empty()).then(|| {
+        Finding::info(
+            "catch-weak",
+            format!("The numbers of the catch do not promise that it holds the lever: {text}. The verdict rests on the replay."),
+        )
+    })
 }
 
 /// Returns the trajectories of the catch, in the order of the results.

@@ -1,6 +1,7 @@
 //! Findings of the replay itself.
 
 use super::decision::VariantRun;
+use super::mechanism;
 use super::policy::{Polarity, Policy};
 use super::wording::{degrees, instant};
 use latchgate_kernel::model::Design;
@@ -62,6 +63,7 @@ pub(super) fn replay_findings(
     runs: &[&VariantRun],
 ) -> Vec<Finding> {
     let mut findings = implausible(design);
+    findings.extend(mechanism::finding(design));
     if policy.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
             "polarity-undeclared",

@@ -38,6 +38,8 @@ pub struct StaticLever {
     radial: Option<Vector>,
     /// The elements that it was reduced from.
     pub linkage: Vec<LinkageElement>,
+    /// An inertia catch stands beside it, which is not counted.
+    pub has_catch: bool,
 }
 
 /// What a row asks.
@@ -170,6 +172,7 @@ impl From<&Design> for StaticLever {
                 .or(directions.map(|directions| directions.tangential)),
             radial: directions.map(|directions| directions.radial),
             linkage: design.linkage.clone(),
+            has_catch: design.catch.is_some(),
         }
     }
 }
@@ -205,6 +208,7 @@ impl StaticLever {
             opening: reduced.unbalance_vector_kg_m.and_then(Vector::direction),
             radial: None,
             linkage,
+            has_catch: false,
         })
     }
 

@@ -270,6 +270,59 @@ fn cli_designs_have_versions() {
     );
 }
 
+/// An inertia catch and a second in-plane channel are judged as from the command line: −5 g opens the lever to
+/// 0.157 rad, beside the catch to no more than where that stops it, and with 100 g inwards not to its limit.
+#[test]
+fn verif_catch_and_second_channel_are_judged() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let shape = |t: f64| (t / 0.005).min((0.020 - t) / 0.005).clamp(0.0, 1.0);
+    let row = |k: i32| {
+        let t = f64::from(k) * 1e-4;
+        format!("{t:.4},{:e},{:e}\n", 100.0 * shape(t), -5.0 * shape(t))
+    };
+    let rows: String = (-200..2000).map(row).collect();
+    let table = format!("t_s,acc_x_g,acc_y_g\n{rows}");
+    let card = "synthetic = true\nopens_when = \"negative\"\n";
+    let id = client
+        .upload_bytes("two.csv", table.as_bytes(), Some(card.as_bytes()))
+        .expect(201)
+        .json()["id"]
+        .clone();
+    let directions = json!({"axis": [0.0, 0.0, 1.0], "center_of_mass": [-0.065, 0.0, 0.0]});
+    let catch = json!({
+        "moment_of_inertia_kg_m2": 1e-6, "pivot_damping_nm_s_per_rad": 1e-6,
+        "spring_stiffness_nm_per_rad": 0.002, "preload_torque_nm": 3.7e-4, "unbalance_kg_m": 4.8e-5,
+        "engagement_angle_rad": 0.15, "end_stop_angle_rad": 0.3, "lever_angle_rad": 0.06,
+        "rest_restitution": 0.4, "end_stop_restitution": 0.4, "engagement_restitution": 0.3,
+        "reversible": true
+    });
+    let cases = [
+        (json!({"name": "alone"}), None, "fail", 0.15..0.16),
+        (
+            json!({"name": "caught", "catch": catch}),
+            None,
+            "pass",
+            0.06..0.060_001,
+        ),
+        (
+            json!({"name": "across", "lever": directions}),
+            Some("acc_x_g"),
+            "pass",
+            0.09..0.091,
+        ),
+    ];
+    for (design, second, verdict, peaks) in cases {
+        let request = json!({"channel": "acc_y_g", "radial_channel": second, "members": 0});
+        let asking = json!({"recording": id, "request": request, "design": design});
+        let document: Value = serde_json::from_slice(&check_verdict(&client, &asking)).unwrap();
+        assert_eq!(document["verdict"], verdict, "{}", document["why"]);
+        let peak = document["nominal"]["peak_angle_rad"].as_f64().unwrap();
+        assert!(peaks.contains(&peak), "{design}: {peak}");
+    }
+}
+
 /// A what-if is the nominal run of the same question, and is kept nowhere.
 #[test]
 fn cli_a_what_if_is_the_nominal_run() {
