@@ -3,9 +3,8 @@
 use super::decision::VariantRun;
 use super::in_plane::InPlane;
 use super::policy::Variant;
-use super::runs::RunSetup;
+use super::runs::{RunDetail, RunSetup};
 use crate::conditioning::{Conditioned, Neighbour, between};
-use latchgate_kernel::replay::{self, Method, RunOptions};
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::{STANDARD_GRAVITY, plain};
 use latchgate_recording::Finding;
@@ -155,6 +154,10 @@ fn could_take(
     // Of an inertia catch no directions are stated: the lever alone opens no later.
     let mut design = setup.design.clone();
     design.catch = None;
+    let alone = RunSetup {
+        design: &design,
+        ..*setup
+    };
     let constant = Signal {
         samples: vec![across_m_s2; setup.signal.samples.len()],
         ..*setup.signal
@@ -168,17 +171,7 @@ fn could_take(
         let Ok(pushed) = pushed.beside((&across).into()) else {
             return Ok(false);
         };
-        let options = RunOptions {
-            method: Method::EventDriven,
-            initial: setup.initial(variant.model),
-            window: setup.window,
-            error_bound: false,
-            peak_only: true,
-            ..RunOptions::new(variant.model, variant.opens_when)
-        };
-        let within = setup.work.within(setup.control);
-        let outcome = replay::run_within(&pushed, &design, &options, &within)?;
-        setup.work.add(outcome.spent);
+        let outcome = alone.run_by_kernel(&pushed, *variant, setup.window, RunDetail::PeakOnly)?;
         let coast = outcome.run.coast_peak_angle_rad.unwrap_or_default();
         let highest = outcome.run.peak_angle_rad.max(coast);
         Ok(outcome.broke_down || highest > setup.threshold_rad())

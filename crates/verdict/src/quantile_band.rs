@@ -3,10 +3,10 @@
 use super::ensemble::Scatter;
 use super::ensemble::drivers::quantile;
 use super::policy::Variant;
-use super::runs::RunSetup;
+use super::runs::{RunDetail, RunSetup};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
-use latchgate_kernel::replay::{self, Method, RunOptions, TracePoint};
+use latchgate_kernel::replay::TracePoint;
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
 
@@ -46,7 +46,7 @@ const INSTANTS: u32 = 480;
 pub(super) fn around(
     setup: &RunSetup<'_>,
     scatter: &Scatter,
-    Variant { opens_when, model }: Variant,
+    variant: Variant,
 ) -> Result<Option<QuantileBand>, Error> {
     let signal = setup.signal;
     let last = setup
@@ -62,7 +62,6 @@ pub(super) fn around(
         .min(member_limit);
     let members: Vec<u32> = (0..).take(shown).collect();
     let reading = setup.readings.own()?;
-    let projection = setup.projection(opens_when)?;
     let paths = setup.share(1, &members, |index| {
         let member = scatter.member(*index);
         let second = member.second;
@@ -75,18 +74,12 @@ pub(super) fn around(
             catch: member.catch,
             ..setup.design.clone()
         };
-        let options = RunOptions {
-            method: Method::EventDriven,
-            initial: setup.initial(model),
-            projection,
-            window: setup.window,
-            trace: true,
-            error_bound: false,
-            ..RunOptions::new(model, opens_when)
+        let drawn = RunSetup {
+            design: &design,
+            ..*setup
         };
-        replay::run_within(scaled, &design, &options, &setup.work.within(setup.control))
-            .map(|outcome| (!outcome.broke_down).then(|| sampled(&outcome.trace, &time_s)))
-            .map_err(Error::from)
+        let outcome = drawn.run_by_kernel(&scaled, variant, setup.window, RunDetail::Path)?;
+        Ok((!outcome.broke_down).then(|| sampled(&outcome.trace, &time_s)))
     })?;
     let followed: Vec<Vec<f64>> = paths.into_iter().flatten().collect();
     if followed.len() < 2 {
@@ -94,8 +87,8 @@ pub(super) fn around(
     }
     let mut column = vec![0.0; followed.len()];
     let mut band = QuantileBand {
-        model,
-        opens_when,
+        model: variant.model,
+        opens_when: variant.opens_when,
         members: followed.len(),
         p05: Vec::with_capacity(time_s.len()),
         p50: Vec::with_capacity(time_s.len()),

@@ -24,7 +24,9 @@ pub(crate) enum RunDetail {
     Trace,
     /// Its own error and what noise does to it.
     Errors,
-    /// Neither: it is compared with a run that has them.
+    /// The trajectory alone, of a lever of an ensemble.
+    Path,
+    /// None of these: it is compared with a run that has them.
     PeakOnly,
 }
 
@@ -113,8 +115,36 @@ impl RunSetup<'_> {
         window: Option<SampleSpan>,
         detail: RunDetail,
     ) -> Result<RunOutcome, Error> {
-        let (method, tolerance_rad) = self.policy.method_on(variant.model);
-        let with_errors = detail != RunDetail::PeakOnly;
+        let method = self.policy.method_on(variant.model);
+        self.run_by(method, reading, variant, window, detail)
+    }
+
+    /// As [`Self::run`] by the kernel, whatever the method of the nominal runs.
+    pub(super) fn run_by_kernel(
+        &self,
+        reading: &Reading<'_>,
+        variant: Variant,
+        window: Option<SampleSpan>,
+        detail: RunDetail,
+    ) -> Result<RunOutcome, Error> {
+        self.run_by(
+            (Method::EventDriven, None),
+            reading,
+            variant,
+            window,
+            detail,
+        )
+    }
+
+    fn run_by(
+        &self,
+        (method, tolerance_rad): (Method, Option<f64>),
+        reading: &Reading<'_>,
+        variant: Variant,
+        window: Option<SampleSpan>,
+        detail: RunDetail,
+    ) -> Result<RunOutcome, Error> {
+        let with_errors = matches!(detail, RunDetail::Trace | RunDetail::Errors);
         let projection = self.projection(variant.opens_when)?;
         let noise_m2_s3 = match with_errors && method == Method::EventDriven {
             true => self.readings.noise_m2_s3(self.weights(&projection))?,
@@ -129,13 +159,17 @@ impl RunSetup<'_> {
             step_s: None,
             initial: self.initial(variant.model),
             window,
-            trace: detail == RunDetail::Trace,
+            trace: matches!(detail, RunDetail::Trace | RunDetail::Path),
             error_bound: with_errors,
             noise_m2_s3,
-            peak_only: !with_errors,
+            peak_only: detail == RunDetail::PeakOnly,
         };
         let within = self.work.within(self.control);
         let outcome = replay::run_within(reading, self.design, &options, &within)?;
+        if detail == RunDetail::Path {
+            // A drawing is left out of what the answer took.
+            return Ok(outcome);
+        }
         self.work.add(outcome.spent);
         if outcome.breakdown == Some(Breakdown::TooManySteps) {
             self.work.cut();
