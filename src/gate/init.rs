@@ -48,8 +48,9 @@ name = \"paper\"
 /// [`ErrorKind::Io`] if the folder cannot be listed, [`Stopped`](latchgate_kernel::error::Error::Stopped), and
 /// [`ErrorKind::Empty`] if it holds no file.
 pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<String, Error> {
-    let mut paths = Vec::new();
-    list(folder, 0, &mut paths)?;
+    let mut listed = Listed::default();
+    listed.add(folder, 0)?;
+    let Listed { mut paths, reports } = listed;
     paths.sort();
     if paths.is_empty() {
         return Err(Error::empty("the folder holds no file", "recordings").at(Place::path(folder)));
@@ -82,6 +83,13 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
             }
         }
     }
+    excluded.extend(reports.iter().map(|report| {
+        let all_of_it = format!("{}/**", name_below(report, folder));
+        (
+            all_of_it,
+            "the folder of a report: it holds a verdict.json".to_string(),
+        )
+    }));
     let mut out = String::from(HEAD);
     if !included.is_empty() {
         let _ = write!(
@@ -119,25 +127,41 @@ fn name_below(path: &Path, folder: &Path) -> String {
     parts.join("/")
 }
 
-fn list(folder: &Path, depth: usize, recordings: &mut Vec<PathBuf>) -> Result<(), Error> {
-    let failed = |error: std::io::Error| Error::io_at("list the folder", folder, &error);
-    let mut paths = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        paths.push(entry.map_err(failed)?.path());
-    }
-    paths.sort();
-    for path in paths {
-        let hidden = path
-            .file_name()
-            .is_some_and(|name| name.to_string_lossy().starts_with('.'));
-        if hidden || recordings.len() >= FILES_MAX {
-            continue;
+/// What a folder holds.
+#[derive(Default)]
+struct Listed {
+    /// What may be recordings.
+    paths: Vec<PathBuf>,
+    /// Folders of reports, whose tables are no recordings.
+    reports: Vec<PathBuf>,
+}
+
+impl Listed {
+    /// Adds what a folder holds.
+    fn add(&mut self, folder: &Path, depth: usize) -> Result<(), Error> {
+        let failed = |error: std::io::Error| Error::io_at("list the folder", folder, &error);
+        let mut paths = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(failed)? {
+            paths.push(entry.map_err(failed)?.path());
         }
-        if is_recording(&path) {
-            recordings.push(path);
-        } else if path.is_dir() && depth < DEPTH_MAX && !path.is_symlink() {
-            list(&path, depth + 1, recordings)?;
+        paths.sort();
+        for path in paths {
+            let hidden = path
+                .file_name()
+                .is_some_and(|name| name.to_string_lossy().starts_with('.'));
+            if hidden || self.paths.len() >= FILES_MAX {
+                continue;
+            }
+            if is_recording(&path) {
+                self.paths.push(path);
+            } else if path.is_dir() && depth < DEPTH_MAX && !path.is_symlink() {
+                if path.join("verdict.json").exists() {
+                    self.reports.push(path);
+                } else {
+                    self.add(&path, depth + 1)?;
+                }
+            }
         }
+        Ok(())
     }
-    Ok(())
 }

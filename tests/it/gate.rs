@@ -320,6 +320,8 @@ fn cli_a_first_gate_file_is_one_that_runs() {
         .write("along.csv.toml", "channel = \"acc_x_g\"\n");
     yard.folder
         .write("along.csv", table(weak).replacen("acc_y", "acc_x", 1));
+    yard.folder.write("reports/first/verdict.json", "{}");
+    yard.folder.write("reports/first/series.csv", table(weak));
     let done = finish(
         program()
             .current_dir(yard.folder.path())
@@ -332,6 +334,11 @@ fn cli_a_first_gate_file_is_one_that_runs() {
     assert!(
         text.contains("is not clearly a lateral acceleration")
             && text.contains("# files = [\"along.csv\"]"),
+        "{text}"
+    );
+    let of_report = "# files = [\"reports/first/**\"]";
+    assert!(
+        text.contains(of_report) && !text.contains("series.csv"),
         "{text}"
     );
     let done = finish(yard.command(&[]));
