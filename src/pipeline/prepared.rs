@@ -37,6 +37,9 @@ pub struct Extras {
 /// Runs, of levers one by one, that the search for a preload takes of each stop and polarity, about.
 const PRELOAD_RUNS: u64 = 2000;
 
+/// Times as long as a lever takes one beside a catch, which is followed by itself.
+const CATCH_TIMES: u64 = 10;
+
 /// An answer: the document, what a report draws, and why nothing could be judged.
 #[derive(Debug, Clone)]
 pub struct Outcome {
@@ -311,8 +314,13 @@ impl Prepared {
         let Some(run) = &document.nominal else {
             return Ok(None);
         };
-        let runs = PRELOAD_RUNS * document.answers.len() as u64;
-        if runs.saturating_mul(run.work.counted()) > policy.work {
+        let mut runs = PRELOAD_RUNS * document.answers.len() as u64;
+        if design.catch.is_some() {
+            runs *= CATCH_TIMES;
+        }
+        // A lever that rests at present may move at every sample with another preload.
+        let samples = self.conditioned.used.samples.len() as u64;
+        if runs.saturating_mul(run.work.counted().max(samples)) > policy.work {
             return Ok(None);
         }
         // A verdict that waits for a person's word is asked anew, as if that had been said.

@@ -1,6 +1,6 @@
 //! Guards `latchgate margin` at the process boundary.
 
-use crate::support::{Folder, latchgate, signal_file, table};
+use crate::support::{Folder, latchgate, signal_file, table, weak};
 use serde_json::Value;
 
 const FAST: [&str; 2] = ["--members", "0"];
@@ -202,6 +202,33 @@ fn cli_replay_and_margin_advise_one_preload() {
         margin["least_preload_torque_nm_safe_from"]
     );
     assert_eq!(own, other);
+}
+
+/// A replay searches for the preload where that may take no longer than an answer, be the lever at rest at
+/// present, and with a catch for a tenth of the samples.
+#[test]
+fn cli_a_replay_leaves_a_long_search_to_margin() {
+    let folder = Folder::new("margin-left-out");
+    let recording = folder.write("weak.csv", table(weak));
+    let catch = folder.path().join("catch.toml");
+    let catch = catch.to_str().unwrap();
+    let init = ["init", "design", "--mechanism", "catch", catch];
+    assert_eq!(latchgate(&init).code, 0);
+    let held = ["--set", "lever.preload_torque_nm=9"];
+    // 3001 samples, two stops: 12 million steps and ten times as many.
+    let cases = [
+        (&held[..], "work=12000000", false),
+        (&held, "work=13000000", true),
+        (&["--design", catch], "work=100000000", false),
+    ];
+    for (further, limit, expected) in cases {
+        let mut arguments = vec!["replay", &recording, "--opens-when", "negative"];
+        arguments.extend(["--format=json", "--no-report", "--limit", limit]);
+        arguments.extend(further);
+        let document = latchgate(&arguments).document();
+        assert_eq!(document["verdict"], "pass", "{limit}");
+        assert_eq!(document["preload_answer"].is_object(), expected, "{limit}");
+    }
 }
 
 /// On the sill of a real crash 3.52 N·m pass, 3.53 to 3.76 do not throughout: the pass is warned of at once, and what is

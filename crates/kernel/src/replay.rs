@@ -757,6 +757,7 @@ fn finish(mut body: impl Coasting, end: f64, question: &Question<'_>, rests: boo
         None
     };
     let (catch, catch_trace) = body.catch_run().unzip();
+    let spent = body.spent();
     let tie = catch.and_then(|catch| catch.tie_s);
     let kernel = body.lever();
     let too_many = kernel.took_too_many();
@@ -792,7 +793,7 @@ fn finish(mut body: impl Coasting, end: f64, question: &Question<'_>, rests: boo
         trace: trace.unwrap_or_default(),
         catch,
         catch_trace: catch_trace.unwrap_or_default(),
-        spent: kernel.work.counted(),
+        spent,
         coast_error_rad: coast.map_or(0.0, |peak| finite(peak.bound())),
         deviation_rad: options
             .noise_m2_s3

@@ -462,6 +462,10 @@ impl<const K: usize> Coasting for Pair<'_, K> {
         self.lever.stuck |= self.catch.stuck;
     }
 
+    fn spent(&mut self) -> u64 {
+        self.lever.work.counted() + self.catch.work.counted()
+    }
+
     fn catch_run(&mut self) -> Option<(CatchRun, Vec<TracePoint>)> {
         let mut record = self.record;
         record.peak_angle_rad = self.catch.recorder.peak.angle.max(self.catch.angle);

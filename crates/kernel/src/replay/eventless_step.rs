@@ -285,21 +285,35 @@ impl<T: Real> Orders<T> {
             }
             (sine, cosine) = (sine * inverse, cosine * inverse);
         }
-        if n > 1 {
-            sine = x[n].fused(c[0], sine);
-            cosine = x[n].fused(s[0], cosine);
-        }
         let first = w[1] * inverse;
-        s[n] = first.fused(c[n - 1], sine);
-        c[n] = -first.fused(s[n - 1], cosine);
-        // The damping's term is ready last.
         let mut force = of.stiffness * x[n];
-        for k in (0..K.min(n + 1)).rev() {
-            if ACROSS {
+        if ACROSS {
+            // x_n is ready last: what it does to sine and cosine acts through one product.
+            (s[n], c[n]) = (first.fused(c[n - 1], sine), -first.fused(s[n - 1], cosine));
+            force = zero;
+            for k in (0..K.min(n + 1)).rev() {
                 force = (-b.across[k]).fused(s[n - k], force);
+                force = b.along[k].fused(c[n - k], force);
             }
-            force = b.along[k].fused(c[n - k], force);
+            let mut stiffness = of.stiffness;
+            if n > 1 {
+                stiffness = (-b.along[0]).fused(s[0], (-b.across[0]).fused(c[0], stiffness));
+                s[n] = x[n].fused(c[0], s[n]);
+                c[n] = (-x[n]).fused(s[0], c[n]);
+            }
+            force = stiffness.fused(x[n], force);
+        } else {
+            if n > 1 {
+                sine = x[n].fused(c[0], sine);
+                cosine = x[n].fused(s[0], cosine);
+            }
+            s[n] = first.fused(c[n - 1], sine);
+            c[n] = -first.fused(s[n - 1], cosine);
+            for k in (0..K.min(n + 1)).rev() {
+                force = b.along[k].fused(c[n - k], force);
+            }
         }
+        // The damping's term is ready last.
         let force = of.damping.fused(w[n + 1], force);
         w[n + 2] = force * (-1.0 / (n + 1) as f64);
         x[n + 2] = force * (-1.0 / ((n + 1) * (n + 2)) as f64);

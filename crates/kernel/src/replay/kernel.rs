@@ -1332,6 +1332,11 @@ pub(super) trait Coasting {
     /// Returns what a catch did, and its trajectory.
     fn catch_run(&mut self) -> Option<(CatchRun, Vec<TracePoint>)>;
 
+    /// Returns what it cost, as limits count it.
+    fn spent(&mut self) -> u64 {
+        self.lever().work.counted()
+    }
+
     /// Moves on without excitation from `time` until the lever can no longer rise above what
     /// it has reached; returns the largest angle and a bound on its error, or `None` if it
     /// cannot be followed that far.
