@@ -83,7 +83,8 @@ const PEAK_G: f64 = 1000.0;
 /// Longest duration of the motion [s].
 pub const DURATION_MAX_S: f64 = 100.0;
 
-/// Runs the study.
+/// Replays the paper's burst with the amplitude of its text, a multiple of g, and with that of its figure's axis,
+/// the same number in m/s².
 ///
 /// # Errors
 ///

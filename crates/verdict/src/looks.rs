@@ -42,9 +42,9 @@ fn out_of_reach(run: &VariantRun, count: Count, last: u32, threshold: f64) -> bo
     reachable(&run.estimate(), threshold, lowest, highest) == [Answer::Undecided]
 }
 
-/// Returns the steps that the members up to `look` may take: as those before them, or half of
-/// what the nominal run took each, since several advance side by side. A nominal lever that took
-/// too much has members that do.
+/// Returns the steps that the members up to `look`, the next count at which an ensemble is judged, may take: as
+/// those before them, or half of what the nominal run took each, since several advance side by side. A nominal
+/// lever that took too much has members that do.
 fn predicted(run: &VariantRun, sampling: &Sampling, look: u32) -> u64 {
     let followed = sampling.peaks.window_rad.len() as u64;
     let missing = u64::from(look).saturating_sub(followed);

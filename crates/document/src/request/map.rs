@@ -159,6 +159,7 @@ fn refused(setting: Setting, value: &Value, wrong: String) -> Error {
     .into()
 }
 
+/// Refuses what is left of the entries once every known setting was taken out.
 fn refuse_unknown(entries: &Entries, settings: &[Setting]) -> Result<(), Error> {
     let Some(key) = entries.keys().next() else {
         return Ok(());

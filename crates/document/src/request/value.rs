@@ -89,6 +89,7 @@ pub(super) fn velocity(value: f64) -> Result<f64, String> {
     within(value, 1e5, "rad/s")
 }
 
+/// Returns what the integration may be off in a step [rad], if it is in bounds.
 pub(super) fn tolerance(value: f64) -> Result<f64, String> {
     positive(value).and_then(|value| {
         if (1e-20..=1e-2).contains(&value) {
@@ -206,6 +207,7 @@ impl Word for DecimalMark {
         Self::ALL.map(|mark| (mark, mark.name())).to_vec()
     }
 
+    /// Reads `.` and `,`, and the words that a shell need not quote.
     fn from_word(text: &str) -> Result<Self, String> {
         match text.trim() {
             "point" => Ok(Self::Point),

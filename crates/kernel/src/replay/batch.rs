@@ -478,7 +478,8 @@ impl<S: pulp::Simd> LaneMix<S> {
         (terms, low.magnitude().upper(high.magnitude()))
     }
 
-    /// As [`Mix::of`].
+    /// Returns the coefficients of two sensors' accelerations over an interval, each times its factor, and a bound
+    /// on their sum: see [`Mix::of`].
     #[inline(always)]
     fn of<const K: usize>(
         &self,

@@ -194,8 +194,8 @@ impl<'a, const K: usize> Pair<'a, K> {
         self.lever.recorder.open_window(angle, time, error);
     }
 
-    /// Carries the catch through whole samples in which the lever rests on it and neither of them comes to a
-    /// gate; returns how many.
+    /// Where the lever leans on the engaged catch: carries the catch through whole samples that keep it there,
+    /// and the lever at rest; returns how many.
     #[inline(always)]
     fn held_samples(&mut self, index: usize, stop_at: usize) -> usize {
         if !self.lever.is_held() {
@@ -290,6 +290,9 @@ impl<'a, const K: usize> Pair<'a, K> {
     }
 
     /// The catch comes to its engagement angle, or, where it stays there, to its end stop.
+    ///
+    /// An engaged catch that moves up comes to a gate only at the end stop that keeps it: see
+    /// [`Self::place_gates`].
     fn catch_at_gate(&mut self, time: f64) {
         if self.engaged && self.catch.velocity >= 0.0 {
             self.locked = true;

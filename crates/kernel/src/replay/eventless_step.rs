@@ -246,7 +246,8 @@ impl<T: Real> StepCoefficients<T> {
         orders.order(self, b, 7, [4, 5, 3, 6, 2]);
     }
 
-    /// Goes on from order 9 to order 11.
+    /// Adds the coefficients of order 10 and 11 of the angle's power series, by those of order 8 and 9 of sine and
+    /// cosine: for a step whose nine orders leave out more than may pass.
     #[inline(always)]
     pub(super) fn up_to_eleven<const K: usize, const ACROSS: bool>(
         &self,

@@ -307,8 +307,7 @@ impl MessageTimes {
             findings.push(Finding::info("time-zero-outside", text));
             return Ok(first + stated_ns);
         }
-        // Farther off, it is an instant of another clock or of another day.
-        // Farther off it is an instant of another clock, or of another day.
+        // Beyond that it is an instant of another clock, or of another day.
         if (first - span..=last + span).contains(&stated_ns) {
             let text = format!("{outside}. Check the setting `time_zero`");
             findings.push(Finding::warning("time-zero-outside", text));

@@ -100,6 +100,7 @@ fn beating<T>(out: &Mutex<io::Stdout>, work: impl FnOnce(&Control<'_>) -> T) -> 
     })
 }
 
+/// Sends an answer, then the bytes of its files. The work has ended: no beat can come between the two.
 fn deliver(
     out: &Mutex<io::Stdout>,
     answer: Answer,

@@ -66,7 +66,8 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// Learns from a stretch; `None` if it is too short or silent.
+    /// Learns from a stretch how noise looks while nothing is lost, so that lost or held samples elsewhere can be told
+    /// from chance; `None` if it is too short or silent.
     pub(super) fn learn(samples: &[f64], quantum: f64) -> Option<Self> {
         let first = samples.first()?;
         if samples.len() < LEAST_SAMPLES || samples.iter().all(|value| same(*value, *first)) {
