@@ -317,6 +317,49 @@ fn cli_init_writes_a_design_with_a_catch() {
     assert_eq!(other.code, 2);
 }
 
+/// A catch that the lever held at its engagement angle, and let go, is far beyond it when the lever meets it:
+/// that is no tie. The peak is that of an integration by small steps, to its own error.
+#[test]
+fn verif_a_catch_that_was_held_and_let_go_is_no_tie() {
+    let design = "\
+name = \"held\"
+[lever]
+moment_of_inertia_kg_m2 = 0.00100871
+pivot_damping_nm_s_per_rad = 8.58876e-05
+spring_stiffness_nm_per_rad = 0.849803
+preload_torque_nm = 1.791335418573443
+mass_kg = 0.109438
+center_of_mass_m = 0.0582119
+[stop]
+restitution = 0.676
+[catch]
+moment_of_inertia_kg_m2 = 3.6540786313987327e-06
+pivot_damping_nm_s_per_rad = 4.46916e-07
+spring_stiffness_nm_per_rad = 0.00243333
+preload_torque_nm = 0.000437231
+unbalance_kg_m = 2.83428e-05
+engagement_angle_rad = 0.370695
+end_stop_angle_rad = 0.769163
+lever_angle_rad = 0.0390516
+rest_restitution = 0.819
+end_stop_restitution = 0.95
+engagement_restitution = 0.003
+reversible = true
+";
+    let points = "0:0/1.7:-58.489/6.7:-36.985/9.35:-23.513/12.15:-20.027/23.65:-16.877/27.55:-27.339/30.8:-14.795/37.25:-26.219/46.15:-23.143/46.5:0";
+    let pulse = format!("pulse:polyline,points={points},unit=g,rate=20kHz,tail=200ms");
+    let folder = Folder::new("catch-let-go");
+    let document = replayed(&folder, design, &pulse, &NOMINAL).document();
+    assert_eq!(document["verdict"], "pass", "{}", document["why"]);
+    let peak = document["nominal"]["peak_angle_rad"].as_f64().unwrap();
+    assert!((peak - 0.081_334_032_9).abs() < 1e-9, "{peak}");
+    let run = &document["mechanism"]["runs"][0];
+    assert_eq!(
+        (&run["stops"], &run["tie_s"]),
+        (&Value::from(1), &Value::Null)
+    );
+}
+
 /// What the numbers of a catch do not promise is told, and changes no verdict.
 #[test]
 fn verif_a_catch_whose_numbers_do_not_promise_to_hold_is_told() {

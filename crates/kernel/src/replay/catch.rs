@@ -38,6 +38,8 @@ struct Pair<'a, const K: usize> {
     locked: bool,
     /// When the catch came to its engagement angle last, and how fast [s, rad/s].
     engaged_last: (f64, f64),
+    /// When the lever met the catch last, and how far the catch may have been off then [s, rad].
+    struck_last: (f64, f64),
     /// The catch turned so close to its engagement angle that it may as well have passed it [s].
     grazed_s: Option<f64>,
     record: CatchRun,
@@ -150,6 +152,7 @@ impl<'a, const K: usize> Pair<'a, K> {
             locked: parts.engagement_angle_rad <= 0.0,
             beyond,
             engaged_last: (f64::NEG_INFINITY, 1.0),
+            struck_last: (f64::NEG_INFINITY, 0.0),
             grazed_s: None,
             record: CatchRun::default(),
         };
@@ -303,6 +306,12 @@ impl<'a, const K: usize> Pair<'a, K> {
         if self.engaged {
             self.engaged_last = (time, self.catch.velocity);
             self.record.engaged_s.get_or_insert(time);
+        } else {
+            // It may as well have fallen back before the lever met it.
+            let (struck, doubt) = self.struck_last;
+            if (time - struck) * -self.catch.velocity <= doubt {
+                self.record.tie_s.get_or_insert(struck);
+            }
         }
         self.place_gates();
     }
@@ -430,10 +439,17 @@ impl<'a, const K: usize> Pair<'a, K> {
         self.record.stops = self.lever.strikes;
         let (engaged, rising) = self.engaged_last;
         let mut away = (time - engaged) * rising;
+        if rising <= 0.0 {
+            // Let go at its engagement angle, it came away from there by and by.
+            let beyond = self.catch.angle - self.parts.engagement_angle_rad;
+            away = beyond - (end - time) * self.catch.velocity;
+        }
         if self.catch.at_gate && self.catch.velocity < 0.0 {
             away = away.min((end - time) * -self.catch.velocity);
         }
-        if !self.locked && away <= self.doubt(speed) {
+        let doubt = self.doubt(speed);
+        self.struck_last = (time, doubt);
+        if !self.locked && away <= doubt {
             self.record.tie_s.get_or_insert(time);
         }
     }

@@ -1,6 +1,6 @@
 //! What hostile uploads and clients can do: nothing to anybody else.
 
-use crate::support::{Folder, Service, signal, wait_for};
+use crate::support::{Client, Folder, Service, signal, wait_for};
 use seccompiler::{BpfProgram, SeccompAction, SeccompFilter};
 use serde_json::json;
 use std::io::Write;
@@ -241,7 +241,23 @@ fn regress_a_refusal_ends_with_the_limit_that_made_it() {
     client.post("/v1/verdicts?wait=0", &question).expect(202);
 }
 
-/// A question that takes a few tenths of a second.
+/// A table whose questions take some 40 µs a sample.
+fn slow_table(samples: u32) -> String {
+    let mut table = String::from("t_s,acc_y_g\n");
+    for sample in 0..samples {
+        let push = if sample % 40 < 20 { -40 } else { 30 };
+        table += &format!("{:.5},{push}\n", f64::from(sample) * 1e-5);
+    }
+    table
+}
+
+/// Keeps a recording whose questions take a second or two, so that a child is met at work.
+fn slow_recording(client: &Client) -> serde_json::Value {
+    let path = "/v1/recordings?name=slow.csv";
+    let kept = client.send("POST", path, slow_table(40_000).as_bytes());
+    kept.expect(201).json()["id"].clone()
+}
+
 fn slow_question(id: &serde_json::Value) -> serde_json::Value {
     json!({"recording": id, "request": {"members": 512, "opens_when": "both"}})
 }
@@ -258,7 +274,7 @@ fn regress_signals_from_outside_are_no_fault_of_the_recording() {
     let folder = Folder::new();
     let service = Service::start(&folder, &["places=1"]);
     let client = service.client();
-    let id = client.upload("burst.csv")["id"].clone();
+    let id = slow_recording(&client);
     let metric = |name: &str| -> u64 {
         let text = client.get("/metrics").text();
         let found = text.lines().find_map(|line| line.strip_prefix(name));
@@ -309,7 +325,7 @@ fn regress_a_child_that_cannot_be_started_is_no_fault_of_the_recording() {
     let folder = Folder::new();
     let service = Service::start(&folder, &["places=1"]);
     let client = service.client();
-    let id = client.upload("burst.csv")["id"].clone();
+    let id = slow_recording(&client);
     let process = service.child.id().to_string();
     let limits = std::fs::read_to_string(format!("/proc/{process}/limits")).unwrap();
     let open_files = limits
@@ -362,11 +378,7 @@ fn verif_a_question_that_takes_too_long_is_ended() {
     let folder = Folder::new();
     let service = Service::start(&folder, &["order_s=4", "silence_s=4", "places=2"]);
     let client = service.client();
-    let mut table = String::from("t_s,acc_y_g\n");
-    for sample in 0..600_000 {
-        let push = if sample % 40 < 20 { -40 } else { 30 };
-        table += &format!("{:.5},{push}\n", f64::from(sample) * 1e-5);
-    }
+    let table = slow_table(600_000);
     let slow = client
         .send("POST", "/v1/recordings?name=slow.csv", table.as_bytes())
         .expect(201);
