@@ -284,6 +284,34 @@ fn verif_the_gap_from_which_two_pulses_open_is_found() {
     assert!(peak_at((GAP_MS + 0.01) * 1e-3) > 0.1);
 }
 
+/// What noise could turn round is a tie on either side of that gap, also where the catch falls back samples after
+/// the lever has struck it.
+#[test]
+fn regress_a_tie_within_the_noise_is_told_on_both_sides() {
+    let design = design_with(Some(catch()));
+    let tie_at = |gap_us: i32, noise_m2_s3: Option<f64>| {
+        let signal = sampled(&two_pulses(f64::from(gap_us) * 1e-6), 1e6, 0.05);
+        let options = RunOptions {
+            noise_m2_s3,
+            ..RunOptions::new(StopModel::Rigid, OpensWhen::Negative)
+        };
+        let outcome = replay::run(&signal, &design, &options).unwrap();
+        let opens = outcome.run.peak_angle_rad > 0.1;
+        (opens, outcome.catch.unwrap().tie_s.is_some())
+    };
+    // Held up to 13 505 µs, open from 13 506 µs on.
+    for (gap_us, opens) in [
+        (13_496, false),
+        (13_502, false),
+        (13_509, true),
+        (13_515, true),
+    ] {
+        assert_eq!(tie_at(gap_us, None), (opens, false), "{gap_us} µs");
+        // White noise of 0.5 g to 10 kHz.
+        assert_eq!(tie_at(gap_us, Some(1.2e-3)), (opens, true), "{gap_us} µs");
+    }
+}
+
 /// A catch that nothing drives, or that blocks only where the lever never comes, changes no bit.
 #[test]
 fn verif_a_catch_that_takes_no_part_changes_nothing() {
