@@ -37,7 +37,8 @@ pub struct Extras {
 /// Runs, of levers one by one, that the search for a preload takes of each stop and polarity, about.
 const PRELOAD_RUNS: u64 = 2000;
 
-/// Times as long as a lever takes one beside a catch, which is followed by itself.
+/// Times as long as a lever alone takes one beside a catch, since varied levers beside a catch are followed one by
+/// one.
 const CATCH_TIMES: u64 = 10;
 
 /// An answer: the document, what a report draws, and why nothing could be judged.

@@ -39,7 +39,7 @@ struct Pair<'a, const K: usize> {
     /// When the catch came to its engagement angle last, and how fast [s, rad/s].
     engaged_last: (f64, f64),
     /// When the lever met the catch last, and how far the catch may have been off then [s, rad].
-    struck_last: (f64, f64),
+    doubt_at_strike: (f64, f64),
     /// The catch turned so close to its engagement angle that it may as well have passed it [s].
     grazed_s: Option<f64>,
     record: CatchRun,
@@ -152,7 +152,7 @@ impl<'a, const K: usize> Pair<'a, K> {
             locked: parts.engagement_angle_rad <= 0.0,
             beyond,
             engaged_last: (f64::NEG_INFINITY, 1.0),
-            struck_last: (f64::NEG_INFINITY, 0.0),
+            doubt_at_strike: (f64::NEG_INFINITY, 0.0),
             grazed_s: None,
             record: CatchRun::default(),
         };
@@ -308,7 +308,7 @@ impl<'a, const K: usize> Pair<'a, K> {
             self.record.engaged_s.get_or_insert(time);
         } else {
             // It may as well have fallen back before the lever met it.
-            let (struck, doubt) = self.struck_last;
+            let (struck, doubt) = self.doubt_at_strike;
             if (time - struck) * -self.catch.velocity <= doubt {
                 self.record.tie_s.get_or_insert(struck);
             }
@@ -448,7 +448,7 @@ impl<'a, const K: usize> Pair<'a, K> {
             away = away.min((end - time) * -self.catch.velocity);
         }
         let doubt = self.doubt(speed);
-        self.struck_last = (time, doubt);
+        self.doubt_at_strike = (time, doubt);
         if !self.locked && away <= doubt {
             self.record.tie_s.get_or_insert(time);
         }
