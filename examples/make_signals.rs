@@ -88,6 +88,7 @@ impl Recording {
             });
         format!(
             "channel = \"{}\"\nunit = \"{}\"\nopens_when = \"negative\"\nrate = {}.0\nrange_g = {}.0\n{synthetic}{velocity}\
+             place = \"door\"\ntransfer = 1\n\
              source = \"computed by examples/make_signals.rs of latchgate; measured nowhere\"\n\
              licence = \"CC0-1.0\"\nnotes = \"\"\"\n{}\"\"\"\n",
             self.channel, self.unit, self.rate_hz, self.range_g, self.notes

@@ -11,8 +11,7 @@
 //!
 //! What differs is put together by kind: the command, the key with `[]` for any index, and what
 //! became of it. Each kind is one paragraph with the number of its cases and examples;
-//! `--all` names every case. `--golden-verdicts` asks of the golden set alone, and there what BEFORE judges:
-//! for programs that take long. Differences on purpose are named in a file, `--intended FILE`, one a
+//! `--all` names every case. Differences on purpose are named in a file, `--intended FILE`, one a
 //! line, `#` before a remark:
 //!
 //! ```text
@@ -39,7 +38,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 const USAGE: &str = "usage: same_answers BEFORE AFTER --signals DIR [--golden DIR] \
-                     [--intended FILE] [--only TEXT] [--golden-verdicts] [--all] [--threads N]";
+                     [--intended FILE] [--only TEXT] [--all] [--threads N]";
 
 fn main() -> ExitCode {
     match Task::from_arguments(std::env::args().skip(1)).and_then(|task| task.run()) {
@@ -58,7 +57,6 @@ struct Task {
     golden: Option<PathBuf>,
     intended: Vec<Intended>,
     only: Option<String>,
-    golden_verdicts: bool,
     all: bool,
     threads: usize,
 }
@@ -67,7 +65,7 @@ impl Task {
     fn from_arguments(arguments: impl Iterator<Item = String>) -> Result<Self, String> {
         let mut programs = Vec::new();
         let (mut signals, mut golden, mut intended, mut only) = (None, None, Vec::new(), None);
-        let (mut golden_verdicts, mut all) = (false, false);
+        let mut all = false;
         let mut threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let mut arguments = arguments;
         while let Some(argument) = arguments.next() {
@@ -86,7 +84,6 @@ impl Task {
                     }
                 }
                 "--only" => only = Some(value()?),
-                "--golden-verdicts" => golden_verdicts = true,
                 "--all" => all = true,
                 "--threads" => threads = value()?.parse().map_err(|e| format!("--threads: {e}"))?,
                 option if option.starts_with('-') => return Err(format!("{option}?\n{USAGE}")),
@@ -103,7 +100,6 @@ impl Task {
             golden: golden.map(absolute).transpose()?,
             intended,
             only,
-            golden_verdicts,
             all,
             threads,
         })
@@ -113,16 +109,8 @@ impl Task {
     fn run(&self) -> Result<bool, String> {
         let scratch = std::env::temp_dir().join(format!("same-answers-{}", std::process::id()));
         let mut cases = signal_cases(&self.signals, &scratch)?;
-        if self.golden_verdicts {
-            cases.clear();
-        }
         if let Some(golden) = &self.golden {
             cases.extend(golden_cases(golden)?);
-        }
-        if self.golden_verdicts {
-            for case in &mut cases {
-                case.verdict_alone();
-            }
         }
         if let Some(only) = &self.only {
             cases.retain(|case| case.name.contains(only.as_str()));
@@ -270,8 +258,6 @@ struct Case {
     steps: Vec<Step>,
     /// Asks about each channel that the answer to the last step offers.
     each_candidate: bool,
-    /// The second program is asked only what the first one judges.
-    judged_alone: bool,
 }
 
 /// Where a case is run.
@@ -323,13 +309,6 @@ impl Found {
 }
 
 impl Case {
-    /// Leaves out all but verdicts.
-    fn verdict_alone(&mut self) {
-        self.steps.retain(|step| step.name.starts_with("replay"));
-        self.each_candidate = false;
-        self.judged_alone = true;
-    }
-
     fn compare(&self, programs: &[PathBuf; 2], answers: &AtomicUsize) -> Vec<Found> {
         let folders = match &self.place {
             Place::Shared(folder) => [folder.clone(), folder.clone()],
@@ -346,9 +325,6 @@ impl Case {
         let mut found = Vec::new();
         let mut both = |step: &Step| {
             let before = run(&programs[0], &folders[0], step);
-            if self.judged_alone && !is_verdict(&before) {
-                return before;
-            }
             answers.fetch_add(1, Ordering::Relaxed);
             if let (Some(name), Place::Own { .. }) = (step.kept_as, &self.place) {
                 let document = &before
@@ -389,15 +365,6 @@ impl Case {
         }
         found
     }
-}
-
-/// Tells whether a call ended with a verdict: pass, fail or undecided.
-fn is_verdict(answer: &Answer) -> bool {
-    let exit = answer.iter().find(|(key, _)| key == "exit");
-    let exit = exit.map(|(_, code)| code.as_slice());
-    [b"Some(0)", b"Some(1)", b"Some(3)"]
-        .iter()
-        .any(|code| exit == Some(code.as_slice()))
 }
 
 /// Channels that an answer of `inspect` offers to replay.
@@ -527,7 +494,6 @@ fn signal_cases(signals: &Path, scratch: &Path) -> Result<Vec<Case>, String> {
                 },
                 steps,
                 each_candidate: false,
-                judged_alone: false,
             });
         };
         let json = ["--format", "json"];
@@ -630,7 +596,6 @@ fn golden_cases(folder: &Path) -> Result<Vec<Case>, String> {
             place: Place::Shared(list.parent().expect("a table").to_path_buf()),
             steps: vec![Step::new("replay", &replay), Step::new("inspect", &inspect)],
             each_candidate: true,
-            judged_alone: false,
         })
     };
     lists.iter().map(case).collect()

@@ -19,6 +19,7 @@
 //! - `progress`: a line of progress on a terminal, and Ctrl-C;
 //! - `replay`: `latchgate replay`: one recording, one design, one verdict;
 //! - `serve`: `latchgate serve`: starts the service, another program;
+//! - `spectrum`: `latchgate spectrum`: what any latch must have to survive the recordings;
 //! - `statics`: `latchgate static`: static thresholds by direction, with the clause that each answers;
 //! - `study`: `latchgate study`: one file per study, one line each in [`Study`] and in its
 //!   `analysis`;
@@ -49,12 +50,14 @@ pub mod pdf;
 mod progress;
 mod replay;
 mod serve;
+pub mod spectrum;
 pub mod statics;
 pub mod study;
 pub mod values;
 mod verify;
 
 pub use output::look_at_stdout;
+pub use replay::message;
 
 use args::{Arguments, Command};
 use clap::Parser;
@@ -86,6 +89,7 @@ pub fn main() -> ExitCode {
         Command::Replay(options) => replay::command(options, &arguments.common),
         Command::Inspect(options) => inspect::command(options, &arguments.common),
         Command::Margin(options) => margin::command(options, &arguments.common),
+        Command::Spectrum(options) => spectrum::command(options, &arguments.common),
         Command::Static(options) => statics::command(options, &arguments.common),
         Command::Gate(options) => gate::command(options, &arguments.common),
         Command::Verify(options) => verify::command(options, &arguments.common),

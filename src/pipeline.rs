@@ -13,10 +13,14 @@
 //!
 //! - `prepared`: the recording, read and conditioned once;
 //! - `answer`: what was known and found, put together as a document;
+//! - `place`: the sensor's place and axis, and what a pass waits for;
+//! - `transfer`: every factor between the sensor's place and the latch;
 //! - `row`: the decision alone, for gates;
+//! - `siblings`: the lateral channels of one side, judged together;
 //! - `defaults`: settings that decide, held against the defaults;
+//! - `card`: a card to start from;
 //! - `candidates`: the channels to choose from where several could be meant;
-//! - `inspect`, `margin`, `verify` with `compare`: the other answers.
+//! - `inspect`, `margin`, `spectrum`, `verify` with `compare`: the other answers.
 //!
 //! # Examples
 //!
@@ -41,23 +45,31 @@
 
 mod answer;
 mod candidates;
+mod card;
 mod compare;
 mod defaults;
 mod inspect;
 mod margin;
+mod place;
 mod prepared;
 mod row;
+mod siblings;
+mod spectrum;
+mod transfer;
 pub mod verify;
 
 pub(crate) use answer::run_block;
 pub use candidates::Offer;
+pub use card::card_for;
+pub(crate) use card::in_quotes;
 pub use compare::{Difference, DifferenceKind};
 pub use inspect::{
     ChannelStatus, Choice, ListedChannel, ListedFile, ListedSeries, Listing, inspect, table_mapping,
 };
-pub use latchgate_document::design_file::{apply_override, design_from_bytes};
+pub use latchgate_document::design_file::{apply_override, design_from_bytes, design_from_json};
 pub use latchgate_document::identity::NUMBERS_REVISION;
 pub use latchgate_document::request::words_of;
+pub use latchgate_document::spectrum_document::{SpectrumDocument, SpectrumRequest};
 pub use latchgate_document::{
     Document, MarginDocument, MarginRequest, PolaritySource, Request, blocks,
 };
@@ -73,13 +85,15 @@ pub use latchgate_recording::csv::TableMapping;
 pub use latchgate_recording::error::{Error, ErrorKind};
 pub use latchgate_recording::pulse;
 pub use latchgate_recording::setting::Setting;
-pub use latchgate_recording::{Card, Finding, Limits, Severity, Source, read_within};
+pub use latchgate_recording::{
+    Card, Finding, Limits, SensorPlace, Severity, Source, TransferRange, read_within,
+};
 pub use latchgate_verdict::conditioning::{Between, BiasWindow, Cfc, FilterChoice, FilterStandard};
-pub use latchgate_verdict::decision::PASS_SHARE_MAX;
 pub use latchgate_verdict::{Answer, Evidence, ModelChoice, Reason};
 pub use margin::{MarginOutcome, margin};
 pub use prepared::{Extras, Outcome, Prepared, Refused};
 pub use row::DecisionRow;
+pub use spectrum::spectrum;
 pub use verify::{Stored, Verification, VerifiedReport, verify};
 
 /// Reads, conditions, replays and decides: one recording, one design, one document.

@@ -380,7 +380,7 @@ fn mcap() -> Vec<Vec<u8>> {
 
 fn settings() -> Vec<Vec<u8>> {
     [
-        "name = \"x\"\n[lever]\nmoment_of_inertia_kg_m2 = 8.888e-4\npivot_damping_nm_s_per_rad = 9.3e-5\nspring_stiffness_nm_per_rad = 0.37\npreload_torque_nm = 0.1\nmass_kg = 0.1475\ncenter_of_mass_m = 0.065\n[stop]\nrestitution = 0.8\nstiffness_n_per_m = 1e7\ndamping_n_s_per_m = 133.59\nradius_m = 0.1\n[criterion]\nthreshold_rad = 0.1\n[tolerance]\nrestitution = 0.02\n[input]\nscale = 0.01\nbias_g = 0.1\n",
+        "name = \"x\"\nbase = \"paper\"\n[lever]\nmoment_of_inertia_kg_m2 = 8.888e-4\npivot_damping_nm_s_per_rad = 9.3e-5\nspring_stiffness_nm_per_rad = 0.37\npreload_torque_nm = 0.1\nmass_kg = 0.1475\ncenter_of_mass_m = 0.065\n[stop]\nrestitution = 0.8\nstiffness_n_per_m = 1e7\ndamping_n_s_per_m = 133.59\nradius_m = 0.1\n[criterion]\nthreshold_rad = 0.1\n[tolerance]\nrestitution = 0.02\n[input]\nscale = 0.01\nbias_g = 0.1\n",
         "channel = \"acc_y_g\"\nunit = \"g\"\nopens_when = \"negative\"\nrange_g = 500.0\nsynthetic = true\nsource = \"x\"\nlicence = \"CC0\"\nnotes = \"n\"\n",
         "lever.preload_torque_nm=2.82\nstop.restitution=0.5\nlever.mass_kg=1e-3\ncriterion.threshold_rad=0.2\n",
     ]

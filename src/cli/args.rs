@@ -5,6 +5,7 @@ use super::init::InitArguments;
 use super::options::{
     Common, CompareArguments, InspectArguments, MarginArguments, ReplayCommand, VerifyArguments,
 };
+use super::spectrum::SpectrumArguments;
 use super::statics::StaticArguments;
 use super::study::Study;
 use clap::{Args, Parser, Subcommand};
@@ -54,6 +55,13 @@ pub enum Command {
     /// else those of the verdict. Exit codes: 0 answered, 2 wrong usage, 4 could not answer, or the
     /// recording has a blocking finding.
     Margin(Box<MarginArguments>),
+    /// What any latch must have to survive the recordings: a curve each, and their envelope
+    ///
+    /// The latch response spectrum: lift-off T0/(m L) over stroke φ* I0/(m L) at which levers of this
+    /// restitution stay shut, with the zone in which small things decide. It describes and passes
+    /// nothing: a verdict comes from replay. Exit codes: 0 answered, 2 wrong usage, 4 could not
+    /// answer, or a recording is unusable.
+    Spectrum(Box<SpectrumArguments>),
     /// Static thresholds by direction, with the clause of the regulations that each answers
     ///
     /// The constant acceleration that lifts the lever off, opens it by SAE J839, holds it at the limit

@@ -18,7 +18,8 @@ pub(super) fn requested_design(
 ) -> Result<Design, Failure> {
     request.check().map_err(Failure::Usage)?;
     let limits = common.limits().map_err(Failure::Usage)?;
-    let design = design(arguments.design.as_deref(), &arguments.set, &limits)?;
+    let file = arguments.design.as_deref();
+    let design = design(Design::reference(), file, &arguments.set, &limits)?;
     request
         .check_design(&design)
         .map_err(match arguments.design {
@@ -29,13 +30,14 @@ pub(super) fn requested_design(
     Ok(design)
 }
 
-/// Reads the design file, if one is named, and applies the overrides.
+/// Reads the design file, if one is named, else takes the `default` one, and applies the overrides.
 pub(super) fn design(
+    default: Design,
     file: Option<&Path>,
     overrides: &[String],
     limits: &Limits,
 ) -> Result<Design, Failure> {
-    let mut design = Design::reference();
+    let mut design = default;
     // Keys of a catch are those of a file that has one.
     let is_of_catch = |key: &&String| file.is_some() && key.contains("catch.");
     let known: Vec<String> = overrides

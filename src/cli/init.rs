@@ -2,6 +2,7 @@
 
 use super::failure::Failure;
 use super::output;
+use crate::pipeline::{Control, Limits, Source, card_for};
 use clap::{Args, ValueEnum};
 use latchgate_recording::error::Error;
 use std::fs::OpenOptions;
@@ -14,7 +15,7 @@ pub struct InitArguments {
     /// What to write
     #[arg(value_enum)]
     pub template: Template,
-    /// File to write [default: card.toml, design.toml or gate.toml]
+    /// File to write [default: card.toml, design.toml or gate.toml]; of a card, or the recording that it is of
     #[arg(value_name = "FILE")]
     pub file: Option<PathBuf>,
     /// Of a design: the lever alone, or an inertia catch beside it
@@ -61,8 +62,37 @@ pub(super) fn command(arguments: &InitArguments) -> Result<u8, Failure> {
         (Template::Card, _) => ("card.toml", include_str!("init/card.toml").to_string()),
         (Template::Gate, _) => ("gate.toml", include_str!("init/gate.toml").to_string()),
     };
+    if arguments.template == Template::Card
+        && let Some(recording) = arguments.file.as_deref().filter(|path| is_recording(path))
+    {
+        return card_of(recording);
+    }
     let path = arguments.file.as_deref().unwrap_or(Path::new(name));
     create(path, &text).map_err(Failure::Data)?;
+    output::text(&format!("{}\n", path.display())).map_err(Failure::Data)?;
+    Ok(0)
+}
+
+/// True of a file or folder that is there and is no card.
+fn is_recording(path: &Path) -> bool {
+    let is_card = path
+        .extension()
+        .is_some_and(|extension| extension == "toml");
+    path.exists() && !is_card
+}
+
+/// Writes the card of a recording beside it: what its file says, and blanks for the rest.
+fn card_of(recording: &Path) -> Result<u8, Failure> {
+    let mut name = recording.as_os_str().to_owned();
+    name.push(".toml");
+    let path = PathBuf::from(name);
+    let source = Source::File(recording.to_path_buf());
+    // A card that is there is not to be read first: it stays as it is.
+    if path.exists() {
+        return create(&path, "").map(|()| 0).map_err(Failure::Data);
+    }
+    let text = card_for(&source, &Limits::default(), &Control::default()).map_err(Failure::Data)?;
+    create(&path, &text).map_err(Failure::Data)?;
     output::text(&format!("{}\n", path.display())).map_err(Failure::Data)?;
     Ok(0)
 }

@@ -12,11 +12,20 @@ impl Inputs {
     /// Returns the recordings, their cards and the design file of a command line.
     pub(super) fn of(arguments: &ReplayArguments, further: &[PathBuf]) -> Self {
         let recordings = std::iter::once(&arguments.read.recording).chain(further);
-        let mut files: Vec<PathBuf> = arguments.design.iter().cloned().collect();
+        let designs: Vec<PathBuf> = arguments.design.iter().cloned().collect();
+        Self::of_files(recordings.map(PathBuf::as_path), &designs)
+    }
+
+    /// Returns recordings, their cards and design files.
+    pub(super) fn of_files<'a>(
+        recordings: impl Iterator<Item = &'a Path>,
+        designs: &[PathBuf],
+    ) -> Self {
+        let mut files: Vec<PathBuf> = designs.to_vec();
         for recording in recordings {
-            let mut card = recording.clone().into_os_string();
+            let mut card = recording.to_path_buf().into_os_string();
             card.push(".toml");
-            files.push(recording.clone());
+            files.push(recording.to_path_buf());
             files.push(card.into());
         }
         Self(files)

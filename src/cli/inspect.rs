@@ -1,7 +1,7 @@
 //! `latchgate inspect`: the channels of a recording. Judges nothing.
 
 use super::failure::Failure;
-use super::offers::offers;
+use super::offers::{command_words, offers};
 use super::options::{Common, InspectArguments};
 use super::output;
 use super::progress::Progress;
@@ -56,7 +56,7 @@ fn table(listing: &Listing, recording: &Path, look: Look) -> String {
     stated_facts(&mut text, listing, look);
     channels(&mut text, &listing.channels, look.width);
     choice(&mut text, listing, look.width);
-    text += &offers(recording, &listing.replay.offers);
+    text += &offers(recording, &listing.replay.offers, &command_words());
     for sentence in listing.sled206.iter().flat_map(SledCheck::sentences) {
         push_wrapped(&mut text, &sentence, look.width);
     }

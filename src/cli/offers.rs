@@ -7,12 +7,10 @@ use latchgate_report::escape::shell as quoted;
 use std::path::Path;
 
 /// Returns a line for each channel to choose: the command that takes it, its shape, and the doubt for
-/// which it is not taken without a choice.
-pub(super) fn offers(recording: &Path, offers: &[Offer]) -> String {
+/// which it is not taken without a choice. `words` are those of the command line.
+pub(super) fn offers(recording: &Path, offers: &[Offer], words: &[String]) -> String {
     const LISTED: usize = 24;
     let recording = recording.to_string_lossy();
-    let words = std::env::args_os().skip(1);
-    let words = words.map(|word| word.to_string_lossy().into_owned());
     let further = further_options(words, &recording);
     let mut lines: String = offers
         .iter()
@@ -38,14 +36,12 @@ pub(super) fn offers(recording: &Path, offers: &[Offer]) -> String {
 
 /// Returns a line for each choice of the settings that a table without names leaves open: the full
 /// command.
-pub(super) fn commands(recording: &Path, error: &Error) -> String {
+pub(super) fn commands(recording: &Path, error: &Error, words: &[String]) -> String {
     const LISTED: usize = 8;
     let ErrorKind::UnnamedColumns { settings, .. } = error.kind() else {
         return String::new();
     };
     let recording = recording.to_string_lossy();
-    let words = std::env::args_os().skip(1);
-    let words = words.map(|word| word.to_string_lossy().into_owned());
     let further = further_options(words, &recording);
     let recording = quoted(&recording);
     let mut commands = vec![format!("latchgate replay {recording}")];
@@ -70,7 +66,7 @@ pub(super) fn commands(recording: &Path, error: &Error) -> String {
 }
 
 /// Returns the options of a command line except `--channel`, each after a blank.
-fn further_options(words: impl Iterator<Item = String>, recording: &str) -> String {
+fn further_options(words: &[String], recording: &str) -> String {
     let mut options = String::new();
     let (mut command_seen, mut file_seen, mut is_channel) = (false, false, false);
     for word in words {
@@ -81,11 +77,19 @@ fn further_options(words: impl Iterator<Item = String>, recording: &str) -> Stri
             is_channel = true;
         } else if !command_seen && matches!(word.as_str(), "replay" | "inspect" | "margin") {
             command_seen = true;
-        } else if !file_seen && word == recording {
+        } else if !file_seen && word.as_str() == recording {
             file_seen = true;
         } else {
-            options += &format!(" {}", quoted(&word));
+            options += &format!(" {}", quoted(word));
         }
     }
     options
+}
+
+/// Returns the words of this process's command line, behind the program's name.
+pub(super) fn command_words() -> Vec<String> {
+    let words = std::env::args_os().skip(1);
+    words
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect()
 }

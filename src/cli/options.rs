@@ -17,7 +17,7 @@ use latchgate_kernel::units::{
 use latchgate_recording::card::{AcceptedWord, CardPolarity};
 use latchgate_recording::error::Error;
 use latchgate_recording::setting::Setting;
-use latchgate_recording::{Limits, Source};
+use latchgate_recording::{Limits, Source, TransferRange};
 use latchgate_verdict::conditioning::{Between, BiasWindow, FilterChoice, FilterStandard};
 use latchgate_verdict::ensemble::MEMBERS_MAX;
 use std::collections::{BTreeMap, BTreeSet};
@@ -227,9 +227,15 @@ pub struct ReplayArguments {
     /// Velocity change of the sensor's place, from another source [m/s] [default: the card]
     #[arg(help_heading = "Signal", long, value_name = "M/S", value_parser = parse_positive, allow_hyphen_values = true)]
     pub velocity_change: Option<f64>,
-    /// Confirm what is unlike a crash: clock (sample rate and length)
+    /// Confirm a doubt: clock (sample rate and length), axis (of a channel that is not lateral), noise (no more than the recorder's step)
     #[arg(help_heading = "Signal", long, value_name = "WORD", value_delimiter = ',', value_parser = ValueWords::of(Setting::Accept, AcceptedWord::from_word))]
     pub accept: Vec<AcceptedWord>,
+    /// Factor from the sensor's place to the latch; each is judged, the worst counts [default: the card; 1 at door or latch]
+    #[arg(help_heading = "Signal", long, value_name = "LO..HI", value_parser = TransferRange::from_text, allow_hyphen_values = true)]
+    pub transfer: Option<TransferRange>,
+    /// Judge every lateral channel of that side in the file; the worst counts
+    #[arg(help_heading = "Signal", long, conflicts_with = "radial_channel")]
+    pub siblings: bool,
     /// Check the recording as a sled pulse of 49 CFR 571.206 and UN R11
     #[arg(help_heading = "Signal", long)]
     pub sled206: bool,
@@ -306,6 +312,8 @@ impl ReplayArguments {
                 let words: BTreeSet<AcceptedWord> = self.accept.iter().copied().collect();
                 words.into_iter().collect()
             },
+            transfer: self.transfer,
+            siblings: self.siblings,
             sled206: self.sled206,
             opens_when: self.opens_when,
             bias: self.bias.unwrap_or(BiasWindow::PreEvent),
@@ -346,6 +354,9 @@ pub struct ReplayCommand {
         conflicts_with = "further"
     )]
     pub series: Option<PathBuf>,
+    /// Leave out the search for the preload that would pass, which takes longer than the verdict
+    #[arg(help_heading = "Output", long)]
+    pub no_advice: bool,
     /// Open the report
     #[arg(help_heading = "Output", long, conflicts_with = "no_report")]
     pub open: bool,

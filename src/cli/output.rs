@@ -6,6 +6,7 @@ use latchgate_recording::error::{Error, Place};
 use latchgate_recording::setting::Setting;
 use latchgate_report::escape;
 use latchgate_report::terminal::{Look, PIPED};
+use latchgate_verdict::TOGETHER;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -49,6 +50,13 @@ pub(super) fn with_options_but(text: &str, keys: &[&str]) -> String {
                 .replace(&format!("{named} = "), &format!("{option} "))
                 .replace(&named, &option);
         }
+    }
+    // Options that answer one question together are one command line.
+    if let Some((before, line)) = text.split_once(TOGETHER) {
+        let (line, after) = line.split_once(". ").unwrap_or((line, ""));
+        let line = line.replace(", --", " --");
+        let stop = if after.is_empty() { "" } else { ". " };
+        text = format!("{before}{TOGETHER}{line}{stop}{after}");
     }
     text
 }

@@ -4,6 +4,8 @@
 
 mod answer;
 
+pub use answer::message;
+
 use super::design::requested_design;
 use super::failure::Failure;
 use super::inputs::Inputs;
@@ -46,7 +48,8 @@ pub(super) fn command(arguments: &ReplayCommand, common: &Common) -> Result<u8, 
     let progress = Progress::new("replay");
     // The preload advice is a separate search. Only a single text answer includes it; a program
     // calls `latchgate margin`.
-    let advises = common.format == OutputFormat::Text && recordings.len() == 1;
+    let is_single_text = common.format == OutputFormat::Text && recordings.len() == 1;
+    let advises = is_single_text && !arguments.no_advice;
     let limits = Limits::default();
     let mut judged = Vec::with_capacity(recordings.len());
     for (index, recording) in recordings.iter().enumerate() {
@@ -56,7 +59,7 @@ pub(super) fn command(arguments: &ReplayCommand, common: &Common) -> Result<u8, 
         };
         let started = Instant::now();
         let extras = Extras {
-            filter_table: advises || !arguments.replay.no_report || request.members > 0,
+            filter_table: is_single_text || !arguments.replay.no_report || request.members > 0,
             preload_answer: false,
             evidence: !arguments.replay.no_report || arguments.series.is_some(),
         };
@@ -77,13 +80,14 @@ pub(super) fn command(arguments: &ReplayCommand, common: &Common) -> Result<u8, 
             return Err(Failure::Interrupted);
         }
         outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
-        if advises {
+        if is_single_text {
             // The answer comes before the search for advice, which takes longer.
             progress::wipe();
             answer::print_first(&outcome, common).map_err(Failure::Data)?;
         }
         let prepared = prepared.filter(|_| outcome.refusal.is_none());
-        if let (Some(prepared), true) = (&prepared, advises || !arguments.replay.no_report) {
+        let is_stored = !arguments.replay.no_report && !arguments.no_advice;
+        if let (Some(prepared), true) = (&prepared, advises || is_stored) {
             let step = format!("{step}: preloads that pass");
             let advised = progress.watch(&step, common.thread_count(), |control| {
                 prepared.advise(&design, &mut outcome.document, control)

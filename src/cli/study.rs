@@ -42,6 +42,7 @@ use super::progress;
 use super::values::OutputFormat;
 use analysis::{Analysis, Session};
 use clap::Subcommand;
+use latchgate_kernel::model::Design;
 use latchgate_recording::error::Error;
 use latchgate_study::files::{StudyFiles, Summary};
 use std::path::PathBuf;
@@ -108,7 +109,13 @@ impl Study {
 pub(super) fn command(study_command: &Study, common: &Common) -> Result<u8, Failure> {
     let (name, StudyCommon { out, design, set }, analysis) = study_command.analysis();
     let session = Session::new(name, common.thread_count());
+    let mut default = Design::reference();
+    if name != "damages" {
+        // Nothing scatters in the other studies, so that a value may be 0.
+        default.tolerance.clear();
+    }
     let design = super::design::design(
+        default,
         design.as_deref(),
         set,
         &common.limits().map_err(Failure::Usage)?,

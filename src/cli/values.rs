@@ -219,6 +219,16 @@ pub(super) fn parse_limit(text: &str) -> Result<String, String> {
         .map_err(|error| error.to_string())
 }
 
+/// Reads a value, or `LO..HI`.
+pub(super) fn parse_range(text: &str) -> Result<(f64, f64), String> {
+    let (from, to) = text.split_once("..").unwrap_or((text, text));
+    let (from, to) = (request::parse_finite(from)?, request::parse_finite(to)?);
+    match from <= to {
+        true => Ok((from, to)),
+        false => Err("LO must not be above HI".into()),
+    }
+}
+
 pub(super) fn parse_resample(text: &str) -> Result<Resample, String> {
     request::parse_resample(text).map(|hertz| hertz.map_or(Resample::Native, Resample::Hertz))
 }

@@ -1,7 +1,7 @@
 //! A first gate file, from the recordings in a folder.
 
 use super::plan::is_recording;
-use crate::pipeline::{Control, Limits, Prepared, Request, Source};
+use crate::pipeline::{Control, Limits, Prepared, Request, Source, in_quotes};
 use latchgate_recording::error::{Error, Place};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -55,31 +55,49 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
     if paths.is_empty() {
         return Err(Error::empty("the folder holds no file", "recordings").at(Place::path(folder)));
     }
-    let reasons = control.try_map(&paths, |path| {
+    let looked = control.try_map(&paths, |path| {
         let source = Source::File(path.clone());
         let control = control.with_threads(1);
         control.unmeasured(|control| {
             match Prepared::open(&source, &Request::default(), limits, control) {
                 Ok(prepared) => {
-                    let mut findings = prepared.findings().iter();
-                    let doubt = findings.find(|finding| finding.code == "channel-not-lateral");
-                    Ok(doubt.map(|doubt| doubt.text.clone()))
+                    let finding = |code: &str| {
+                        let mut findings = prepared.findings().iter();
+                        findings.find(|finding| finding.code == code)
+                    };
+                    let doubt = finding("channel-not-lateral");
+                    Ok(Looked {
+                        doubt: doubt.map(|doubt| doubt.text.clone()),
+                        waits_for_place: finding("place").is_some(),
+                        waits_for_axis: prepared.is_across(),
+                    })
                 }
                 Err(refused) if refused.error.is_stopped() => Err(refused.error),
-                Err(refused) => Ok(Some(refused.error.to_string())),
+                Err(refused) => Ok(Looked {
+                    doubt: Some(refused.error.to_string()),
+                    ..Looked::default()
+                }),
             }
         })
     })?;
     let mut included = String::new();
-    let mut excluded: BTreeMap<String, String> = BTreeMap::new();
-    for (path, reason) in paths.iter().zip(reasons) {
+    let mut excluded: BTreeMap<String, (String, &str)> = BTreeMap::new();
+    let mut waiting: Vec<String> = Vec::new();
+    for (path, looked) in paths.iter().zip(looked) {
         let name = name_below(path, folder);
-        match reason {
+        match looked.doubt {
             None => {
                 let _ = writeln!(included, "    {},", in_quotes(&name));
+                waiting.extend(looked.waits_for_place.then_some(name));
             }
             Some(reason) => {
-                excluded.insert(name, reason);
+                let lines = match (looked.waits_for_place, looked.waits_for_axis) {
+                    (true, true) => "# transfer = \"LO..HI\"\n# accept = \"axis\"\n",
+                    (true, false) => "# transfer = \"LO..HI\"\n",
+                    (false, true) => "# accept = \"axis\"\n",
+                    (false, false) => "",
+                };
+                excluded.insert(name, (reason, lines));
             }
         }
     }
@@ -87,7 +105,10 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
         let all_of_it = format!("{}/**", name_below(report, folder));
         (
             all_of_it,
-            "the folder of a report: it holds a verdict.json".to_string(),
+            (
+                "the folder of a report: it holds a verdict.json".to_string(),
+                "",
+            ),
         )
     }));
     let mut out = String::from(HEAD);
@@ -96,26 +117,51 @@ pub fn first(folder: &Path, limits: &Limits, control: &Control<'_>) -> Result<St
             out,
             "\n[[recordings]]\nfiles = [\n{included}]\n# opens_when = \"negative\"\n"
         );
+        out.push_str(&transfer_line(&waiting));
     }
     if !excluded.is_empty() {
         out.push_str("\n# Not judged as they are; include those that a setting fixes:\n");
     }
-    for (name, reason) in excluded {
+    for (name, (reason, lines)) in excluded {
         let reason = reason.replace(|c: char| c.is_control(), " ");
         let name = in_quotes(&name);
-        let _ = write!(out, "#\n# {reason}\n# [[recordings]]\n# files = [{name}]\n");
+        let _ = write!(
+            out,
+            "#\n# {reason}\n# [[recordings]]\n# files = [{name}]\n{lines}"
+        );
     }
     out.push('\n');
     out.push_str(TAIL);
     Ok(out)
 }
 
-/// Writes a name as TOML has it.
-fn in_quotes(name: &str) -> String {
-    // TOML reads every escape of JSON. It also requires one for U+007F, which JSON does not make.
-    serde_json::Value::from(name)
-        .to_string()
-        .replace('\u{7f}', "\\u007F")
+/// What one look at a recording shows.
+#[derive(Default)]
+struct Looked {
+    /// Why it is not judged as it is.
+    doubt: Option<String>,
+    /// A pass waits for the factors from its sensor's place to the latch.
+    waits_for_place: bool,
+    /// Its channel is known not to be lateral.
+    waits_for_axis: bool,
+}
+
+/// Returns the line that the recordings wait for whose sensor is not known to be at door or latch.
+fn transfer_line(waiting: &[String]) -> String {
+    const NAMED: usize = 3;
+    if waiting.is_empty() {
+        return String::new();
+    }
+    let mut names: Vec<&str> = waiting.iter().map(String::as_str).take(NAMED).collect();
+    let further = format!("{} more", waiting.len().saturating_sub(NAMED));
+    if waiting.len() > NAMED {
+        names.push(&further);
+    }
+    let names = names.join(", ").replace(|c: char| c.is_control(), " ");
+    format!(
+        "# A pass waits for the factors from the sensor's place to the latch, of: {names}\n\
+         # transfer = \"LO..HI\"\n"
+    )
 }
 
 fn name_below(path: &Path, folder: &Path) -> String {

@@ -3,6 +3,7 @@
 use super::pairs::{COULD_NOT, Pair, PairStanding, severity};
 use crate::pipeline::{Answer, Design};
 use latchgate_recording::error::Error;
+use latchgate_report::escape;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::time::Duration;
@@ -247,9 +248,10 @@ impl GateSummary {
                     .iter()
                     .zip(lines)
                     .try_for_each(|(pair, numbers)| {
+                        let names = [&pair.recording, &pair.design].map(|name| escape::cell(name));
                         let words = [
-                            &*pair.recording,
-                            &*pair.design,
+                            &*names[0],
+                            &*names[1],
                             pair.required.name(),
                             pair.standing.name(),
                             pair.row.verdict.name(),

@@ -6,6 +6,7 @@ use crate::pipeline::{Answer, DecisionRow};
 use latchgate_document::number;
 use latchgate_report::angle::KnownPeak;
 use latchgate_report::{UNSEEN, escape, full_design};
+use latchgate_verdict::wording::percent_bound;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -299,9 +300,9 @@ fn share(row: &DecisionRow) -> Option<String> {
     let decides = distance > row.uncertainty_rad?;
     (!decides).then(|| {
         format!(
-            "{} to {} % of varied levers open; ",
-            number::plain(100.0 * share.low, 3),
-            number::plain(100.0 * share.high, 3)
+            "{} to {} % of levers and readings open; ",
+            percent_bound(share.low, f64::floor),
+            percent_bound(share.high, f64::ceil)
         )
     })
 }

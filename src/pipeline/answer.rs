@@ -1,7 +1,7 @@
 //! What is known of a recording and what was found, put together as a document.
 
 use latchgate_document::blocks::{
-    ConditioningBlock, Document, InPlaneBlock, RecordingBlock, RunBlock,
+    ConditioningBlock, Document, InPlaneBlock, RecordingBlock, RunBlock, TransferBlock,
 };
 use latchgate_document::identity;
 use latchgate_document::request::{PolaritySource, Request};
@@ -11,12 +11,12 @@ use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::card::CardPolarity;
 use latchgate_recording::error::Error;
 use latchgate_recording::setting::Setting;
-use latchgate_recording::{Card, Channel, Finding, Severity, Source, TestFacts};
+use latchgate_recording::{Card, Channel, Finding, SensorPlace, Severity, Source, TestFacts};
 use latchgate_verdict::conditioning::{self, Between, Conditioned, SecondSensor, cfc};
 use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::{
-    Answer, Assessment, DECISION_RULE, ErrorBudget, NOMINAL_DECISION_RULE, Polarity, Reason,
-    Screens, wording,
+    Answer, Assessment, ErrorBudget, NOMINAL_DECISION_RULE, Polarity, Reason, Screens,
+    decision_rule, wording,
 };
 use std::collections::BTreeMap;
 
@@ -29,6 +29,10 @@ pub(super) struct RecordingFacts {
     pub(super) findings: Vec<Finding>,
     pub(super) polarity: Polarity,
     pub(super) test: TestFacts,
+    /// Axis of the channel, X, Y or Z, where it is known.
+    pub(super) axis: Option<char>,
+    /// The card states the place of another channel of the file.
+    pub(super) is_sibling: bool,
 }
 
 impl RecordingFacts {
@@ -43,6 +47,8 @@ impl RecordingFacts {
             findings: Vec::new(),
             polarity: Polarity::Undeclared,
             test: TestFacts::default(),
+            axis: None,
+            is_sibling: false,
         };
         // Without a card, what the request declares holds.
         facts.declare(Card::default());
@@ -82,7 +88,12 @@ impl RecordingFacts {
             }
         }
         self.test = self.card.test.clone().or(channel.stated.test.clone());
+        let is_pulse = channel.pulse.is_some();
+        let axis = latchgate_recording::axis_of(channel).filter(|_| !is_pulse);
+        self.axis = axis.map(|axis| axis.letter);
+        let by_card = self.place_by_card();
         let block = &mut self.recording;
+        block.place = by_card.or(latchgate_recording::place_of(channel));
         block.channel = Some(channel.name.clone());
         block.unit = channel.unit;
         block.unit_source = Some(channel.unit_source.into());
@@ -92,6 +103,11 @@ impl RecordingFacts {
         block.start_s = Some(channel.start_s);
         block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
         Ok(())
+    }
+
+    /// Returns the place that the card states of this channel.
+    pub(super) fn place_by_card(&self) -> Option<SensorPlace> {
+        self.card.place.filter(|_| !self.is_sibling)
     }
 
     pub(super) fn report_id(&self, design: &Design) -> String {
@@ -193,9 +209,15 @@ pub(super) fn answered(
     conditioned: &Conditioned,
     design: &Design,
     assessment: Assessment,
+    transfer: Option<TransferBlock>,
 ) -> Document {
     let empty = empty(facts, Some(conditioned), design);
+    let decision_rule = match assessment.varied {
+        Some(_) => empty.decision_rule.clone(),
+        None => NOMINAL_DECISION_RULE.as_str().into(),
+    };
     Document {
+        decision_rule,
         verdict: assessment.answer,
         why: assessment.why,
         nominal: Some(assessment.nominal),
@@ -207,6 +229,7 @@ pub(super) fn answered(
         ensemble: assessment.ensemble,
         ensembles: assessment.ensembles,
         mechanism: assessment.mechanism,
+        transfer,
         what_if: assessment.what_if,
         filters: assessment.filters,
         error_budget_rad: assessment.budget,
@@ -279,6 +302,8 @@ fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Des
         sled206: None,
         in_plane: conditioned.and_then(|conditioned| in_plane(conditioned, facts.polarity, design)),
         mechanism: None,
+        transfer: None,
+        siblings: Vec::new(),
         what_if: Vec::new(),
         error_budget_rad: ErrorBudget::default(),
         screens: Screens::of(design, lone_signal(conditioned)),
@@ -290,7 +315,7 @@ fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Des
         decision_rule: if facts.request.members == 0 {
             NOMINAL_DECISION_RULE.as_str().into()
         } else {
-            DECISION_RULE.as_str().into()
+            decision_rule(&design.criterion).into()
         },
         test: facts.test.clone(),
         request: facts.request.clone(),

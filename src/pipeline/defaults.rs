@@ -172,7 +172,7 @@ impl Prepared {
         control: &Control<'_>,
     ) -> Result<Answer, Error> {
         let extras = AssessExtras {
-            detail: AssessDetail::Answer,
+            detail: AssessDetail::Decision,
             ..AssessExtras::default()
         };
         let findings = &self.facts.findings;

@@ -2,6 +2,7 @@
 
 use super::answer::{self, RecordingFacts};
 use super::candidates::{self, Offer};
+use super::place::{self, Decided};
 use latchgate_document::Document;
 use latchgate_document::blocks::RecordingBlock;
 use latchgate_document::request::Request;
@@ -19,7 +20,7 @@ use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::margin::{self, Advice, Quantity};
 use latchgate_verdict::readings::ReadingCache;
 use latchgate_verdict::sled;
-use latchgate_verdict::{Answer, Assessment, Evidence};
+use latchgate_verdict::{Answer, Assessment, Evidence, Policy};
 use std::fmt;
 use std::sync::Arc;
 
@@ -101,7 +102,7 @@ impl fmt::Display for Outcome {
 }
 
 /// A recording that could not be read or conditioned.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Refused {
     /// Why.
     pub error: Error,
@@ -129,6 +130,16 @@ impl Refused {
             offers: self.offers,
         }
     }
+
+    /// Notes which channel was asked for, where reading did not come so far.
+    pub(super) fn name_channel(&mut self, name: &str) {
+        let channel = &mut self.facts.recording.channel;
+        *channel = channel.take().or_else(|| Some(name.to_string()));
+    }
+
+    pub(super) fn facts_mut(&mut self) -> &mut RecordingFacts {
+        &mut self.facts
+    }
 }
 
 /// A recording that was read and conditioned as a request asks.
@@ -138,6 +149,8 @@ pub struct Prepared {
     pub(super) conditioned: Conditioned,
     /// Other readings of the samples, for every design.
     readings: Arc<ReadingCache>,
+    /// The other lateral channels of that side, where they are judged together.
+    pub(super) siblings: Arc<Vec<Result<Self, Box<Refused>>>>,
 }
 
 impl Prepared {
@@ -167,14 +180,32 @@ impl Prepared {
         limits: &Limits,
         control: &Control<'_>,
     ) -> Result<Self, Box<Refused>> {
-        let mut facts = RecordingFacts::new(request, source);
+        let facts = RecordingFacts::new(request, source);
+        let (mut prepared, siblings) = Self::open_one(source, facts, limits, control)?;
+        prepared.open_siblings(source, &siblings, limits, control)?;
+        Ok(prepared)
+    }
+
+    /// Reads and conditions one channel; returns the names of its siblings with it, where they are asked for.
+    pub(super) fn open_one(
+        source: &Source,
+        mut facts: RecordingFacts,
+        limits: &Limits,
+        control: &Control<'_>,
+    ) -> Result<(Self, Vec<String>), Box<Refused>> {
         let mut offers = Vec::new();
-        match read(source, limits, control, &mut facts, &mut offers) {
-            Ok(conditioned) => Ok(Self {
-                facts,
-                conditioned,
-                readings: Arc::default(),
-            }),
+        let mut siblings = Vec::new();
+        let asked = (&mut offers, &mut siblings);
+        match read(source, limits, control, &mut facts, asked) {
+            Ok(conditioned) => Ok((
+                Self {
+                    facts,
+                    conditioned,
+                    readings: Arc::default(),
+                    siblings: Arc::default(),
+                },
+                siblings,
+            )),
             Err(error) => {
                 if facts.recording.sha256.is_none() {
                     facts.recording.sha256 = source.sha256_within(limits.text_bytes);
@@ -210,6 +241,11 @@ impl Prepared {
         self.facts.report_id(design)
     }
 
+    /// Returns the other readings of its samples.
+    pub(super) fn readings(&self) -> &ReadingCache {
+        &self.readings
+    }
+
     /// Returns what was read.
     pub fn recording(&self) -> &RecordingBlock {
         &self.facts.recording
@@ -220,8 +256,34 @@ impl Prepared {
         &self.facts.findings
     }
 
-    /// Replays the lever of `design` and decides.
+    /// Replays the lever of `design` and decides, of every channel that is judged with this one.
     pub fn judge(&self, design: &Design, extras: Extras, control: &Control<'_>) -> Outcome {
+        if !self.facts.request.siblings {
+            return self.judge_alone(design, extras, control);
+        }
+        let mut outcome = self.judge_siblings(design, extras, control);
+        if extras.preload_answer && outcome.refusal.is_none() {
+            let advised =
+                control.unmeasured(|control| self.advise(design, &mut outcome.document, control));
+            if let Err(error) = advised {
+                return Outcome {
+                    document: answer::refused(&self.facts, None, design, &error),
+                    evidence: None,
+                    refusal: Some(error),
+                    offers: Vec::new(),
+                };
+            }
+        }
+        outcome
+    }
+
+    /// Replays the lever of `design` on this channel alone.
+    pub(super) fn judge_alone(
+        &self,
+        design: &Design,
+        extras: Extras,
+        control: &Control<'_>,
+    ) -> Outcome {
         // The search for a preload makes more runs than the verdict.
         let share = if extras.preload_answer { 0.3 } else { 1.0 };
         let assessed = control.during(0.0, share, |control| self.assess(design, extras, control));
@@ -261,9 +323,14 @@ impl Prepared {
             evidence: extras.evidence,
             ..latchgate_verdict::AssessExtras::default()
         };
-        let mut assessment = self.decide(design, own, control)?;
+        let Decided {
+            mut assessment,
+            conditioned,
+            transfer,
+        } = self.decide(design, own, control)?;
         let mut evidence = assessment.evidence.take();
-        let mut document = answer::answered(&self.facts, &self.conditioned, design, assessment);
+        let mut document =
+            answer::answered(&self.facts, &conditioned, design, assessment, transfer);
         if self.facts.request.sled206 {
             let checked = sled::check(&self.conditioned, &document.findings)
                 .map_err(|error| error.at(self.place()));
@@ -298,6 +365,8 @@ impl Prepared {
         Ok(())
     }
 
+    /// Returns the advice that holds for every channel that is judged, at every factor between the sensor's place
+    /// and the latch.
     fn advice(
         &self,
         quantity: Quantity,
@@ -305,17 +374,13 @@ impl Prepared {
         document: &Document,
         control: &Control<'_>,
     ) -> Result<Option<Advice>, Error> {
-        let RecordingFacts {
-            request,
-            findings,
-            polarity,
-            ..
-        } = &self.facts;
-        let policy = request.policy(*polarity);
+        let policy = self.facts.request.policy(self.facts.polarity);
         let Some(run) = &document.nominal else {
             return Ok(None);
         };
-        let mut runs = PRELOAD_RUNS * document.answers.len() as u64;
+        let factors = self.factors();
+        let mut runs = PRELOAD_RUNS * (document.answers.len() * factors.len()) as u64;
+        runs *= 1 + self.siblings.len() as u64;
         if design.catch.is_some() {
             runs *= CATCH_TIMES;
         }
@@ -324,25 +389,54 @@ impl Prepared {
         if runs.saturating_mul(run.work.counted().max(samples)) > policy.work {
             return Ok(None);
         }
+        let is_one = factors.len() == 1 && self.siblings.is_empty();
         // A verdict that waits for a person's word is asked anew, as if that had been said.
-        let passes = (document.verdict == Answer::Pass).then_some(true);
-        margin::advice(
-            quantity,
-            &self.conditioned,
-            findings,
-            design,
-            &policy,
-            passes,
-            control,
-        )
-        .map_err(|error| error.at(self.place()))
+        let passes = (is_one && document.verdict == Answer::Pass).then_some(true);
+        let mut advice: Option<Advice> = None;
+        let siblings = self.siblings.iter().map(Result::as_ref);
+        for prepared in std::iter::once(Ok(self)).chain(siblings) {
+            let Ok(prepared) = prepared else {
+                return Ok(None);
+            };
+            for factor in &factors {
+                let found = margin::advice(
+                    quantity,
+                    &prepared.at_factor(*factor).conditioned,
+                    &prepared.facts.findings,
+                    design,
+                    &policy,
+                    passes,
+                    control,
+                );
+                let found = found.map_err(|error| error.at(prepared.place()))?;
+                let Some(found) = found else {
+                    return Ok(None);
+                };
+                advice = Some(match advice {
+                    Some(before) => place::stricter(quantity, before, found),
+                    None => found,
+                });
+            }
+        }
+        Ok(advice)
     }
 
-    /// Decides by the whole rule.
-    pub(super) fn decide(
+    /// Returns the same recording with other samples.
+    pub(super) fn with_samples(&self, conditioned: Conditioned) -> Self {
+        Self {
+            facts: self.facts.clone(),
+            conditioned,
+            readings: Arc::default(),
+            siblings: Arc::default(),
+        }
+    }
+
+    /// Decides by the whole rule, the samples being the acceleration at the latch, with so much `work`.
+    pub(super) fn decide_at_latch(
         &self,
         design: &Design,
         extras: latchgate_verdict::AssessExtras,
+        work: u64,
         control: &Control<'_>,
     ) -> Result<Assessment, Error> {
         let RecordingFacts {
@@ -354,12 +448,14 @@ impl Prepared {
         request.check_design(design)?;
         self.check_second_axis(design)
             .map_err(|error| error.at(self.place()))?;
-        let policy = request.policy(*polarity);
+        let policy = Policy {
+            work,
+            ..request.policy(*polarity)
+        };
         let (conditioned, own) = (&self.conditioned, (extras, &*self.readings));
         assess_again(conditioned, findings, design, &policy, own, control)
             .and_then(|mut assessment| {
                 self.hold_against_defaults(design, &mut assessment, control)?;
-                assessment.wait_for_word(findings);
                 Ok(assessment)
             })
             .map_err(|error| error.at(self.place()))
@@ -381,7 +477,7 @@ impl Prepared {
         }
     }
 
-    fn place(&self) -> Place {
+    pub(super) fn place(&self) -> Place {
         let place = Place::file(self.facts.recording.file.clone());
         match &self.facts.recording.channel {
             Some(channel) => place.channel(channel.clone()),
@@ -396,7 +492,7 @@ fn read(
     limits: &Limits,
     control: &Control<'_>,
     facts: &mut RecordingFacts,
-    offers: &mut Vec<Offer>,
+    (offers, siblings): (&mut Vec<Offer>, &mut Vec<String>),
 ) -> Result<Conditioned, Error> {
     facts.request.check()?;
     let limits = &facts.request.limits(limits)?;
@@ -413,6 +509,9 @@ fn read(
     control.check()?;
     let recording = chosen.inspect_err(|error| {
         let channels = every.as_ref().map_or(&[][..], |every| &every.channels);
+        let by_card = facts.place_by_card();
+        let only = channels.first().filter(|_| channels.len() == 1);
+        facts.recording.place = by_card.or(only.and_then(latchgate_recording::place_of));
         *offers = candidates::offers(error, channels);
     })?;
     let several = options.channel.is_some()
@@ -434,7 +533,14 @@ fn read(
         .describe(&channel)
         .map_err(|error| error.at(Place::file(source.name())))?;
     facts.findings.extend(channel.findings.iter().cloned());
+    let of_place = place::findings(facts, &channel);
+    facts.findings.extend(of_place);
     let every = every.as_ref().map(|every| every.channels.as_slice());
+    if facts.request.siblings {
+        let channels = every.map_err(Clone::clone)?.iter();
+        let others = channels.filter(|other| latchgate_recording::is_sibling(&channel, other));
+        siblings.extend(others.map(|other| other.name.clone()));
+    }
     facts.findings.extend(neighbours(&channel, every, several));
     let options = facts.request.conditioning_options(&facts.card);
     let mut conditioned = conditioning::condition(&channel, &options)

@@ -1,6 +1,7 @@
 //! A row: the decision of one recording and one design, and no more than it takes to show it.
 
 use super::answer;
+use super::place::Decided;
 use super::prepared::{Prepared, Refused};
 use latchgate_document::Document;
 use latchgate_kernel::model::Design;
@@ -76,15 +77,31 @@ impl Prepared {
     /// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work. Anything else that leaves
     /// nothing to judge is a row that says `unusable`.
     pub fn row(&self, design: &Design, control: &Control<'_>) -> Result<DecisionRow, Error> {
+        match self.facts.request.siblings {
+            true => self.row_of_siblings(design, control),
+            false => self.row_alone(design, control),
+        }
+    }
+
+    /// Decides on this channel alone.
+    pub(super) fn row_alone(
+        &self,
+        design: &Design,
+        control: &Control<'_>,
+    ) -> Result<DecisionRow, Error> {
         let extras = AssessExtras {
             detail: AssessDetail::Decision,
             ..AssessExtras::default()
         };
-        let conditioned = &self.conditioned;
+        let facts = &self.facts;
         let document = match self.decide(design, extras, control) {
-            Ok(assessment) => answer::answered(&self.facts, conditioned, design, assessment),
+            Ok(Decided {
+                assessment,
+                conditioned,
+                transfer,
+            }) => answer::answered(facts, &conditioned, design, assessment, transfer),
             Err(error) if error.is_stopped() => return Err(error),
-            Err(error) => answer::refused(&self.facts, Some(conditioned), design, &error),
+            Err(error) => answer::refused(facts, Some(&self.conditioned), design, &error),
         };
         Ok(DecisionRow::of(&document))
     }

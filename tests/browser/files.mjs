@@ -1,30 +1,17 @@
 // The pages that lie in files, as a browser shows them: report, margin, two verdicts compared, gate. On a desk
 // in light and dark, and on a phone; checked for accessibility, without any request, complete without scripts.
 //
-//     tests/browser/run      needs Node.js, Chromium, and latchgate as built
-//
 // Pictures are written to target/browser/.
 
-import { spawnSync } from 'node:child_process';
 import { strict as assert } from 'node:assert';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
-import { chromium, devices } from 'playwright-core';
+import { devices } from 'playwright-core';
+import { barriers, latchgate as run, launched, openFile, pictures, root } from './common.mjs';
 
-const root = process.env.LATCHGATE_ROOT;
-const program = process.env.LATCHGATE || path.join(root, 'target/debug/latchgate');
-const browserPath = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find((file) => file && existsSync(file));
-const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
-const pictures = path.join(root, 'target/browser');
-mkdirSync(pictures, { recursive: true });
 const folder = mkdtempSync(path.join(tmpdir(), 'latchgate-files-'));
-
-function latchgate(code, ...words) {
-  const done = spawnSync(program, words, { cwd: folder, encoding: 'utf8' });
-  assert.equal(done.status, code, `${words.join(' ')}\n${done.stdout}${done.stderr}`);
-}
+const latchgate = (code, ...words) => run(folder, code, ...words);
 
 const burst = path.join(root, 'signals/burst.csv');
 latchgate(1, 'replay', burst, '--out', 'fail');
@@ -43,17 +30,8 @@ const pages = {
   margin: 'margin/margin.html', compare: 'compare/compare.html', gate: 'gate/index.html',
 };
 
-const browser = await chromium.launch({ executablePath: browserPath, args: ['--no-sandbox', '--host-resolver-rules=MAP * ~NOTFOUND'] });
-
-async function open(context, file) {
-  const page = await context.newPage();
-  const odd = [];
-  page.on('request', (request) => { if (!/^(file|data|blob):/.test(request.url())) odd.push(request.url()); });
-  page.on('console', (message) => { if (message.type() === 'error') odd.push(message.text()); });
-  page.on('pageerror', (error) => odd.push(String(error)));
-  await page.goto(`file://${path.join(folder, file)}`);
-  return { page, odd };
-}
+const browser = await launched();
+const open = (context, file) => openFile(context, path.join(folder, file));
 
 const views = {
   light: { colorScheme: 'light', viewport: { width: 1200, height: 900 } },
@@ -64,10 +42,7 @@ for (const [view, options] of Object.entries(views)) {
   const context = await browser.newContext(options);
   for (const [name, file] of Object.entries(pages)) {
     const { page, odd } = await open(context, file);
-    await page.evaluate(axe);
-    const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ['violations'] }));
-    const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
-    assert.deepEqual(told, [], `${view}, ${name}: accessibility`);
+    assert.deepEqual(await barriers(page), [], `${view}, ${name}: accessibility`);
     const [wide, shown] = await page.evaluate(() => [document.documentElement.scrollWidth, window.innerWidth]);
     assert.ok(wide <= shown, `${view}, ${name}: the page is ${wide} wide, the window ${shown}`);
     const spilt = await page.evaluate(() => [...document.querySelectorAll('table')]

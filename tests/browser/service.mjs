@@ -2,28 +2,19 @@
 // download, what-if, compare, paper, phone, signing in and out; in light and dark, checked for accessibility,
 // without any request elsewhere.
 //
-//     tests/browser/run      needs Node.js, Chromium, and latchgate-serve as built
-//
 // Pictures are written to target/browser/.
 
 import { execFileSync, spawn } from 'node:child_process';
 import { strict as assert } from 'node:assert';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { createRequire } from 'node:module';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
-import { chromium } from 'playwright-core';
+import { barriers, latchgateProgram, launched, pictures, root, serviceProgram } from './common.mjs';
 
-const root = process.env.LATCHGATE_ROOT;
-const program = process.env.LATCHGATE_SERVE || path.join(root, 'target/debug/latchgate-serve');
-const browserPath = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find((file) => file && existsSync(file));
-const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
-const pictures = path.join(root, 'target/browser');
-mkdirSync(pictures, { recursive: true });
 // Starts a service on a folder of its own.
 async function started() {
   const data = mkdtempSync(path.join(tmpdir(), 'latchgate-browser-'));
-  const child = spawn(program, ['--listen', '127.0.0.1:0', '--data', data, '--set', 'log=warn'], { stdio: ['ignore', 'pipe', 'inherit'] });
+  const child = spawn(serviceProgram, ['--listen', '127.0.0.1:0', '--data', data, '--set', 'log=warn'], { stdio: ['ignore', 'pipe', 'inherit'] });
   const address = await new Promise((resolve, reject) => {
     child.stdout.once('data', (text) => resolve(String(text).match(/http:\/\/[^/]+/)[0]));
     child.once('exit', () => reject(new Error('the service did not start')));
@@ -37,13 +28,10 @@ async function started() {
 }
 const service = await started();
 const base = service.address;
-const browser = await chromium.launch({ executablePath: browserPath, args: ['--no-sandbox', '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1'] });
+const browser = await launched();
 
 async function look(page, name) {
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ['violations'] }));
-  const told = violations.map((one) => `${one.id}: ${one.nodes.map((node) => node.html).slice(0, 3).join(' | ')}`);
-  assert.deepEqual(told, [], `${name}: accessibility`);
+  assert.deepEqual(await barriers(page), [], `${name}: accessibility`);
   await page.screenshot({ path: path.join(pictures, `service-${name}.png`), fullPage: true });
 }
 
@@ -68,8 +56,7 @@ async function sameByEveryDoor(page, report) {
   const served = await ask('/v1/verdicts?wait=60', 'application/json', JSON.stringify({ recording, set: ['lever.preload_torque_nm=2.5'] }));
   const out = mkdtempSync(path.join(tmpdir(), 'latchgate-door-'));
   try {
-    const cli = path.join(path.dirname(program), 'latchgate');
-    execFileSync(cli, ['replay', path.join(root, 'signals/burst.csv'), '--set', 'lever.preload_torque_nm=2.5', '--out', path.join(out, 'report')], { stdio: 'pipe' });
+    execFileSync(latchgateProgram, ['replay', path.join(root, 'signals/burst.csv'), '--set', 'lever.preload_torque_nm=2.5', '--out', path.join(out, 'report')], { stdio: 'pipe' });
   } catch (error) { assert([1, 3].includes(error.status), String(error.stderr)); }
   const written = readFileSync(path.join(out, 'report/verdict.json'), 'utf8');
   rmSync(out, { recursive: true });
@@ -366,7 +353,7 @@ async function deletion(page) {
 // Who signs in is named on every page and may leave; a wrong token leaves the field there.
 async function signing() {
   const closed = await started();
-  const token = String(execFileSync(program, ['token', 'create', 'lab', '--scopes', 'read,submit', '--data', closed.data])).match(/lg_[0-9a-f]+/)[0];
+  const token = String(execFileSync(serviceProgram, ['token', 'create', 'lab', '--scopes', 'read,submit', '--data', closed.data])).match(/lg_[0-9a-f]+/)[0];
   const page = await browser.newPage();
   await page.waitForTimeout(1100);
   await page.goto(closed.address);

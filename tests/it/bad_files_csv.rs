@@ -517,7 +517,7 @@ fn val_bad_choice() {
         "time_s,p,q\n0.0,1,2\n0.1,4,5\n",
         &in_g(),
         "",
-        "each with its doubt: p (`p`), q (`q`)",
+        "each with its doubt: p (`p` is no known word), q (`q` is no known word)",
     );
     check_refused(
         "time_s\n0.0\n0.1\n",

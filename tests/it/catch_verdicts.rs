@@ -6,6 +6,7 @@ use crate::support::{Done, Folder, finish, latchgate, program};
 use latchgate_document::design_file::from_toml;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::model::tolerance::Tolerance;
 use latchgate_kernel::pulse::{Pulse, Vertex};
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions};
 use latchgate_kernel::replay::{self, RunOptions};
@@ -19,6 +20,7 @@ use std::fs;
 /// The design of the study, as a file.
 const DESIGN: &str = "\
 name = \"with a catch\"
+base = \"paper\"
 [lever]
 preload_torque_nm = 1.0
 [catch]
@@ -35,6 +37,9 @@ end_stop_restitution = 0.4
 engagement_restitution = 0.3
 reversible = true
 ";
+
+/// That levers made by it do not differ, which a pass needs to be told.
+const ALIKE: &str = "[tolerance]\npreload_torque_nm = 0\nmass_kg = 0\nrestitution = 0.02\n";
 
 /// Two trapezoids of −40 g and 12 ms each, this far apart [ms], as a pulse's word.
 fn two_pulses(gap_ms: f64) -> String {
@@ -86,7 +91,7 @@ fn verif_two_pulses_are_judged_by_what_the_catch_does() {
         ),
     ];
     for (name, design, gap_ms, expected) in cases {
-        let done = replayed(&folder, &design, &two_pulses(gap_ms), &NOMINAL);
+        let done = replayed(&folder, &(design + ALIKE), &two_pulses(gap_ms), &NOMINAL);
         let document = done.document();
         assert_eq!(document["verdict"], expected, "{name}: {}", document["why"]);
         let mechanism = &document["mechanism"];
@@ -143,7 +148,9 @@ fn verif_members_beside_a_catch_agree_with_the_scalar_kernel() {
         ("catch.lever_angle_rad", 0.004),
         ("preload_torque_nm", 0.1),
     ] {
-        design.tolerance.insert(key.into(), deviation);
+        design
+            .tolerance
+            .insert(key.into(), Tolerance::Deviation(deviation));
     }
     design.validate().unwrap();
     let scatter = Scatter::new(&design, 0.0, 1).unwrap();
@@ -349,7 +356,7 @@ reversible = true
     let points = "0:0/1.7:-58.489/6.7:-36.985/9.35:-23.513/12.15:-20.027/23.65:-16.877/27.55:-27.339/30.8:-14.795/37.25:-26.219/46.15:-23.143/46.5:0";
     let pulse = format!("pulse:polyline,points={points},unit=g,rate=20kHz,tail=200ms");
     let folder = Folder::new("catch-let-go");
-    let document = replayed(&folder, design, &pulse, &NOMINAL).document();
+    let document = replayed(&folder, &(design.to_string() + ALIKE), &pulse, &NOMINAL).document();
     assert_eq!(document["verdict"], "pass", "{}", document["why"]);
     let peak = document["nominal"]["peak_angle_rad"].as_f64().unwrap();
     assert!((peak - 0.081_334_032_9).abs() < 1e-9, "{peak}");
@@ -412,8 +419,8 @@ fn verif_a_catch_whose_numbers_do_not_promise_to_hold_is_told() {
 fn verif_a_gate_judges_with_and_without_the_catch() {
     let folder = Folder::new("catch-gate");
     let (lever, _) = DESIGN.split_once("[catch]").unwrap();
-    folder.write("catch.toml", DESIGN);
-    folder.write("lever.toml", lever.replace("with a catch", "alone"));
+    folder.write("catch.toml", DESIGN.to_string() + ALIKE);
+    folder.write("lever.toml", lever.replace("with a catch", "alone") + ALIKE);
     let pulse = two_pulses(60.0);
     let gate = format!(
         "[[recordings]]\nfiles = [\"{pulse}\"]\nopens_when = \"negative\"\nmembers = 128\n\
@@ -495,7 +502,7 @@ fn verif_the_study_of_the_catch_finds_where_the_record_opens() {
     ] {
         assert_eq!(row_at(gap_s).split(',').nth(5), Some(expected), "{gap_s}");
     }
-    let lever = folder.write("lever.toml", "name = \"lever\"\n");
+    let lever = folder.write("lever.toml", "name = \"lever\"\nbase = \"paper\"\n");
     let refused = latchgate(&["study", "catch", "--design", &lever]);
     assert_eq!(refused.code, 4);
     assert!(refused.err.contains("[catch]"), "{}", refused.err);

@@ -9,8 +9,8 @@ mod settings;
 mod slips;
 
 use crate::support::{
-    Done, Folder, data, fed, finish, half_sine, latchgate, program, signal_file, table, weak,
-    without_run,
+    Done, Folder, advised, data, fed, finish, half_sine, latchgate, program, signal_file, table,
+    weak, without_run,
 };
 use serde_json::Value;
 use std::fs;
@@ -39,7 +39,15 @@ fn cli_every_answer_has_its_exit_code() {
     let held = folder.write("held.csv", table(|t| half_sine(t, 0.0, 0.03, 12.0)));
     check_verdict(&["replay", &signal_file("surviving.csv")], 0, "pass");
     check_verdict(&["replay", &signal_file("burst.csv")], 1, "fail");
-    check_verdict(&["replay", &held, "--opens-when", "negative"], 0, "pass");
+    let told = [
+        "replay",
+        &held,
+        "--opens-when",
+        "negative",
+        "--transfer",
+        "1",
+    ];
+    check_verdict(&told, 0, "pass");
     check_verdict(&["replay", &held, "--opens-when", "positive"], 1, "fail");
     check_verdict(&["replay", &held, "--opens-when", "both"], 1, "fail");
     let document = check_verdict(&["replay", &held], 3, "undecided");
@@ -55,7 +63,7 @@ fn cli_every_option_reaches_the_verdict() {
     let folder = Folder::new("options");
     let design = folder.write(
         "d.toml",
-        "name = \"mine\"\n[lever]\npreload_torque_nm = 0.2\n",
+        "name = \"mine\"\nbase = \"paper\"\n[lever]\npreload_torque_nm = 0.2\n[tolerance]\npreload_torque_nm = 0\nmass_kg = 0\nrestitution = 0.02\n",
     );
     let plain = folder.write("plain.csv", table(weak));
     let in_ms = folder.write(
@@ -72,7 +80,14 @@ fn cli_every_option_reaches_the_verdict() {
         }),
     );
     let mcap = signal_file("burst_imu.mcap");
-    let negative: &[&str] = &["--opens-when", "negative"];
+    let negative: &[&str] = &[
+        "--opens-when",
+        "negative",
+        "--transfer",
+        "1",
+        "--accept",
+        "noise",
+    ];
     let check = |file: &str, options: &[&str], pointer: &str, expected: Value| {
         let arguments = [
             &["replay", file, "--no-report", "--format", "json"],

@@ -244,6 +244,57 @@ fn verif_a_channel_without_noise_is_named() {
     );
 }
 
+/// A spectrum of fewer than 200 quiet samples is coarse; of 238 before 1 ms ahead of contact, few left out leave enough.
+#[test]
+fn verif_a_short_quiet_stretch_is_named() {
+    for (left_out, said) in [(20_u16, false), (60, true)] {
+        let mut record = recorded(LOUD, &made(LOUD));
+        record.samples.drain(..usize::from(left_out));
+        record.start_s += f64::from(left_out) / record.rate.hertz();
+        let found = findings(&record, &ConditioningOptions::default());
+        let codes: Vec<&str> = found.iter().map(|one| &*one.code).collect();
+        assert_eq!(
+            codes.contains(&"noise-short"),
+            said,
+            "{left_out}: {codes:?}"
+        );
+    }
+}
+
+/// A stretch too short for the sensor's zero still shows one order of its noise with 20 samples; fewer, or none, show
+/// nothing, and a pass waits for a person's word.
+#[test]
+fn verif_a_lost_quiet_stretch_needs_a_word() {
+    for (left, code, needs_word) in [
+        (20, "noise-short", false),
+        (19, "noise-unknown", true),
+        (0, "noise-unknown", true),
+    ] {
+        let mut record = recorded(LOUD, &made(LOUD));
+        let before = -1e-3 - record.start_s;
+        let quiet = (before * record.rate.hertz() + 0.01).floor() as usize + 1;
+        record.samples.drain(..quiet - left);
+        record.start_s += (quiet - left) as f64 / record.rate.hertz();
+        for accepted in [false, true] {
+            let options = ConditioningOptions {
+                noise_accepted: accepted,
+                ..ConditioningOptions::default()
+            };
+            let found = findings(&record, &options);
+            let of_noise: Vec<(&str, bool)> = found
+                .iter()
+                .filter(|one| one.code.starts_with("noise-"))
+                .map(|one| (&*one.code, one.needs_word))
+                .collect();
+            let expected = match (needs_word, accepted) {
+                (true, true) => ("noise-accepted", false),
+                _ => (code, needs_word),
+            };
+            assert_eq!(of_noise, [expected], "{left}, {accepted}");
+        }
+    }
+}
+
 fn judged(signal: &Signal) -> DamageAnswer {
     let channel = Channel {
         name: "damaged".into(),

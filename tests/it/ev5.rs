@@ -169,6 +169,38 @@ fn val_the_stated_clock_is_preferred_to_rounded_stamps() {
     assert_eq!(moved.start_s, channel.start_s - 0.001);
 }
 
+/// Every stamp counts against the header's clock, the first and the last as well: one that is off by more than
+/// its last digit and a hundredth of the interval, to either side, takes the header's clock away, and is told.
+#[test]
+fn verif_each_stamp_is_compared_with_the_stated_clock() {
+    let folder = Folder::new("ev5-each-stamp");
+    folder.file("v1.EV5", header(&[PLAIN]));
+    for index in [0, 1, 200, 398, 399] {
+        for (off_us, is_told) in [(0, false), (1, false), (20, true), (-20, true)] {
+            let whole = curve(-40, 400, 5e-5);
+            let mut lines: Vec<String> = whole.lines().map(String::from).collect();
+            let (stamp, value) = lines[index].split_once('\t').unwrap();
+            let stamp_s = stamp.parse::<f64>().unwrap() + f64::from(off_us) * 1e-6;
+            lines[index] = format!("{stamp_s:.6}\t{value}");
+            let path = folder.file("v1.007", lines.join("\n") + "\n");
+            let (channel, findings) = one(&path, &ReadOptions::default());
+            let of_time = |code: &str| code.starts_with("time-");
+            let told = findings.iter().any(|one| of_time(&one.code));
+            assert_eq!(
+                told, is_told,
+                "stamp {index} off by {off_us} µs: {findings:?}"
+            );
+            if !is_told {
+                assert_eq!(channel.rate.hertz(), 20_000.0);
+            }
+        }
+    }
+    // A start that is five samples off is another clock, though the rates are the same.
+    let path = folder.file("v1.007", curve(-35, 400, 5e-5));
+    let (_, findings) = one(&path, &ReadOptions::default());
+    check_at(&findings, "time-contradicted", None);
+}
+
 #[track_caller]
 fn check_blocking(line: Line, expected: &[(&str, Option<f64>)]) {
     let (folder, _) = test_of("ev5-word", &[line]);

@@ -355,6 +355,8 @@ fn check_answered(folder: &Folder, style: &Style, index: usize, text: &[u8], var
         "0",
         "--accept",
         "clock",
+        "--transfer",
+        "1",
     ]
     .map(String::from)
     .to_vec();

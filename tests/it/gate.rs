@@ -5,7 +5,7 @@ mod outputs;
 mod rows;
 mod store;
 
-use crate::support::{Done, Folder, finish, half_sine, program, table, weak};
+use crate::support::{Done, Folder, at_door, finish, half_sine, program, table, weak};
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
@@ -39,12 +39,15 @@ pub(crate) fn without_times(text: &str) -> String {
 impl Yard {
     pub(crate) fn new(name: &str) -> Self {
         let folder = Folder::new(&format!("gate-{name}"));
-        folder.write("pass.csv", table(weak));
-        folder.write("fail.csv", table(strong));
-        folder.write("doubt.csv", table(doubtful));
-        folder.write("clipped.csv", table(weak));
+        folder.write("pass.csv", at_door(&table(weak)));
+        folder.write("fail.csv", at_door(&table(strong)));
+        folder.write("doubt.csv", at_door(&table(doubtful)));
+        folder.write("clipped.csv", at_door(&table(weak)));
         folder.write("clipped.csv.toml", "range_g = 5\n");
-        folder.write("designs/stiff.toml", "[lever]\npreload_torque_nm = 9\n");
+        folder.write(
+            "designs/stiff.toml",
+            "base = \"paper\"\n[lever]\npreload_torque_nm = 9\n",
+        );
         Self { folder }
     }
 

@@ -12,7 +12,8 @@ use std::fs;
 fn design(angle_deg: f64) -> String {
     let (sine, cosine) = libm::sincos(angle_deg.to_radians());
     format!(
-        "name = \"handle\"\n[lever]\naxis = [0.0, 0.0, 1.0]\ncenter_of_mass = [{}, {}, 0.0]\n",
+        "name = \"handle\"\nbase = \"paper\"\n[lever]\naxis = [0.0, 0.0, 1.0]\ncenter_of_mass = [{}, {}, 0.0]\n\
+         [tolerance]\npreload_torque_nm = 0\nmass_kg = 0\n",
         -0.065 * cosine,
         -0.065 * sine
     )
@@ -329,7 +330,7 @@ fn verif_what_is_no_second_channel_is_refused() {
         (
             "no axis",
             table(-5.0, 0.0),
-            "name = \"lever\"\n".into(),
+            "name = \"lever\"\nbase = \"paper\"\n".into(),
             beside,
             "lever.axis",
         ),

@@ -74,7 +74,10 @@ fn cli_inspect_doubts_another_axis() {
     let document = inspected("axis", &text, &[]);
     assert!(document["replay"]["channel"].is_null(), "{document}");
     let reason = document["replay"]["reason"].as_str().unwrap();
-    assert!(reason.contains("acc_x_g (`x`)"), "{reason}");
+    assert!(
+        reason.contains("acc_x_g (`x` names the X axis)"),
+        "{reason}"
+    );
     let asked = inspected("axis-asked", &text, &["--channel", "acc_x_g"]);
     assert_eq!(asked["replay"]["channel"], "acc_x_g");
     let reason = asked["replay"]["reason"].as_str().unwrap();
@@ -83,7 +86,7 @@ fn cli_inspect_doubts_another_axis() {
         "{reason}"
     );
     assert!(
-        reason.ends_with("structure: `x`. Check the channel"),
+        reason.ends_with("structure: `x` names the X axis. Check the channel"),
         "{reason}"
     );
 }

@@ -167,7 +167,7 @@ fn val_every_dialect_gives_the_same_samples() {
             delta: "1.0",
             ..PLAIN
         },
-        &["rate-contradicted"],
+        &["time-differs"],
     );
 }
 
@@ -346,7 +346,7 @@ fn val_real_files() {
     check_codes(
         &irregular.channels[0].findings,
         Severity::Warning,
-        &["count-contradicted", "rate-contradicted", "time-irregular"],
+        &["count-contradicted", "time-differs", "time-irregular"],
     );
     check_codes(
         &irregular.findings,

@@ -1,7 +1,10 @@
 //! MCAP messages of other encodings than CDR, types of our users' own, and the official
 //! conformance files.
 
-use crate::mcap::{MAGIC, channel, file, lateral, message, options, record, schema};
+use crate::mcap::{
+    MAGIC, block, channel, described, double, file, lateral, message, message_type, options,
+    schema, schema_of_bytes, whole,
+};
 use crate::support::{check_codes, data};
 use latchgate_kernel::units::AccelerationUnit;
 use latchgate_recording::error::ErrorKind;
@@ -97,59 +100,6 @@ fn val_ros1_imu() {
 
 // ---------------------------------------------------------------- protobuf
 
-fn varint(mut value: u64) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    while value >= 0x80 {
-        bytes.push((value & 0x7F) as u8 | 0x80);
-        value >>= 7;
-    }
-    bytes.push(value as u8);
-    bytes
-}
-
-pub(crate) fn block(number: u64, content: &[u8]) -> Vec<u8> {
-    [
-        varint(number << 3 | 2),
-        varint(content.len() as u64),
-        content.to_vec(),
-    ]
-    .concat()
-}
-
-pub(crate) fn whole(number: u64, value: u64) -> Vec<u8> {
-    [varint(number << 3), varint(value)].concat()
-}
-
-pub(crate) fn double(number: u64, value: f64) -> Vec<u8> {
-    [varint(number << 3 | 1), value.to_le_bytes().to_vec()].concat()
-}
-
-/// A field of a descriptor: name, number, label, type, type name.
-pub(crate) fn described(
-    name: &str,
-    number: u64,
-    label: u64,
-    kind: u64,
-    type_name: &str,
-) -> Vec<u8> {
-    let mut field = [
-        block(1, name.as_bytes()),
-        whole(3, number),
-        whole(4, label),
-        whole(5, kind),
-    ]
-    .concat();
-    if !type_name.is_empty() {
-        field.extend(block(6, type_name.as_bytes()));
-    }
-    block(2, &field)
-}
-
-pub(crate) fn message_type(name: &str, fields: &[Vec<u8>]) -> Vec<u8> {
-    block(4, &[block(1, name.as_bytes()), fields.concat()].concat())
-}
-
-/// `lab.Crash { Timestamp stamp = 1; Vector accel = 3; repeated double raw = 5; }`
 fn descriptor_set(syntax: &str) -> Vec<u8> {
     let timestamp = [
         block(1, b"google/protobuf/timestamp.proto"),
@@ -188,25 +138,6 @@ fn descriptor_set(syntax: &str) -> Vec<u8> {
     ]
     .concat();
     [block(1, &timestamp), block(1, &own)].concat()
-}
-
-pub(crate) fn schema_of_bytes(id: u16, name: &str, encoding: &str, data: &[u8]) -> Vec<u8> {
-    let text = |text: &str| {
-        [
-            (text.len() as u32).to_le_bytes().to_vec(),
-            text.as_bytes().to_vec(),
-        ]
-        .concat()
-    };
-    let body = [
-        id.to_le_bytes().to_vec(),
-        text(name),
-        text(encoding),
-        (data.len() as u32).to_le_bytes().to_vec(),
-        data.to_vec(),
-    ]
-    .concat();
-    record(3, &body)
 }
 
 fn crash(index: usize, vector: &[u8]) -> Vec<u8> {

@@ -2,7 +2,7 @@
 
 use crate::csv::read_table;
 use crate::support::with_channel;
-use latchgate_recording::Selection;
+use latchgate_recording::{ReadOptions, Selection, Severity};
 
 /// What rows above the names state of a column: filters, full scale, code, sensor and test.
 #[test]
@@ -61,5 +61,47 @@ fn val_rows_above_the_names_state_what_they_say() {
         (test.laboratory, "X"),
     ] {
         assert_eq!(found.as_deref(), Some(expected));
+    }
+}
+
+/// Rows that are missing by the count above the names: with stamps they are those after the last one, without
+/// stamps they may be missing anywhere.
+#[test]
+fn verif_missing_rows_without_stamps_block_everything() {
+    let table = |count: usize, stamp: fn(u32) -> String, names: &str| {
+        let rows = (0..20).map(|row| format!("{}{}\n", stamp(row), row % 7));
+        let rows: String = rows.collect();
+        format!("Test,7\nNumber of samples,{count}\n{names}\n{rows}")
+    };
+    let stamped = |count| {
+        let stamp = |row| format!("{:.4},", f64::from(row) / 1e4);
+        (table(count, stamp, "time_s,acc y (g)"), None)
+    };
+    let by_rate = |count| {
+        let stamp = |_| String::from("5,");
+        (table(count, stamp, "acc z (g),acc y (g)"), Some(1e4))
+    };
+    for ((text, rate_hz), expected) in [
+        (stamped(20), None),
+        (stamped(21), Some(Some(19.0 / 1e4))),
+        (stamped(400), Some(Some(19.0 / 1e4))),
+        (by_rate(20), None),
+        (by_rate(21), Some(None)),
+        (by_rate(400), Some(None)),
+    ] {
+        let options = ReadOptions {
+            rate_hz,
+            header_line: Some(3),
+            ..with_channel("acc y (g)")
+        };
+        let read = read_table(text.as_str(), &options, Selection::Lateral).unwrap();
+        let channel = &read.channels[0];
+        let missing = channel.findings.iter().chain(&read.findings);
+        let mut missing = missing.filter(|one| one.code == "samples-missing");
+        let found = missing.next().map(|one| {
+            assert_eq!(one.severity, Severity::Blocking);
+            one.at_s
+        });
+        assert_eq!(found, expected, "{text}");
     }
 }

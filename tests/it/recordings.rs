@@ -104,7 +104,10 @@ const ALL: &[Real] = &[
     ),
     refused(
         "lvm_short.lvm",
-        &["no channel is clearly", "Response (Trigger) (`response`)"],
+        &[
+            "no channel is clearly",
+            "Response (Trigger) (`response` is no known word)",
+        ],
     ),
     Real {
         name: "lvm_no_decimal_separator.lvm",
@@ -118,7 +121,10 @@ const ALL: &[Real] = &[
     ),
     refused(
         "lvm_with_empty_fields.lvm",
-        &["no channel is clearly", "Dev0/Ai0 (`dev0`)"],
+        &[
+            "no channel is clearly",
+            "Dev0/Ai0 (`dev0` is no known word)",
+        ],
     ),
 ];
 

@@ -94,6 +94,20 @@ fn cli_a_bias_from_the_event_does_not_let_a_recording_pass() {
         assert_ne!(document["verdict"], "pass", "{}", done.out);
         assert!(codes(&document, "findings").contains(&"bias-window-doubtful".into()));
     }
+    // A window before contact that holds a vibration is no better, however small its mean: left in, some
+    // levers open.
+    let shaken = |time: f64| {
+        let is_shaken = (-0.045..0.0).contains(&time);
+        let vibration = 2.5 * (time * std::f64::consts::TAU * 500.0).sin();
+        let offset = if time < 0.0 { -0.6 } else { 0.0 };
+        let push = half_sine(time, 0.0, 0.012, -7.0);
+        offset + push + if is_shaken { vibration } else { 0.0 }
+    };
+    let document = replayed(&folder, shaken, &["--bias=-0.04..-0.002"]).document();
+    let why = &document["why"][0];
+    assert_eq!(document["verdict"], "undecided", "{why}");
+    let text = why["text"].as_str().unwrap();
+    assert!(text.starts_with("Without the doubtful bias"), "{text}");
     let quiet = replayed(&folder, opening, &["--bias=-0.04..-0.01"]).document();
     assert!(!codes(&quiet, "findings").contains(&"bias-window-doubtful".into()));
 }

@@ -28,11 +28,37 @@ fn row<'a>(document: &'a Value, direction: &str) -> &'a Value {
         .unwrap()
 }
 
+/// What the calculation rests on and the design does not state is named; what an option states is not.
+#[test]
+fn cli_what_the_design_does_not_state_is_said() {
+    let folder = Folder::new("static-borrowed");
+    let file = folder.write("d.toml", "base = \"paper\"\n[lever]\nmass_kg = 0.15\n");
+    let asked = ["static", &file, "--no-report"];
+    let set = ["--set", "lever.preload_torque_nm=3"];
+    for (more, names) in [
+        (
+            &[][..],
+            "example: stiffness of the spring, preload torque, distance of its centre of mass.",
+        ),
+        (
+            &set,
+            "example: stiffness of the spring, distance of its centre of mass.",
+        ),
+    ] {
+        let done = latchgate(&[&asked[..], more].concat());
+        let text = done.out.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.contains("Not stated in the design"), "{text}");
+        assert!(text.contains(names), "{text}");
+    }
+    let whole = latchgate(&["static", "--no-report"]);
+    assert!(!whole.out.contains("Not stated"), "{}", whole.out);
+}
+
 /// The paper's lever, values at 200 bits: lift-off, J839, hold with the arm turned, least step.
 #[test]
 fn val_the_reference_levers_thresholds() {
     let folder = Folder::new("static-paper");
-    let document = thresholds(&folder, "name = \"paper\"\n");
+    let document = thresholds(&folder, "base = \"paper\"\n");
     let worst = row(&document, "space");
     for (key, wanted) in [
         ("lift_off_g", 1.06358927038115),
@@ -44,7 +70,7 @@ fn val_the_reference_levers_thresholds() {
     }
     assert_eq!(document["rows"].as_array().unwrap().len(), 1);
     // A handle hinged in front, its mass behind: it opens to the left, by an acceleration to the right.
-    let axis = "name = \"handle\"\n[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n";
+    let axis = "name = \"handle\"\nbase = \"paper\"\n[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n";
     let document = thresholds(&folder, axis);
     let right = row(&document, "+Y");
     check(right, "step_g", 1.2624563274843171287);
@@ -55,7 +81,7 @@ fn val_the_reference_levers_thresholds() {
     assert_eq!(row(&document, "+X")["counts_g"], Value::Null);
     assert_eq!(document["opening"], serde_json::json!([0.0, -1.0, 0.0]));
     // Along the direction at π/4 to the way, a mass in front of the pivot.
-    let diagonal = "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.04596194077712559, -0.04596194077712559, 0]\n";
+    let diagonal = "base = \"paper\"\n[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.04596194077712559, -0.04596194077712559, 0]\n";
     check(
         row(&thresholds(&folder, diagonal), "plane"),
         "step_g",
@@ -119,6 +145,7 @@ fn cli_a_whole_linkage_is_replayed() {
                 stiffness_n_per_m = 1e7\ndamping_n_s_per_m = 100\nradius_m = 0.05\n";
     let mut design = WORKED_EXAMPLE.replace("mass_kg", "moment_of_inertia_kg_m2 = 1e-4\nmass_kg");
     design += stop;
+    design += "[tolerance]\npreload_torque_nm = 0\nmass_kg = 0\n";
     let file = folder.write("whole.toml", &design);
     let replay = |more: &[&str]| {
         let fixed = [
@@ -148,6 +175,7 @@ fn cli_a_whole_linkage_is_replayed() {
         plain += &format!("{key} = {:?}\n", lever[key].as_f64().unwrap());
     }
     plain += stop.split_once('\n').unwrap().1.split_once('\n').unwrap().1;
+    plain += "[tolerance]\npreload_torque_nm = 0\nmass_kg = 0\n";
     let plain = folder.write("plain.toml", plain);
     let plain = replay(&["--design", &plain]).document();
     assert_eq!(plain["nominal"], document["nominal"]);
@@ -169,7 +197,7 @@ fn verif_a_slanted_lever_passes_the_axes_and_fails_the_sphere() {
     // T0/(m L) = 21.22 g, no spring beyond the preload.
     let torque = 21.22 * 9.80665 * 0.1475 * 0.065;
     let design = format!(
-        "[lever]\npreload_torque_nm = {torque:?}\nspring_stiffness_nm_per_rad = 0\n\
+        "base = \"paper\"\n[lever]\npreload_torque_nm = {torque:?}\nspring_stiffness_nm_per_rad = 0\n\
          axis = [0, 0, 1]\ncenter_of_mass = [-0.04596194077712559, 0.04596194077712559, 0]\n"
     );
     let document = thresholds(&folder, &design);
@@ -200,7 +228,8 @@ fn verif_a_slanted_lever_passes_the_axes_and_fails_the_sphere() {
 fn verif_gravity_counts_where_it_opens() {
     let folder = Folder::new("static-gravity");
     let flap = |center: &str| {
-        let design = format!("[lever]\naxis = [1, 0, 0]\ncenter_of_mass = {center}\n");
+        let design =
+            format!("base = \"paper\"\n[lever]\naxis = [1, 0, 0]\ncenter_of_mass = {center}\n");
         thresholds(&folder, &design)
     };
     // The mass to the right of the axis X moves down as it opens: gravity helps it.
@@ -225,21 +254,21 @@ fn verif_gravity_counts_where_it_opens() {
 fn cli_wrong_directions_and_elements_are_refused() {
     let folder = Folder::new("static-wrong");
     for (design, told) in [
-        ("[lever]\naxis = [0, 0, 1]\n", "both"),
+        ("base = \"paper\"\n[lever]\naxis = [0, 0, 1]\n", "both"),
         (
-            "[lever]\naxis = [0, 0, 0]\ncenter_of_mass = [1, 0, 0]\n",
+            "base = \"paper\"\n[lever]\naxis = [0, 0, 0]\ncenter_of_mass = [1, 0, 0]\n",
             "neither of length 0",
         ),
         (
-            "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [0, 0, 1]\n",
+            "base = \"paper\"\n[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [0, 0, 1]\n",
             "off the axis",
         ),
         (
-            "[lever]\naxis = [0, 1]\ncenter_of_mass = [0, 0, 1]\n",
+            "base = \"paper\"\n[lever]\naxis = [0, 1]\ncenter_of_mass = [0, 0, 1]\n",
             "three numbers",
         ),
         (
-            "[lever]\ncenter_of_mass_m = 0.05\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n",
+            "base = \"paper\"\n[lever]\ncenter_of_mass_m = 0.05\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n",
             "the distance of lever.center_of_mass",
         ),
         ("[[linkage]]\nname = \"a\"\nmass_kg = 1\n", "arm_m, or axis"),
@@ -418,7 +447,7 @@ fn verif_no_odd_number_holds_30_g() {
         element("axis = [0, 0, 1]\ncenter_of_mass = [0.1, 0, 0]\nspring_stiffness_nm_per_rad = 1"),
         element("axis = [0, 0, 1]\ncenter_of_mass = [0.1, 0, 0]")
             + "[lever]\npreload_torque_nm = 100\n",
-        "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [inf, 0, 0]\n".into(),
+        "base = \"paper\"\n[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [inf, 0, 0]\n".into(),
     ] {
         let file = folder.write("odd.toml", &refused);
         let done = latchgate(&["static", &file, "--no-report"]);
@@ -430,7 +459,8 @@ fn verif_no_odd_number_holds_30_g() {
         );
     }
     // A raised limit, or one beyond 90°, is not averaged over.
-    let soft = "[lever]\npreload_torque_nm = 0.1\nspring_stiffness_nm_per_rad = 20\n";
+    let soft =
+        "base = \"paper\"\n[lever]\npreload_torque_nm = 0.1\nspring_stiffness_nm_per_rad = 20\n";
     let file = folder.write("soft.toml", soft);
     let raised = [
         "static",
@@ -459,7 +489,7 @@ fn verif_no_odd_number_holds_30_g() {
     // Beside an axis the sign is the vector's.
     let file = folder.write(
         "axis.toml",
-        "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n",
+        "base = \"paper\"\n[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n",
     );
     let turned = latchgate(&[
         "static",
@@ -477,7 +507,7 @@ fn verif_the_step_counts_where_it_opens_sooner() {
     let folder = Folder::new("static-step");
     let document = thresholds(
         &folder,
-        "[lever]\npreload_torque_nm = 1\nspring_stiffness_nm_per_rad = 7.7\naxis = [0, 0, 1]\n\
+        "base = \"paper\"\n[lever]\npreload_torque_nm = 1\nspring_stiffness_nm_per_rad = 7.7\naxis = [0, 0, 1]\n\
          center_of_mass = [-0.045961940777125, 0.045961940777125, 0]\n[criterion]\nthreshold_rad = 0.5\n",
     );
     let mut sooner = 0;
@@ -494,7 +524,8 @@ fn verif_the_step_counts_where_it_opens_sooner() {
 #[test]
 fn cli_designs_with_directions_are_verified() {
     let folder = Folder::new("static-verify");
-    let axis = "[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n".to_string();
+    let axis = "base = \"paper\"\n[lever]\naxis = [0, 0, 1]\ncenter_of_mass = [-0.065, 0, 0]\n"
+        .to_string();
     let linkage = WORKED_EXAMPLE.replace("mass_kg", "moment_of_inertia_kg_m2 = 1e-4\nmass_kg")
         + "[lever]\npivot_damping_nm_s_per_rad = 1e-4\n[stop]\nrestitution = 0.7\n\
            stiffness_n_per_m = 1e7\ndamping_n_s_per_m = 100\nradius_m = 0.05\n";

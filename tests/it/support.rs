@@ -1,24 +1,12 @@
-//! What tests of several subjects share: the program and its answers, folders, data, recordings
-//! and random levers.
+//! What tests through the process share: the program and its answers; with what the
+//! tests of all crates share.
 
-mod archive;
-mod data;
-mod folder;
-mod lever;
 mod program;
-mod random;
-mod reading;
-mod table;
-pub(crate) mod tdms;
-pub(crate) mod workbook;
 
-pub(crate) use archive::{gzip_of, tar_of, zip_of};
-pub(crate) use data::{columns, data, json, number};
-pub(crate) use folder::Folder;
-pub(crate) use lever::{
-    options, random_design, random_signal, replay, signal, signal_from, unconditioned,
-};
-pub(crate) use program::{Done, fed, finish, latchgate, program, without_run};
-pub(crate) use random::Random;
-pub(crate) use reading::{check_at, check_codes, check_refused, one, read_path, with_channel};
-pub(crate) use table::{half_sine, signal_file, table, weak};
+pub(crate) use latchgate_test_support::*;
+pub(crate) use program::{Done, advised, fed, finish, latchgate, program, without_run};
+
+/// Names the channel of [`table`] by the code of a sensor at the door: a pass on it waits for no word on the place.
+pub(crate) fn at_door(table: &str) -> String {
+    table.replacen("acc_y_g", "11DOORLE0000ACYA (g)", 1)
+}

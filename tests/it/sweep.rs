@@ -13,6 +13,7 @@ use latchgate::gate::{GateFile, Plan, Submission};
 use latchgate::pipeline::{Control, Limits};
 use std::fs;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// A gate of pulses that grow, and levers of preloads that grow.
 struct SweepYard {
@@ -89,6 +90,16 @@ impl SweepYard {
             .collect();
         found.sort();
         found
+    }
+
+    /// Waits until the store's files hold so many lines.
+    fn wait_for_lines(&self, least: usize) {
+        let lines =
+            |path: &PathBuf| fs::read_to_string(path).map_or(0, |text| text.lines().count());
+        while !self.path("store").exists() || self.files().iter().map(lines).sum::<usize>() < least
+        {
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 
     /// Takes in the gate as it lies there, as a submission does; returns its name.

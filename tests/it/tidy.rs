@@ -149,14 +149,25 @@ fn tidy_paths_named_in_the_architecture_exist() {
     }
 }
 
+/// Folders of the tests of each crate.
+const TEST_FOLDERS: [&str; 4] = [
+    "tests/it",
+    "tests/golden",
+    "crates/kernel/tests/it",
+    "crates/verdict/tests/it",
+];
+
+/// Returns the sources of all tests.
+fn test_sources() -> String {
+    let files = TEST_FOLDERS.iter().flat_map(|folder| files_below(folder));
+    let sources = files.filter(|path| path.ends_with(".rs"));
+    sources.map(|path| text_of(&path)).collect()
+}
+
 /// A test that the architecture names is one.
 #[test]
 fn tidy_tests_named_in_the_architecture_exist() {
-    let tests: String = files_below("tests/it")
-        .iter()
-        .filter(|path| path.ends_with(".rs"))
-        .map(|path| text_of(path))
-        .collect();
+    let tests = test_sources();
     let named: Vec<String> = quoted(&text_of("docs/architecture.md"))
         .into_iter()
         .filter(|word| {
@@ -241,15 +252,18 @@ fn tidy_settings_named_in_texts_exist() {
     check_none("settings that there are not", &unknown);
 }
 
-/// What `tests/run --quick` leaves out is there.
+/// What `tests/run` leaves to `--all` is there.
 #[test]
 fn tidy_the_slow_tests_exist() {
     let missing: Vec<String> = text_of("tests/slow.txt")
         .lines()
         .filter(|name| {
             let (module, function) = name.rsplit_once("::").expect("a module and a test");
-            let file = format!("tests/it/{}.rs", module.replace("::", "/"));
-            !root().join(&file).exists() || !text_of(&file).contains(&format!("fn {function}()"))
+            let module = module.replace("::", "/");
+            !TEST_FOLDERS.iter().any(|folder| {
+                let file = format!("{folder}/{module}.rs");
+                root().join(&file).exists() && text_of(&file).contains(&format!("fn {function}()"))
+            })
         })
         .map(str::to_string)
         .collect();
@@ -360,10 +374,9 @@ fn tidy_every_finding_is_documented_with_its_severity() {
 #[test]
 fn tidy_every_finding_has_a_test() {
     let text = text_of("docs/findings.md");
-    let tests: String = files_below("tests/it")
-        .iter()
-        .map(|path| text_of(path))
-        .collect();
+    let golden = files_below("tests/data/golden");
+    let golden = golden.iter().filter(|path| path.ends_with(".toml"));
+    let tests = test_sources() + &golden.map(|path| text_of(path)).collect::<String>();
     let untested: Vec<String> = text
         .lines()
         .filter_map(|line| Some(line.strip_prefix("| `")?.split_once('`')?.0.to_string()))
@@ -581,9 +594,12 @@ fn tidy_every_command_of_a_figure_is_in_the_renewal() {
         .collect();
     let mut found = 0;
     for line in text_of("docs/reproduction.md").lines() {
-        let Some(command) = line.strip_prefix("latchgate study ") else {
+        let Some(command) = line.strip_prefix("latchgate ") else {
             continue;
         };
+        if !command.starts_with("study ") {
+            continue;
+        }
         let command = command.split(" --out ").next().unwrap_or(command);
         assert!(
             renewed.contains(&command),

@@ -4,7 +4,7 @@
 use crate::support::{Done, Folder, half_sine, latchgate, signal, table};
 use latchgate::pipeline::{
     self, AcceptedWord, Answer, Card, CardPolarity, Control, Design, Extras, Limits, MarginRequest,
-    Outcome, Request, Severity, Source,
+    Outcome, Request, Severity, Source, TransferRange,
 };
 use latchgate_document::design_file::apply_override;
 use latchgate_kernel::units::STANDARD_GRAVITY;
@@ -86,6 +86,7 @@ fn asking() -> Request {
     Request {
         members: 0,
         opens_when: Some(CardPolarity::Negative),
+        transfer: Some(TransferRange::ONE),
         ..Request::default()
     }
 }
@@ -288,7 +289,7 @@ fn verif_a_clock_that_is_stated_twice_needs_no_word() {
         (&curve, "EV5 and stamps", 0),
         (&bare, "stamps alone", 3),
         (&lvm("0.00001", "one.lvm"), "Delta_X and times", 0),
-        (&lvm("0.0001", "two.lvm"), "Delta_X against times", 3),
+        (&lvm("0.0001", "two.lvm"), "Delta_X against times", 4),
         (&mme(&instant, "one.001"), "interval and instant", 0),
         (&mme("", "two.001"), "interval alone", 3),
     ] {
@@ -299,6 +300,8 @@ fn verif_a_clock_that_is_stated_twice_needs_no_word() {
             "negative",
             "--members",
             "0",
+            "--transfer",
+            "1",
             "--no-report",
         ];
         let done = latchgate(&[&["replay", path][..], &asked].concat());
@@ -315,6 +318,8 @@ fn replayed(folder: &Folder, text: &str, options: &[&str]) -> Done {
         "negative",
         "--members",
         "0",
+        "--transfer",
+        "1",
         "--no-report",
     ];
     latchgate(&[&fixed[..], options].concat())
@@ -329,14 +334,19 @@ fn cli_a_pass_waits_for_a_persons_word() {
     let first: Vec<&str> = done.out.split_whitespace().collect();
     let first = first.join(" ");
     assert!(
-        first.contains("A pass needs a person's word: --velocity-change."),
+        first.contains("A pass needs a person's word on the velocity change. State together: --velocity-change M/S."),
         "{first}"
     );
-    assert!(!done.out.contains("no tool can tell"), "{}", done.out);
+    assert!(
+        !done.out.contains("what samples need not show"),
+        "{}",
+        done.out
+    );
     let done = replayed(&folder, &weak, &["--velocity-change", "0.6"]);
     assert_eq!(done.code, 0, "{}", done.out);
     assert!(
-        done.out.contains("no tool can tell a wrong sign"),
+        done.out
+            .contains("what samples need not show: a wrong sign"),
         "{}",
         done.out
     );
@@ -350,7 +360,7 @@ fn cli_a_pass_waits_for_a_persons_word() {
     let first: Vec<&str> = done.out.split_whitespace().collect();
     let first = first.join(" ");
     assert!(
-        first.contains("--velocity-change and --accept clock."),
+        first.contains("State together: --velocity-change M/S --accept clock."),
         "{first}"
     );
     let both = ["--velocity-change", "0.4", "--accept", "CLOCK"];
@@ -395,7 +405,7 @@ fn cli_a_gate_waits_for_a_persons_word() {
     ] {
         let gate = format!(
             "require = \"pass\"\n[[recordings]]\nfiles = \"weak.csv\"\nopens_when = \"negative\"\n\
-             members = 0\n{keys}[[designs]]\nname = \"paper\"\n"
+             members = 0\ntransfer = 1\n{keys}[[designs]]\nname = \"paper\"\n"
         );
         let path = folder.write("gate.toml", gate);
         let done = latchgate(&["gate", &path, "--no-store", "--reports", "none"]);

@@ -36,7 +36,15 @@ fn check_one_message(name: &str, text: &str, options: &[&str], says: &str, comma
     let arguments = [&["replay", name], options, &further].concat();
     let done = finish(begin().args(arguments));
     assert_eq!((done.code, done.out.as_str()), (4, ""), "{}", done.err);
-    let expected = format!("latchgate: {name}:1: {says}");
+    // What a pass would wait for next is named with it.
+    let direction = match options.contains(&"--opens-when") {
+        true => "",
+        false => "--opens-when negative|positive|both ",
+    };
+    let expected = format!(
+        "latchgate: {name}:1: {says}. A pass may wait for more. State together: {direction}--transfer LO..HI. \
+         latchgate init card {name} writes a card for all"
+    );
     assert_eq!(done.err.lines().next(), Some(expected.as_str()));
     let lines: Vec<&str> = done.err.lines().skip(1).collect();
     assert_eq!(lines.len(), commands, "{}", done.err);

@@ -43,7 +43,7 @@ fn cli_verify_repeats_what_was_asked() {
     let folder = Folder::new("verify-same");
     let design = folder.write(
         "own design.toml",
-        "name = \"stiff one\"\n[lever]\npreload_torque_nm = 0.3\n[tolerance]\npreload_torque_nm = 0.01\n",
+        "name = \"stiff one\"\nbase = \"paper\"\n[lever]\npreload_torque_nm = 0.3\n[tolerance]\npreload_torque_nm = 0.01\nmass_kg = 0\n",
     );
     let burst = signal_file("burst.csv");
     let surviving = signal_file("surviving.csv");

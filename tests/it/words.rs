@@ -7,6 +7,33 @@ use std::path::Path;
 /// Words that stand in two lists, each with the reason; any other word stands in one alone.
 const SHARED: &[(&str, &str, &[&str], &str)] = &[
     (
+        "clock-words",
+        "preamble-keys",
+        &[
+            "abtastintervall\tinterval",
+            "abtastperiode\tinterval",
+            "abtastzeit\tinterval",
+            "bemonsteringsfrequentie\trate",
+            "dt\tinterval",
+            "fs\trate",
+            "messrate\trate",
+            "rate\trate",
+            "sps\trate",
+            "timestep\tinterval",
+            "xincr\tinterval",
+            "zeitschritt\tinterval",
+            "サンプリングレート\trate",
+            "サンプリング周期\tinterval",
+            "サンプリング周波数\trate",
+            "サンプリング間隔\tinterval",
+            "采样周期\tinterval",
+            "采样率\trate",
+            "采样间隔\tinterval",
+            "采样频率\trate",
+        ],
+        "a key of a row, and a word near a number in a sentence",
+    ),
+    (
         "instant-after",
         "remark-empty",
         &["NA"],

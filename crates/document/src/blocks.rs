@@ -1,12 +1,12 @@
 //! The documents that a replay answers with, block by block.
 
-use crate::request::{PolaritySource, Request};
+use crate::request::{PolaritySource, Request, TransferSource};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{AccelerationUnit, OpensWhen};
 use latchgate_recording::card::CardPolarity;
-use latchgate_recording::{Finding, Part, TestFacts};
+use latchgate_recording::{Finding, Part, SensorPlace, TestFacts};
 use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
 use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::margin::Advice;
@@ -58,6 +58,9 @@ pub struct RecordingBlock {
     pub opens_when: Option<CardPolarity>,
     /// Who declares it.
     pub opens_when_source: PolaritySource,
+    /// Place of the sensor; `None` where nothing says.
+    #[serde(default)]
+    pub place: Option<SensorPlace>,
 }
 
 /// How it was conditioned.
@@ -133,6 +136,38 @@ pub struct RunBlock {
     pub elapsed_s: f64,
 }
 
+/// The factors between the sensor's place and the latch, as a person states them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TransferBlock {
+    /// Least factor.
+    pub from: f64,
+    /// Largest factor.
+    pub to: f64,
+    /// Factors that were judged: both ends and every value of E48 between.
+    pub judged: Vec<f64>,
+    /// The answer at each of them, before a person's word is asked for.
+    pub answers: Vec<Answer>,
+    /// The factor whose answer counts, to which the document's numbers belong.
+    pub worst: f64,
+    /// Who states them.
+    pub source: TransferSource,
+}
+
+/// One of the lateral channels of a side that were judged together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SiblingBlock {
+    /// Name of the channel.
+    pub channel: Option<String>,
+    /// Place of its sensor; `None` where nothing says.
+    pub place: Option<SensorPlace>,
+    /// Its answer.
+    pub answer: Answer,
+    /// Largest angle of its nominal lever [rad]; `None` where nothing was replayed.
+    pub peak_angle_rad: Option<f64>,
+    /// Its weightiest reason.
+    pub reason: Option<Reason>,
+}
+
 impl Document {
     /// Returns the answer for the stop and opening direction of a run.
     pub fn answer_of(&self, run: &Run) -> Option<&RunAnswer> {
@@ -189,6 +224,12 @@ pub struct Document {
     /// The second in-plane channel, where one was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub in_plane: Option<InPlaneBlock>,
+    /// The factors between the sensor's place and the latch, where a person states them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transfer: Option<TransferBlock>,
+    /// Every lateral channel of that side, where they were judged together; the document is that of the worst.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub siblings: Vec<SiblingBlock>,
     /// The mechanism beside the lever, and what it did; absent of the lever alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mechanism: Option<Mechanism>,

@@ -3,12 +3,17 @@
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::catch::Catch;
 use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
-use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, PARAMETERS, Slot};
+use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, DesignParameter, PARAMETERS, Slot};
+use latchgate_kernel::model::tolerance::Tolerance;
 use latchgate_kernel::model::vector::Vector;
 use latchgate_recording::Limits;
 use latchgate_recording::error::{Error, Place, with_article};
 use latchgate_verdict::statics::StaticLever;
 use std::path::Path;
+
+/// Key of a design file that says whose values a lever takes that it does not state, and its one value.
+const BASE: &str = "base";
+const PAPER: &str = "paper";
 
 /// Tables of a design file.
 const SECTIONS: [&str; 6] = ["lever", "stop", "criterion", "tolerance", "input", "catch"];
@@ -24,9 +29,12 @@ const SECTIONS: [&str; 6] = ["lever", "stop", "criterion", "tolerance", "input",
 /// use latchgate_document::design_file::design_from_bytes;
 /// use latchgate_recording::Limits;
 ///
-/// let file = b"name = \"stiff\"\n[lever]\npreload_torque_nm = 2.82\n";
+/// let file = b"name = \"stiff\"\nbase = \"paper\"\n[lever]\npreload_torque_nm = 2.82\n";
 /// let design = design_from_bytes("stiff.toml", file, &Limits::default())?;
 /// assert_eq!(design.lever.preload_torque_nm, 2.82);
+/// // Without `base` a lever is stated whole.
+/// let part = design_from_bytes("part.toml", b"[lever]\nmass_kg = 1", &Limits::default());
+/// assert!(part.unwrap_err().to_string().contains("preload_torque_nm"));
 /// let slip = design_from_bytes("slip.toml", b"[lever]\nmas_kg = 1", &Limits::default());
 /// assert!(slip.unwrap_err().to_string().contains("mass_kg"));
 /// # Ok::<(), latchgate_recording::error::Error>(())
@@ -72,6 +80,26 @@ pub fn design_from_document(design: &serde_json::Value) -> Result<Design, String
         .map_err(|error| format!("{}: {}", error.path(), error.inner()))
 }
 
+/// Reads the tables of a design file as JSON has them, or the design of a verdict document, which has the key
+/// `modified`; no table at all is the paper's example.
+///
+/// # Errors
+///
+/// As [`from_toml`] of the tables; for a document as [`design_from_document`].
+pub fn design_from_json(design: &serde_json::Value) -> Result<Design, String> {
+    let Some(tables) = design.as_object() else {
+        return Err("expected an object with the tables of a design file".into());
+    };
+    if tables.contains_key("modified") {
+        return design_from_document(design);
+    }
+    if tables.is_empty() {
+        return Ok(Design::reference());
+    }
+    let table = toml::Table::try_from(tables).map_err(|error| error.to_string())?;
+    from_table(&table, "").map_err(|error| error.to_string())
+}
+
 /// Reads what a static calculation needs of a design file, with overrides: of a linkage no moment of inertia,
 /// damping or stop.
 ///
@@ -96,6 +124,7 @@ pub fn static_from_bytes(
         let mut without_linkage: toml::Table = table.clone();
         without_linkage.remove("linkage");
         let text = String::from_utf8_lossy(bytes);
+        without_linkage.insert(BASE.into(), PAPER.into());
         let checked =
             from_table(&without_linkage, &text).map_err(|error| error.at(place.clone()))?;
         if !overrides.is_empty() {
@@ -181,11 +210,13 @@ fn stem(file: &str) -> String {
     )
 }
 
-/// Reads the text of a design file; keys that are absent take the reference design's values.
+/// Reads the text of a design file. A lever is stated whole, or `base = "paper"` gives it the values of the
+/// paper's example; other keys that are absent take the reference design's values, tolerances none.
 ///
 /// # Errors
 ///
-/// [`Malformed`](latchgate_recording::error::ErrorKind::Malformed) if the text is not TOML or a value is of the wrong type,
+/// [`Malformed`](latchgate_recording::error::ErrorKind::Malformed) if the text is not TOML, a value is of the wrong type or
+/// the lever is not whole,
 /// [`UnknownName`](latchgate_recording::error::ErrorKind::UnknownName) for an unknown key, with the nearest known one,
 /// [`OutOfRange`](latchgate_kernel::error::Error::OutOfRange) for a value that no lever can have.
 pub fn from_toml(text: &str) -> Result<Design, Error> {
@@ -198,6 +229,9 @@ pub fn from_toml(text: &str) -> Result<Design, Error> {
 fn from_table(table: &toml::Table, text: &str) -> Result<Design, Error> {
     let mut design = Design::reference();
     design.name = "design".into();
+    // What scatters the lever itself is the file's to state.
+    design.tolerance.retain(|key, _| key == "restitution");
+    design.not_stated = not_stated(table);
     if let Some(linkage) = linkage_of(table)? {
         put_linkage(&mut design, table, linkage)?;
     }
@@ -209,6 +243,8 @@ fn from_table(table: &toml::Table, text: &str) -> Result<Design, Error> {
         match value {
             toml::Value::Array(_) if key == "linkage" => {}
             toml::Value::String(name) if key == "name" => design.name.clone_from(name),
+            // It is checked with the lever.
+            toml::Value::String(_) if key == BASE => {}
             toml::Value::Table(entries) if SECTIONS.contains(&key.as_str()) => {
                 put_section(&mut design, key, entries, text)?;
             }
@@ -217,6 +253,7 @@ fn from_table(table: &toml::Table, text: &str) -> Result<Design, Error> {
             }
         }
     }
+    lever_stated(table, text)?;
     if let Some(directions) = design.lever.directions() {
         let is_stated = |lever: &toml::Value| lever.get("center_of_mass_m").is_some();
         if !table.get("lever").is_some_and(is_stated) {
@@ -227,7 +264,62 @@ fn from_table(table: &toml::Table, text: &str) -> Result<Design, Error> {
     Ok(design)
 }
 
-/// Applies an override such as `lever.preload_torque_nm=2.82`.
+/// Sees to it that the lever is stated whole: by all of its numbers, by a linkage, or by `base = "paper"`.
+fn lever_stated(table: &toml::Table, text: &str) -> Result<(), Error> {
+    match table.get(BASE) {
+        Some(toml::Value::String(base)) if base == PAPER => return Ok(()),
+        Some(other) => {
+            let found = match other {
+                toml::Value::String(text) => format!("`{text}`"),
+                other => with_article(other.type_str()),
+            };
+            let hint = "write base = \"paper\", or leave it out and state every number of [lever]";
+            let error = Error::malformed("\"paper\" for `base`", found, hint);
+            return Err(error.at(Place::of_key(text, None, BASE)));
+        }
+        None => {}
+    }
+    let is_table = |section: &str| table.get(section).is_some_and(toml::Value::is_table);
+    // A lever that is no table is refused as such.
+    if table.contains_key("linkage") || (table.contains_key("lever") && !is_table("lever")) {
+        return Ok(());
+    }
+    let missing: Vec<&str> = PARAMETERS
+        .iter()
+        .filter(|parameter| matches!(parameter.slot, Slot::Lever(_)) && !states(table, parameter))
+        .map(DesignParameter::key)
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(Error::malformed(
+        "every number of [lever]",
+        format!("none of {}", missing.join(", ")),
+        "state them, or write base = \"paper\" above the tables if the lever shall take them from the paper's example",
+    ))
+}
+
+/// Returns true if a file states a number, or what it follows from.
+fn states(table: &toml::Table, parameter: &DesignParameter) -> bool {
+    let (section, key) = parameter.name.split_once('.').unwrap_or_default();
+    let entries = table.get(section).and_then(toml::Value::as_table);
+    let has = |key: &str| entries.is_some_and(|entries| entries.contains_key(key));
+    has(key) || (key == "center_of_mass_m" && has("center_of_mass"))
+}
+
+/// Lists the numbers of lever, stop, criterion and input that a file does not state.
+fn not_stated(table: &toml::Table) -> Vec<String> {
+    let has_linkage = table.contains_key("linkage");
+    let unstated = PARAMETERS.iter().filter(|parameter| {
+        let is_reduced = has_linkage && matches!(parameter.slot, Slot::Lever(_));
+        !is_reduced && !states(table, parameter)
+    });
+    let of_tolerance = (!table.contains_key("tolerance")).then_some("tolerance.restitution");
+    let names = unstated.map(|parameter| parameter.name);
+    names.chain(of_tolerance).map(String::from).collect()
+}
+
+/// Applies an override such as `lever.preload_torque_nm=2.82`, or a share, `tolerance.mass_kg=2 %`.
 ///
 /// # Errors
 ///
@@ -244,6 +336,9 @@ pub fn apply_override(design: &mut Design, assignment: &str) -> Result<(), Error
     if key == "name" {
         design.name = value.to_string();
         return Ok(());
+    }
+    if let (Some(tolerance), true) = (key.strip_prefix("tolerance."), value.ends_with('%')) {
+        return Ok(design.override_tolerance(tolerance, share(key, value)?)?);
     }
     let number: f64 = value.parse().map_err(|_| {
         Error::malformed(
@@ -331,9 +426,14 @@ fn put_section(
             )
             .at(Place::of_key(text, Some(section), key)));
         }
-        number(key, value)
-            .and_then(|value| Ok(design.put_number(&format!("{section}.{key}"), value)?))
-            .map_err(|error| error.at(Place::of_key(text, Some(section), key)))?;
+        let put = match value {
+            toml::Value::String(written) if section == "tolerance" => {
+                share(key, written).and_then(|tolerance| Ok(design.put_tolerance(key, tolerance)?))
+            }
+            _ => number(key, value)
+                .and_then(|value| Ok(design.put_number(&format!("{section}.{key}"), value)?)),
+        };
+        put.map_err(|error| error.at(Place::of_key(text, Some(section), key)))?;
     }
     Ok(())
 }
@@ -381,10 +481,10 @@ fn vector(key: &str, value: &toml::Value) -> Result<Vector, Error> {
 /// Says what is wrong with an entry of a design file that is neither its name nor a section.
 fn wrong_entry(key: &str, value: &toml::Value) -> Error {
     let expected = match key {
-        "name" => "a text for `name`".into(),
+        "name" | BASE => format!("a text for `{key}`"),
         section if SECTIONS.contains(&section) => format!("a table [{section}]"),
         _ => {
-            let keys: Vec<_> = std::iter::once("name").chain(SECTIONS).collect();
+            let keys: Vec<_> = ["name", BASE].into_iter().chain(SECTIONS).collect();
             return Error::unknown("design key", key, &keys);
         }
     };
@@ -393,6 +493,17 @@ fn wrong_entry(key: &str, value: &toml::Value) -> Error {
         with_article(value.type_str()),
         "see the design file in the README",
     )
+}
+
+/// Reads a tolerance that is a share of its value.
+fn share(key: &str, written: &str) -> Result<Tolerance, Error> {
+    Tolerance::from_percent(written).map_err(|found| {
+        Error::malformed(
+            format!("a number in its unit, or a share such as \"5 %\", for `{key}`"),
+            found,
+            "write the standard deviation as a number without quotes, or as a share of the value",
+        )
+    })
 }
 
 fn number(key: &str, value: &toml::Value) -> Result<f64, Error> {

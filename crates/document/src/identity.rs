@@ -2,13 +2,14 @@
 
 use crate::blocks::RecordingBlock;
 use crate::request::{MarginRequest, Request};
+use crate::spectrum_document::SpectrumRequest;
 use latchgate_kernel::model::Design;
 use latchgate_recording::source::sha256;
 use serde_json::{Value, json};
 
 /// Moves whenever a number or a finding of any golden case does, so that what was stored under
 /// an older hash is not taken for an answer of today. `tests/data/numbers.txt` holds it to that.
-pub const NUMBERS_REVISION: u32 = 20;
+pub const NUMBERS_REVISION: u32 = 23;
 
 /// Returns the SHA-256, lower-case hexadecimal, of everything that can change the answer: the
 /// bytes read (recording, files beside it, card), the file's name, since readers go by it, the
@@ -38,6 +39,34 @@ pub fn margin_id(recording: &RecordingBlock, request: &MarginRequest, design: &D
         "counterweight_radius_m": request.counterweight_radius_m,
     });
     hash(&question)
+}
+
+/// Returns the same of latch response spectra.
+pub fn spectrum_id(
+    recordings: &[RecordingBlock],
+    request: &SpectrumRequest,
+    designs: &[Design],
+) -> String {
+    let read = |recording: &RecordingBlock| {
+        json!({
+            "file": recording.file,
+            "channel": recording.channel,
+            "sha256": recording.sha256,
+            "parts": recording.parts,
+            "card_sha256": recording.card_sha256,
+        })
+    };
+    hash(&json!({
+        "schema": "latchgate.spectrum-question/1",
+        "numbers_revision": NUMBERS_REVISION,
+        "recordings": recordings.iter().map(read).collect::<Vec<_>>(),
+        "request": request.replay.stated(),
+        "restitution": request.restitution,
+        "limit_angle_rad": request.limit_angle_rad,
+        "share": request.share,
+        "leave_out_unusable": request.leave_out_unusable,
+        "designs": designs,
+    }))
 }
 
 fn question(

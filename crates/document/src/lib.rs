@@ -6,7 +6,7 @@
 //!
 //! - `request`: settings, by the names that options, keys and form fields share;
 //! - `design_file`: designs from TOML, and overrides of their numbers;
-//! - `blocks`: the document of a verdict, block by block; `margin_document`: that of a margin; `static_document`: that of static thresholds;
+//! - `blocks`: the document of a verdict, block by block; `margin_document`: that of a margin; `static_document`: that of static thresholds; `spectrum_document`: that of latch response spectra;
 //! - `json`: documents as JSON; `number`: numbers as people read them;
 //! - `identity`: `report_id`, the hash that names a question.
 
@@ -17,8 +17,10 @@ pub mod json;
 pub mod margin_document;
 pub mod number;
 pub mod request;
+pub mod spectrum_document;
 pub mod static_document;
 
 pub use blocks::Document;
 pub use margin_document::MarginDocument;
 pub use request::{MarginRequest, PolaritySource, Request};
+pub use spectrum_document::SpectrumDocument;

@@ -1,6 +1,6 @@
 //! The document that a margin answers with.
 
-use super::blocks::{ConditioningBlock, RecordingBlock, RunBlock};
+use super::blocks::{ConditioningBlock, RecordingBlock, RunBlock, TransferBlock};
 use crate::request::MarginRequest;
 use latchgate_kernel::model::Design;
 use latchgate_recording::{Finding, TestFacts};
@@ -41,6 +41,9 @@ pub struct MarginDocument {
     pub notes: Vec<String>,
     /// The design's limit under half-sine pulses.
     pub limit: Option<LimitCurve>,
+    /// The factors between the sensor's place and the latch, where a person states them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transfer: Option<TransferBlock>,
     /// Everything odd about the recording.
     pub findings: Vec<Finding>,
     /// What was read.
@@ -146,6 +149,10 @@ pub struct Context {
     pub verdict: Answer,
     /// That it is undecided because a person has not said what the recording needs.
     pub word_missing: bool,
+    /// The factors between the sensor's place and the latch, where a person states them.
+    pub transfer: Option<TransferBlock>,
+    /// Channels that were judged together, where there are several.
+    pub together: Vec<String>,
     /// Everything odd.
     pub findings: Vec<Finding>,
     /// What was read.
@@ -209,6 +216,7 @@ impl MarginDocument {
             answers: margins.answers.clone(),
             notes: notes(margins, &context),
             limit: margins.limit.clone(),
+            transfer: context.transfer,
             findings: context.findings,
             recording: context.recording,
             conditioning: context.conditioning,
@@ -240,6 +248,26 @@ fn notes(margins: &Margins, context: &Context) -> Vec<String> {
         Basis::NominalRun => "The nearest change is where the nominal lever meets the limit angle, without errors and tolerances.".to_string(),
         Basis::Verdict => "The nearest change is where the verdict changes on the grid; it is no advice.".to_string(),
     });
+    if let Some(block) = context
+        .transfer
+        .as_ref()
+        .filter(|block| block.judged.len() > 1)
+    {
+        notes.push(format!(
+            "\"Passes from\" holds at all {} factors from {} to {} between the sensor's place and the latch; the rest is at the worst, {}.",
+            block.judged.len(),
+            block.from,
+            block.to,
+            block.worst
+        ));
+    }
+    if context.together.len() > 1 {
+        notes.push(format!(
+            "\"Passes from\" holds for all channels that were judged together ({}); the rest is of the worst, {}.",
+            context.together.join(", "),
+            context.recording.channel.as_deref().unwrap_or("")
+        ));
+    }
     if context.word_missing {
         notes.push("The verdict needs a person's word on the recording; the margins are judged as if it were given.".into());
     }

@@ -33,7 +33,7 @@ use latchgate_kernel::units::{
 use latchgate_recording::card::{AcceptedWord, CardPolarity};
 use latchgate_recording::error::Error;
 use latchgate_recording::setting::Setting;
-use latchgate_recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions};
+use latchgate_recording::{AcceptedRemark, Card, FORMATS, Limits, ReadOptions, TransferRange};
 use latchgate_verdict::conditioning::{
     Between, BiasWindow, ConditioningOptions, FilterChoice, FilterStandard,
 };
@@ -187,6 +187,19 @@ pub struct Request {
         skip_serializing_if = "Vec::is_empty"
     )]
     pub accepted: Vec<AcceptedWord>,
+    /// Factors between the acceleration at the sensor's place and the one at the latch.
+    #[serde(
+        deserialize_with = "read::transfer",
+        serialize_with = "read::write_text",
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub transfer: Option<TransferRange>,
+    /// Judge every lateral channel of that side in the file; the worst answer counts.
+    #[serde(
+        deserialize_with = "read::flag",
+        skip_serializing_if = "std::ops::Not::not"
+    )]
+    pub siblings: bool,
     /// Check the recording as a sled pulse.
     #[serde(
         deserialize_with = "read::flag",
@@ -314,6 +327,8 @@ impl Default for Request {
             accepted_remarks: Vec::new(),
             velocity_change_m_s: None,
             accepted: Vec::new(),
+            transfer: None,
+            siblings: false,
             sled206: false,
             opens_when: None,
             bias: BiasWindow::PreEvent,
@@ -347,6 +362,26 @@ pub enum PolaritySource {
     /// Nobody.
     #[default]
     Undeclared,
+}
+
+/// Who states the factors between the sensor's place and the latch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum TransferSource {
+    /// The request.
+    Option,
+    /// The card beside the recording.
+    Card,
+}
+
+impl TransferSource {
+    /// Returns the word that documents use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Option => "option",
+            Self::Card => "card",
+        }
+    }
 }
 
 impl PolaritySource {
@@ -410,6 +445,16 @@ impl Request {
                 format!(
                     "absent where {} is that of one sensor; convert the samples of both first",
                     Setting::Sensitivity
+                ),
+                "both",
+            ));
+        }
+        if self.radial_channel.is_some() && self.siblings {
+            return Err(Error::out_of_range(
+                Setting::Siblings.to_string(),
+                format!(
+                    "absent where {} is the one beside one sensor",
+                    Setting::RadialChannel
                 ),
                 "both",
             ));
@@ -566,6 +611,7 @@ impl Request {
     /// Returns how the channel is conditioned.
     pub fn conditioning_options(&self, card: &Card) -> ConditioningOptions {
         ConditioningOptions {
+            judged_peak_m_s2: None,
             bias: self.bias,
             filter: self.filter,
             filter_standard: self.filter_standard,
@@ -574,10 +620,23 @@ impl Request {
             synthetic: card.synthetic,
             wide_band: card.says_wide_band(),
             velocity_change_m_s: self.velocity_change_m_s.or(card.velocity_change_m_s),
-            clock_accepted: [&self.accepted, &card.accepted]
-                .iter()
-                .any(|words| words.contains(&AcceptedWord::Clock)),
+            clock_accepted: self.accepts(card, AcceptedWord::Clock),
+            noise_accepted: self.accepts(card, AcceptedWord::Noise),
+            processed_accepted: self.accepts(card, AcceptedWord::Processed),
         }
+    }
+
+    /// True if a person accepts a doubt, by request or card.
+    pub fn accepts(&self, card: &Card, word: AcceptedWord) -> bool {
+        [&self.accepted, &card.accepted]
+            .iter()
+            .any(|words| words.contains(&word))
+    }
+
+    /// Returns the factors between the sensor's place and the latch that a person states, and who does.
+    pub fn transfer(&self, card: &Card) -> Option<(TransferRange, TransferSource)> {
+        let requested = self.transfer.map(|range| (range, TransferSource::Option));
+        requested.or(card.transfer.map(|range| (range, TransferSource::Card)))
     }
 
     /// Returns which sign opens, and who says so: as asked, else as the card says.

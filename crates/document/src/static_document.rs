@@ -86,10 +86,17 @@ impl StaticDocument {
 
 /// Says what the numbers cover and leave out.
 fn notes(lever: &StaticLever) -> Vec<String> {
-    let mut notes = vec![
+    let mut notes = Vec::new();
+    if !lever.not_stated.is_empty() {
+        let names = lever.not_stated.join(", ");
+        notes.push(format!(
+            "Not stated in the design, so that of the paper's example: {names}."
+        ));
+    }
+    notes.push(
         "Friction and the work of the latch are left out, the spring is the average of closed and limit angle."
             .to_string(),
-    ];
+    );
     notes.push(match lever.gravity_share() {
         None => "No axis is stated: the worst direction answers for every other, and gravity counts as if it opened. \
                  State lever.axis and lever.center_of_mass for the vehicle's axes."

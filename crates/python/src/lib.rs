@@ -14,7 +14,7 @@ use latchgate::gate::{self, GateFile, Plan, Store, SummaryOptions, files, summar
 use latchgate::pipeline::units::AccelerationUnit;
 use latchgate::pipeline::{
     self, Control, Design, Error, ErrorKind, Extras, Limits, MarginRequest, Outcome, Prepared,
-    Request, Source, Stored, apply_override, design_from_bytes, read_within,
+    Request, Source, SpectrumRequest, Stored, apply_override, design_from_bytes, read_within,
 };
 use latchgate::report;
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -44,6 +44,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(margin, module)?)?;
     module.add_function(wrap_pyfunction!(rows, module)?)?;
     module.add_function(wrap_pyfunction!(run_gate, module)?)?;
+    module.add_function(wrap_pyfunction!(spectrum, module)?)?;
     module.add_function(wrap_pyfunction!(table, module)?)
 }
 
@@ -307,6 +308,42 @@ fn margin(
             format!("{file}: the recording has a blocking finding; its margins prove nothing");
         return Err(NotJudged::new_err((text, Vec::<String>::new())));
     }
+    Ok(json::render(&document))
+}
+
+/// Returns the latch response spectra of recordings, with designs beside them; JSON as the command line writes it.
+#[pyfunction]
+fn spectrum(
+    py: Python<'_>,
+    recordings: Vec<PathBuf>,
+    settings: &str,
+    levers_share: (f64, f64, f64, Option<f64>),
+    leave_out_unusable: bool,
+    levers: Vec<Py<Lever>>,
+    threads: Option<usize>,
+) -> PyResult<String> {
+    let began = Instant::now();
+    let (from, to, limit_angle_rad, share) = levers_share;
+    let request = SpectrumRequest {
+        replay: self::request(settings)?,
+        restitution: (from, to),
+        limit_angle_rad,
+        share,
+        leave_out_unusable,
+    };
+    request.check().map_err(wrong)?;
+    let designs: Vec<Design> = levers
+        .iter()
+        .map(|lever| checked(&request.replay, lever.get()))
+        .collect::<PyResult<_>>()?;
+    let sources: Vec<Source> = recordings
+        .iter()
+        .map(|path| source(path, None))
+        .collect::<PyResult<_>>()?;
+    let mut document = watched(py, threads, |control| {
+        pipeline::spectrum(&sources, &request, &designs, &Limits::default(), control)
+    })?;
+    document.run.elapsed_s = began.elapsed().as_secs_f64();
     Ok(json::render(&document))
 }
 

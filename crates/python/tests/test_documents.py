@@ -17,6 +17,8 @@ QUESTIONS = [
     {"filter": "cfc180", "bias": "none", "set": {"lever.preload_torque_nm": 2.82}},
     {"window": (-0.01, 0.06), "members": 200, "seed": 7, "opens_when": "negative"},
     {"resample": 8000.0, "between": "linear", "model": "soft", "members": 128},
+    {"members": 0, "transfer": "0.8..1.25", "accept": ["axis"]},
+    {"members": 0, "transfer": 1},
     {"unit": "m/s2", "velocity_change": 4.5, "accept": ["clock"], "phi0": 0.01, "omega0": -0.5},
 ]
 
@@ -119,9 +121,9 @@ def test_every_unit_is_the_one_that_was_meant():
 
 def test_designs_are_files_tables_and_changes(tmp_path):
     path = SIGNALS / "burst.csv"
-    table = {"name": "stiff", "lever": {"preload_torque_nm": 3.5}, "tolerance": {"restitution": 0.01}}
+    table = {"name": "stiff", "base": "paper", "lever": {"preload_torque_nm": 3.5}, "tolerance": {"restitution": 0.01}}
     file = tmp_path / "stiff.toml"
-    file.write_text('name = "stiff"\n[lever]\npreload_torque_nm = 3.5\n[tolerance]\nrestitution = 0.01\n')
+    file.write_text('name = "stiff"\nbase = "paper"\n[lever]\npreload_torque_nm = 3.5\n[tolerance]\nrestitution = 0.01\n')
     of_table, of_file = (lg.replay(path, design=design, members=200) for design in (table, file))
     assert but_run(of_table.document) == but_run(of_file.document)
     assert of_file.data["design"]["name"] == "stiff"
@@ -131,7 +133,7 @@ def test_designs_are_files_tables_and_changes(tmp_path):
 
 
 def test_a_sweep_has_the_answers_of_its_pairs_in_order():
-    designs = [None, {"name": "stiff", "lever": {"preload_torque_nm": 5}}]
+    designs = [None, {"name": "stiff", "base": "paper", "lever": {"preload_torque_nm": 5}}]
     recordings = [SIGNALS / "surviving.csv", "absent.csv", SIGNALS / "burst.csv"]
     sweep = lg.sweep(recordings, designs, members=200, threads=2)
     assert lg.sweep(recordings, designs, members=200, threads=1).rows == sweep.rows

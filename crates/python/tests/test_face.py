@@ -234,7 +234,7 @@ def test_a_sweep_of_nothing_or_of_one_name_twice_is_refused():
         with pytest.raises(ValueError, match="empty"):
             lg.sweep(recordings, designs, members=0)
     with pytest.raises(ValueError, match="the name paper"):
-        lg.sweep([BURST], [None, {"name": "stiff"}, None], members=0)
+        lg.sweep([BURST], [None, {"name": "stiff", "base": "paper"}, None], members=0)
 
 
 GATE = """
@@ -347,3 +347,39 @@ def test_memory_stays_flat_over_ten_thousand_judgements():
         print(resident_kib() - before)
     """
     assert int(run(code)) < 4096
+
+
+SLED = "pulse:half-sine,peak=30g,duration=30ms,opens-when=positive"
+
+
+def test_spectra_are_arrays_and_a_table():
+    strong = {"name": "strong", "base": "paper", "lever": {"preload_torque_nm": 4.0}}
+    strong["tolerance"] = {"preload_torque_nm": "2 %", "mass_kg": "1 %"}
+    spectra = lg.spectrum([SLED, BURST], [strong])
+    curves = len(spectra.names)
+    assert spectra.stroke.shape == (24,) and spectra.stroke[0] == pytest.approx(1e-3)
+    assert spectra.spectrum.shape == spectra.zone_from.shape == (curves, 24)
+    # The pulse stands beside the recording, and no latch that it does not open is asked for more.
+    recorded = [not name.startswith("pulse:") for name in spectra.names]
+    highest = np.nanmax(spectra.spectrum[recorded], axis=0)
+    np.testing.assert_array_equal(spectra.envelope, highest)
+    table = spectra.to_pandas()
+    assert list(table.columns) == spectra.names and table.index.name == "stroke_m"
+    assert table.iloc[0, 0] == spectra.spectrum[0, 0] > 25 * 9.80665
+    assert spectra.designs[0]["name"] == "strong" and spectra.designs[0]["place"] in ("above", "zone", "below")
+    assert repr(spectra) == f"<latchgate.Spectrum of {curves} curves>"
+
+
+def test_what_is_no_question_for_a_spectrum_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="empty"):
+        lg.spectrum([])
+    with pytest.raises(TypeError, match="list of designs"):
+        lg.spectrum(SLED, "design.toml")
+    with pytest.raises(ValueError, match="restitution"):
+        lg.spectrum(SLED, restitution=(0.5, 1.2))
+    empty = tmp_path / "empty.csv"
+    empty.write_text("")
+    with pytest.raises(lg.NotJudged, match="empty"):
+        lg.spectrum([SLED, empty])
+    left = lg.spectrum([SLED, empty], leave_out_unusable=True)
+    assert left.data["left_out"][0]["file"] == "empty.csv"

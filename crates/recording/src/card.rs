@@ -3,6 +3,7 @@
 use super::TestFacts;
 use super::channel_name::filtered::{Filtered, filter_in, says_unfiltered};
 use super::limits::Limits;
+use super::sensor_place::{SensorPlace, TransferRange};
 use super::source::{Source, sha256};
 use super::text::line_at;
 use crate::error::{Error, Place, with_article};
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::num::NonZeroU32;
 
 /// The keys of a card besides those of texts, as they are listed.
-const KEYS: [&str; 17] = [
+const KEYS: [&str; 19] = [
     "channel",
     "unit",
     "sensitivity",
@@ -33,6 +34,8 @@ const KEYS: [&str; 17] = [
     "accepted_remarks",
     "velocity_change_m_s",
     "accepted",
+    "place",
+    "transfer",
 ];
 
 /// The remedy for a wrong value.
@@ -75,6 +78,10 @@ pub struct Card {
     pub velocity_change_m_s: Option<f64>,
     /// Doubts about the recording that a person has settled.
     pub accepted: Vec<AcceptedWord>,
+    /// Place of the sensor: `latch`, `door`, `body`.
+    pub place: Option<SensorPlace>,
+    /// Factors between the acceleration at that place and the one at the latch.
+    pub transfer: Option<TransferRange>,
     /// Facts of test and sensor.
     pub test: TestFacts,
     /// Origin of the recording.
@@ -220,6 +227,13 @@ impl Card {
                 });
                 self.accepted = words.collect::<Result<_, Error>>()?;
             }
+            "place" => {
+                let name: String = take(key, value, "\"latch\", \"door\" or \"body\"")?;
+                let names = SensorPlace::ALL.map(SensorPlace::name);
+                let place = SensorPlace::from_name(&name);
+                self.place = Some(place.ok_or_else(|| Error::unknown("place", name, &names))?);
+            }
+            "transfer" => self.transfer = Some(transfer(key, value)?),
             "synthetic" => self.synthetic = take(key, value, "true or false")?,
             "date" if value.is_datetime() => {
                 self.test.date = value.as_datetime().map(ToString::to_string);
@@ -347,16 +361,25 @@ impl CardPolarity {
 pub enum AcceptedWord {
     /// Sample rate and length of the record.
     Clock,
+    /// Axis of a channel that is not lateral.
+    Axis,
+    /// The recorder's step as all the noise of a record without a quiet stretch.
+    Noise,
+    /// Samples that are unlike those of a raw recording.
+    Processed,
 }
 
 impl AcceptedWord {
     /// Lists every word.
-    pub const ALL: [Self; 1] = [Self::Clock];
+    pub const ALL: [Self; 4] = [Self::Clock, Self::Axis, Self::Noise, Self::Processed];
 
     /// Returns the word that options and cards use.
     pub fn name(self) -> &'static str {
         match self {
             Self::Clock => "clock",
+            Self::Axis => "axis",
+            Self::Noise => "noise",
+            Self::Processed => "processed",
         }
     }
 
@@ -366,6 +389,22 @@ impl AcceptedWord {
             .into_iter()
             .find(|word| word.name().eq_ignore_ascii_case(name.trim()))
     }
+}
+
+/// Reads factors: one as a number, or a text.
+fn transfer(key: &str, value: &toml::Value) -> Result<TransferRange, Error> {
+    let (read, found) = match value {
+        toml::Value::Integer(factor) => {
+            let factor = *factor as f64;
+            (TransferRange::new(factor, factor), factor.to_string())
+        }
+        toml::Value::Float(factor) => (TransferRange::new(*factor, *factor), factor.to_string()),
+        value => {
+            let text: String = take(key, value, "a number, or a text such as \"0.8..1.5\"")?;
+            (TransferRange::from_text(&text), format!("`{text}`"))
+        }
+    };
+    read.map_err(|wrong| Error::malformed(format!("`{key}`: {wrong}"), found, MEND))
 }
 
 fn take_positive(key: &str, value: &toml::Value, what: &'static str) -> Result<f64, Error> {

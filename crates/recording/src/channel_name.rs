@@ -3,11 +3,15 @@
 //! A channel is chosen without being named where every word of its name is on a short list. Any other
 //! word raises a doubt: the channel is offered, and a person chooses it or not.
 //!
+//! - `factor`: numbers that may be factors on the samples;
 //! - `filtered`: words that say that a channel was filtered before it was stored;
-//! - `gravity`: words that say that an acceleration holds gravity.
+//! - `gravity`: words that say that an acceleration holds gravity;
+//! - `mangled`: names that R and MATLAB rewrote.
 
+mod factor;
 pub(crate) mod filtered;
 pub(crate) mod gravity;
+mod mangled;
 
 use crate::code::Code;
 use crate::words::{Words, word_list};
@@ -74,7 +78,10 @@ impl ChannelName {
             ..Self::default()
         };
         match bracketed_units(cell).as_slice() {
-            [] => match time_unit_at_the_end(cell).or_else(|| unit_at_the_end(cell)) {
+            [] => match mangled::name_and_unit(cell)
+                .or_else(|| time_unit_at_the_end(cell))
+                .or_else(|| unit_at_the_end(cell))
+            {
                 Some((label, unit)) if names_alone(&label, &unit) => {
                     column.label = label;
                     column.take_unit(&unit, "header");
@@ -326,8 +333,15 @@ impl ChannelName {
                 "its `g` beside `{rival}`, as turning rates are named"
             ));
         }
+        if let Some(factor) = factor::factor_in(self.words()) {
+            return Some(format!("the number `{factor}`, which may be a factor"));
+        }
         if let Some(word) = self.odd_word() {
-            return Some(format!("`{word}`"));
+            return Some(match axis_of_word(&word) {
+                Some(axis) => format!("`{word}` names the {axis} axis"),
+                None if code_in(&word).is_some() => format!("its code is `{word}`"),
+                None => format!("`{word}` is no known word"),
+            });
         }
         // `ay1-ay2`, `acc y left - acc y right`.
         let sides = self.words().split(['-', '−', '–', '/']);
@@ -738,10 +752,12 @@ fn spoils_unit(label: &str) -> bool {
         .any(|denominator| denominator.trim_start().starts_with(char::is_numeric))
         && odd_sign(label).is_some();
     let alone = is_time && words.len() == 1;
+    let factor = || !is_time && factor::factor_in(label).is_some();
     code_in(label).is_none()
         && !alone
         && (label.contains(FACTORS)
             || ratio
+            || factor()
             || (0..words.len())
                 .filter(odd)
                 .any(|index| spoils(&words[index])))

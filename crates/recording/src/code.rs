@@ -1,7 +1,7 @@
 //! Channel codes: 16 characters for place and quantity of a channel.
 
-use crate::Finding;
 use crate::words::{Words, word_list};
+use crate::{Finding, SensorPlace};
 
 /// Locations that are plainly on the structure of a vehicle.
 static STRUCTURE: Words = word_list!("iso-mme-structure");
@@ -77,6 +77,15 @@ impl Code {
     pub(super) fn is_structure(&self) -> bool {
         let is_here = |location: &&str| location.as_bytes() == self.location();
         !matches!(self.0[0], b'M' | b'B') && STRUCTURE.iter().any(is_here)
+    }
+
+    /// Returns the place of a sensor on a vehicle's structure.
+    pub(super) fn place(&self) -> Option<SensorPlace> {
+        self.is_structure().then(|| match self.location() {
+            b"LATC" | b"LOCK" | b"LOSY" => SensorPlace::Latch,
+            b"DOOR" | b"DOPA" => SensorPlace::Door,
+            _ => SensorPlace::Body,
+        })
     }
 
     /// Returns the side that position or fine location names.

@@ -14,6 +14,7 @@
 //! - `ends`: the line on which a table seems to end, if a line after it stops the reading;
 //! - `layout`: layouts: the rows of the header, the column of time, the one of the lateral
 //!   acceleration;
+//! - `long_table`: refusal of several channels below one another in one column;
 //! - `preamble`: preambles: rows above the names that describe the columns;
 //! - `marks`: marks of a workbook's sheet besides its cells: hidden columns, merged cells;
 //! - `records`: rows as cells, by the table reader of the `csv` crate;
@@ -30,6 +31,7 @@ mod counter;
 mod dialect;
 mod ends;
 mod layout;
+mod long_table;
 mod marks;
 mod preamble;
 mod records;
@@ -41,7 +43,7 @@ mod unnamed;
 use super::draft::{self, Draft, UniformSamples, Unit};
 use super::held;
 use super::source::Reader;
-use super::time_base::{self, MEND, TimeBase};
+use super::time_base::{self, MEND, TimeBase, brief};
 use super::{Finding, Head, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection};
 use crate::channel_name::ChannelName;
 use crate::channel_name::gravity::says_gravity;
@@ -53,7 +55,7 @@ pub use layout::TableMapping;
 use layout::{Counter, TableLayout, TableStart, TimeSource, UnitOrigin};
 pub(crate) use marks::{Merged, Sheet, SheetMarks, column_letters};
 use preamble::TableFacts;
-pub(crate) use preamble::{rate_finding, rates_under_name};
+pub(crate) use preamble::rates_under_name;
 use rows::{ColumnResult, Rows, SelectedColumns};
 use status::TableWords;
 pub(crate) use status::says_bad;
@@ -277,6 +279,9 @@ impl<'a> TableText<'a> {
         if selection == Selection::Every {
             outcome.table = self.mapping().ok();
         }
+        if selection == Selection::Lateral {
+            long_table::refuse(&self.text, layout, self.task)?;
+        }
         let findings = &mut outcome.findings;
         let Some(time) = layout.time_or_left_out(options, selection, findings)? else {
             return Ok(outcome);
@@ -333,7 +338,8 @@ impl<'a> TableText<'a> {
         let counts = rows.values.split_off(choice.columns.len());
         let mut values = std::mem::take(&mut rows.values).into_iter();
         let mut clock_findings = Vec::new();
-        let mut base = self.find_base(&mut rows, &time, &mut clock_findings)?;
+        let shown_zero = self.shown_zero(&counters, &counts);
+        let mut base = self.find_base(&mut rows, &time, shown_zero, &mut clock_findings)?;
         findings.extend(self.row_findings(&rows, &time));
         findings.append(&mut clock_findings);
         let instant = |row: usize| instant_of(row, &rows, &base);
@@ -386,15 +392,15 @@ impl<'a> TableText<'a> {
                 let mut draft = Draft::of_words(column, unit, clock, findings);
                 draft.stated.gravity |= gravity;
                 draft.stated.clock_confirmed_by.clone_from(&confirmed_by);
+                let mut doubts = doubts.clone();
+                let of_preamble = layout.preamble.findings(index, &facts, &mut doubts);
                 draft.stated.clock_doubt = (!doubts.is_empty()).then(|| doubts.join("; "));
                 draft.findings.extend(base.findings.iter().cloned());
                 let flags = words.flags.iter();
                 let flags = flags.filter(|(subject, _)| subject.is_none_or(|i| i == index));
                 let flags = flags.map(|(_, finding)| finding.clone());
                 draft.findings.extend(flags);
-                draft
-                    .findings
-                    .extend(layout.preamble.findings(index, &facts));
+                draft.findings.extend(of_preamble);
                 draft.remarks.extend(remarks_on(Some(index)));
                 draft.finish(options.zero_s(), options)
             });
@@ -503,6 +509,23 @@ impl<'a> TableText<'a> {
         counters.iter().zip(counts).filter_map(finding).collect()
     }
 
+    /// Returns who shows the first sample's place before time zero, and its number: a column that counts the samples
+    /// from a negative number on.
+    fn shown_zero(&self, counters: &[Counter], counts: &[ColumnResult]) -> Option<(String, f64)> {
+        let mut named = counters
+            .iter()
+            .zip(counts)
+            .filter(|(counter, _)| counter.is_named);
+        named.find_map(|(counter, counts)| {
+            let counts = counts.as_ref().ok()?;
+            let (first, last) = (*counts.first()?, *counts.last()?);
+            let steps = (counts.len() - 1) as f64;
+            let is_whole = first.fract().abs() <= 0.0 && (last - first - steps).abs() <= 0.0;
+            let name = &self.layout.columns[counter.column].name;
+            (is_whole && first < 0.0).then(|| (format!("the sample numbers of `{name}`"), first))
+        })
+    }
+
     /// Returns the facts that the preamble is compared with.
     fn facts(&self, time: &TimeSource, rows: &Rows, base: &TimeBase) -> TableFacts {
         let clock_name = match time {
@@ -520,6 +543,7 @@ impl<'a> TableText<'a> {
             samples: (rows.ended.is_none()).then_some(rows.count),
             is_stamped: time.column().is_some(),
             zero_s: self.task.options.time_zero_s,
+            stated_hz: self.task.options.rate_hz,
             sensitivity: self.task.options.sensitivity.clone(),
         }
     }
@@ -574,6 +598,7 @@ impl<'a> TableText<'a> {
         &self,
         rows: &mut Rows,
         time: &TimeSource,
+        shown_zero: Option<(String, f64)>,
         findings: &mut Vec<Finding>,
     ) -> Result<TimeBase, Error> {
         let (options, limits) = (self.task.options, self.task.limits);
@@ -582,7 +607,19 @@ impl<'a> TableText<'a> {
                 return Err(Error::too_short("a recording", 2, rows.count));
             }
             TimeSource::Rate(rate) => {
-                let start_s = self.layout.preamble.start_s(*rate);
+                let preamble = &self.layout.preamble;
+                let start_s = match preamble.before_zero_s(*rate) {
+                    Some(start_s) => start_s,
+                    None => {
+                        let stated = preamble.start_s(*rate, rows.count);
+                        let counted = shown_zero.map(|(by, first)| (by, first / rate.hertz()));
+                        let (by, start_s) = stated.or(counted).unwrap_or_default();
+                        if start_s != 0.0 {
+                            findings.push(zero_shown(&by, start_s, options.time_zero_s));
+                        }
+                        start_s
+                    }
+                };
                 return Ok(TimeBase::stated(start_s, *rate, rows.count, Vec::new()));
             }
             TimeSource::Column {
@@ -615,7 +652,7 @@ impl<'a> TableText<'a> {
                 let text = format!(
                     "the unit of the time column `{name}` is not known. By the stated rate it is \
                      {} s. Check it, or state the setting `time_unit` = UNIT",
-                    time_base::brief(unit_s)
+                    brief(unit_s)
                 );
                 findings.push(Finding::warning("time-unit-assumed", text));
             } else {
@@ -631,6 +668,24 @@ impl<'a> TableText<'a> {
         let assumed = origin == UnitOrigin::Assumed;
         findings.extend(options.check_rate(fitted.rate.hertz(), (&clock_name, assumed), mend)?);
         Ok(fitted)
+    }
+}
+
+/// Returns the finding that a file without stamps shows its time zero, and where.
+fn zero_shown(by: &str, start_s: f64, stated_zero_s: Option<f64>) -> Finding {
+    let text = format!(
+        "the first sample is at {} s by {by}; the file's clock begins there",
+        brief(start_s)
+    );
+    match stated_zero_s.filter(|zero_s| *zero_s != 0.0) {
+        None => Finding::info("time-zero-shown", text),
+        Some(zero_s) => Finding::warning(
+            "time-zero-contradicted",
+            format!(
+                "{text}, and zero on it is time zero, but it was stated at {zero_s} s. Check the setting {}",
+                Setting::TimeZero
+            ),
+        ),
     }
 }
 

@@ -18,6 +18,7 @@ mod curve;
 mod header;
 
 use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
+use super::encoding;
 use super::lateral::{self, ChannelOffer};
 use super::mme::names::{has_suffix, is_shadow, number_of};
 use super::source::Reader;
@@ -25,8 +26,8 @@ use super::time_base::{self, MEND};
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
 };
-use super::{encoding, held};
 use crate::error::{Error, ErrorKind, Place};
+use crate::examine::clock::{Comparison, HeaderClock, StampsFit};
 use curve::Curve;
 use header::{CurveEntry, TestInstruments};
 use latchgate_kernel::units::SampleRate;
@@ -345,12 +346,10 @@ fn channel(
     {
         findings.extend(entry.not_lateral_finding());
     }
-    let clock = UniformSamples::find(curve, entry, task, &mut findings)?;
+    let (clock, comparison) = UniformSamples::find(curve, entry, task, &mut findings)?;
+    let mut doubts = Vec::new();
+    let confirmed = comparison.is_some_and(|found| found.tell(&mut findings, &mut doubts));
     if let Some(entry) = entry {
-        let contradicted = findings
-            .iter()
-            .any(|finding| finding.code == "time-contradicted");
-        let confirmed = entry.clock().is_some() && !contradicted;
         findings.extend(entry.time_unit_finding(confirmed));
         let span = clock.span();
         findings.extend(entry.status_finding(span));
@@ -361,14 +360,10 @@ fn channel(
     let end_s = clock.span().end_s;
     findings.extend(curve.cut.clone().map(|cut| cut.at(end_s)));
     let mut stated = entry.map(CurveEntry::stated).unwrap_or_default();
-    let stated_clock = entry.and_then(CurveEntry::clock);
-    let agrees = |rate: SampleRate| (rate.hertz() / clock.rate.hertz() - 1.0).abs() < 1e-3;
-    let contradicted = findings
-        .iter()
-        .any(|finding| finding.code == "time-contradicted");
-    if stated_clock.is_some_and(|(_, rate)| agrees(rate)) && !contradicted {
+    if confirmed {
         stated.clock_confirmed_by = Some("the .EV5".into());
     }
+    stated.clock_doubt = doubts.pop();
     findings.extend(stated.findings(clock.rate));
     let draft = Draft {
         name: label.to_string(),
@@ -382,35 +377,40 @@ fn channel(
 }
 
 impl UniformSamples {
-    /// Returns the clock that the `.EV5` states where the stamps agree with it, else theirs.
+    /// Returns the clock that the `.EV5` states where the stamps agree with it, else theirs; and what the
+    /// comparison of the two comes to.
     fn find(
         curve: &Curve,
         entry: Option<&CurveEntry>,
         task: ReadTask,
         findings: &mut Vec<Finding>,
-    ) -> Result<Self, Error> {
+    ) -> Result<(Self, Option<Comparison>), Error> {
         let (stamps_s, digit_s) = (&curve.stamps_s, curve.printed_digit_s);
         let values = curve.values.clone();
-        let clock = entry.and_then(CurveEntry::clock);
-        let stated = clock.map(|(start_s, rate)| {
+        let stated_hz = task.options.rate_hz;
+        let stated = entry.and_then(CurveEntry::clock).map(|(start_s, rate)| {
             // The .EV5 prints the interval in whole microseconds. A rate that a person states may be the same
             // with more digits, but does not replace another one.
-            let finer = task.options.rate_hz;
-            let finer = finer.filter(|hertz| time_base::rates_agree(*hertz, rate.hertz()));
-            (start_s, finer.unwrap_or(rate.hertz()))
+            let finer = stated_hz.filter(|hertz| time_base::rates_agree(*hertz, rate.hertz()));
+            HeaderClock {
+                source: "the .EV5",
+                start_s,
+                start_digit_s: 0.0,
+                start_intervals: start_s * rate.hertz(),
+                hertz: finer.unwrap_or(rate.hertz()),
+                slack: entry.map_or(0.0, CurveEntry::interval_slack),
+            }
         });
-        let holds = |(start_s, hertz)| held::clock("the header", start_s, hertz, stamps_s, digit_s);
-        let clock = match (stated, stated.and_then(holds)) {
-            (Some((start_s, hertz)), None) => {
-                Self::stated(start_s, SampleRate::from_hertz(hertz)?, values)?
+        let clock = match &stated {
+            Some(stated) if stated.fit(stamps_s, digit_s) == StampsFit::Exact => {
+                let rate = SampleRate::from_hertz(stated.hertz)?;
+                Self::stated(stated.start_s, rate, values)?
             }
-            (_, contradicted) => {
-                findings.extend(contradicted);
-                Self::by_stamps(stamps_s, digit_s, values, task.limits, findings)?
-            }
+            _ => Self::by_stamps(stamps_s, digit_s, values, task.limits, findings)?,
         };
         let source = ("the stamps", false);
         findings.extend(task.options.check_rate(clock.rate.hertz(), source, MEND)?);
-        Ok(clock)
+        let comparison = stated.map(|stated| stated.compare(stamps_s, digit_s, stated_hz));
+        Ok((clock, comparison))
     }
 }

@@ -111,35 +111,6 @@ pub(super) fn count(
     })
 }
 
-/// Compares a clock that `source` states, from `start_s` [s] on at a rate [Hz], with stamps [s], as
-/// printed to `digit_s`.
-pub(super) fn clock(
-    source: &str,
-    start_s: f64,
-    hertz: f64,
-    stamps_s: &[f64],
-    digit_s: f64,
-) -> Option<Finding> {
-    let interval_s = 1.0 / hertz;
-    // Half a digit of rounding, which is exact but for last bits; a picosecond for stamps printed in full;
-    // and the jitter of a recorder.
-    let slack = 0.5 * digit_s * (1.0 + 1e-6) + 1e-12 + STAMP_SLACK * interval_s;
-    let error_s =
-        |(index, stamp): (usize, &f64)| (stamp - (start_s + index as f64 * interval_s)).abs();
-    let off_s = stamps_s.iter().enumerate().map(error_s).fold(0.0, f64::max);
-    (off_s > slack).then(|| {
-        let text = format!(
-            "the stamps differ by up to {off_s:.3e} s from the clock that {source} states (first \
-             sample at {start_s} s, {hertz} Hz). One of the two is wrong. Find out which, and \
-             export again"
-        );
-        Finding::blocking("time-contradicted", text)
-    })
-}
-
-/// Share of the interval by which a stamp may differ from the stated clock [-].
-const STAMP_SLACK: f64 = 0.01;
-
 /// Returns the finding that a text ends in the middle of its last line: without the line's end, and
 /// with fewer decimals, or cells, than every line before it.
 pub(super) fn cut_line(content: &str) -> Option<Finding> {

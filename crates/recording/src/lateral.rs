@@ -2,7 +2,8 @@
 
 use super::channel_name::{ChannelName, axis_of_word, without_axis, words};
 use super::code::{Code, VehicleSide};
-use super::{Channel, Finding};
+use super::words::{Words, word_list};
+use super::{Channel, Finding, place_of};
 use crate::error::{Candidate, Candidates, Error, ErrorKind};
 
 /// True if a channel that was read measures lateral acceleration, by its name, its code or
@@ -85,8 +86,49 @@ pub fn side_of(channel: &Channel) -> Option<&'static str> {
     })
 }
 
+/// Attachments with the side that they name.
+static SIDES: Words = word_list!("nhtsa-sides");
+
+/// Returns the side of the vehicle that a channel's code or attachment names.
+fn stated_side(channel: &Channel) -> Option<&'static str> {
+    let place = channel.stated.location.as_deref().unwrap_or_default();
+    let attachment = place.split_whitespace().next().unwrap_or_default();
+    let listed = || {
+        let mut lines = SIDES.iter().filter_map(|line| line.split_once(' '));
+        let line = lines.find(|(name, _)| name.eq_ignore_ascii_case(attachment));
+        line.map(|(_, side)| side)
+    };
+    side_of(channel).or_else(listed)
+}
+
+/// True if another channel of a file measures lateral acceleration on the same side of the same vehicle, as far as
+/// is known: what is not stated of either counts as alike.
+pub fn is_sibling(judged: &Channel, other: &Channel) -> bool {
+    let is_judged = judged.name == other.name && judged.values == other.values;
+    let doubted = other
+        .findings
+        .iter()
+        .any(|finding| finding.code == "channel-not-lateral");
+    let is_alike = |one: Option<String>, other: Option<String>| match (one, other) {
+        (Some(one), Some(other)) => one == other,
+        _ => true,
+    };
+    let side = |channel: &Channel| stated_side(channel).map(String::from);
+    let vehicle = |channel: &Channel| channel.stated.test.vehicle.clone();
+    let object = |channel: &Channel| code_of(channel).map(|code| code.object().to_string());
+    // A dummy's head beside a sill is on no structure, and its code says so.
+    let is_on_structure = place_of(judged).is_none() || place_of(other).is_some();
+    !is_judged
+        && !doubted
+        && is_lateral(other)
+        && is_on_structure
+        && is_alike(side(judged), side(other))
+        && is_alike(vehicle(judged), vehicle(other))
+        && is_alike(object(judged), object(other))
+}
+
 /// Returns the code that is a channel's name, without a unit behind it, or its place.
-fn code_of(channel: &Channel) -> Option<Code> {
+pub(super) fn code_of(channel: &Channel) -> Option<Code> {
     let place = channel.stated.location.as_deref().unwrap_or_default();
     let label = label_of(channel);
     [label.as_str(), place].into_iter().find_map(Code::new)

@@ -25,6 +25,7 @@
 //! - `number`: numbers in cells: decimal point or comma, and the digits they were printed with;
 //! - `pulse`: pulses by formula, in place of a recording;
 //! - `remarks`: remarks: free words of laboratories and operators, for a person to read;
+//! - `sensor_place`: the place of a sensor, and the factors between it and the latch;
 //! - `setting`: the settings of a question, by the names that every interface uses for them;
 //! - `source`: the source of the bytes: a file, standard input or memory, hashed while it is read;
 //! - `tdms`: NI TDMS (.tdms), as LabVIEW and DIAdem write it;
@@ -46,6 +47,7 @@ mod draft;
 mod encoding;
 pub mod error;
 pub mod ev5;
+mod examine;
 pub mod finding;
 mod held;
 mod lateral;
@@ -56,6 +58,7 @@ pub mod mme;
 mod number;
 pub mod pulse;
 mod remarks;
+mod sensor_place;
 pub mod setting;
 pub mod source;
 pub mod tdms;
@@ -66,9 +69,10 @@ pub mod workbook;
 
 pub use card::Card;
 pub use finding::{Finding, Severity};
-pub use lateral::{ChannelAxis, axis_of, is_lateral, is_same_place, side_of};
+pub use lateral::{ChannelAxis, axis_of, is_lateral, is_same_place, is_sibling, side_of};
 pub use limits::Limits;
 pub use remarks::AcceptedRemark;
+pub use sensor_place::{SensorPlace, TransferRange, place_of};
 pub use source::{Part, Source, read_within};
 
 use crate::error::{Error, ErrorKind, Place};
@@ -359,6 +363,9 @@ fn joined_facts<const N: usize>(facts: [Option<String>; N]) -> Option<String> {
 pub struct Stated {
     /// Place and axis of the sensor, in the format's own codes.
     pub location: Option<String>,
+    /// That place as a latch sees it, of a format whose codes are no channel codes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<SensorPlace>,
     /// Full scale, in the channel's unit.
     pub full_scale: Option<f64>,
     /// Corner frequency of the analogue filter [Hz].

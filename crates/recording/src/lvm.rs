@@ -26,6 +26,7 @@ use super::{
     lateral, text,
 };
 use crate::error::{Error, ErrorKind, Place};
+use crate::examine::clock::{Comparison, RateStatement, UsedClock};
 use header::{Header, TimeColumns};
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 
@@ -364,30 +365,30 @@ impl LabviewFile<'_> {
         let place = ("header", "the header");
         let unit = Unit::of_words(column, place, options, selection, &mut findings)?;
         let count = numbers.values.len();
-        let clock = self.on_clock(table, index, numbers.values, &mut findings)?;
+        let mut doubts = Vec::new();
+        let stated = (&mut findings, &mut doubts);
+        let (clock, confirmed) = self.on_clock(table, index, numbers.values, stated)?;
         let end_s = clock.span().end_s;
         if let Some(stated) = channel.stated("Samples", &channel.samples) {
             stated.count(count, header.time != TimeColumns::No, end_s, &mut findings);
         }
         findings.extend(table.cut.clone().map(|cut| cut.at(end_s)));
-        let confirmed = header.time_slot(index).is_some()
-            && channel.interval().is_some()
-            && channel.interval_finding(clock.rate).is_none();
         let mut draft = Draft::of_words(column, unit, clock, findings);
         draft.stated.test = header.test.clone();
         draft.stated.clock_confirmed_by = confirmed.then(|| "Delta_X".into());
+        draft.stated.clock_doubt = doubts.pop();
         draft.finish(options.zero_s(), options)
     }
 
     /// Puts the samples of a channel on its uniform clock: by its column of stamps, else by the header or
-    /// the requested rate.
+    /// the requested rate; returns with it whether the header confirms the stamps.
     fn on_clock(
         &self,
         table: &ChannelTable,
         index: usize,
         values: Vec<f64>,
-        findings: &mut Vec<Finding>,
-    ) -> Result<UniformSamples, Error> {
+        (findings, doubts): (&mut Vec<Finding>, &mut Vec<String>),
+    ) -> Result<(UniformSamples, bool), Error> {
         let (header, options) = (self.header, self.task.options);
         let channel = &header.channels[index];
         let check = |rate: SampleRate, by| options.check_rate(rate.hertz(), (by, false), MEND);
@@ -404,17 +405,17 @@ impl LabviewFile<'_> {
                 clock.start_s *= clock.rate.hertz() / rate.hertz();
                 clock.rate = rate;
                 findings.push(finding);
-                return Ok(clock);
+                return Ok((clock, false));
             }
             findings.extend(check(clock.rate, "the file's time column")?);
             findings.append(&mut stamp_findings);
             let stated = channel.stated("Delta_X", &channel.interval);
-            if let Some(stated) = stated
-                && stated.number(|interval| interval > 0.0, findings).is_some()
-            {
-                findings.extend(channel.interval_finding(clock.rate));
-            }
-            return Ok(clock);
+            let number =
+                stated.and_then(|stated| stated.number(|interval| interval > 0.0, findings));
+            let comparison =
+                number.and_then(|_| channel.interval_comparison(clock.rate, options.rate_hz));
+            let confirmed = comparison.is_some_and(|comparison| comparison.tell(findings, doubts));
+            return Ok((clock, confirmed));
         }
         let rate = match (channel.interval(), options.rate_hz) {
             (Some(rate), _) if channel.counts_samples(rate) => {
@@ -433,7 +434,7 @@ impl LabviewFile<'_> {
             true => channel.start / rate.hertz(),
             false => channel.time_unit.to_seconds(channel.start),
         };
-        UniformSamples::stated(start_s, rate, values)
+        Ok((UniformSamples::stated(start_s, rate, values)?, false))
     }
 }
 
@@ -477,15 +478,31 @@ impl header::ChannelDescription {
         Some(Statement { key, text })
     }
 
-    /// Returns the finding that `Delta_X` is not the interval of the time column.
-    fn interval_finding(&self, measured: SampleRate) -> Option<Finding> {
-        let (stated_hz, measured_hz) = (self.interval()?.hertz(), measured.hertz());
-        let text = format!(
-            "Delta_X in the header means {stated_hz} Hz, but the time column runs at {measured_hz} Hz. The \
-             time column was used. Check the rate"
-        );
-        let differs = (stated_hz - measured_hz).abs() > 0.01 * measured_hz;
-        differs.then(|| Finding::warning("rate-contradicted", text))
+    /// Compares `Delta_X` with the interval of the time column.
+    fn interval_comparison(
+        &self,
+        measured: SampleRate,
+        stated_hz: Option<f64>,
+    ) -> Option<Comparison> {
+        let rate = self.interval()?.hertz();
+        if (rate - 1.0).abs() < 1e-9 {
+            let text = format!(
+                "Delta_X in the header is 1, as LabVIEW writes it where it knows no interval. The time column runs \
+                 at {} Hz and is used",
+                measured.hertz()
+            );
+            return Some(Comparison::Found(Finding::warning("time-differs", text)));
+        }
+        let statement = RateStatement::of(vec![rate], self.interval.as_deref()?);
+        let used = UsedClock {
+            name: "the time column",
+            hertz: measured.hertz(),
+            stated_hz,
+        };
+        Some(used.compare(
+            &format!("Delta_X in the header means {rate} Hz"),
+            &statement,
+        ))
     }
 
     fn interval(&self) -> Option<SampleRate> {

@@ -22,13 +22,13 @@ use super::code::VehicleSide;
 use super::draft::{self, Draft, UniformSamples, Unit, UnitStatement};
 use super::lateral::ChannelOffer;
 use super::source::Reader;
-use super::time_base::MEND;
+use super::time_base::{MEND, brief};
 use super::{
     Channel, Finding, Head, Limits, Outcomes, ReadOptions, ReadOutcome, ReadTask, Selection,
     encoding, lateral, text,
 };
 use crate::error::{Candidates, Error, ErrorKind};
-use channel::{ChannelHeader, Samples};
+use channel::{ChannelHeader, Samples, extremes_are_apart};
 use header::TestHeader;
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 use package::{ChannelEntry, Package};
@@ -222,14 +222,27 @@ impl TestReader<'_, '_> {
         };
         let unit = Unit::find(statement, self.options, selection, &mut findings)?;
         let samples = self.samples(&entry.file, outcome)?.map_err(placed)?;
-        let (clock, stamped) = self.clock(index, &samples, outcome, &mut findings)?;
+        let ChannelTime {
+            clock,
+            stamped,
+            confirmed_by,
+            doubt,
+        } = self.clock(index, &samples, outcome, &mut findings)?;
         let span = clock.span();
         findings.extend(header.held_findings(&clock, samples.values.len(), stamped));
         findings.extend(samples.cut.clone().map(|cut| cut.at(span.end_s)));
         findings.extend(samples.holes.iter().map(|hole| clock.hole(*hole)));
         findings.extend(header.status_findings(span));
         let mut stated = header.stated(&mut findings);
-        stated.clock_confirmed_by = header.clock_confirmed_by(&clock, stamped);
+        stated.clock_confirmed_by = match stamped {
+            true => confirmed_by,
+            // Where the start rests on these instants, only what lies between them confirms.
+            false if header.first_time()?.is_some() || extremes_are_apart(&clock.values) => {
+                header.instant_confirms(&clock)
+            }
+            false => None,
+        };
+        stated.clock_doubt = doubt;
         stated.test = stated.test.or(self.header.test_facts(header));
         findings.extend(header.contradictions());
         findings.extend(stated.findings(clock.rate));
@@ -298,20 +311,30 @@ impl UniformSamples {
     }
 }
 
+/// The samples of a channel on its clock.
+struct ChannelTime {
+    clock: UniformSamples,
+    /// Whether each sample has a stamp.
+    stamped: bool,
+    /// What of the header confirms the stamps.
+    confirmed_by: Option<String>,
+    /// What a person must accept of the clock.
+    doubt: Option<String>,
+}
+
 impl TestReader<'_, '_> {
-    /// Returns the clock of a channel, by a channel of times, else by its header; and true if each sample has
-    /// a stamp.
+    /// Returns the clock of a channel, by a channel of times, else by its header.
     fn clock(
         &mut self,
         channel: usize,
         samples: &Samples,
         outcome: &mut ReadOutcome,
         findings: &mut Vec<Finding>,
-    ) -> Result<(UniformSamples, bool), Error> {
+    ) -> Result<ChannelTime, Error> {
         let header = &self.channels[channel].header;
         if let Some(name) = header.reference_channel()? {
             if let Some(times) = channel_of_times(self.channels, channel, name)? {
-                let clock = self.explicit_clock(times, header, samples, outcome, findings)?;
+                let time = self.explicit_clock(times, header, samples, outcome, findings)?;
                 let assumed = times.header.value("Unit").is_none();
                 if assumed {
                     let text = "the channel of times states no unit. Seconds were assumed. Check \
@@ -319,9 +342,11 @@ impl TestReader<'_, '_> {
                     findings.push(Finding::info("time-unit-assumed", text));
                 }
                 let source = ("the channel of times", assumed);
-                let finding = self.options.check_rate(clock.rate.hertz(), source, MEND)?;
+                let finding = self
+                    .options
+                    .check_rate(time.clock.rate.hertz(), source, MEND)?;
                 findings.extend(finding);
-                return Ok((clock, true));
+                return Ok(time);
             }
             let text = format!(
                 "the header names {} as the channel of times, which is missing. Fetch its file",
@@ -339,17 +364,34 @@ impl TestReader<'_, '_> {
             (None, Some(stated)) => stated,
             (None, None) => return Err(ErrorKind::MissingTime.into()),
         };
-        let start_s = header.first_time()?;
-        if start_s.is_none() {
-            findings.push(Finding::warning(
-                "time-start-assumed",
-                "the header does not state the time of the first sample. 0 was assumed, so first \
-                 contact may lie elsewhere. State the setting `time_zero` = S",
-            ));
-        }
-        let start_s = start_s.unwrap_or(0.0);
+        let by_extremes = || header.start_by_extremes(&samples.values, rate.interval().seconds());
+        let start_s = match (header.first_time()?, by_extremes()) {
+            (Some(start_s), _) => start_s,
+            (None, Some(start_s)) => {
+                let text = format!(
+                    "the header does not state the time of the first sample. By its instants of both extremes \
+                     that is {} s",
+                    brief(start_s)
+                );
+                findings.push(Finding::info("time-zero-shown", text));
+                start_s
+            }
+            (None, None) => {
+                findings.push(Finding::warning(
+                    "time-start-assumed",
+                    "the header does not state the time of the first sample. 0 was assumed, so first \
+                     contact may lie elsewhere. State the setting `time_zero` = S",
+                ));
+                0.0
+            }
+        };
         let clock = UniformSamples::stated(start_s, rate, samples.values.clone())?;
-        Ok((clock, false))
+        Ok(ChannelTime {
+            clock,
+            stamped: false,
+            confirmed_by: None,
+            doubt: None,
+        })
     }
 
     /// Returns the clock that a channel of times gives.
@@ -360,7 +402,7 @@ impl TestReader<'_, '_> {
         samples: &Samples,
         outcome: &mut ReadOutcome,
         findings: &mut Vec<Finding>,
-    ) -> Result<UniformSamples, Error> {
+    ) -> Result<ChannelTime, Error> {
         let file = self.package.place_of(&times.file);
         let placed = |error: Error| error.at(file.clone().channel(times.label.clone()));
         times.header.check_repeated_keys().map_err(placed)?;
@@ -383,8 +425,17 @@ impl TestReader<'_, '_> {
         let seconds = |stamp: &f64| unit.to_seconds(*stamp);
         let stamps_s: Vec<f64> = stamps.values.iter().map(seconds).collect();
         let digit_s = seconds(&stamps.last_digit);
-        findings.extend(header.clock_finding(&stamps_s, digit_s));
+        let mut doubts = Vec::new();
+        let comparison = header.clock_comparison(&stamps_s, digit_s, self.options.rate_hz);
+        let confirmed = comparison.is_some_and(|found| found.tell(findings, &mut doubts));
         let values = samples.values.clone();
-        UniformSamples::by_stamps(&stamps_s, digit_s, values, self.limits, findings).map_err(placed)
+        let clock = UniformSamples::by_stamps(&stamps_s, digit_s, values, self.limits, findings)
+            .map_err(placed)?;
+        Ok(ChannelTime {
+            clock,
+            stamped: true,
+            confirmed_by: confirmed.then(|| "Sampling interval".into()),
+            doubt: doubts.pop(),
+        })
     }
 }

@@ -87,11 +87,13 @@ fn stated(cell: &[u8], mark: DecimalMark) -> Result<f64, NumberFault> {
     };
     let integer_part = cell.split(|byte| *byte == mark).next().unwrap_or_default();
     let mut groups = integer_part.split(|byte| *byte == group_mark);
-    let first = groups.next().unwrap_or_default();
-    let first = first.strip_prefix(b"-").unwrap_or(first);
+    let whole = groups.next().unwrap_or_default();
+    let first = whole.strip_prefix(b"-").or(whole.strip_prefix(b"+"));
+    let first = first.unwrap_or(whole);
     let three = |group: &[u8]| group.len() == 3 && group.iter().all(u8::is_ascii_digit);
-    if integer_part.contains(&group_mark) && !((1..=3).contains(&first.len()) && groups.all(three))
-    {
+    // No group of thousands begins with zero: `0,123` is no number of thousands.
+    let is_group = (1..=3).contains(&first.len()) && !first.starts_with(b"0");
+    if integer_part.contains(&group_mark) && !(is_group && groups.all(three)) {
         return Err(NumberFault::OtherMark);
     }
     let digits = cell.iter().filter(|byte| **byte != group_mark);

@@ -68,6 +68,10 @@ settings! {
     VelocityChange = "velocity_change",
     /// Doubts about a recording unlike a crash that a person settles.
     Accept = "accept",
+    /// Factors between the acceleration at the sensor's place and the one at the latch.
+    Transfer = "transfer",
+    /// Judgement of every lateral channel of that side in the file.
+    Siblings = "siblings",
     /// Check of the recording as a sled pulse.
     Sled206 = "sled206",
     /// Sign of the recorded acceleration that opens the lever.

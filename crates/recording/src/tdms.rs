@@ -38,8 +38,10 @@ use super::held::{self, Statement};
 use super::lateral::{self, ChannelOffer};
 use super::remarks::Span;
 use super::source::Reader;
+use super::time_base::brief;
 use super::{Channel, Finding, Head, Outcomes, ReadOutcome, ReadTask, Selection, text};
 use crate::error::{Error, ErrorKind};
+use crate::examine::clock::UsedClock;
 use crate::setting::Setting;
 use clock::ChannelClock;
 use entry::Entry;
@@ -256,6 +258,7 @@ impl<'a> TdmsFile<'a> {
         let ChannelClock {
             samples,
             confirmed_by,
+            doubt,
         } = clock;
         let span = samples.span();
         if let Some((from, count)) = object.missing {
@@ -278,6 +281,7 @@ impl<'a> TdmsFile<'a> {
             let at_s = span.start_s + last * span.interval_s;
             findings.push(Finding::blocking("gap", text).at(at_s));
         }
+        findings.extend(self.other_start(entry, span.interval_s));
         if self.is_cut {
             let text = "the file ends before its last segment does. Later samples are missing. Copy \
                         or export the file again";
@@ -298,7 +302,13 @@ impl<'a> TdmsFile<'a> {
         findings.extend(said::status_findings(object, span));
         findings.extend(self.parents.findings(objects));
         let hertz = samples.rate.hertz();
-        findings.extend(self.parents.rate_contradiction(objects, hertz));
+        let mut doubts: Vec<String> = doubt.into_iter().collect();
+        let used = UsedClock {
+            name: "the clock",
+            hertz,
+            stated_hz: options.rate_hz,
+        };
+        findings.extend(self.parents.rate_finding(objects, used, &mut doubts));
         findings.extend(self.flag_findings(place, span));
         let mut draft = Draft::of_words(&entry.column, unit, samples, findings);
         said::state(object, &mut draft.stated, objects);
@@ -310,10 +320,29 @@ impl<'a> TdmsFile<'a> {
                 .collect::<Vec<_>>(),
         );
         draft.stated.clock_confirmed_by = confirmed_by;
+        draft.stated.clock_doubt = (!doubts.is_empty()).then(|| doubts.join("; "));
         draft.remarks = said::of_channel(object);
         draft.remarks.extend(said::of_filters(object));
         draft.remarks.extend(self.parents.filters(objects));
         draft.finish(options.zero_s(), options)
+    }
+
+    /// Returns the finding that another channel of samples begins at another instant: the one farthest away.
+    fn other_start(&self, entry: &Entry<'_>, interval_s: f64) -> Option<Finding> {
+        let others = self.entries.iter().filter(|other| other.object.count > 1);
+        let apart = others.filter_map(|other| {
+            let apart_s = other.object.starts_after(entry.object)?;
+            (apart_s.abs() > 0.5 * interval_s).then_some((apart_s, &other.column.name))
+        });
+        let (apart_s, name) = apart.max_by(|one, other| one.0.abs().total_cmp(&other.0.abs()))?;
+        let text = format!(
+            "by `wf_start_time` channel `{name}` begins {} s {} than this one. Time counts from this channel's own \
+             start. Check which instant is time zero, and state {} = S if it is another",
+            brief(apart_s.abs()),
+            if apart_s > 0.0 { "later" } else { "earlier" },
+            Setting::TimeZero
+        );
+        Some(Finding::warning("starts-differ", text))
     }
 
     /// Returns the samples as the quantity that they are.

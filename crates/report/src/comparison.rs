@@ -92,7 +92,7 @@ pub fn rows(documents: &[&Document]) -> Vec<ComparedRow> {
         }),
         row("largest angle", &largest_angle),
         row("opens", &opens),
-        row("varied levers that open", &varied),
+        row("varied levers or readings that open", &varied),
         row("limit angle", &|document| {
             words::limit_angle(document.threshold_rad)
         }),
@@ -174,8 +174,8 @@ fn inputs(documents: &[&Document]) -> Vec<ComparedRow> {
         rows.push(row(
             &format!("tolerance of the {}", parameter.noun),
             &|document| {
-                let deviation = document.design.deviation(parameter);
-                deviation.map_or_else(|| "none".into(), exact)
+                let stated = document.design.tolerance.get(parameter.tolerance_key());
+                stated.map_or_else(|| "none".into(), ToString::to_string)
             },
         ));
     }

@@ -41,6 +41,16 @@ pub fn terminal(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(shown).collect())
 }
 
+/// Returns `text` for a cell of a table that a spreadsheet opens. What it would take for a formula gets an apostrophe
+/// in front.
+pub fn cell(text: &str) -> Cow<'_, str> {
+    if text.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']) {
+        Cow::Owned(format!("'{text}"))
+    } else {
+        Cow::Borrowed(text)
+    }
+}
+
 /// Returns a word of a shell's command line, quoted for this system's shells where it needs it.
 pub fn shell(word: &str) -> String {
     if cfg!(windows) {

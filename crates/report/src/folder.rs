@@ -2,8 +2,9 @@
 //! parts of both.
 
 use latchgate_recording::error::Error;
+use serde::Deserialize;
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -16,8 +17,14 @@ pub const MARGIN_FILE: &str = "margin.json";
 /// File name of the document of a static calculation.
 pub const STATIC_FILE: &str = "static.json";
 
+/// File name of the document of latch response spectra.
+pub const SPECTRUM_FILE: &str = "spectrum.json";
+
 /// File name of the page of several verdicts.
 pub const COMPARE_FILE: &str = "compare.html";
+
+/// Title of that page.
+pub(crate) const COMPARE_TITLE: &str = "Verdicts compared · latchgate";
 
 /// Attempts to put a report in its place while other processes put theirs there.
 const ATTEMPTS: u32 = 100;
@@ -193,15 +200,32 @@ impl Unplaced {
 
 /// Returns true if a folder holds files, and no report among them.
 fn is_foreign(dir: &Path) -> bool {
-    const FILES: [&str; 4] = [VERDICT_FILE, MARGIN_FILE, STATIC_FILE, COMPARE_FILE];
-    let is_one = |name: &&str| {
-        let mut head = Vec::new();
-        let read =
-            File::open(dir.join(name)).and_then(|file| file.take(4096).read_to_end(&mut head));
-        read.is_ok() && String::from_utf8_lossy(&head).contains("latchgate")
-    };
+    let documents = [VERDICT_FILE, MARGIN_FILE, SPECTRUM_FILE, STATIC_FILE];
     let holds_any = fs::read_dir(dir).is_ok_and(|mut entries| entries.next().is_some());
-    holds_any && !FILES.iter().any(is_one)
+    holds_any && !documents.iter().any(|name| is_document(dir, name)) && !is_comparison(dir)
+}
+
+/// Returns true if a file is a document of the kind that its name states, as its `schema` says. The word latchgate
+/// alone proves nothing: others write about it, too.
+fn is_document(dir: &Path, name: &str) -> bool {
+    #[derive(Deserialize)]
+    struct Head {
+        schema: String,
+    }
+    let kind = name.trim_end_matches(".json");
+    File::open(dir.join(name))
+        .ok()
+        .and_then(|file| serde_json::from_reader::<_, Head>(BufReader::new(file)).ok())
+        .is_some_and(|head| head.schema.starts_with(&format!("latchgate.{kind}/")))
+}
+
+/// Returns true if a folder holds the page of several verdicts, which has no document beside it.
+fn is_comparison(dir: &Path) -> bool {
+    let mut head = Vec::new();
+    let read =
+        File::open(dir.join(COMPARE_FILE)).and_then(|file| file.take(4096).read_to_end(&mut head));
+    let title = format!("<title>{COMPARE_TITLE}</title>");
+    read.is_ok() && String::from_utf8_lossy(&head).contains(&title)
 }
 
 /// Returns true if a folder holds anything but files of the names `ours`.

@@ -6,11 +6,14 @@ use latchgate_document::Document;
 use latchgate_document::number::trimmed;
 use latchgate_recording::Severity;
 use latchgate_verdict::decision::{NOISE_TIMES, unanimous};
-use latchgate_verdict::ensemble::Driver;
+use latchgate_verdict::ensemble::{Driver, Varied};
 use latchgate_verdict::{Answer, Ensemble, Reason, RunAnswer};
 
 /// Remedy where no single quantity decides.
 const FARTHER: &str = "a design farther from the limit angle would decide.";
+
+/// Reasons that name a single input as deciding.
+const DECIDING: [&str; 2] = ["bias-decides", "tolerance-decides"];
 
 /// Largest number of letters of a headline.
 const HEADLINE_LETTERS: usize = 240;
@@ -18,8 +21,10 @@ const HEADLINE_LETTERS: usize = 240;
 /// Returns the meaning of a verdict in a sentence: what the lever does, or what would decide it, or
 /// why there is no answer. Without an ensemble the sentence speaks of the nominal lever alone.
 pub fn headline(document: &Document) -> String {
-    let lever = match document.ensemble {
+    let lever = match &document.ensemble {
+        None if words::is_alone(document) => "This one lever",
         None if words::sparing_bound(document).is_none() => "The nominal lever",
+        Some(ensemble) if ensemble.varied == Varied::Readings => "This one lever",
         _ => "The lever",
     };
     let first = document.why.first();
@@ -70,7 +75,8 @@ fn varied_levers(document: &Document, nominal_rad: f64) -> String {
         && worst.exceeded > 0
     {
         let (exceeded, members) = (worst.exceeded, worst.members);
-        return format!("; {exceeded} of {members} varied levers open");
+        let varied = worst.varied.members();
+        return format!("; {exceeded} of {members} {varied} open");
     }
     let peaks = ensembles
         .iter()
@@ -79,8 +85,12 @@ fn varied_levers(document: &Document, nominal_rad: f64) -> String {
     if highest_rad <= nominal_rad {
         return String::new();
     }
+    let varied = ensembles
+        .first()
+        .map_or(Varied::Levers, |ensemble| ensemble.varied);
     format!(
-        "; varied levers up to {}",
+        "; {} up to {}",
+        varied.members(),
         share_of_limit(document, highest_rad)
     )
 }
@@ -129,8 +139,11 @@ fn would_decide(document: &Document) -> String {
                 .into_iter()
                 .map(|row| format!("{} if {} acceleration opens", row.word, row.sign))
                 .collect();
+            let mut reasons = document.why.iter();
+            let others = reasons.find(|reason| reason.code == "needs-word");
+            let others = others.map_or_else(String::new, |reason| format!(" {}", reason.text));
             format!(
-                "State the opening direction, the setting `opens_when`: {}.",
+                "State the opening direction, the setting `opens_when`: {}.{others}",
                 each.join(", ")
             )
         }
@@ -186,7 +199,7 @@ fn remedy_of_error(document: &Document) -> String {
 fn deciding_part(document: &Document, answer: &RunAnswer) -> Option<LargestPart> {
     let total_rad = answer.uncertainty_rad?;
     let interpolation_rad = answer.interpolation_error_rad?;
-    let noise_rad = NOISE_TIMES * answer.noise_rad?;
+    let noise_rad = (NOISE_TIMES * answer.noise_rad?).max(answer.noise_97_5_rad.unwrap_or(0.0));
     let numerical_rad = total_rad - interpolation_rad - noise_rad;
     let parts = [
         (interpolation_rad, LargestPart::Interpolation),
@@ -237,6 +250,14 @@ fn remedy_of_scatter(document: &Document) -> String {
             words::parameter(&driver.parameter)
         ),
         None if error_reaches_limit(document) => remedy_of_error(document),
+        // One that moves the nominal lever across the limit decides something, if not the share.
+        None if document
+            .why
+            .iter()
+            .any(|reason| DECIDING.contains(&&*reason.code)) =>
+        {
+            format!("The levers and readings lie on both sides of the limit angle: {FARTHER}")
+        }
         None => format!("No single tolerance decides: {FARTHER}"),
     }
 }

@@ -5,7 +5,7 @@
 //! verdict. The rest is folded; print shows what was unfolded.
 //!
 //! `card` is the head of the page, `results` what the runs say, `ensemble` the varied levers,
-//! `sources` the inputs; `margin` is the page of margins, `statics` that of static thresholds, `overlay` that of two verdicts.
+//! `sources` the inputs; `margin` is the page of margins, `spectrum` that of latch response spectra, `statics` that of static thresholds, `overlay` that of two verdicts.
 //! `markup` holds what they share, `sheet` is the style.
 
 mod card;
@@ -15,12 +15,14 @@ mod markup;
 mod overlay;
 mod results;
 mod sources;
+mod spectrum;
 mod statics;
 
 pub(super) use self::margin::page as margin_page;
 use self::markup::{figure, fold};
 pub use self::overlay::compared;
 pub(super) use self::overlay::page as overlay_page;
+pub(super) use self::spectrum::page as spectrum_page;
 pub(super) use self::statics::page as static_page;
 use super::escape::terminal as line;
 use super::page::PageFrame;
@@ -119,6 +121,8 @@ pub fn judged(document: &Document) -> Markup {
         &document.recording,
         &document.design,
         document.conditioning.as_ref(),
+        document.transfer.as_ref(),
+        &document.siblings,
     )
 }
 

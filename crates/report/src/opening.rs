@@ -3,6 +3,7 @@
 use latchgate_document::Document;
 use latchgate_document::number::trimmed;
 use latchgate_kernel::replay::Run;
+use latchgate_verdict::ensemble::Varied;
 use latchgate_verdict::{Answer, Opening};
 
 /// A spread above this part of the median, and above [`SPREAD_S`], is shown as a span [-].
@@ -53,21 +54,29 @@ pub fn span(opens: &Opening) -> Option<OpeningSpan> {
 /// `verb` is `opens` or `may open`.
 pub fn sentence(opens: &Opening, verb: &str) -> String {
     if opens.first_s.is_none() {
-        return format!("{} of {} varied levers open", opens.exceeded, opens.members);
+        let members = members(opens);
+        return format!("{} of {} {members} open", opens.exceeded, opens.members);
     }
     match span(opens) {
         Some(_) if opens.exceeded < opens.members => {
             format!(
-                "{verb} {} (9 of 10 varied levers that open)",
-                instant(opens)
+                "{verb} {} (9 of 10 {} that open)",
+                instant(opens),
+                members(opens)
             )
         }
         Some(_) => format!(
-            "{verb} {} (9 of 10 varied levers in that span)",
-            instant(opens)
+            "{verb} {} (9 of 10 {} in that span)",
+            instant(opens),
+            members(opens)
         ),
         None => format!("{verb} {}", instant(opens)),
     }
+}
+
+/// Names what was varied.
+fn members(opens: &Opening) -> &'static str {
+    opens.varied.unwrap_or(Varied::Levers).members()
 }
 
 /// Returns the instant: `at 14.4 ms`, or `between 77 and 104 ms`.
@@ -184,6 +193,7 @@ mod tests {
             p95_s,
             members: 128,
             exceeded,
+            varied: None,
         };
         let plain = |text: String| text.replace('\u{00A0}', " ");
         assert_eq!(plain(sentence(&opens, "opens")), expected);
@@ -220,6 +230,7 @@ mod tests {
             p95_s: Some(0.03),
             members: 512,
             exceeded: 7,
+            varied: None,
         };
         assert_eq!(sentence(&opens, "opens"), "7 of 512 varied levers open");
         assert_eq!(cell(&opens), "7 of 512 varied levers open");

@@ -5,7 +5,7 @@
 //! hundredths of a unit, and long signals keep every extremum (see [`thin`]).
 //!
 //! Of reports: `event`, `acceleration`, `angle`, `catch`, `spread`, `drivers`, `phase`, `spectrogram`, `spectra` and `sled`;
-//! of two verdicts: `overlay`; of margins: `margin`. All but `event` are a `chart`, drawn in a `frame`
+//! of two verdicts: `overlay`; of margins: `margin`; of spectra: `response_spectrum`. All but `event` are a `chart`, drawn in a `frame`
 //! with its `axis` on a `canvas`; `heat` and `raster` make pictures of cells and points, `thin` shortens curves, `style`
 //! holds colours and rules.
 
@@ -23,6 +23,7 @@ mod margin;
 pub(super) mod overlay;
 mod phase;
 pub mod raster;
+mod response_spectrum;
 mod sled;
 mod spectra;
 pub mod spectrogram;
@@ -34,6 +35,9 @@ use self::chart::{ACROSS, At, Chart, Panel, Point};
 use self::frame::{FOOTER, Scale, WIDE};
 pub(super) use self::margin::{
     RULES as MARGIN_RULES, figures as margin_figures, stand_alone as margin_stand_alone,
+};
+pub(super) use self::response_spectrum::{
+    RULES as SPECTRUM_RULES, figure as spectrum_figure, stand_alone as spectrum_stand_alone,
 };
 use crate::escape;
 use crate::words;

@@ -10,6 +10,14 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+/// Returns the runs of a series in the order of its columns, the same in every file: rigid stop before soft, negative
+/// opens before positive opens.
+pub fn ordered(series: &SampledSeries) -> Vec<&SeriesRun> {
+    let mut runs: Vec<&SeriesRun> = series.runs.iter().collect();
+    runs.sort_by_key(|run| (run.model, run.opens_when));
+    runs
+}
+
 /// Returns the columns of a series, each with its name: time, acceleration as recorded and as used, its
 /// integral, and angle and angular velocity of each run.
 pub fn columns(series: &SampledSeries) -> Vec<(String, &[f64])> {
@@ -20,7 +28,7 @@ pub fn columns(series: &SampledSeries) -> Vec<(String, &[f64])> {
         &series.velocity_m_s,
     ];
     let signal = HEAD.split(',').map(String::from).zip(signal);
-    let runs = series.runs.iter().flat_map(|run| {
+    let runs = ordered(series).into_iter().flat_map(|run| {
         let name = format!("{}_{}", run.model.name(), run.opens_when.name());
         [
             (format!("angle_{name}_rad"), &*run.angle_rad),

@@ -1,5 +1,6 @@
 //! The verdict for a terminal.
 
+use super::sensor_place::{sensor_place, siblings};
 use super::terminal::{self, Look, TerminalLines};
 use super::{REPORT_FILE, VERDICT_FILE};
 use super::{headline, opening, words};
@@ -126,12 +127,21 @@ fn judged(out: &mut TerminalLines, document: &Document) {
         out.line("varied", &words::varied(ensemble));
     } else if let Some(bound) = words::sparing_bound(document) {
         let text = format!(
-            "none of the varied levers can open: the loosest {}",
+            "none of the varied levers can open: the worst {}",
             bound.name()
         );
         out.line("varied", &text);
     }
+    if let Some(text) = words::what_was_varied(document) {
+        out.line("varied by", &text);
+    }
     out.line("direction", &words::direction(&document.recording));
+    if let Some(place) = sensor_place(&document.recording, document.transfer.as_ref()) {
+        out.line("place", &place);
+    }
+    if let Some(each) = siblings(&document.siblings) {
+        out.line("channels", &each);
+    }
     if let Some(text) = words::in_plane(document) {
         out.line("in plane", &text);
     }

@@ -13,6 +13,7 @@ use latchgate_document::request::PolaritySource;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, DesignParameter, PARAMETERS};
 use latchgate_kernel::model::stop::StopModel;
+use latchgate_kernel::model::tolerance::Tolerance;
 use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::card::CardPolarity;
@@ -21,6 +22,7 @@ use latchgate_verdict::conditioning::Cfc;
 use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
 use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::margin::Quantity;
+use latchgate_verdict::wording::percent_bound;
 use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -92,11 +94,11 @@ pub(super) fn is_isolated_pass(document: &Document) -> bool {
 /// constant.
 pub(super) fn restitution(document: &Document) -> Option<String> {
     let advice = document.restitution_answer.as_ref()?;
-    let tried = format!("{} values tried", advice.tried);
+    let tried = advice.tried;
     Some(match (advice.safe_from, advice.does_not) {
-        (Some(_), None) => format!("Passes for every restitution from 0 to 1 ({tried})"),
+        (Some(_), None) => format!("Passes at all {tried} restitutions tried from 0 to 1"),
         (Some(from), _) => format!(
-            "Passes for a restitution of {} or less, not for every one from 0 to 1 ({tried})",
+            "Passes at all restitutions tried up to {}, not at each of the {tried} tried from 0 to 1",
             latchgate_kernel::units::shortest(from)
         ),
         (None, _) => "Does not pass for a restitution of 0: this pass hangs on the stop".into(),
@@ -104,7 +106,7 @@ pub(super) fn restitution(document: &Document) -> Option<String> {
 }
 
 /// Faults that a pass does not exclude, since the samples of a recording cannot show them.
-pub const UNSEEN: &str = "no tool can tell a wrong sign, half the scale, half the time, or a wrong axis under a right name";
+pub const UNSEEN: &str = "what samples need not show: a wrong sign, half the scale, half the time, a wrong axis under a right name";
 
 /// Returns a text cut between two words, where it has more letters than `letters_max`.
 pub(super) fn shortened(text: &str, letters_max: usize) -> String {
@@ -212,9 +214,8 @@ pub(super) fn stops(document: &Document) -> Option<String> {
 /// Returns how many of the varied levers open.
 pub(super) fn varied(ensemble: &Ensemble) -> String {
     format!(
-        "{} of {} varied levers open{} ({}{})",
-        ensemble.exceeded,
-        ensemble.members,
+        "{} open{} ({}{})",
+        ensemble.who_opens(),
         until(ensemble),
         share(ensemble),
         match ensemble.exceeded_in_coast {
@@ -224,12 +225,85 @@ pub(super) fn varied(ensemble: &Ensemble) -> String {
     )
 }
 
-/// Returns the share of all varied levers that open, as its bound.
+/// Returns the share of levers and readings that open, as its bound.
 pub(super) fn share(ensemble: &Ensemble) -> String {
-    if ensemble.p_lower > FAIL_SHARE_WITH_NOMINAL {
-        format!("at least {}\u{00A0}% of all", percent(ensemble.p_lower))
-    } else {
-        format!("at most {}\u{00A0}% of all", percent(ensemble.p_upper))
+    let answer = match ensemble.p_lower > FAIL_SHARE_WITH_NOMINAL {
+        true => Answer::Fail,
+        false => Answer::Pass,
+    };
+    ensemble.share_that_opens(answer).replace(" %", "\u{00A0}%")
+}
+
+/// Tells whether nothing varies, so that one lever was judged on one reading of the recording.
+pub(super) fn is_alone(document: &Document) -> bool {
+    let mut why = document.why.iter();
+    why.any(|reason| reason.code == "nothing-varied")
+}
+
+/// Returns what an ensemble varies and by how much, levers and readings apart: `preload torque ±5 %,
+/// restitution of the stop ±0.02; reading: scale ±1 %, bias ±0.1 g`.
+pub(super) fn what_was_varied(document: &Document) -> Option<String> {
+    if document.request.members == 0 || document.nominal.is_none() {
+        return None;
+    }
+    let design = &document.design;
+    let of_each = design.parameters().filter_map(|parameter| {
+        let is_of_lever =
+            parameter.has_tolerance() && parameter.counts_at(document.request.model.stops());
+        (is_of_lever && design.deviation(parameter)? > 0.0).then(|| {
+            Some(format!(
+                "{} ±{}",
+                parameter.noun,
+                tolerance(design, parameter)?
+            ))
+        })?
+    });
+    let levers: Vec<String> = of_each.collect();
+    let measured = document.conditioning.as_ref();
+    let measured = measured.map_or(0.0, |block| {
+        block.bias_standard_error_m_s2 / STANDARD_GRAVITY
+    });
+    let bias_g = design.input.bias_g.max(measured);
+    let mut readings = Vec::new();
+    if design.input.scale > 0.0 {
+        readings.push(format!(
+            "scale ±{}\u{00A0}%",
+            trimmed(100.0 * design.input.scale, 3)
+        ));
+    }
+    if bias_g > 0.0 {
+        readings.push(format!("bias ±{}\u{00A0}g", trimmed(bias_g, 2)));
+    }
+    if levers.is_empty() && readings.is_empty() {
+        return None;
+    }
+    let levers = match levers.is_empty() {
+        true => "nothing of the lever".into(),
+        false => levers.join(", "),
+    };
+    let readings = match readings.is_empty() {
+        true => "nothing".into(),
+        false => readings.join(", "),
+    };
+    Some(format!(
+        "{levers}; reading: {readings} (one standard deviation each)"
+    ))
+}
+
+/// Returns how far a number scatters, as the design states it, with its unit; `None` if it does not say.
+pub(super) fn tolerance(design: &Design, parameter: &DesignParameter) -> Option<String> {
+    let stated = design.tolerance.get(parameter.tolerance_key());
+    match (parameter.has_tolerance(), stated) {
+        (true, Some(share @ Tolerance::Share(_))) => {
+            Some(format!("{}\u{00A0}%", trimmed(share.number(), 4)))
+        }
+        (true, Some(Tolerance::Deviation(deviation))) => {
+            let unit = parameter.unit.trim_matches('1').replace(' ', "·");
+            let blank = if unit.is_empty() { "" } else { "\u{00A0}" };
+            Some(format!("{}{blank}{unit}", exact(*deviation)))
+        }
+        (true, None) => None,
+        (false, _) => design.deviation(parameter).map(exact),
     }
 }
 
@@ -452,7 +526,7 @@ pub(super) fn coasting(ensemble: &Ensemble) -> Option<String> {
             "After the last judged sample {} more coast beyond it (pale), with which up to \
              {}\u{00A0}% cross",
             ensemble.exceeded_in_coast,
-            percent(ensemble.p_upper_with_coast)
+            percent_bound(ensemble.p_upper_with_coast, f64::ceil)
         )
     })
 }
@@ -631,17 +705,16 @@ fn modified(design: &Design, key: &str) -> String {
         .trim_matches('1');
     let unit = unit.replace(' ', "·");
     let number = |value: Option<f64>| value.map_or_else(|| "none".into(), exact);
+    let share = design.tolerance.get(name).filter(|_| !tolerance.is_empty());
+    if let Some(share @ Tolerance::Share(_)) = share {
+        return format!("{tolerance}{what} {share}");
+    }
     let blank = if unit.is_empty() { "" } else { "\u{00A0}" };
     format!(
         "{tolerance}{what} {}{blank}{unit} ({})",
         number(design.number(key)),
         number(design.modified_from.get(key).copied())
     )
-}
-
-/// Returns a share [-] in percent, with the digits that matter near the bounds of the rule.
-pub(super) fn percent(share: f64) -> String {
-    trimmed(100.0 * share, 4)
 }
 
 /// Returns the word of a page for the severity of a finding.
@@ -732,6 +805,7 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 7] {
         numerical,
         interpolation,
         noise,
+        noise_97_5: _,
         model,
         filter,
         bias,

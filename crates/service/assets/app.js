@@ -202,7 +202,12 @@ function question(form) {
   submitting(form, at('judging-told'), async (data) => {
     const bar = at('judging');
     const request = JSON.parse(form.dataset.request);
-    for (const key of ['opens_when', 'filter', 'model']) if (data.get(key)) request[key] = data.get(key);
+    for (const key of ['opens_when', 'filter', 'model', 'siblings']) if (data.get(key)) request[key] = data.get(key);
+    const transfer = (data.get('transfer') || '').trim();
+    if (transfer) request.transfer = transfer;
+    if (data.get('accept')) request.accept = data.get('accept').split(',');
+    const velocity = (data.get('velocity_change') || '').trim();
+    if (velocity) request.velocity_change = Number.isNaN(Number(velocity)) ? velocity : Number(velocity);
     // What would be taken anyway is not stated: the same question has the same identity by every door.
     const channel = form.querySelector('input[name=channel]:checked');
     if (!channel) throw wrong('channel', 'Choose a channel.');

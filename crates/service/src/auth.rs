@@ -141,7 +141,7 @@ pub enum Presented {
 /// Result of checking a credential.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Recognition {
-    /// No token exists, so every visitor on the loopback may do everything.
+    /// No token exists, so whoever is at the machine may do everything; the guard decides who is.
     Open(Visitor),
     /// A valid token or session.
     Known(Visitor),
@@ -356,12 +356,21 @@ fn tell_changes(before: &[StoredToken], now: &[StoredToken]) {
     }
 }
 
-/// Returns the index of the hash of a secret. All hashes are compared in full, so that the time tells nothing.
+/// Returns the index of the hash of a secret.
 fn matching_hash<'a>(hashes: impl Iterator<Item = &'a str>, presented: &str) -> Option<usize> {
     let presented = sha256_hex(presented.as_bytes());
+    matching_secret(hashes.map(str::as_bytes), presented.as_bytes())
+}
+
+/// Returns the index of a secret among those stored, the last one if it is there twice. All are compared, each in
+/// constant time, so that the time tells nothing. The bound lets them be compared in no other way.
+pub fn matching_secret<'a, S: ConstantTimeEq + ?Sized + 'a>(
+    stored: impl Iterator<Item = &'a S>,
+    presented: &S,
+) -> Option<usize> {
     let mut matching = None;
-    for (index, sha256) in hashes.enumerate() {
-        let is_same: Choice = sha256.as_bytes().ct_eq(presented.as_bytes());
+    for (index, secret) in stored.enumerate() {
+        let is_same: Choice = secret.ct_eq(presented);
         if bool::from(is_same) {
             matching = Some(index);
         }

@@ -57,14 +57,9 @@ pub const KEYS: &[Key] = &[
         "Folder of the data; $XDG_STATE_HOME/latchgate or ~/.local/state/latchgate unless stated.",
     ),
     key(
-        "hosts",
-        "",
-        "Names under which a proxy serves the page, with commas between; the loopback's are known.",
-    ),
-    key(
         "proxies",
         "",
-        "Addresses of proxies, with commas between: they may hold every connection, and are believed for whom they ask.",
+        "Addresses of proxies, with commas between: they may hold every connection, and are believed for whom they ask. Only once a token exists, or `user_header` is stated.",
     ),
     key(
         "without_jail",
@@ -481,8 +476,6 @@ pub struct Config {
     pub users: Option<ProxyUsers>,
     /// Folder of the data.
     pub data: PathBuf,
-    /// Names under which the page is served beside the loopback's.
-    pub hosts: Vec<String>,
     /// Addresses of proxies whose headers on the client are trusted.
     pub proxies: Vec<IpAddr>,
     /// True if children work in an incomplete jail.
@@ -559,7 +552,6 @@ impl Config {
     /// The first mistake, in a sentence.
     pub fn of(layers: &Layers) -> Result<Self, String> {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let words = |name| layers.text(name).split(',').map(str::trim);
         let data = match layers.text("data") {
             "" => return Err("no folder for the data: state `data`".into()),
             stated => PathBuf::from(stated),
@@ -572,10 +564,6 @@ impl Config {
             )?,
             users: users(layers)?,
             data,
-            hosts: words("hosts")
-                .filter(|host| !host.is_empty())
-                .map(str::to_lowercase)
-                .collect(),
             proxies: proxies(layers)?,
             without_jail: layers.value("without_jail", "true or false")?,
             places: match layers.number("places", 0, 1024)? {

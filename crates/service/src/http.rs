@@ -38,7 +38,7 @@ pub(crate) use caller::Caller;
 pub(crate) use guard::{COOKIE, TLS_COOKIE, behind_tls, session};
 pub use listener::Listener;
 pub(crate) use places::SPARE;
-pub use server::serve;
+pub use server::{EndingSignals, serve};
 
 use crate::app::App;
 use crate::auth::Scope;
@@ -161,7 +161,7 @@ pub fn openapi() -> String {
         );
     }
     description["components"]["securitySchemes"] = json!({
-        "token": {"type": "http", "scheme": "bearer", "description": "`latchgate-serve token create`; where no token exists, whoever reaches the loopback is asked for none"},
+        "token": {"type": "http", "scheme": "bearer", "description": "`latchgate-serve token create`; where no token exists, programs of the machine itself are asked for none"},
         "cookie": {"type": "apiKey", "in": "cookie", "name": COOKIE, "description": "What the page's sign-in sets"},
     });
     format!("{description:#}\n")

@@ -305,6 +305,11 @@ impl From<StoreError> for Problem {
                 "damaged",
                 "What is stored is damaged",
             ),
+            StoreError::TokensLost => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "damaged",
+                "The tokens are damaged",
+            ),
             StoreError::Deleted => (StatusCode::GONE, "recording-deleted", "It was deleted"),
             _ => (
                 StatusCode::INTERNAL_SERVER_ERROR,

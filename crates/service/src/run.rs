@@ -249,11 +249,12 @@ fn serve(config: Config) -> Result<ExitCode, String> {
         .ledger
         .reclaim(running_ms(), true)
         .map_err(error_text)?;
-    let has_tokens = store.ledger.tokens().map_err(error_text)?;
-    if has_tokens.is_empty() && config.users.is_none() && !config.listen.is_private() {
+    let tokens = store.ledger.tokens().map_err(error_text)?;
+    let is_reachable = !config.listen.is_private() || !config.proxies.is_empty();
+    if tokens.is_empty() && config.users.is_none() && is_reachable {
         return Err(format!(
             "{} can be reached from elsewhere, and no token exists: make one with `latchgate-serve \
-             token create NAME`, state `user_header`, or listen on 127.0.0.1",
+             token create NAME`, state `user_header`, or listen on 127.0.0.1 without `proxies`",
             config.listen
         ));
     }
@@ -305,6 +306,7 @@ fn raise_open_files(connections: usize) -> Result<(), String> {
 }
 
 async fn listen(app: App) -> Result<ExitCode, String> {
+    let signals = http::EndingSignals::catch().map_err(|error| error.to_string())?;
     let (listener, address) = http::Listener::bind(&app.config.listen).await?;
     let data = app.config.data.display();
     say(format!("latchgate serves {address}, data in {data}"))?;
@@ -312,9 +314,7 @@ async fn listen(app: App) -> Result<ExitCode, String> {
     tokio::spawn(keep_store(app.clone()));
     tokio::spawn(gate::keep(app.clone()));
     tokio::spawn(cluster_gates::keep(app.clone()));
-    http::serve(app.clone(), listener)
-        .await
-        .map_err(|error| error.to_string())?;
+    http::serve(app.clone(), listener, signals).await;
     // After this the ledger can be read without its log, for example from a read-only copy.
     if let Err(problem) = app.on_disk(|parts| parts.ledger.settle()).await {
         tracing::warn!(problem = %problem.detail, "the ledger's log stays");

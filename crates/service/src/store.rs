@@ -57,6 +57,12 @@ pub enum StoreError {
         /// Name of the row or file.
         what: String,
     },
+    /// Tokens were made, and none of their rows is left or fits its hash.
+    #[error(
+        "tokens were made and none can be read, so nobody is let in; make one with `latchgate-serve token create \
+         NAME`, or restore a backup"
+    )]
+    TokensLost,
     /// Another attempt holds the job, or it has ended.
     #[error("the job is held by another attempt")]
     Fenced,
@@ -738,17 +744,18 @@ pub trait Ledger: Send + Sync {
     /// Keeps the outcome of a gate.
     fn end_gate(&self, id: &str, outcome: &GateOutcome) -> Result<(), StoreError>;
 
-    /// Keeps a token and returns its number.
+    /// Keeps a token and returns its number. Removes those whose rows do not fit their hashes.
     fn put_token(&self, token: &StoredToken) -> Result<i64, StoreError>;
     /// Revokes a token at once, with its sessions, or lets it end at `ends_ms`.
     fn end_token(&self, number: i64, ends_ms: Option<i64>) -> Result<(), StoreError>;
     /// Keeps the time of a token's last use.
     fn used_token(&self, number: i64, now_ms: i64) -> Result<(), StoreError>;
-    /// Lists the tokens.
+    /// Lists the tokens whose rows fit their hashes; the others grant nothing. The list is empty only if no token was
+    /// ever made.
     fn tokens(&self) -> Result<Vec<StoredToken>, StoreError>;
     /// Keeps a session, or the time of its last use.
     fn put_session(&self, session: &StoredSession) -> Result<(), StoreError>;
-    /// Lists the sessions.
+    /// Lists the sessions whose rows fit their hashes.
     fn sessions(&self) -> Result<Vec<StoredSession>, StoreError>;
     /// Ends a session.
     fn end_session(&self, sha256: &str) -> Result<(), StoreError>;

@@ -2,7 +2,7 @@
 
 use super::bounds;
 use super::decision::{Bound, ShareBounds, VariantRun};
-use super::ensemble::{Count, Ensemble, Scatter};
+use super::ensemble::{Count, Ensemble, Scatter, Varied};
 use super::faults::Faults;
 use super::filters::{self, FilterRow};
 use super::mechanism::{self, Mechanism};
@@ -57,6 +57,8 @@ pub struct Assessment {
     pub ensembles: Vec<Ensemble>,
     /// The nominal runs with one input moved by one standard deviation.
     pub what_if: Vec<WhatIf>,
+    /// What differs from member to member of an ensemble; `None` where none was asked for or nothing does.
+    pub varied: Option<Varied>,
     /// A pass waits for a person's word, so that the answer is undecided.
     pub word_missing: bool,
     /// The mechanism beside the lever, and what it did; `None` of the lever alone.
@@ -129,6 +131,7 @@ pub fn assess_again(
     let signal = &conditioned.used;
     let window = window_samples(signal, policy.window_s)?;
     let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
+    let span = UsableSpan::of(&faults, signal, window);
     let work = Meter::new(policy.work);
     let assessing = Assessing {
         setup: RunSetup {
@@ -138,6 +141,7 @@ pub fn assess_again(
             detail: extras.detail,
             control,
             signal,
+            drawn_runs: (span == UsableSpan::Whole).then_some(extras.drawn_runs),
             readings: Readings::of(conditioned, cache, policy.between),
             window,
             work: &work,
@@ -145,7 +149,7 @@ pub fn assess_again(
         conditioned,
         findings,
         extras,
-        span: UsableSpan::of(&faults, signal, window),
+        span,
         faults,
         scatter: scatter(conditioned, design, policy)?,
     };
@@ -154,7 +158,7 @@ pub fn assess_again(
     assessing.conclude(results)
 }
 
-/// The scatter of an ensemble, if the policy asks for one.
+/// The scatter of an ensemble, if the policy asks for one and anything varies.
 fn scatter(
     conditioned: &Conditioned,
     design: &Design,
@@ -162,10 +166,12 @@ fn scatter(
 ) -> Result<Option<Scatter>, Error> {
     let scattered = || {
         let error_m_s2 = conditioned.bias_standard_error_m_s2;
-        let scatter = Scatter::new(design, error_m_s2, policy.seed)?;
-        Ok(of_sensors(scatter, conditioned, design))
+        let scatter = Scatter::new(design, error_m_s2, policy.seed)?.at(policy.model.stops());
+        Ok::<_, Error>(of_sensors(scatter, conditioned, design))
     };
-    (policy.members > 0).then(scattered).transpose()
+    let scatter = (policy.members > 0).then(scattered).transpose()?;
+    // Members that are all alike are none.
+    Ok(scatter.filter(|scatter| scatter.varied().is_some()))
 }
 
 /// Adds the scatter of a second in-plane sensor, if there is one.
@@ -215,7 +221,11 @@ impl Assessing<'_> {
     /// Returns the bound that spares an ensemble, where one would be run over the whole window.
     fn bound(&self, variant: Variant) -> Result<Option<Bound>, Error> {
         match &self.scatter {
-            Some(scatter) if !self.setup.follow_all && self.span == UsableSpan::Whole => {
+            Some(scatter)
+                if !self.setup.follow_all
+                    && scatter.has_end()
+                    && self.span == UsableSpan::Whole =>
+            {
                 bounds::bound(&self.setup, scatter, variant)
             }
             _ => Ok(None),
@@ -230,7 +240,7 @@ impl Assessing<'_> {
             exceeded_in_coast: 0,
             failed_to_run: 0,
         };
-        none_crosses.share()
+        none_crosses.share(&self.setup.design.criterion)
     }
 
     /// The runs over the samples that count.
@@ -315,6 +325,7 @@ impl Assessing<'_> {
         let evidence = self.evidence(&results, nominal)?;
         let work_limit = setup.work.limit_reached();
         findings.extend(work_limit.map(work_limit_reached));
+        let varied = self.scatter.as_ref().and_then(Scatter::varied);
         let mut case = reasons::Explained {
             answer,
             design,
@@ -328,6 +339,7 @@ impl Assessing<'_> {
             budget: &budget,
             noise: self.conditioned.noise,
             what_if: &[],
+            varied,
             opens: opens.as_ref(),
         };
         if brief && reasons::inputs_may_come_first(&case) {
@@ -360,6 +372,7 @@ impl Assessing<'_> {
                 _ => BTreeMap::new(),
             },
             word_missing: false,
+            varied,
             mechanism: Mechanism::of(design, &results),
             whole: self.span == UsableSpan::Whole,
             what_if,

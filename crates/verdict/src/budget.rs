@@ -70,6 +70,7 @@ pub(super) fn budget(
         numerical: Some(nominal.run.run().numerical_error_rad),
         interpolation: Some(nominal.run.interpolation_error_rad),
         noise: Some(nominal.run.noise_rad),
+        noise_97_5: nominal.run.noise_draws.map(|draws| draws.quantile_rad),
         model: model_peak.map(change),
         filter: unfiltered_peak
             .or(conditioned.filter.is_none().then_some(peak))

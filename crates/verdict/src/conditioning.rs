@@ -9,6 +9,7 @@
 //! - `crash`: what tells a record of a crash from another one: velocity change and clock;
 //! - `neighbours`: channels beside one another: lateral sensors of one body move alike, and two
 //!   at one place measure the same;
+//! - `processed`: samples that no raw recording has: smoothed, limited, repaired, scaled;
 //! - `quality`: faults of a raw channel: clipping, dead and frozen sensors, records cut inside
 //!   the event;
 //! - `resample`: band-limited resampling with a Kaiser-windowed sinc;
@@ -20,6 +21,7 @@ pub mod bias;
 pub mod cfc;
 mod crash;
 pub mod neighbours;
+mod processed;
 pub mod quality;
 pub mod resample;
 pub mod spectrum;
@@ -169,6 +171,13 @@ pub struct ConditioningOptions {
     pub wide_band: bool,
     /// Whether a person accepts sample rate and length of the record.
     pub clock_accepted: bool,
+    /// Whether a person accepts the recorder's step as all the noise where no quiet stretch shows it.
+    pub noise_accepted: bool,
+    /// Whether a person accepts samples that are unlike those of a raw recording.
+    pub processed_accepted: bool,
+    /// Largest magnitude of the judged channel [m/s²], of a second channel beside it: what that one may have missed of
+    /// the event is measured by the event, not by itself.
+    pub judged_peak_m_s2: Option<f64>,
 }
 
 impl Default for ConditioningOptions {
@@ -182,7 +191,10 @@ impl Default for ConditioningOptions {
             synthetic: false,
             velocity_change_m_s: None,
             clock_accepted: false,
+            noise_accepted: false,
+            processed_accepted: false,
             wide_band: false,
+            judged_peak_m_s2: None,
         }
     }
 }
@@ -220,6 +232,8 @@ pub struct Conditioned {
     pub neighbours: Vec<Neighbour>,
     /// The clock that the channel was interpolated from, if it was.
     pub slow_clock: Option<SlowClock>,
+    /// The axis that is stated of the channel: X, Y or Z.
+    pub axis: Option<char>,
     /// What was found odd, in the raw samples and on the way.
     pub findings: Vec<Finding>,
 }
@@ -292,6 +306,8 @@ pub fn inspect(channel: &Channel, options: &ConditioningOptions) -> Result<Vec<F
     let unbiased = without_bias(&raw, bias.mean_m_s2);
     findings.extend(crash::findings(&unbiased, options, &channel.stated));
     findings.extend(bandwidth::finding(&raw, channel, options));
+    let processed = processed::finding(&raw, channel, &findings, options);
+    findings.extend(processed);
     Ok(findings)
 }
 
@@ -319,11 +335,15 @@ fn conditioned(channel: &Channel, options: &ConditioningOptions) -> Result<Condi
         false => bias::noise(&raw),
     };
     let mut conditioned = from_raw(raw, formula, options, quality, noise)?;
+    conditioned.axis = latchgate_recording::axis_of(channel).map(|axis| axis.letter);
     let unbiased = without_bias(&conditioned.raw, conditioned.bias_m_s2);
     let unlike = crash::findings(&unbiased, options, &channel.stated);
     conditioned.findings.extend(unlike);
     let empty = bandwidth::finding(&conditioned.raw, channel, options);
     conditioned.findings.extend(empty);
+    let said = &conditioned.findings;
+    let processed = processed::finding(&conditioned.raw, channel, said, options);
+    conditioned.findings.extend(processed);
     tracing::debug!(
         channel = %channel.name,
         bias_m_s2 = conditioned.bias_m_s2,
@@ -353,6 +373,7 @@ pub fn reconditioned(
     Ok(Conditioned {
         second,
         neighbours: conditioned.neighbours.clone(),
+        axis: conditioned.axis,
         ..again
     })
 }
@@ -369,9 +390,12 @@ pub fn with_second(
     options: &ConditioningOptions,
 ) -> Result<Conditioned, Error> {
     // Its velocity is not that of the impact, and its clock is that of the judged channel.
+    let unbiased = first.raw.samples.iter();
+    let judged_peak = unbiased.map(|sample| (sample - first.bias_m_s2).abs());
     let options = &ConditioningOptions {
         velocity_change_m_s: None,
         clock_accepted: true,
+        judged_peak_m_s2: Some(judged_peak.fold(0.0, f64::max)),
         ..options.clone()
     };
     let mut second = condition(channel, options)?;
@@ -535,6 +559,7 @@ fn from_raw(
         second: None,
         neighbours: Vec::new(),
         slow_clock,
+        axis: None,
         findings,
     })
 }

@@ -1,36 +1,38 @@
 //! The decision rule: what one run says, and what several say together.
 
-use super::ensemble::bounds::{LOOKS, RULE_ERROR};
+use super::ensemble::bounds::LOOKS;
 use super::policy::{Polarity, Variant};
 use super::wording::percent;
 use super::{Answer, ErrorBudget, RunAnswer};
+use latchgate_kernel::model::criterion::Criterion;
 use latchgate_kernel::replay::{Run, RunOutcome};
-use latchgate_kernel::units::OpensWhen;
+use latchgate_kernel::units::{OpensWhen, short};
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
-/// The rule in words, as every verdict and report that rests on an ensemble states it.
-pub static DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
-    let (pass, nearly_all) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_MIN));
+/// Returns the rule in words, as every verdict and report that rests on an ensemble states it.
+pub fn decision_rule(criterion: &Criterion) -> String {
+    let (pass, nearly_all) = (percent(criterion.open_share), percent(FAIL_SHARE_MIN));
     let fail_share_with_nominal = percent(FAIL_SHARE_WITH_NOMINAL);
     let (looks, count) = (looks_in_words(u32::to_string), LOOKS.len());
+    let error = short(1.0 - criterion.confidence, 4);
     format!(
-        "U = numerical + interpolation error + 2 noise (its standard deviation); p = the share of levers, scattered as design and input are uncertain, whose peak exceeds the threshold. \
+        "U = numerical + interpolation error + noise (the larger of twice its standard deviation and the 97.5 % quantile of what its draws change); p = the share of levers and readings, scattered as design and input are uncertain, whose peak exceeds the threshold. \
 {BEFORE_THE_RUNS}\
-(3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after {looks} members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - {RULE_ERROR}/{count}; members that could not be followed count against either answer: \
-pass, if the upper bound of p, levers that exceed the threshold only in the coast after the last judged sample counted as well, is at most {pass} % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold, unless the method states no error that can be trusted; \
+(3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after {looks} members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - {error}/{count}; members that could not be followed count against either answer: \
+pass, if the upper bound of p, those that exceed the threshold only in the coast after the last judged sample counted as well, is at most {pass} % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold, and at most {OPENING_DRAWS_MAX} of {PASS_DRAWS} draws of the recorded noise opens the lever, unless the method states no error that can be trusted; \
 fail, if the lower bound of p is at least {nearly_all} %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds {fail_share_with_nominal} %; \
 undecided, if neither holds at the last look. \
 {JOINED}"
     )
-});
+}
 
 /// The rule in words where only nominal runs are judged.
 pub static NOMINAL_DECISION_RULE: LazyLock<String> = LazyLock::new(|| {
     format!(
-        "Nominal runs alone (as with the setting `members` = 0). U = numerical + interpolation error + 2 noise (its standard deviation). \
+        "Nominal runs alone (as with the setting `members` = 0, or where nothing varies). U = numerical + interpolation error + noise (the larger of twice its standard deviation and the 97.5 % quantile of what its draws change). \
 {BEFORE_THE_RUNS}\
-(3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold, unless the method states no error that can be trusted; \
+(3) Otherwise, for each stop and polarity that counts: pass if the peak angle plus U and the coast's peak angle plus its own error, never less than U, are at or below the threshold, and at most {OPENING_DRAWS_MAX} of {PASS_DRAWS} draws of the recorded noise opens the lever, unless the method states no error that can be trusted; \
 fail if the peak angle minus U exceeds the threshold; else undecided. \
 {JOINED}"
     )
@@ -52,9 +54,6 @@ pub fn looks_in_words(written: impl Fn(&u32) -> String) -> String {
     }
 }
 
-/// Largest share that a pass lets cross the threshold [-], as the upper bound has it.
-pub const PASS_SHARE_MAX: f64 = 0.05;
-
 /// Least share that fails whatever the nominal run says [-], as the lower bound has it.
 pub const FAIL_SHARE_MIN: f64 = 0.95;
 
@@ -63,6 +62,12 @@ pub const FAIL_SHARE_WITH_NOMINAL: f64 = 0.5;
 
 /// Standard deviations of the peak from noise that U counts.
 pub const NOISE_TIMES: f64 = 2.0;
+
+/// Draws of the recorded noise under which a run that could pass is replayed.
+pub const PASS_DRAWS: u32 = 128;
+
+/// Draws of the recorded noise, of [`PASS_DRAWS`], that a pass lets open.
+pub const OPENING_DRAWS_MAX: u32 = 1;
 
 /// Bounds of the share of an ensemble that exceeds the threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,6 +78,8 @@ pub struct ShareBounds {
     pub upper: f64,
     /// Upper bound of the share that exceeds it in the judged window or coasting after it [-].
     pub upper_with_coast: f64,
+    /// Share that a pass allows [-].
+    pub allowed: f64,
 }
 
 impl ShareBounds {
@@ -81,6 +88,7 @@ impl ShareBounds {
         lower: 0.0,
         upper: 0.0,
         upper_with_coast: 0.0,
+        allowed: 0.0,
     };
 
     /// Those of an ensemble all of whose levers cross.
@@ -88,6 +96,7 @@ impl ShareBounds {
         lower: 1.0,
         upper: 1.0,
         upper_with_coast: 1.0,
+        allowed: 0.0,
     };
 
     /// Those of which nothing is known.
@@ -95,7 +104,17 @@ impl ShareBounds {
         lower: 0.0,
         upper: 1.0,
         upper_with_coast: 1.0,
+        allowed: 0.0,
     };
+}
+
+/// Replays of a run under draws of the recorded noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseDraws {
+    /// Draws whose largest angle of window and coast exceeds the limit, or that could not be followed.
+    pub opening: u32,
+    /// The 97.5 % quantile of the change of peak or coast's peak [rad].
+    pub quantile_rad: f64,
 }
 
 /// The peaks of a nominal run with their errors.
@@ -111,6 +130,8 @@ pub struct PeakEstimate {
     pub followed: bool,
     /// The method bounds its error; one that only estimates it decides no pass.
     pub bounded: bool,
+    /// Draws of the recorded noise under which the lever opens; 0 where nothing was drawn.
+    pub opening_draws: u32,
 }
 
 impl PeakEstimate {
@@ -131,13 +152,14 @@ impl PeakEstimate {
 /// Returns what one stop and polarity says by part 3 of the rule; without `share` by the nominal
 /// run alone. At a look that is not the last, undecided means that the next one follows.
 pub fn decide(estimate: &PeakEstimate, threshold_rad: f64, share: Option<ShareBounds>) -> Answer {
-    let few_exceed = share.is_none_or(|share| share.upper_with_coast <= PASS_SHARE_MAX);
+    let few_exceed = share.is_none_or(|share| share.upper_with_coast <= share.allowed);
     let most_exceed = share.is_none_or(|share| share.lower > FAIL_SHARE_WITH_NOMINAL);
     let nearly_all_exceed = share.is_some_and(|share| share.lower >= FAIL_SHARE_MIN);
     if few_exceed
         && estimate.bounded
         && estimate.stays_below(threshold_rad)
         && estimate.coast_stays_below(threshold_rad)
+        && estimate.opening_draws <= OPENING_DRAWS_MAX
     {
         Answer::Pass
     } else if nearly_all_exceed || (most_exceed && estimate.exceeds(threshold_rad)) {
@@ -163,6 +185,17 @@ pub fn reachable(
         answers.push(Answer::Fail);
     }
     answers
+}
+
+/// Returns whether further members are not worth their time: whatever their share, the run makes no pass, and the
+/// share so far is below what a fail needs, by its upper bound.
+pub fn awaits_nothing(estimate: &PeakEstimate, threshold_rad: f64, share: ShareBounds) -> bool {
+    let fail_share = match estimate.exceeds(threshold_rad) {
+        true => FAIL_SHARE_WITH_NOMINAL,
+        false => FAIL_SHARE_MIN,
+    };
+    let best = Some(ShareBounds::NONE_CROSSES);
+    decide(estimate, threshold_rad, best) != Answer::Pass && share.upper < fail_share
 }
 
 /// What shows that no scattered lever comes to the limit.
@@ -195,6 +228,8 @@ pub struct VariantRun {
     pub interpolation_error_rad: f64,
     /// Standard deviation of peak and coast peak from the noise of the recording [rad].
     pub noise_rad: f64,
+    /// Replays under draws of that noise; `None` where it has none, or the run could not pass.
+    pub noise_draws: Option<NoiseDraws>,
     /// What an ensemble adds; `None` where the nominal run alone is judged.
     pub share: Option<ShareBounds>,
     /// The bound that spares its ensemble, from which the share follows.
@@ -215,14 +250,37 @@ impl VariantRun {
         &self.outcome.run
     }
 
-    /// Returns U, numerical plus interpolation error plus twice the noise's standard deviation [rad].
+    /// Returns U, numerical plus interpolation error plus what noise does [rad].
     pub fn uncertainty_rad(&self) -> f64 {
         self.run().numerical_error_rad + self.of_recording_rad()
     }
 
     /// Returns the part of U that the recording leaves [rad].
     fn of_recording_rad(&self) -> f64 {
-        self.interpolation_error_rad + NOISE_TIMES * self.noise_rad
+        self.interpolation_error_rad + self.noise_error_rad()
+    }
+
+    /// Returns the part of U that noise has: twice its standard deviation, and at least the 97.5 % quantile of what
+    /// its draws change [rad].
+    pub fn noise_error_rad(&self) -> f64 {
+        let drawn = self.noise_draws.map_or(0.0, |draws| draws.quantile_rad);
+        (NOISE_TIMES * self.noise_rad).max(drawn)
+    }
+
+    /// Returns the draws of the recorded noise under which the lever opens.
+    pub(super) fn opening_draws(&self) -> u32 {
+        self.noise_draws.map_or(0, |draws| draws.opening)
+    }
+
+    /// Returns whether nothing but the draws of the recorded noise that open forbids the nominal run to pass.
+    pub(super) fn held_back_by_draws(&self, threshold_rad: f64) -> bool {
+        let estimate = self.estimate();
+        let undrawn = PeakEstimate {
+            opening_draws: 0,
+            ..estimate
+        };
+        decide(&estimate, threshold_rad, None) != Answer::Pass
+            && decide(&undrawn, threshold_rad, None) == Answer::Pass
     }
 
     /// Returns the error of the coast's peak [rad], never less than U.
@@ -243,6 +301,10 @@ impl VariantRun {
             answer: self.answer(threshold_rad),
             interpolation_error_rad: followed(self.interpolation_error_rad),
             noise_rad: followed(self.noise_rad),
+            noise_97_5_rad: self
+                .noise_draws
+                .and_then(|draws| followed(draws.quantile_rad)),
+            opening_draws: self.noise_draws.map(|draws| draws.opening),
             uncertainty_rad: followed(self.uncertainty_rad()),
             coast_uncertainty_rad: run
                 .coast_peak_angle_rad
@@ -262,6 +324,7 @@ impl VariantRun {
                 .map(|coast| coast + self.coast_uncertainty_rad()),
             followed: !self.outcome.broke_down,
             bounded: run.error.is_bound(),
+            opening_draws: self.opening_draws(),
         }
     }
 
@@ -361,6 +424,7 @@ impl ErrorBudget {
             ("numerical", self.numerical),
             ("interpolation", self.interpolation),
             ("noise", self.noise),
+            ("noise_97_5", self.noise_97_5),
             ("model", self.model),
             ("filter", self.filter),
             ("bias", self.bias),

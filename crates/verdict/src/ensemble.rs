@@ -1,6 +1,7 @@
 //! The ensemble: levers and recordings scattered as far as design and input are uncertain.
 //!
-//! Independent normal draws truncated at three standard deviations: scale and bias of the
+//! Independent normal draws truncated at three standard deviations, where the share that may open is
+//! small not at all: scale and bias of the
 //! recording, restitution and every key that the design gives a tolerance. Member 0 is the
 //! nominal lever, and counts as a member. How many members cross the threshold is looked at a
 //! few times, each time with bounds that allow for the other looks, until the rule decides.
@@ -16,12 +17,16 @@ pub(super) mod drivers;
 use super::Answer;
 use super::decision::ShareBounds;
 use super::policy::Variant;
+use super::wording::{percent, percent_bound};
 pub use bounds::LOOKS;
 use draw::TRUNCATION;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::catch::Catch;
+use latchgate_kernel::model::criterion::Criterion;
 use latchgate_kernel::model::lever::Lever;
-use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, Condition, PARAMETERS, Slot};
+use latchgate_kernel::model::parameters::{
+    CATCH_PARAMETERS, Condition, DesignParameter, PARAMETERS, Slot,
+};
 use latchgate_kernel::model::stop::{Stop, StopModel};
 use latchgate_kernel::replay::MethodKind;
 use latchgate_kernel::replay::batch::{Member, SensorView};
@@ -79,6 +84,45 @@ pub struct Driver {
     pub answer_if_known: Answer,
 }
 
+/// What differs from member to member.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Varied {
+    /// Numbers of the lever, its stop or its catch, and how the recording reads.
+    LeversAndReadings,
+    /// Numbers of the lever, its stop or its catch alone.
+    Levers,
+    /// How the recording reads: scale and bias of its sensors. The lever is one.
+    Readings,
+}
+
+impl Varied {
+    /// Names a number of members: `varied levers`, or `readings of this recording`.
+    pub fn members(self) -> &'static str {
+        match self {
+            Self::LeversAndReadings | Self::Levers => "varied levers",
+            Self::Readings => "readings of this recording",
+        }
+    }
+
+    /// Names one of them.
+    pub fn member(self) -> &'static str {
+        match self {
+            Self::LeversAndReadings | Self::Levers => "varied lever",
+            Self::Readings => "reading of this recording",
+        }
+    }
+
+    /// Names what the share is one of.
+    pub fn whole(self) -> &'static str {
+        match self {
+            Self::LeversAndReadings => "levers and readings",
+            Self::Levers => "levers",
+            Self::Readings => "readings",
+        }
+    }
+}
+
 /// Why an ensemble ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum End {
@@ -92,6 +136,9 @@ pub enum End {
     /// answer.
     #[serde(rename = "could not change the answer")]
     NoMatter,
+    /// The nominal lever's error forbids a pass, and the share is below what a fail needs.
+    #[serde(rename = "the error forbids a pass")]
+    NoPass,
     /// More members would have taken more steps than the limit `work` allows.
     #[serde(rename = "work limit")]
     WorkLimit,
@@ -111,6 +158,8 @@ pub struct Ensemble {
     /// Members that could not be followed: the upper bound counts them as exceeding, the lower
     /// one as not exceeding.
     pub failed_to_run: u32,
+    /// What differs from member to member.
+    pub varied: Varied,
     /// Seed of the draws.
     pub seed: u64,
     /// Generator of the draws.
@@ -132,6 +181,8 @@ pub struct Ensemble {
     /// As `p_upper`, of the levers that exceed it in the window or in that coast [-]; this one
     /// decides about a pass.
     pub p_upper_with_coast: f64,
+    /// Share that a pass allows [-].
+    pub open_share: f64,
     /// Quantiles of the peak [rad]; `None` if no member could be followed.
     pub peak_angle_rad: Option<PeakQuantiles>,
     /// The last instant judged, where a fault ends the samples that the ensemble rests on [s].
@@ -176,8 +227,34 @@ impl Ensemble {
             let near = members.filtered(|member| {
                 parameter.is_some_and(|own| scatter.draw(member, own).abs() <= QUARTER_END)
             });
-            driver.answer_if_known = answer(near.count(threshold_rad).share());
+            driver.answer_if_known = answer(near.count(threshold_rad).share(&scatter.criterion));
         }
+    }
+
+    /// Says what share of levers and readings opens, as the bounds have it: what a pass rests on, a fail, or both
+    /// bounds: `fewer than 3.4 % of levers and readings, at 98.75 % confidence`.
+    pub fn share_that_opens(&self, answer: Answer) -> String {
+        let whole = self.varied.whole();
+        let confidence = percent(self.confidence);
+        let most = percent_bound(self.p_upper, f64::ceil);
+        let least = percent_bound(self.p_lower, f64::floor);
+        match answer {
+            Answer::Pass => format!("fewer than {most} % of {whole}, at {confidence} % confidence"),
+            Answer::Fail => format!("more than {least} % of {whole}, at {confidence} % confidence"),
+            Answer::Undecided | Answer::Unusable => {
+                format!("{least} to {most} % of {whole}, each bound at {confidence} % confidence")
+            }
+        }
+    }
+
+    /// Says how many members open: `3 of 128 varied levers`.
+    pub fn who_opens(&self) -> String {
+        format!(
+            "{} of {} {}",
+            self.exceeded,
+            self.members,
+            self.varied.members()
+        )
     }
 
     /// Returns the bounds of the share that exceeds the threshold.
@@ -186,6 +263,7 @@ impl Ensemble {
             lower: self.p_lower,
             upper: self.p_upper,
             upper_with_coast: self.p_upper_with_coast,
+            allowed: self.open_share,
         }
     }
 }
@@ -204,16 +282,16 @@ pub struct Count {
 }
 
 impl Count {
-    /// Counts peaks [rad]; NaN is that of a member that was not followed.
+    /// Counts peaks [rad]; NaN is that of a member that was not followed, infinity that of one that is no lever.
     pub fn of(peaks: &[f64], threshold_rad: f64) -> Self {
         let number = |wanted: &dyn Fn(f64) -> bool| {
             u32::try_from(peaks.iter().filter(|peak| wanted(**peak)).count()).unwrap_or(u32::MAX)
         };
         Self {
             members: u32::try_from(peaks.len()).unwrap_or(u32::MAX),
-            exceeded: number(&|peak| peak > threshold_rad && peak.is_finite()),
+            exceeded: number(&|peak| peak > threshold_rad),
             exceeded_in_coast: 0,
-            failed_to_run: number(&|peak| !peak.is_finite()),
+            failed_to_run: number(&f64::is_nan),
         }
     }
 
@@ -230,10 +308,10 @@ impl Count {
         }
     }
 
-    /// Returns bounds of the share that exceeds the threshold, each at the confidence of a look;
-    /// members that were not followed count against either answer.
-    pub fn share(&self) -> ShareBounds {
-        let confidence = bounds::LOOK_CONFIDENCE;
+    /// Returns bounds of the share that exceeds the threshold, each at the confidence of a look, and the share that
+    /// `criterion` allows; members that were not followed count against either answer.
+    pub fn share(&self, criterion: &Criterion) -> ShareBounds {
+        let confidence = bounds::look_confidence(criterion.confidence);
         let (members, exceeded) = (u64::from(self.members), u64::from(self.exceeded));
         let at_most = exceeded + u64::from(self.failed_to_run);
         let with_coast = at_most + u64::from(self.exceeded_in_coast);
@@ -241,6 +319,7 @@ impl Count {
             lower: bounds::lower(exceeded, members, confidence),
             upper: bounds::upper(at_most, members, confidence),
             upper_with_coast: bounds::upper(with_coast, members, confidence),
+            allowed: criterion.open_share,
         }
     }
 }
@@ -256,6 +335,16 @@ pub struct Parameter {
     stream: u32,
     /// What moves with it in a member.
     target: Target,
+}
+
+impl Parameter {
+    /// Returns whether it is a number of lever, stop or catch, and not of the sensors.
+    pub fn is_of_lever(&self) -> bool {
+        matches!(
+            self.target,
+            Target::Number(Slot::Lever(_) | Slot::Stop(_) | Slot::Catch(_))
+        )
+    }
 }
 
 /// What a draw moves.
@@ -300,9 +389,14 @@ pub struct Scatter {
     lever: Lever,
     stop: Stop,
     catch: Option<Catch>,
+    criterion: Criterion,
     parameters: Vec<Parameter>,
     seed: u64,
 }
+
+/// Share of levers below which draws are not cut at [`TRUNCATION`] [-]: what is cut off, 0.27 % of each value, would
+/// count beside it.
+pub const WHOLE_DRAWS_BELOW: f64 = 0.02;
 
 impl Scatter {
     /// Takes the scatter from a design; the bias's standard deviation is the larger of the
@@ -317,6 +411,7 @@ impl Scatter {
             lever: design.lever,
             stop: design.stop,
             catch: design.catch,
+            criterion: design.criterion,
             parameters: scattered(design, bias_standard_error_m_s2),
             seed,
         })
@@ -328,10 +423,19 @@ impl Scatter {
             lever: design.lever,
             stop: design.stop,
             catch: design.catch,
+            criterion: design.criterion,
             parameters: scattered(design, bias_standard_error_m_s2),
             seed,
         };
         scatter.bias_alone()
+    }
+
+    /// Leaves out what moves nothing at any of these stops: stiffness, damping and radius at the rigid one.
+    pub(super) fn at(mut self, stops: &[StopModel]) -> Self {
+        self.parameters.retain(|parameter| {
+            DesignParameter::named(parameter.name).is_none_or(|of| of.counts_at(stops))
+        });
+        self
     }
 
     /// Leaves the scatter of the sensors' biases alone.
@@ -376,13 +480,63 @@ impl Scatter {
         &self.parameters
     }
 
+    /// Returns what differs from member to member; `None` where nothing does.
+    pub fn varied(&self) -> Option<Varied> {
+        let of_lever = |parameter: &&Parameter| parameter.is_of_lever();
+        let levers = self.parameters.iter().filter(of_lever).count();
+        match (levers, self.parameters.len() - levers) {
+            (0, 0) => None,
+            (0, _) => Some(Varied::Readings),
+            (_, 0) => Some(Varied::Levers),
+            _ => Some(Varied::LeversAndReadings),
+        }
+    }
+
+    /// Returns whether draws end at [`TRUNCATION`], so that there is a loosest lever.
+    pub fn has_end(&self) -> bool {
+        self.criterion.open_share >= WHOLE_DRAWS_BELOW
+    }
+
     /// Returns member `index`'s draw of a parameter, in standard deviations [-]; 0 of member 0.
     pub fn draw(&self, index: u32, parameter: &Parameter) -> f64 {
-        if index == 0 {
-            0.0
-        } else {
-            draw::truncated_normal(self.seed, index, parameter.stream)
+        match index {
+            0 => 0.0,
+            _ if self.has_end() => draw::truncated_normal(self.seed, index, parameter.stream),
+            _ => draw::normal(self.seed, index, parameter.stream),
         }
+    }
+
+    /// Returns false where draws that do not end give member `index` numbers that no lever has: it counts as open.
+    pub(super) fn is_lever(&self, index: u32) -> bool {
+        if self.has_end() {
+            return true;
+        }
+        let drawn = self.shifted(|parameter| self.draw(index, parameter));
+        // A restitution drawn beyond 0 or 1 is held there.
+        let is_possible = |parameter: &DesignParameter, value: f64| match parameter.condition {
+            Condition::Ratio => value.is_finite(),
+            condition => condition.check(parameter.name, value).is_ok(),
+        };
+        let is_good = |parameter: &DesignParameter| match (parameter.slot, drawn.catch) {
+            (Slot::Lever(field), _) => {
+                let value = *field(&mut { drawn.lever });
+                let keeps_sign = value * *field(&mut { self.lever }) >= 0.0;
+                keeps_sign && is_possible(parameter, value)
+            }
+            (Slot::Stop(field), _) => is_possible(parameter, *field(&mut { drawn.stop })),
+            (Slot::Catch(field), Some(mut catch)) => is_possible(parameter, *field(&mut catch)),
+            _ => true,
+        };
+        let mut parameters = PARAMETERS.iter().chain(CATCH_PARAMETERS);
+        let engages = drawn.catch.is_none_or(|catch| {
+            catch.engagement_angle_rad > 0.0
+                && catch.end_stop_angle_rad > catch.engagement_angle_rad
+        });
+        let reads = |scale: f64, bias: f64| scale > 0.0 && scale.is_finite() && bias.is_finite();
+        parameters.all(is_good)
+            && engages
+            && reads(drawn.scale, drawn.bias_m_s2)
+            && reads(drawn.second.scale, drawn.second.bias_m_s2)
     }
 
     /// Returns a member; member 0 is the nominal lever on the recording as it is.
@@ -401,6 +555,11 @@ impl Scatter {
         })
     }
 
+    /// As [`Self::member`], the nominal lever in place of one that is none.
+    pub(super) fn lever(&self, index: u32) -> Member {
+        self.member(if self.is_lever(index) { index } else { 0 })
+    }
+
     /// Returns the lever that an acceleration of this sign opens most easily, every parameter where its
     /// draws end.
     pub fn loosest(&self, sign: f64) -> Member {
@@ -413,6 +572,25 @@ impl Scatter {
     }
 
     fn build(&self, deviations: impl Fn(&Parameter) -> f64) -> Member {
+        let mut member = self.shifted(deviations);
+        // A third of a value, taken off three times, may leave less than nothing by rounding,
+        // and a restitution near 1 is drawn beyond it.
+        for parameter in PARAMETERS.iter().chain(CATCH_PARAMETERS) {
+            let value = match (parameter.slot, &mut member.catch) {
+                (Slot::Lever(field), _) => field(&mut member.lever),
+                (Slot::Stop(field), _) => field(&mut member.stop),
+                (Slot::Catch(field), Some(catch)) => field(catch),
+                (Slot::Catch(_), None) => continue,
+                (Slot::InputScale | Slot::InputBias | Slot::Criterion(_), _) => continue,
+            };
+            *value = parameter.condition.hold(*value);
+        }
+        member.stop.follow_restitution(&self.stop, &self.lever);
+        member
+    }
+
+    /// Returns the nominal lever with every parameter moved, whether a lever can have the numbers or not.
+    fn shifted(&self, deviations: impl Fn(&Parameter) -> f64) -> Member {
         let mut member = Member {
             lever: self.lever,
             stop: self.stop,
@@ -445,27 +623,14 @@ impl Scatter {
                 Slot::InputScale => member.scale += shift,
                 Slot::InputBias => member.bias_m_s2 += shift * STANDARD_GRAVITY,
                 // It has no stream.
-                Slot::Threshold => {}
+                Slot::Criterion(_) => {}
             }
         }
-        // A third of a value, taken off three times, may leave less than nothing by rounding,
-        // and a restitution near 1 is drawn beyond it.
-        for parameter in PARAMETERS.iter().chain(CATCH_PARAMETERS) {
-            let value = match (parameter.slot, &mut member.catch) {
-                (Slot::Lever(field), _) => field(&mut member.lever),
-                (Slot::Stop(field), _) => field(&mut member.stop),
-                (Slot::Catch(field), Some(catch)) => field(catch),
-                (Slot::Catch(_), None) => continue,
-                (Slot::InputScale | Slot::InputBias | Slot::Threshold, _) => continue,
-            };
-            *value = parameter.condition.hold(*value);
-        }
-        member.stop.follow_restitution(&self.stop, &self.lever);
         member
     }
 }
 
-/// Checks that no draw leaves what is physical: three standard deviations below their nominal
+/// Checks that no draw within [`TRUNCATION`] leaves what is physical: three standard deviations below their nominal
 /// value, what must be positive still is, and what must not be negative is not. A restitution
 /// is held within 0 and 1 instead: a stop of R = 0.98 ± 0.01 is a sound design, and its draws
 /// beyond 1 become the liveliest stop there is.
@@ -521,7 +686,11 @@ fn check_engagement(design: &Design) -> Result<(), Error> {
     let Some(catch) = design.catch else {
         return Ok(());
     };
-    let deviation = |key: &str| design.tolerance.get(key).copied().unwrap_or(0.0);
+    let deviation = |name: &str| {
+        let parameter = DesignParameter::named(name);
+        let deviation = parameter.and_then(|parameter| design.deviation(parameter));
+        deviation.unwrap_or(0.0)
+    };
     let (engagement, end) = (
         deviation("catch.engagement_angle_rad"),
         deviation("catch.end_stop_angle_rad"),
@@ -593,23 +762,28 @@ pub(super) fn summarise(
     judged_until_s: Option<f64>,
 ) -> Ensemble {
     let count = members.count(threshold_rad);
-    let share = count.share();
+    let share = count.share(&scatter.criterion);
     Ensemble {
         model,
         opens_when,
         members: count.members,
         exceeded: count.exceeded,
         failed_to_run: count.failed_to_run,
+        varied: scatter.varied().unwrap_or(Varied::Readings),
         seed: scatter.seed,
-        generator: draw::GENERATOR.into(),
+        generator: match scatter.has_end() {
+            true => draw::GENERATOR.into(),
+            false => draw::GENERATOR_OF_WHOLE.into(),
+        },
         method: MethodKind::EventDriven,
         look,
         ended,
-        confidence: bounds::LOOK_CONFIDENCE,
+        confidence: bounds::look_confidence(scatter.criterion.confidence),
         p_lower: share.lower,
         p_upper: share.upper,
         exceeded_in_coast: count.exceeded_in_coast,
         p_upper_with_coast: share.upper_with_coast,
+        open_share: share.allowed,
         peak_angle_rad: None,
         judged_until_s,
         rank_correlation_by_chance: (count.members > 1)

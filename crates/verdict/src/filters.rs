@@ -113,6 +113,7 @@ fn after(
     let cache = ReadingCache::default();
     let setup = RunSetup {
         signal: &refiltered.used,
+        drawn_runs: setup.drawn_runs.filter(|_| span == UsableSpan::Whole),
         readings: Readings::of(refiltered, &cache, setup.policy.between),
         ..*setup
     };

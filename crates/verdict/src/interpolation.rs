@@ -6,7 +6,7 @@
 //! largest by corners; where the course of impacts differs on any of the six, at least three times the
 //! range of their peaks. To it comes twice what a noise as strong as the cubics' change would do ([`noise`]).
 
-use super::decision::{NOISE_TIMES, VariantRun};
+use super::decision::{NOISE_TIMES, NoiseDraws, VariantRun};
 use super::noise::{self, CarriedNoise};
 use super::policy::Variant;
 use super::readings::{CORNERS, SampleReading};
@@ -149,20 +149,17 @@ impl RunSetup<'_> {
         };
         let mut noises = self.share(reruns, &runs, |run| CarriedNoise::of(self, run))?;
         let threshold = self.threshold_rad();
-        let hangs = |place: usize, noise_rad: f64| {
-            let answer = |noise_rad| {
-                let (run, error_rad) = (runs[place].clone(), interpolation[place]);
-                with_errors(run, error_rad, noise_rad).nominal_answer(threshold)
-            };
-            answer(noise_rad) != answer(0.0)
+        let answer = |place: usize, noise_rad| {
+            let (run, error_rad) = (runs[place].clone(), interpolation[place]);
+            with_errors(run, error_rad, (noise_rad, None)).nominal_answer(threshold)
         };
-        noise::draw(self, &runs, &mut noises, told, hangs)?;
+        noise::draw(self, &runs, &mut noises, told, answer)?;
         let runs_with_errors = runs.into_iter().zip(interpolation).zip(noises);
         Ok(runs_with_errors
             .map(|((outcome, error_rad), noise)| {
                 let [noise_rad, between_rad] = noise.parts_rad();
                 let error_rad = (error_rad + NOISE_TIMES * between_rad).min(f64::MAX);
-                with_errors(outcome, error_rad, noise_rad)
+                with_errors(outcome, error_rad, (noise_rad, noise.draws()))
             })
             .collect())
     }
@@ -210,11 +207,16 @@ impl RunSetup<'_> {
 }
 
 /// Returns a run with its errors [rad].
-fn with_errors(outcome: RunOutcome, interpolation_error_rad: f64, noise_rad: f64) -> VariantRun {
+fn with_errors(
+    outcome: RunOutcome,
+    interpolation_error_rad: f64,
+    (noise_rad, noise_draws): (f64, Option<NoiseDraws>),
+) -> VariantRun {
     VariantRun {
         outcome,
         interpolation_error_rad,
         noise_rad,
+        noise_draws,
         share: None,
         bound: None,
     }

@@ -8,10 +8,10 @@
 //! the question (`policy`), the samples that count (`faults`, `usable_span`), the work that may be
 //! done (`meter`) and the words (`wording`); the rule (`decision`) and the scatter (`ensemble`); the
 //! runs (`runs`), on several `readings` of the samples for their `interpolation` error and with their
-//! `noise`; one record of each stop and sign with all that it came to (`variant`); the ensembles
+//! `noise`, drawn with its spectrum (`noise_spectrum`); one record of each stop and sign with all that it came to (`variant`); the ensembles
 //! (`looks`), spared where `bounds` show that none of their
 //! levers comes to the limit; when the lever opens (`opening`), what a catch beside it did (`mechanism`), what a second sensor across adds (`in_plane`) and what is said of it (`plane_findings`); the reruns (`budget`, `filters`, `what_if`, `quantile_band`); and the
-//! sentences (`replay_findings`, `reasons`); `statics` has closed forms of a constant acceleration, `sled` checks a platform's pulse; `word` holds a pass back until a person has spoken;
+//! sentences (`replay_findings`, `reasons`); `response_spectrum` says what any lever must have; `statics` has closed forms of a constant acceleration, `sled` checks a platform's pulse; `word` holds a pass back until a person has spoken; `transfer` has the factors from the sensor's place to the latch;
 //! `series` lays signal and trajectories side by side.
 //!
 //! - `assess`: from a conditioned channel to an answer: which runs are made, and what they say
@@ -33,6 +33,7 @@ pub mod margin;
 mod mechanism;
 pub(crate) mod meter;
 mod noise;
+pub mod noise_spectrum;
 mod opening;
 mod plane_findings;
 pub mod policy;
@@ -40,10 +41,12 @@ mod quantile_band;
 pub mod readings;
 mod reasons;
 mod replay_findings;
+pub mod response_spectrum;
 mod runs;
 mod series;
 pub mod sled;
 pub mod statics;
+pub mod transfer;
 pub(crate) mod usable_span;
 mod variant;
 pub mod what_if;
@@ -52,16 +55,17 @@ pub mod wording;
 
 pub use assess::{Assessment, assess};
 pub use bounds::Screens;
-pub use decision::{Bound, DECISION_RULE, NOMINAL_DECISION_RULE};
+pub use decision::{Bound, NOMINAL_DECISION_RULE, decision_rule};
 pub use ensemble::Ensemble;
 pub use filters::FilterRow;
 
 pub use mechanism::{CatchAnswer, Mechanism};
 pub use opening::Opening;
-pub use policy::{AssessDetail, AssessExtras, ModelChoice, Polarity, Policy, Variant};
+pub use policy::{AssessDetail, AssessExtras, DrawnRuns, ModelChoice, Polarity, Policy, Variant};
 pub use quantile_band::QuantileBand;
 pub use series::{SampledSeries, SeriesRun};
 pub use what_if::WhatIf;
+pub use word::TOGETHER;
 
 use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use latchgate_kernel::model::stop::StopModel;
@@ -124,8 +128,11 @@ pub struct ErrorBudget {
     pub numerical: Option<f64>,
     /// What lies between samples and is not known.
     pub interpolation: Option<f64>,
-    /// Standard deviation from the white noise of the raw samples.
+    /// Standard deviation by the noise of the raw samples.
     pub noise: Option<f64>,
+    /// The 97.5 % quantile of the change by draws of that noise; `None` where it has none, or the run could not
+    /// pass.
+    pub noise_97_5: Option<f64>,
     /// Rigid against soft stop.
     pub model: Option<f64>,
     /// The filter against none.
@@ -151,7 +158,12 @@ pub struct RunAnswer {
     pub interpolation_error_rad: Option<f64>,
     /// Standard deviation of the peak from the noise of the recording [rad].
     pub noise_rad: Option<f64>,
-    /// U of the peak, numerical plus interpolation error plus twice the noise [rad].
+    /// The 97.5 % quantile of the change of the peak by draws of that noise [rad]; `None` where nothing was drawn.
+    pub noise_97_5_rad: Option<f64>,
+    /// Draws of it under which the lever opens; a pass lets one of 128.
+    pub opening_draws: Option<u32>,
+    /// U of the peak: numerical plus interpolation error, plus the larger of twice the noise and its 97.5 %
+    /// quantile [rad].
     pub uncertainty_rad: Option<f64>,
     /// U of the coast's peak [rad]; `None` where there is no coast.
     pub coast_uncertainty_rad: Option<f64>,

@@ -2,8 +2,8 @@
 //! no longer change the answer.
 
 use super::Answer;
-use super::decision::{ShareBounds, VariantRun, decide, reachable, settled};
-use super::ensemble::{self, Count, End, MemberPeaks, Scatter};
+use super::decision::{ShareBounds, VariantRun, awaits_nothing, decide, settled};
+use super::ensemble::{self, End, MemberPeaks, Scatter};
 use super::policy::{AssessDetail, Variant};
 use super::runs::RunSetup;
 use super::variant::{Crossings, VariantResult};
@@ -25,21 +25,6 @@ struct Sampling {
     ended: End,
     /// Steps that its members took.
     spent: u64,
-}
-
-/// Tells whether neither a pass nor a fail can come of the members that are missing at the last
-/// look, `last`: too many cross for the one and too few for the other, whatever the rest does.
-fn out_of_reach(run: &VariantRun, count: Count, last: u32, threshold: f64) -> bool {
-    let lowest = Count {
-        members: last,
-        ..count
-    };
-    let highest = Count {
-        exceeded: count.exceeded + last - count.members,
-        ..lowest
-    };
-    let (lowest, highest) = (lowest.share(), highest.share());
-    reachable(&run.estimate(), threshold, lowest, highest) == [Answer::Undecided]
 }
 
 /// Returns the steps that the members up to `look`, the next count at which an ensemble is judged, may take: as
@@ -70,6 +55,7 @@ pub(super) fn run_ensembles(
     results: &mut [VariantResult],
     limited: bool,
 ) -> Result<(), Error> {
+    let criterion = &setup.design.criterion;
     let threshold = setup.threshold_rad();
     // The largest nominal peak comes first: its ensemble is the one that is shown.
     let mut order: Vec<usize> = (0..results.len()).collect();
@@ -121,18 +107,15 @@ pub(super) fn run_ensembles(
             sampling.looks = number;
             let run = results[index].counted_mut();
             let count = sampling.peaks.count(threshold);
-            run.share = Some(count.share());
+            let share = count.share(criterion);
+            run.share = Some(share);
             let answer = run.answer(threshold);
+            let awaits_nothing = awaits_nothing(&run.estimate(), threshold, share);
             if answer != Answer::Undecided {
                 (sampling.answer, sampling.ended) = (Some(answer), End::Decided);
-            } else if out_of_reach(run, count, setup.policy.members, threshold)
-                && (!run.estimate().bounded
-                    || (setup.detail == AssessDetail::Answer
-                        && are_affordable(setup, results, &samplings)))
-            {
-                // A method for comparison cannot pass, or nobody asks for the share: its members need
-                // not be asked to the last.
-                samplings[index].answer = Some(answer);
+            } else if look < setup.policy.members && awaits_nothing {
+                let sampling = &mut samplings[index];
+                (sampling.answer, sampling.ended) = (Some(answer), End::NoPass);
             } else if look == setup.policy.members {
                 let sampling = &mut samplings[index];
                 (sampling.answer, sampling.ended) = (Some(answer), End::LastLook);
@@ -180,23 +163,6 @@ fn asked_peaks(setup: &RunSetup<'_>, results: &[VariantResult]) -> AskedPeaks {
     }
 }
 
-/// Returns whether the members of all variants that are still open, each of which some are known, would be
-/// asked to the last far from the limit of work: what leaves some out must not decide what the limit
-/// leaves undecided.
-fn are_affordable(setup: &RunSetup<'_>, results: &[VariantResult], samplings: &[Sampling]) -> bool {
-    /// Times what the members so far took each.
-    const TIMES: u64 = 2;
-    let open = results.iter().zip(samplings);
-    let open = open.filter(|(_, of)| of.answer.is_none());
-    if open.clone().any(|(_, of)| of.looks == 0) {
-        return false;
-    }
-    let predicted = open
-        .map(|(result, of)| predicted(result.counted(), of, setup.policy.members))
-        .fold(0, u64::saturating_add);
-    predicted.saturating_mul(TIMES) <= setup.work.left()
-}
-
 /// Runs the members of one variant up to `look`, those that are in `peaks` not again.
 fn extend(
     setup: &RunSetup<'_>,
@@ -210,9 +176,15 @@ fn extend(
     let tasks: Vec<u32> = (followed..look).step_by(MEMBERS_TAKEN).collect();
     let chunks = setup.share_by(control, MEMBERS_TAKEN, &tasks, |&first| {
         let count = MEMBERS_TAKEN.min((look - first) as usize);
-        let member =
-            |index: usize| scatter.member(first.saturating_add(u32::try_from(index).unwrap_or(0)));
-        setup.peaks(variant, count, &member, requested_peaks)
+        let number = |index: usize| first.saturating_add(u32::try_from(index).unwrap_or(0));
+        let member = |index: usize| scatter.lever(number(index));
+        let mut peaks = setup.peaks(variant, count, &member, requested_peaks)?;
+        for index in (0..count).filter(|index| !scatter.is_lever(number(*index))) {
+            peaks.window_rad[index] = f64::INFINITY;
+            peaks.highest_rad[index] = f64::INFINITY;
+            peaks.crossings_s[index] = f64::NAN;
+        }
+        Ok(peaks)
     })?;
     for more in chunks {
         peaks.window_rad.extend(more.window_rad);

@@ -1,7 +1,7 @@
 //! When the lever opens, and how far varied levers spread around that instant.
 
 use super::ensemble::drivers::quantile;
-use super::ensemble::{LOOKS, Scatter};
+use super::ensemble::{LOOKS, Scatter, Varied};
 use super::looks;
 use super::policy::Variant;
 use super::runs::RunSetup;
@@ -31,6 +31,9 @@ pub struct Opening {
     pub members: u32,
     /// How many of these cross.
     pub exceeded: u32,
+    /// What differs between them; `None` where none was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub varied: Option<Varied>,
 }
 
 /// Returns when the lever opens in each opening direction in which a nominal or varied lever does.
@@ -45,7 +48,10 @@ pub(super) fn by_direction(
         let of_sign: Vec<&VariantResult> = results
             .filter(|result| result.variant.opens_when == *sign)
             .collect();
-        let opening = opening(setup, scatter, &of_sign)?;
+        let opening = opening(setup, scatter, &of_sign)?.map(|opening| Opening {
+            varied: scatter.and_then(Scatter::varied),
+            ..opening
+        });
         openings.extend(opening.map(|opening| (*sign, opening)));
     }
     Ok(openings)
@@ -124,6 +130,7 @@ impl Opening {
             p95_s: quantile_at(0.95),
             members: number(crossings.0.len()),
             exceeded: number(sorted.len()),
+            varied: None,
         }
     }
 }

@@ -100,7 +100,13 @@ fn left_out(
     };
     // By formula a pulse is what drives the lever along the way of its centre of mass.
     let is_measured = conditioned.formula.is_none();
-    let is_oblique = is_measured && ['X', 'Z'].into_iter().any(|axis| parts(axis).0 > OBLIQUE);
+    // A channel that is stated to be along another axis than Y may be the one that drives the lever.
+    let drives_alone = |axis: char| {
+        let others = ['X', 'Y', 'Z'].into_iter().filter(|other| *other != axis);
+        others.into_iter().all(|other| parts(other).0 <= OBLIQUE)
+    };
+    let is_oblique =
+        is_measured && !drives_alone('Y') && !conditioned.axis.is_some_and(drives_alone);
     let mut text = format!(
         "The design states an axis, the recording is one channel: acceleration along the lever's arm was left out. At the limit angle it counts with {:.0} % of its size.",
         100.0 * sine

@@ -26,7 +26,8 @@ impl ModelChoice {
         }
     }
 
-    pub(crate) fn stops(self) -> &'static [StopModel] {
+    /// Returns the stops that are judged.
+    pub fn stops(self) -> &'static [StopModel] {
         match self {
             Self::Auto => &[StopModel::Rigid, StopModel::Soft],
             Self::Only(StopModel::Rigid) => &[StopModel::Rigid],
@@ -163,14 +164,24 @@ pub struct AssessExtras {
     pub follow_all: bool,
     /// How much is worked out.
     pub detail: AssessDetail,
+    /// Which runs that could pass are drawn.
+    pub drawn_runs: DrawnRuns,
+}
+
+/// Which runs that could pass are replayed under draws of the recorded noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum DrawnRuns {
+    /// All of them.
+    #[default]
+    All,
+    /// Those that eight times the standard deviation to first order would keep from a pass: enough for a search
+    /// that asks again, with [`Self::All`], at the value it names.
+    Doubtful,
 }
 
 /// How much of an assessment is worked out; the answer is the same of each.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum AssessDetail {
-    /// The answer alone: as [`Self::Decision`], and an ensemble ends as soon as nothing but undecided
-    /// can come of it, so that shares are those until then.
-    Answer,
     /// What the decision takes, without budget, reruns with one input moved, and how the members'
     /// peaks are spread. Answer, peaks, their errors, shares and the first reason are there.
     Decision,

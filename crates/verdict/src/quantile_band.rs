@@ -63,7 +63,7 @@ pub(super) fn around(
     let members: Vec<u32> = (0..).take(shown).collect();
     let reading = setup.readings.own()?;
     let paths = setup.share(1, &members, |index| {
-        let member = scatter.member(*index);
+        let member = scatter.lever(*index);
         let second = member.second;
         let scaled = reading
             .scaled(member.scale, member.bias_m_s2)

@@ -6,6 +6,7 @@
 
 use crate::conditioning::between::{self, Between};
 use crate::conditioning::{self, Conditioned};
+use crate::noise_spectrum::NoiseSpectrum;
 use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_recording::error::Error;
 use std::borrow::Cow;
@@ -41,7 +42,20 @@ pub struct ReadingCache {
     quintic: OnceLock<Reading<'static>>,
     left_out: OnceLock<[f64; 2]>,
     trace: OnceLock<Reading<'static>>,
+    noise_spectra: OnceLock<Vec<NoiseSpectrum>>,
+    draws: OnceLock<NoisyReadings>,
 }
+
+/// The recording under each draw of its noise: a search asks them of every value that it tries.
+#[derive(Debug)]
+struct NoisyReadings {
+    /// Seed and reading that they are of.
+    of: (u64, Between),
+    readings: Vec<OnceLock<Reading<'static>>>,
+}
+
+/// Memory that the readings of all draws may take [bytes]; those of longer recordings are made anew each time.
+const DRAWS_BYTES: usize = 64 << 20;
 
 /// A recording as it is used, with its readings.
 #[derive(Debug, Clone, Copy)]
@@ -124,7 +138,19 @@ impl<'a> Readings<'a> {
     ///
     /// As [`conditioning::corner_trace`].
     pub(super) fn reading(&self, which: SampleReading) -> Result<Reading<'a>, Error> {
-        let quintic = self.quintic()?;
+        self.read_as(self.quintic()?, which)
+    }
+
+    /// Returns samples that were read by polynomials of fifth degree as one of them reads them.
+    ///
+    /// # Errors
+    ///
+    /// As [`conditioning::corner_trace`].
+    pub(super) fn read_as<'r>(
+        &self,
+        quintic: &'r Reading<'static>,
+        which: SampleReading,
+    ) -> Result<Reading<'r>, Error> {
         Ok(match which {
             SampleReading::Quintic => quintic.into(),
             SampleReading::Cubic => quintic.cubic(),
@@ -172,6 +198,50 @@ impl<'a> Readings<'a> {
         let joined = |a: f64, b: f64| libm::hypot(weights[0] * a, weights[1] * b);
         let across = second_sensor.conditioned.noise.deviation_m_s2;
         Ok([joined(recorded, across), joined(first, second)])
+    }
+
+    /// Returns the spectrum of each sensor's recorded noise.
+    pub(super) fn noise_spectra(&self) -> &'a [NoiseSpectrum] {
+        self.cache.noise_spectra.get_or_init(|| {
+            let sensors = self.conditioned.sensors();
+            sensors
+                .map(|sensor| NoiseSpectrum::of(&sensor.raw, &sensor.noise))
+                .collect()
+        })
+    }
+
+    /// Returns the recording under draw `number` of `count` of its noise, made by `make` where it is not kept.
+    ///
+    /// # Errors
+    ///
+    /// Those of `make`.
+    pub(super) fn drawn(
+        &self,
+        seed: u64,
+        (number, count): (u32, u32),
+        make: impl FnOnce() -> Result<Reading<'static>, Error>,
+    ) -> Result<Reading<'a>, Error> {
+        let of = (seed, self.between);
+        let samples = self.conditioned.used.samples.len() * self.conditioned.sensors().count();
+        // A sample with its two derivatives.
+        let bytes = samples.saturating_mul(3 * size_of::<f64>());
+        if bytes.saturating_mul(count as usize) > DRAWS_BYTES {
+            return make();
+        }
+        let kept = self.cache.draws.get_or_init(|| NoisyReadings {
+            of,
+            readings: (0..count).map(|_| OnceLock::new()).collect(),
+        });
+        match kept.readings.get(number as usize).filter(|_| kept.of == of) {
+            None => make(),
+            Some(place) => match place.get() {
+                Some(reading) => Ok(reading.into()),
+                None => {
+                    let reading = make()?;
+                    Ok(place.get_or_init(|| reading).into())
+                }
+            },
+        }
     }
 
     /// Returns both together, as a white noise in time; `None` without any [m²/s³].

@@ -4,16 +4,20 @@
 //! the order of their weight. They share the case that they explain.
 
 use super::decision::{
-    FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES, PASS_SHARE_MAX, VariantRun, unanimous,
+    FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES, OPENING_DRAWS_MAX, PASS_DRAWS,
+    VariantRun, unanimous,
 };
-use super::ensemble::Ensemble;
+use super::ensemble::bounds::members_needed;
+use super::ensemble::{Ensemble, Varied};
 use super::faults::Faults;
 use super::mechanism;
 use super::opening::Opening;
 use super::policy::{ModelChoice, Polarity, Policy, Variant};
 use super::variant::VariantResult;
 use super::what_if::{Change, ChangedSide, WhatIf};
-use super::wording::{angle, brief_instant, degrees, instant, percent, place, sentence, signed};
+use super::wording::{
+    angle, brief_instant, degrees, instant, percent, percent_bound, place, sentence, signed,
+};
 use super::{Answer, ErrorBudget, Reason};
 use crate::conditioning::Noise;
 use latchgate_kernel::model::Design;
@@ -39,6 +43,8 @@ pub(super) struct Explained<'a> {
     pub(super) budget: &'a ErrorBudget,
     pub(super) noise: Noise,
     pub(super) what_if: &'a [WhatIf],
+    /// What differs from member to member of an ensemble; `None` where none was asked for or nothing does.
+    pub(super) varied: Option<Varied>,
     /// When the lever opens; `None` of an unusable recording.
     pub(super) opens: Option<&'a Opening>,
 }
@@ -79,6 +85,7 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
             ),
         }));
         reasons.extend(mechanism::tie(case.results));
+        reasons.extend(too_few_members(case));
         reasons.extend(others_not_followed(case));
         reasons.extend(method_without_bound(case));
         reasons.extend(coast(case));
@@ -128,13 +135,29 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
     if case.answer != Answer::Unusable {
         reasons.extend(uncertainty(case));
     }
-    if case.policy.members == 0 && case.answer != Answer::Unusable {
-        reasons.push(Reason {
-            code: "nominal-runs-only".into(),
-            text: "No varied lever was asked (the setting `members` = 0). The scatter of lever, stop and sensor is not judged.".into(),
-        });
+    if case.answer != Answer::Unusable {
+        reasons.extend(nothing_asked(case));
     }
     reasons
+}
+
+/// Says why there is no ensemble: none was asked for, or all of its members would be alike.
+fn nothing_asked(case: &Explained<'_>) -> Option<Reason> {
+    let (code, text) = match (case.policy.members, case.varied) {
+        (0, _) => (
+            "nominal-runs-only",
+            "No varied lever was asked (the setting `members` = 0). The scatter of lever, stop and sensor is not judged.",
+        ),
+        (_, None) => (
+            "nothing-varied",
+            "No tolerance or input uncertainty moves it: this one lever was judged on this one reading, and no share is stated.",
+        ),
+        _ => return None,
+    };
+    Some(Reason {
+        code: code.into(),
+        text: text.into(),
+    })
 }
 
 /// Tells whether the first reason of an undecided verdict may be one that reruns with an input
@@ -182,7 +205,8 @@ fn spared(case: &Explained<'_>) -> Option<Reason> {
     Some(Reason {
         code: "no-member-can-cross".into(),
         text: format!(
-            "No varied lever can open: the loosest of them {} ({}).",
+            "No {} can open the door: the worst of them {} ({}).",
+            case.varied.map_or("varied lever", Varied::member),
             bound.name(),
             place(case.nominal.variant)
         ),
@@ -195,23 +219,37 @@ fn who_cross(ensemble: &Ensemble, answer: Answer) -> String {
         0 => String::new(),
         lost => format!(", {lost} not followed"),
     };
-    let (lower, upper) = (percent(ensemble.p_lower), percent(ensemble.p_upper));
-    let share = match answer {
-        Answer::Pass => format!("at most {upper} %"),
-        Answer::Fail => format!("at least {lower} %"),
-        Answer::Undecided | Answer::Unusable => format!("{lower} to {upper} %"),
-    };
     format!(
-        "{} of {} varied levers open{lost}: {share} of all ({}).",
-        ensemble.exceeded,
-        ensemble.members,
+        "{} open{lost}: {} ({}).",
+        ensemble.who_opens(),
+        ensemble.share_that_opens(answer),
         place(ensemble.variant()),
     )
 }
 
+/// Says that even if no member opened, too few were asked to show that so few open as a pass allows.
+fn too_few_members(case: &Explained<'_>) -> Option<Reason> {
+    let criterion = case.design.criterion;
+    let needed = members_needed(criterion.open_share, criterion.confidence);
+    let asked = case.policy.members;
+    let threshold = case.threshold_rad();
+    let waits = |result: &VariantResult| {
+        result.run.answer(threshold) == Answer::Undecided
+            && result.run.nominal_answer(threshold) == Answer::Pass
+    };
+    let is_alone = case.results.iter().any(waits);
+    (case.varied.is_some() && is_alone && asked < needed).then(|| Reason {
+        code: "members-too-few".into(),
+        text: format!(
+            "A pass allows {} %, and {asked} members cannot show so little: {needed} of which none opens can. State at least as many with the setting `members`.",
+            percent(criterion.open_share)
+        ),
+    })
+}
+
 /// Returns the reason's code, and the rule that the shares are held against.
 fn rule_of_shares(answer: Answer, own: &Ensemble, named: &[&Ensemble]) -> (&'static str, String) {
-    let (pass, fail) = (percent(PASS_SHARE_MAX), percent(FAIL_SHARE_WITH_NOMINAL));
+    let (pass, fail) = (percent(own.open_share), percent(FAIL_SHARE_WITH_NOMINAL));
     let nearly_all = percent(FAIL_SHARE_MIN);
     match answer {
         Answer::Pass => ("few-members-cross", format!("A pass allows {pass} %")),
@@ -242,6 +280,7 @@ fn noise(case: &Explained<'_>) -> Option<Reason> {
     let quiet_answer = |result: &VariantResult| {
         let quiet = VariantRun {
             noise_rad: 0.0,
+            noise_draws: None,
             ..result.run.clone()
         };
         if quiet.outcome.broke_down {
@@ -272,13 +311,23 @@ fn noise(case: &Explained<'_>) -> Option<Reason> {
             "quieter channel",
         )
     };
+    let run = &decided.run;
+    let effect = if run.held_back_by_draws(threshold) {
+        format!(
+            "it opens the lever in {} of {PASS_DRAWS} draws ({}), a pass allows {OPENING_DRAWS_MAX}",
+            run.opening_draws(),
+            place(decided.variant)
+        )
+    } else {
+        format!(
+            "it moves the largest angle by {} (one standard deviation; {})",
+            degrees(run.noise_rad, 2),
+            place(decided.variant)
+        )
+    };
     Some(Reason {
         code: "noise-decides".into(),
-        text: format!(
-            "{what} decides: it moves the largest angle by {} (one standard deviation; {}). A {cure} would decide.",
-            degrees(decided.run.noise_rad, 2),
-            place(decided.variant)
-        ),
+        text: format!("{what} decides: {effect}. A {cure} would decide."),
     })
 }
 
@@ -549,7 +598,7 @@ fn coast(case: &Explained<'_>) -> Option<Reason> {
 
 /// Tells whether few enough members cross for a pass, in window and coast.
 fn few_cross(ensemble: &Ensemble) -> bool {
-    ensemble.p_upper_with_coast <= PASS_SHARE_MAX
+    ensemble.p_upper_with_coast <= ensemble.open_share
 }
 
 /// Says that scattered levers which stayed below the limit in the window reach it afterwards.
@@ -558,15 +607,16 @@ fn coast_of_members(case: &Explained<'_>) -> Option<Reason> {
         .results
         .iter()
         .filter_map(|result| result.ensemble.as_ref())
-        .find(|ensemble| ensemble.p_upper <= PASS_SHARE_MAX && !few_cross(ensemble))?;
+        .find(|ensemble| ensemble.p_upper <= ensemble.open_share && !few_cross(ensemble))?;
     Some(Reason {
         code: "members-coast-beyond".into(),
         text: format!(
-            "After the last judged sample {} of {} varied levers open. Up to {} % of all open in the end, and a pass allows {} % ({}). The record or window ends too early for a pass.",
+            "After the last judged sample {} of {} {} open. Up to {} % of all open in the end, and a pass allows {} % ({}). The record or window ends too early for a pass.",
             ensemble.exceeded_in_coast,
             ensemble.members,
-            percent(ensemble.p_upper_with_coast),
-            percent(PASS_SHARE_MAX),
+            ensemble.varied.members(),
+            percent_bound(ensemble.p_upper_with_coast, f64::ceil),
+            percent(ensemble.open_share),
             place(ensemble.variant()),
         ),
     })
@@ -672,7 +722,11 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
             format!("the {} to the limit angle", degrees(distance, 3))
         };
         let influence = case.budget.ranked().into_iter().find(|(name, value)| {
-            !matches!(*name, "numerical" | "interpolation" | "noise") && *value > 0.0
+            let counted = matches!(
+                *name,
+                "numerical" | "interpolation" | "noise" | "noise_97_5"
+            );
+            !counted && *value > 0.0
         });
         let influence = influence.map_or_else(String::new, |(name, value)| {
             format!(
@@ -681,12 +735,17 @@ fn uncertainty(case: &Explained<'_>) -> Option<Reason> {
                 degrees(value, 2)
             )
         });
+        let noise_is = if nominal.noise_error_rad() > NOISE_TIMES * nominal.noise_rad {
+            "97.5 % of draws"
+        } else {
+            "two standard deviations"
+        };
         format!(
-            "The error of the largest angle is ±{}, {less} than {to_limit}. Its parts: integration {}, between samples {}, noise {} (two standard deviations).{influence}",
+            "The error of the largest angle is ±{}, {less} than {to_limit}. Its parts: integration {}, between samples {}, noise {} ({noise_is}).{influence}",
             degrees(total, 2),
             degrees(run.numerical_error_rad, 2),
             degrees(nominal.interpolation_error_rad, 2),
-            degrees(NOISE_TIMES * nominal.noise_rad, 2),
+            degrees(nominal.noise_error_rad(), 2),
         )
     } else if case.answer == Answer::Fail {
         "How far the lever opens cannot be computed: impacts let the smallest differences grow. That it opens can.".into()

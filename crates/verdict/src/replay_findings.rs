@@ -5,10 +5,11 @@ use super::mechanism;
 use super::policy::{Polarity, Policy};
 use super::wording::{degrees, instant};
 use latchgate_kernel::model::Design;
+use latchgate_kernel::model::parameters::Slot;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::range::{Range, Window};
 use latchgate_kernel::replay::Method;
-use latchgate_kernel::units::{SampleInterval, plain, short};
+use latchgate_kernel::units::{SampleInterval, short};
 use latchgate_recording::Finding;
 
 /// Returns the finding of a crossing that the window leaves out.
@@ -63,6 +64,7 @@ pub(super) fn replay_findings(
     runs: &[&VariantRun],
 ) -> Vec<Finding> {
     let mut findings = implausible(design);
+    findings.extend(scatter_unstated(design));
     findings.extend(mechanism::finding(design));
     if policy.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
@@ -120,6 +122,10 @@ fn implausible(design: &Design) -> Vec<Finding> {
     of_each
         .map(|(parameter, value)| {
             let Range { low, high } = parameter.plausible;
+            let whose = match parameter.slot {
+                Slot::Criterion(_) => "a criterion",
+                _ => "a latch",
+            };
             let unit = match parameter.unit {
                 "1" => String::new(),
                 unit => format!(" {unit}"),
@@ -127,13 +133,39 @@ fn implausible(design: &Design) -> Vec<Finding> {
             Finding::warning(
                 "design-implausible",
                 format!(
-                    "The design's {} is {value}{unit}; a latch has {low} to {}{unit}. Check the design file.",
+                    "The design's {} is {value}{unit}; {whose} has {low} to {}{unit}. Check the design file.",
                     parameter.name,
-                    plain(high, 4)
+                    short(high, 4)
                 ),
             )
         })
         .collect()
+}
+
+/// Code of the finding of a design that does not state its scatter.
+pub(super) const SCATTER_UNSTATED: &str = "scatter-unstated";
+
+/// Returns the finding of a design that does not state how far preload and unbalance scatter: springs and masses that
+/// differ from the drawing opened doors, and a pass must know of them. 0 is a statement.
+fn scatter_unstated(design: &Design) -> Option<Finding> {
+    let missing = design.missing_tolerances();
+    let named: Vec<String> = missing
+        .iter()
+        .map(|key| match *key {
+            "mass_kg" => "tolerance.mass_kg (or center_of_mass_m)".to_string(),
+            key => format!("tolerance.{key}"),
+        })
+        .collect();
+    (!named.is_empty()).then(|| {
+        Finding::warning(
+            SCATTER_UNSTATED,
+            format!(
+                "The design does not state {}: how far levers made by it differ. A pass needs it; 0 states that they do not.",
+                named.join(" and ")
+            ),
+        )
+        .needing_word()
+    })
 }
 
 /// Returns what is known of the method that was asked for.

@@ -5,13 +5,13 @@ use super::decision::{VariantRun, combine};
 use super::ensemble::MemberPeaks;
 use super::in_plane::{self, InPlane};
 use super::meter::Meter;
-use super::policy::{AssessDetail, Policy, Variant};
+use super::policy::{AssessDetail, DrawnRuns, Policy, Variant};
 use super::readings::Readings;
 use super::usable_span::SampleSpan;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
-use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, MemberOf, MemberPeak};
+use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, MemberOf};
 use latchgate_kernel::replay::{self, Breakdown, Method, Run, RunOptions, RunOutcome, State};
 use latchgate_kernel::signal::{Projection, Reading, Signal};
 use latchgate_kernel::units::OpensWhen;
@@ -41,6 +41,8 @@ pub(crate) struct RunSetup<'a> {
     pub(crate) detail: AssessDetail,
     pub(crate) control: &'a Control<'a>,
     pub(crate) signal: &'a Signal,
+    /// Which runs that could pass are drawn; none where a blocking finding forbids a pass.
+    pub(crate) drawn_runs: Option<DrawnRuns>,
     /// Other readings of the samples.
     pub(crate) readings: Readings<'a>,
     /// First and last judged sample; `None` for all.
@@ -227,9 +229,17 @@ impl RunSetup<'_> {
         let reading = reading.divided(parts);
         let peaks = batch::peaks_within(&reading, count, member, &options, &within)?;
         self.work.add(peaks.iter().map(|peak| peak.spent).sum());
+        // Infinity is said of members that are no lever, of none that overflowed.
+        let number = |rad: f64| if rad.is_finite() { rad } else { f64::NAN };
         Ok(MemberPeaks {
-            window_rad: peaks.iter().map(|peak| peak.peak_angle_rad).collect(),
-            highest_rad: peaks.iter().map(MemberPeak::highest_rad).collect(),
+            window_rad: peaks
+                .iter()
+                .map(|peak| number(peak.peak_angle_rad))
+                .collect(),
+            highest_rad: peaks
+                .iter()
+                .map(|peak| number(peak.highest_rad()))
+                .collect(),
             crossings_s: peaks
                 .iter()
                 .map(|peak| peak.first_crossing_s.unwrap_or(f64::NAN))

@@ -9,7 +9,7 @@
 
 use crate::conditioning::{self, Cfc, Conditioned, Signal};
 use latchgate_kernel::range::Window;
-use latchgate_kernel::units::STANDARD_GRAVITY;
+use latchgate_kernel::units::{STANDARD_GRAVITY, short};
 use latchgate_recording::error::Error;
 use latchgate_recording::{Finding, Severity};
 use serde::{Deserialize, Serialize};
@@ -59,6 +59,9 @@ pub struct SledCheck {
     pub peak_g: f64,
     /// When [s].
     pub peak_time_s: f64,
+    /// Bias that was removed before [g].
+    #[serde(default)]
+    pub bias_removed_g: f64,
 }
 
 /// Checks a channel as a sled pulse, with what was found of it; returns it after CFC 60, by which it is checked, too.
@@ -72,6 +75,7 @@ pub fn check(
 ) -> Result<(SledCheck, Signal), Error> {
     let filtered = conditioning::filtered(conditioned, Some(Cfc::Cfc60))?;
     let mut check = checked(&filtered);
+    check.bias_removed_g = conditioned.bias_m_s2 / STANDARD_GRAVITY;
     check.faulty = findings
         .iter()
         .any(|finding| finding.severity == Severity::Blocking);
@@ -105,6 +109,7 @@ pub fn checked(signal: &Signal) -> SledCheck {
         above,
         peak_g: points.get(peak).map_or(0.0, |point| point.1),
         peak_time_s: signal.time_s(peak),
+        bias_removed_g: 0.0,
     }
 }
 
@@ -213,6 +218,10 @@ impl SledCheck {
             ),
             None => "Nowhere above the corridor.".into(),
         });
+        if self.bias_removed_g != 0.0 {
+            let bias = short(self.bias_removed_g, 2);
+            sentences.push(format!("A bias of {bias} g was removed before."));
+        }
         if !self.covered {
             sentences.push("The record does not cover the corridor from 5 to 70 ms.".into());
         }

@@ -7,6 +7,7 @@
 use latchgate_kernel::error::Error;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
+use latchgate_kernel::model::parameters::{DesignParameter, PARAMETERS};
 use latchgate_kernel::model::vector::Vector;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,8 @@ pub struct StaticLever {
     pub threshold_rad: f64,
     /// Keys that overrides gave another value, each with that and the one before.
     pub modified: Vec<String>,
+    /// Numbers of the lever that count here and that the design leaves to the paper's example.
+    pub not_stated: Vec<&'static str>,
     /// In which direction the unbalance moves as it opens, in the vehicle's axes.
     pub opening: Option<Vector>,
     /// From the pivot to the centre of mass, of a single lever with an axis.
@@ -167,6 +170,7 @@ impl From<&Design> for StaticLever {
             // A limit that was raised, or that no latch can bear, makes no latch of one that opens.
             threshold_rad: design.default_threshold_rad(),
             modified: modified(design),
+            not_stated: not_stated(design),
             opening: vector
                 .and_then(Vector::direction)
                 .or(directions.map(|directions| directions.tangential)),
@@ -184,6 +188,23 @@ fn modified(design: &Design) -> Vec<String> {
         format!("{key} {now} ({before})")
     });
     of_each.collect()
+}
+
+/// Names what a calculation rests on and the design does not state.
+fn not_stated(design: &Design) -> Vec<&'static str> {
+    const COUNTED: [&str; 4] = [
+        "lever.preload_torque_nm",
+        "lever.spring_stiffness_nm_per_rad",
+        "lever.mass_kg",
+        "lever.center_of_mass_m",
+    ];
+    let borrowed = |parameter: &&DesignParameter| {
+        COUNTED.contains(&parameter.name)
+            && (design.not_stated.iter()).any(|key| key == parameter.name)
+            && !design.modified_from.contains_key(parameter.name)
+    };
+    let borrowed = PARAMETERS.iter().filter(borrowed);
+    borrowed.map(|parameter| parameter.noun).collect()
 }
 
 impl StaticLever {
@@ -205,6 +226,7 @@ impl StaticLever {
             unbalance_kg_m: reduced.unbalance_kg_m.abs(),
             threshold_rad: threshold_rad.min(std::f64::consts::FRAC_PI_2),
             modified: Vec::new(),
+            not_stated: Vec::new(),
             opening: reduced.unbalance_vector_kg_m.and_then(Vector::direction),
             radial: None,
             linkage,

@@ -52,9 +52,20 @@ pub(crate) fn degrees(radians: f64, digits: usize) -> String {
     format!("{}°", plain(radians.to_degrees(), digits))
 }
 
-/// Returns a share in percent, with the digits that matter at the bounds of the rule.
+/// Returns a share that somebody set, in percent.
 pub fn percent(share: f64) -> String {
-    short(100.0 * share, 4)
+    short(100.0 * share, 6)
+}
+
+/// Returns a bound of a share in percent with two digits, rounded to the side on which it still bounds.
+pub fn percent_bound(share: f64, round: fn(f64) -> f64) -> String {
+    let percent = 100.0 * share;
+    let unit = match percent {
+        10.0.. => 1.0,
+        1.0.. => 0.1,
+        _ => libm::pow(10.0, libm::log10(percent.max(1e-9)).floor() - 1.0),
+    };
+    short(round(percent / unit) * unit, 3)
 }
 
 /// Returns a change with its sign.

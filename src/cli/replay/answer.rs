@@ -2,30 +2,20 @@
 
 use super::ReplayedFile;
 use crate::cli::failure::COULD_NOT;
-use crate::cli::offers::{commands, offers};
+use crate::cli::offers::{command_words, commands, offers};
 use crate::cli::options::Common;
 use crate::cli::output;
 use crate::cli::values::OutputFormat;
 use crate::pipeline::Outcome;
 use latchgate_document::Document;
 use latchgate_document::blocks::Verdicts;
-use latchgate_recording::error::Error;
-use latchgate_report::text;
-use latchgate_verdict::Answer;
+use latchgate_recording::SensorPlace;
+use latchgate_recording::error::{Error, ErrorKind};
+use latchgate_recording::setting::Setting;
+use latchgate_report::{escape, text};
+use latchgate_verdict::{Answer, TOGETHER};
 use serde_json::json;
 use std::path::Path;
-
-/// Returns the document as it is printed: the same with a report and without. A request of nominal
-/// runs alone comes from programs that need a fast answer, so it has no filter table.
-fn printed(judged: &ReplayedFile) -> Document {
-    let mut document = judged.outcome.document.clone();
-    document.preload_answer = None;
-    document.restitution_answer = None;
-    if document.request.members == 0 {
-        document.filters.clear();
-    }
-    document
-}
 
 /// Prints the part of one answer that needs no search for advice; nothing if the recording was not
 /// judged.
@@ -40,14 +30,17 @@ pub(super) fn print_first(outcome: &Outcome, common: &Common) -> Result<(), Erro
 pub(super) fn print(judged: &[ReplayedFile], common: &Common) -> Result<(), Error> {
     let look = output::look(common);
     match (common.format, judged) {
-        (OutputFormat::Json, [replayed]) => {
-            output::document(&latchgate_document::json::render(&printed(replayed)))
-        }
+        (OutputFormat::Json, [replayed]) => output::document(&latchgate_document::json::render(
+            &replayed.outcome.document,
+        )),
         (OutputFormat::Json, several) => {
             let verdicts = Verdicts {
                 schema: "latchgate.verdicts/1".into(),
                 verdict: worst(several),
-                verdicts: several.iter().map(printed).collect(),
+                verdicts: several
+                    .iter()
+                    .map(|judged| judged.outcome.document.clone())
+                    .collect(),
             };
             // `json!` puts the keys in the order of their names, as in a single document.
             output::document(&latchgate_document::json::render(&json!(verdicts)))
@@ -86,21 +79,57 @@ fn worst(judged: &[ReplayedFile]) -> Option<Answer> {
     answers.min_by_key(|answer| text::rank(*answer))
 }
 
-/// Prints errors to stderr: the refusal with the channels to choose from, the reason of an unusable
-/// recording, and the error of writing the report.
-pub(super) fn print_errors(recording: &Path, judged: &ReplayedFile) {
-    let document = &judged.outcome.document;
-    if let Some(error) = &judged.outcome.refusal {
-        output::talk(&format!("latchgate: {error}"));
-        let lines = offers(recording, &judged.outcome.offers) + &commands(recording, error);
-        if !lines.is_empty() {
-            output::talk(lines.trim_end());
-        }
+/// Returns why there is no verdict, as stderr shows it: the refusal with the channels to choose from
+/// or the commands to try, or the reason of an unusable recording. `None` where there is a verdict.
+/// `words` are those of the command line.
+pub fn message(recording: &Path, outcome: &Outcome, words: &[String]) -> Option<String> {
+    let document = &outcome.document;
+    let text = if let Some(error) = &outcome.refusal {
+        let lines = offers(recording, &outcome.offers, words) + &commands(recording, error, words);
+        let further = further_words(recording, error, document);
+        format!("latchgate: {error}{further}\n{lines}")
     } else if document.verdict == Answer::Unusable {
         let file = &document.recording.file;
         let reason = document.why.first();
         let reason = reason.map_or("", |reason| reason.text.as_str());
-        output::talk(&format!("latchgate: {file}: unusable: {reason}"));
+        format!("latchgate: {file}: unusable: {reason}")
+    } else {
+        return None;
+    };
+    Some(output::with_options(text.trim_end()))
+}
+
+/// Returns the sentences that name, beside a missing unit or time, what a pass would wait for next; empty of any other
+/// error, and where nothing else is missing.
+fn further_words(recording: &Path, error: &Error, document: &Document) -> String {
+    let is_missing = matches!(
+        error.kind(),
+        ErrorKind::MissingUnit | ErrorKind::MissingTime | ErrorKind::UnnamedColumns { .. }
+    );
+    let request = &document.request;
+    let mut missing = Vec::new();
+    if document.recording.opens_when.is_none() {
+        missing.push(format!("{} = negative|positive|both", Setting::OpensWhen));
+    }
+    let place = document.recording.place;
+    if request.transfer.is_none() && !place.is_some_and(SensorPlace::moves_as_latch) {
+        missing.push(format!("{} = LO..HI", Setting::Transfer));
+    }
+    if !is_missing || missing.is_empty() {
+        return String::new();
+    }
+    let recording = recording.to_string_lossy();
+    format!(
+        ". A pass may wait for more. {TOGETHER}{}. latchgate init card {} writes a card for all",
+        missing.join(", "),
+        escape::terminal(&escape::shell(&recording))
+    )
+}
+
+/// Prints errors to stderr: why there is no verdict, and the error of writing the report.
+pub(super) fn print_errors(recording: &Path, judged: &ReplayedFile) {
+    if let Some(message) = message(recording, &judged.outcome, &command_words()) {
+        output::talk_plainly(&message);
     }
     if let Some(error) = &judged.unwritten {
         output::talk(&format!("latchgate: {error}"));

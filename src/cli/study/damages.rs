@@ -109,7 +109,7 @@ fn judged(signal: &Signal, design: &Design) -> Result<DamageAnswer, Error> {
     let findings = &conditioned.findings;
     let control = Control::default();
     let extras = AssessExtras {
-        detail: AssessDetail::Answer,
+        detail: AssessDetail::Decision,
         ..AssessExtras::default()
     };
     // A blocking finding rules a pass out, and thousands of damages are judged: no run for those.

@@ -42,7 +42,8 @@ fn cli_a_clipped_copy_of_the_surviving_pulse_never_passes() {
     }
     // The copy that nothing was cut from still passes: it is the clipping that is seen.
     let file = folder.write("whole.csv", clipped(&text, 1.0));
-    check_verdict(&["replay", &file, "--velocity-change", "0.22"], 0, "pass");
+    let told = ["--velocity-change", "0.22", "--transfer", "1"];
+    check_verdict(&[&["replay", &file][..], &told].concat(), 0, "pass");
 }
 
 /// Part 1 of the rule: what was lost before the fault stays lost; what was lost after it is not known.

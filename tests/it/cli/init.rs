@@ -1,6 +1,6 @@
 //! Guards `latchgate init`: what it writes is read, says no other numbers, and never replaces a file.
 
-use crate::support::{Folder, finish, program, table, weak};
+use crate::support::{Folder, at_door, finish, program, table, weak};
 use latchgate_kernel::model::Design;
 use latchgate_recording::Card;
 use std::fs;
@@ -24,6 +24,16 @@ fn cli_init_writes_a_design_that_is_the_papers_but_for_its_name() {
     let mut design = latchgate_document::design_file::from_toml(&text).unwrap();
     assert_eq!(design.name, "my latch");
     design.name = Design::reference().name;
+    // How far one's own levers differ nobody else knows: these two are left to be stated.
+    assert_eq!(
+        design.missing_tolerances(),
+        ["preload_torque_nm", "mass_kg"]
+    );
+    for (key, share) in [("preload_torque_nm", "\"5 %\""), ("mass_kg", "\"2 %\"")] {
+        assert!(text.contains(&format!("# {key} = {share}\n")), "{text}");
+        let tolerance = Design::reference().tolerance[key];
+        design.tolerance.insert(key.into(), tolerance);
+    }
     assert_eq!(design, Design::reference());
 }
 
@@ -63,7 +73,7 @@ fn cli_init_writes_a_card_with_every_key_that_is_known() {
 fn cli_init_writes_a_gate_that_judges() {
     let folder = Folder::new("init-gate");
     fs::create_dir(folder.path().join("recordings")).unwrap();
-    folder.write("recordings/one.csv", table(weak));
+    folder.write("recordings/one.csv", at_door(&table(weak)));
     folder.write("recordings/one.csv.toml", "opens_when = \"negative\"\n");
     let done = finish(init(&folder, &mut program(), &["gate"]));
     assert_eq!(done.code, 0, "{}", done.err);

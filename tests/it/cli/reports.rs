@@ -45,12 +45,12 @@ fn cli_reports_go_where_they_are_asked_to_and_nowhere_else() {
     let run = |arguments: &[&str]| finish(program().args(arguments).current_dir(folder.path()));
     let out = folder.path().join("reports/out");
     let file = signal_file("surviving.csv");
-    let quiet = run(&["replay", &file, "--no-report"]);
+    let quiet = run(&["replay", &file, "--no-report", "--no-advice"]);
     assert_eq!(quiet.code, 0);
     assert!(listing(folder.path()).is_empty());
 
     // The text is the same but for the lines with paths.
-    let done = run(&["replay", &file]);
+    let done = run(&["replay", &file, "--no-advice"]);
     let report = |line: &&str| !(line.contains("reports/out") || line.contains("verify"));
     let words: Vec<&str> = done.out.lines().filter(report).collect();
     assert_eq!(words, quiet.out.lines().collect::<Vec<_>>());
@@ -76,7 +76,13 @@ fn cli_reports_go_where_they_are_asked_to_and_nowhere_else() {
     }
 
     // Another question has another folder, and names what is modified.
-    let heavier = run(&["replay", &file, "--set", "lever.mass_kg=0.16"]);
+    let heavier = run(&[
+        "replay",
+        &file,
+        "--set",
+        "lever.mass_kg=0.16",
+        "--no-advice",
+    ]);
     assert_eq!(listing(&out).len(), 2);
     let modified = "design       the paper's example lever, modified: mass 0.16 kg (0.1475)\n";
     assert!(heavier.out.contains(modified), "{}", heavier.out);
@@ -95,18 +101,18 @@ fn cli_reports_go_where_they_are_asked_to_and_nowhere_else() {
     let json = run(&[&["replay", &file, "--out", "there/it is"], &set[..]].concat());
     assert_eq!(listing(&there), kept());
     let stored = fs::read_to_string(there.join("verdict.json")).unwrap();
-    // But for the preload's search, which is made for readers.
-    let mut kept_document: Value = serde_json::from_str(&stored).unwrap();
-    assert!(kept_document["preload_answer"].take().is_object());
-    let keys = kept_document.as_object_mut().unwrap();
+    assert_eq!(without_run(&stored), without_run(&json.out));
+    // The search for what passes is made for a report.
+    let mut advised: Value = serde_json::from_str(&json.out).unwrap();
+    assert!(advised["preload_answer"].take().is_object());
+    let keys = advised.as_object_mut().unwrap();
     assert!(keys.remove("restitution_answer").is_some());
-    let mut printed: Value = serde_json::from_str(&json.out).unwrap();
-    kept_document["run"].take();
-    printed["run"].take();
-    assert_eq!(kept_document, printed);
     let words = ["replay", &file, "--no-report"];
     let unkept = run(&[&words[..], &set[..]].concat());
-    assert_eq!(without_run(&unkept.out), without_run(&json.out));
+    let mut unkept: Value = serde_json::from_str(&unkept.out).unwrap();
+    advised["run"].take();
+    unkept["run"].take();
+    assert_eq!(advised, unkept);
 
     // A run that judges nothing touches no report and makes no folder.
     let cut = folder.write("cut.csv", "time_s,acc_y_g\n0,1\n0.0001,x\n");
@@ -143,6 +149,60 @@ fn cli_reports_go_where_they_are_asked_to_and_nowhere_else() {
     );
     assert!(there.join("notes.txt").exists());
     assert_eq!(listing(&there).len(), kept().len() + 1);
+}
+
+/// A folder is a report's if its document says so, not because a file has the name of one and tells of latchgate.
+#[test]
+fn regress_a_folder_that_tells_of_latchgate_is_no_report() {
+    let folder = Folder::new("told");
+    let file = signal_file("surviving.csv");
+    let replay = |out: &str| {
+        let words = ["replay", &file, "--members", "0", "--out", out];
+        finish(program().args(words).current_dir(folder.path()))
+    };
+    for (number, (name, text)) in [
+        ("verdict.json", "seen with latchgate, to be discussed"),
+        (
+            "verdict.json",
+            r#"{"tool": "latchgate", "schema": "ours/1"}"#,
+        ),
+        (
+            "verdict.json",
+            r#"{"based_on": {"schema": "latchgate.verdict/1"}}"#,
+        ),
+        ("verdict.json", r#"{"schema": "latchgate.margin/1"}"#),
+        ("static.json", r#"{"by": ["latchgate.static/1"]}"#),
+        ("compare.html", "<title>latchgate, three years on</title>"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let path = folder.write(&format!("own{number}/{name}"), text);
+        let refused = replay(&format!("own{number}"));
+        assert_eq!(refused.code, 4, "{name}: {}", refused.err);
+        assert!(refused.err.contains("an empty folder"), "{}", refused.err);
+        assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        assert_eq!(
+            listing(&folder.path().join(format!("own{number}"))).len(),
+            1
+        );
+    }
+    // The page of several verdicts and every later report are replaced.
+    assert_eq!(replay("a").code, 0);
+    let compare = || {
+        let words = [
+            "compare",
+            "a/verdict.json",
+            "a/verdict.json",
+            "--out",
+            "both",
+        ];
+        finish(program().args(words).current_dir(folder.path()))
+    };
+    for round in 0..2 {
+        let done = compare();
+        assert_eq!(done.code, 0, "{round}: {}", done.err);
+    }
 }
 
 /// The series that is asked for is that of the report's folder.
@@ -518,7 +578,7 @@ fn cli_the_reference_report_of_the_burst_is_reproduced() {
     let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/burst");
     let folder = Folder::new("reference");
     let made = folder.path().join("burst");
-    let done = latchgate(&[
+    let done = advised(&[
         "replay",
         &signal_file("burst.csv"),
         "--out",

@@ -2,6 +2,7 @@
 
 use super::reports::listing;
 use super::*;
+use crate::support::at_door;
 
 #[track_caller]
 pub(super) fn check_unusable(arguments: &[&str], fragment: &str) -> Value {
@@ -102,7 +103,7 @@ fn cli_file_names_need_not_be_utf_8() {
     use std::os::unix::ffi::OsStrExt;
     let folder = Folder::new("names");
     let name = std::ffi::OsStr::from_bytes(b"pole\xff\x1b[31m.csv");
-    fs::write(folder.path().join(name), table(weak)).unwrap();
+    fs::write(folder.path().join(name), at_door(&table(weak))).unwrap();
     let done = finish(
         program()
             .arg("replay")
@@ -136,7 +137,7 @@ fn cli_file_names_need_not_be_utf_8() {
 #[test]
 fn cli_options_go_before_cards_and_cards_before_files() {
     let folder = Folder::new("cards");
-    let file = folder.write("pulse.csv", table(weak));
+    let file = folder.write("pulse.csv", at_door(&table(weak)));
     let card = |text: &str| folder.write("pulse.csv.toml", text);
     let run = |options: &[&str]| {
         let arguments = [
@@ -240,11 +241,11 @@ fn cli_design_files_are_refused_with_the_line() {
             "d.toml:2: tolerance.restitution must be zero or positive",
         ),
         (
-            b"[lever]\nmass_kg = 100.0\n",
+            b"base = \"paper\"\n[lever]\nmass_kg = 100.0\n",
             "d.toml: lever.moment_of_inertia_kg_m2",
         ),
         (
-            b"[lever]\npreload_torque_nm = 0\nspring_stiffness_nm_per_rad = 0\n",
+            b"base = \"paper\"\n[lever]\npreload_torque_nm = 0\nspring_stiffness_nm_per_rad = 0\n",
             "nothing closes the lever",
         ),
         (b"name = \"x\"\xff\n", "d.toml: expected UTF-8"),
@@ -276,7 +277,10 @@ fn cli_design_files_are_refused_with_the_line() {
         );
     }
     // That the two do not go together shows only when the file is read: no wrong usage.
-    let light = folder.write("d.toml", "[lever]\nmoment_of_inertia_kg_m2 = 7e-4\n");
+    let light = folder.write(
+        "d.toml",
+        "base = \"paper\"\n[lever]\nmoment_of_inertia_kg_m2 = 7e-4\n",
+    );
     let done = latchgate(&[
         "replay",
         &file,
@@ -287,11 +291,12 @@ fn cli_design_files_are_refused_with_the_line() {
         "lever.mass_kg=0.2",
     ]);
     assert_eq!(done.code, 4, "{}", done.err);
-    // An empty file, and one with a byte order mark, are designs.
-    for text in ["", "\u{feff}name = \"marked\"\n"] {
+    // A byte order mark is no fault; an empty file states no lever.
+    let stated = "base = \"paper\"\n[tolerance]\npreload_torque_nm = 0\nmass_kg = 0\n";
+    for (text, code) in [(format!("\u{feff}{stated}"), 0), (String::new(), 4)] {
         let design = folder.write("d.toml", text);
         let done = latchgate(&["replay", &file, "--no-report", "--design", &design]);
-        assert_eq!(done.code, 0, "{}", done.err);
+        assert_eq!(done.code, code, "{}", done.err);
     }
 }
 
@@ -309,7 +314,18 @@ fn cli_a_filter_that_the_rate_does_not_carry_is_refused() {
         &["replay", &file, "--filter", "cfc1000"],
         "CFC 1000 needs a sample rate of at least 10000 Hz (ten times the class), found 5000 Hz",
     );
-    let document = check_verdict(&["replay", &file, "--opens-when", "negative"], 0, "pass");
+    let document = check_verdict(
+        &[
+            "replay",
+            &file,
+            "--opens-when",
+            "negative",
+            "--transfer",
+            "1",
+        ],
+        0,
+        "pass",
+    );
     assert_eq!(document["conditioning"]["filter"], "none");
     assert!(
         document["findings"]
@@ -348,7 +364,7 @@ fn cli_a_window_that_misses_the_crossing_warns() {
 #[test]
 fn cli_values_of_options_are_read_whatever_their_case() {
     let folder = Folder::new("case");
-    let path = folder.write("a.csv", table(weak));
+    let path = folder.write("a.csv", at_door(&table(weak)));
     let with = |options: &[&str]| {
         let own = ["replay", &path, "--no-report", "--format", "JSON"];
         latchgate(&[&own, options].concat())
@@ -412,7 +428,7 @@ fn cli_values_of_options_are_read_whatever_their_case() {
 #[test]
 fn cli_a_closed_stdout_is_an_error() {
     let folder = Folder::new("closed");
-    let path = folder.write("a.csv", table(weak));
+    let path = folder.write("a.csv", at_door(&table(weak)));
     let run = |redirect: &str| {
         let program = env!("CARGO_BIN_EXE_latchgate");
         let line = format!(
@@ -432,7 +448,7 @@ fn cli_a_closed_stdout_is_an_error() {
 fn cli_a_long_name_needs_no_card_and_no_long_folder() {
     let folder = Folder::new("long");
     let name = format!("{}.csv", "a".repeat(248));
-    folder.write(&name, table(weak));
+    folder.write(&name, at_door(&table(weak)));
     let done = finish(
         program()
             .args([

@@ -1,7 +1,7 @@
 //! Guards against slips of the hand that change a verdict: a design file that nobody filled in, a window in
 //! milliseconds.
 
-use crate::support::{Folder, finish, latchgate, program, table, weak};
+use crate::support::{Folder, at_door, finish, latchgate, program, table, weak};
 use serde_json::Value;
 use std::fs;
 
@@ -10,7 +10,7 @@ use std::fs;
 fn cli_a_design_left_as_init_wrote_it_says_so() {
     const SAYS: &str = "my latch (all values as in the paper's example)";
     let folder = Folder::new("slips-design");
-    folder.write("one.csv", table(weak));
+    folder.write("one.csv", at_door(&table(weak)));
     folder.write("one.csv.toml", "opens_when = \"negative\"\n");
     let run = |words: &str| finish(program().current_dir(folder.path()).args(words.split(' ')));
     assert_eq!(run("init design").code, 0);
@@ -44,7 +44,7 @@ fn cli_a_design_left_as_init_wrote_it_says_so() {
 #[test]
 fn cli_a_window_in_milliseconds_is_told() {
     let folder = Folder::new("slips-window");
-    let path = folder.write("one.csv", table(weak));
+    let path = folder.write("one.csv", at_door(&table(weak)));
     let codes = |window: &str| -> Vec<Value> {
         let options = [
             "--members",
@@ -85,7 +85,7 @@ fn cli_a_window_in_milliseconds_is_told() {
 fn cli_no_file_of_others_is_overwritten() {
     let folder = Folder::new("slips-overwritten");
     let place = |name: &str| folder.path().join(name);
-    let recording = table(weak);
+    let recording = at_door(&table(weak));
     let own = "opens_when = \"negative\"\n";
     for name in ["one.csv", "inside/series.csv", "inside/verdict.json"] {
         fs::create_dir_all(place("inside")).unwrap();
@@ -162,7 +162,7 @@ fn cli_no_character_of_an_input_steers_the_terminal() {
         text.chars()
             .any(|c| c != '\n' && latchgate_document::json::steers(c))
     };
-    folder.write(odd, table(weak));
+    folder.write(odd, at_door(&table(weak)));
     let gone = format!("gone-{odd}");
     for (card, words, code) in [
         ("", vec!["replay", odd, "--no-report", "--members", "0"], 3),

@@ -350,7 +350,7 @@ fn regress_rules_reach_names_with_slashes() {
     let text = table(crate::support::weak).replacen("acc_y_g", "acc y (m/s2)", 1);
     yard.folder.write("controls/a.csv", text);
     let rule = "[[require]]\nrecordings = \"controls/*\"\nverdict = \"fail\"\n";
-    let keys = "channel = \"acc y (m/s2)\"\nvelocity_change = 0.24";
+    let keys = "channel = \"acc y (m/s2)\"\nvelocity_change = 0.24\ntransfer = 1";
     let gate = gate_of(&format!("\"controls/a.csv\"\n{keys}")) + rule;
     check(&yard, &gate, &[], 1, "fail required");
 }

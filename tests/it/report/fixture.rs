@@ -13,7 +13,7 @@ use latchgate_recording::Finding;
 use latchgate_recording::card::CardPolarity;
 use latchgate_verdict::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use latchgate_verdict::conditioning::{Between, Cfc, FilterStandard};
-use latchgate_verdict::ensemble::{Driver, End, PeakQuantiles};
+use latchgate_verdict::ensemble::{Driver, End, PeakQuantiles, Varied};
 use latchgate_verdict::what_if::{Change, ChangedSide};
 use latchgate_verdict::{
     Answer, Ensemble, ErrorBudget, Evidence, FilterRow, Opening, QuantileBand, Reason, RunAnswer,
@@ -79,6 +79,7 @@ fn with_ensemble(case: &mut Case) {
             members: 2048,
             exceeded: 1731,
             failed_to_run: u32::from(index == 1),
+            varied: Varied::LeversAndReadings,
             seed: 1,
             generator: "made up".into(),
             method: MethodKind::EventDriven,
@@ -89,6 +90,7 @@ fn with_ensemble(case: &mut Case) {
             p_upper: 0.861_92,
             exceeded_in_coast: 0,
             p_upper_with_coast: 0.861_92,
+            open_share: 0.05,
             peak_angle_rad: (index != 2).then_some(PeakQuantiles {
                 p05: 0.081_23,
                 p50: 0.21,
@@ -362,10 +364,13 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             p95_s: None,
             members: 0,
             exceeded: 0,
+            varied: None,
         });
     let opens_by_direction = opens.filter(|_| by_polarity.len() > 1).into_iter();
     let document = Document {
         mechanism: None,
+        transfer: None,
+        siblings: Vec::new(),
         in_plane: None,
         opens,
         opens_by_direction: opens_by_direction
@@ -407,6 +412,8 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
                 },
                 interpolation_error_rad: Some(4.2e-4),
                 noise_rad: Some(2e-5),
+                noise_97_5_rad: None,
+                opening_draws: None,
                 bound: None,
                 uncertainty_rad: Some(4.2e-4),
                 coast_uncertainty_rad: run.coast_peak_angle_rad.map(|_| 4.3e-4),
@@ -423,6 +430,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             numerical: Some(3.1e-13),
             interpolation: Some(4.2e-4),
             noise: Some(2e-5),
+            noise_97_5: None,
             model: Some((nominal.peak_angle_rad - runs[1].0.peak_angle_rad).abs()),
             filter: Some(1.29e-2),
             bias: Some(2.7e-3),

@@ -36,7 +36,19 @@ pub(crate) fn finish(command: &mut Command) -> Done {
     }
 }
 
+/// Runs the program; a replay without the search for advice, which takes longer than all that most tests ask.
 pub(crate) fn latchgate(arguments: &[&str]) -> Done {
+    match arguments {
+        // A command line that the program offers repeats its own words.
+        ["replay", rest @ ..] if !rest.contains(&"--no-advice") => {
+            finish(program().args(["replay", "--no-advice"]).args(rest))
+        }
+        _ => advised(arguments),
+    }
+}
+
+/// Runs the program as it is asked, with its advice.
+pub(crate) fn advised(arguments: &[&str]) -> Done {
     finish(program().args(arguments))
 }
 

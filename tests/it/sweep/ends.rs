@@ -27,10 +27,11 @@ fn limited(yard: &SweepYard, limits: &str, threads: &str) -> Done {
 
 #[test]
 fn cli_a_share_that_is_terminated_keeps_what_is_done() {
-    let yard = SweepYard::new("terminated", 30, 20, 2048);
+    let yard = SweepYard::new("terminated", 15, 16, 512);
     let mut command = yard.command(&["--store", "store", "--part", "1/1", "--threads", "1"]);
     let child = command.stderr(Stdio::piped()).spawn().unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
+    // A line says that a pair was begun, a further one what came of it.
+    yard.wait_for_lines(3);
     kill("-TERM", child.id());
     let output = child.wait_with_output().unwrap();
     let err = String::from_utf8_lossy(&output.stderr);
@@ -40,14 +41,14 @@ fn cli_a_share_that_is_terminated_keeps_what_is_done() {
     assert!(told(&rest, "in the store before") > 0, "{}", rest.err);
     assert_eq!(
         told(&rest, "in the store before") + told(&rest, "pairs judged"),
-        600
+        240
     );
 }
 
 /// A process that does not hear that it is to end is ended before an engine's patience is.
 #[test]
 fn cli_a_process_that_is_deaf_is_ended() {
-    let yard = SweepYard::new("deaf", 30, 20, 2048);
+    let yard = SweepYard::new("deaf", 15, 16, 512);
     let mut command = yard.command(&["--store", "store", "--part", "1/1", "--threads", "1"]);
     let child = command.stderr(Stdio::piped()).spawn().unwrap();
     let children = format!("/proc/{0}/task/{0}/children", child.id());
@@ -58,10 +59,7 @@ fn cli_a_process_that_is_deaf_is_ended() {
         }
         std::thread::sleep(Duration::from_millis(10));
     };
-    // It is at work once it has a file.
-    while !yard.path("store").exists() || yard.files().is_empty() {
-        std::thread::sleep(Duration::from_millis(10));
-    }
+    yard.wait_for_lines(1);
     kill("-STOP", worker);
     kill("-TERM", child.id());
     let began = Instant::now();

@@ -89,6 +89,8 @@ const OF_REPLAY: &[Setting] = &[
     Setting::AcceptedRemarks,
     Setting::VelocityChange,
     Setting::Accept,
+    Setting::Transfer,
+    Setting::Siblings,
     Setting::Sled206,
     Setting::OpensWhen,
     Setting::Bias,

@@ -5,8 +5,8 @@ use super::value::{self, Word};
 use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::Method;
 use latchgate_kernel::units::{SensorSensitivity, TimeUnit};
-use latchgate_recording::Limits;
 use latchgate_recording::card::AcceptedWord;
+use latchgate_recording::{Limits, TransferRange};
 use latchgate_verdict::conditioning::BiasWindow;
 use latchgate_verdict::ensemble::MEMBERS_MAX;
 use serde::de::{Deserialize, Deserializer, Error as _};
@@ -77,6 +77,12 @@ readers! {
             words.iter().map(|word| AcceptedWord::from_word(word)).collect();
         Ok(words?.into_iter().collect())
     };
+    transfer: Option<TransferRange> = |value| match value {
+        Value::Number(_) => number(value).and_then(|factor| TransferRange::new(factor, factor)),
+        Value::String(text) => TransferRange::from_text(text),
+        _ => Err("must be a factor, or a text as 0.8..1.5".into()),
+    }
+    .map(Some);
     bias: BiasWindow = |value| value::parse_bias(text(value)?);
     resample: Option<f64> = |value| match value {
         Value::String(text) => value::parse_resample(text),

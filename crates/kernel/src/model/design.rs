@@ -4,33 +4,15 @@
 //! against the table of parameters.
 
 use super::catch::Catch;
+use super::criterion::Criterion;
 use super::lever::Lever;
 use super::linkage::{LinkageElement, Reduced};
 use super::parameters::{CATCH_PARAMETERS, Condition, DesignParameter, PARAMETERS, Slot};
 use super::stop::Stop;
+use super::tolerance::Tolerance;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-
-/// The angle beyond which the door is lost.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Criterion {
-    /// Largest angle that keeps the door shut [rad].
-    pub threshold_rad: f64,
-    /// The smaller one that an override took the place of [rad]; `None` if none did.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub raised_from_rad: Option<f64>,
-}
-
-impl Default for Criterion {
-    fn default() -> Self {
-        Self {
-            threshold_rad: 0.1,
-            raised_from_rad: None,
-        }
-    }
-}
 
 /// Uncertainty of the input, one standard deviation each.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -63,10 +45,13 @@ pub struct Design {
     pub stop: Stop,
     /// What loses the door.
     pub criterion: Criterion,
-    /// One standard deviation of any key of `lever` and `stop`, in that key's unit.
-    pub tolerance: BTreeMap<String, f64>,
+    /// One standard deviation of any key of `lever` and `stop`.
+    pub tolerance: BTreeMap<String, Tolerance>,
     /// Uncertainty of the input.
     pub input: InputUncertainty,
+    /// Keys whose values the design file did not state, so that they are those of the paper's example.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_stated: Vec<String>,
     /// Keys that an override gave another value than the design file, or the paper, has.
     pub modified: Vec<String>,
     /// The values that the overrides took the place of, where there were any.
@@ -88,8 +73,9 @@ struct DesignAsWritten {
     lever: Lever,
     stop: Stop,
     criterion: Criterion,
-    tolerance: BTreeMap<String, f64>,
+    tolerance: BTreeMap<String, Tolerance>,
     input: InputUncertainty,
+    not_stated: Vec<String>,
     modified: Vec<String>,
     modified_from: BTreeMap<String, f64>,
     linkage: Vec<LinkageElement>,
@@ -105,6 +91,7 @@ impl Default for DesignAsWritten {
             criterion,
             tolerance,
             input,
+            not_stated,
             modified,
             modified_from,
             linkage,
@@ -117,6 +104,7 @@ impl Default for DesignAsWritten {
             criterion,
             tolerance,
             input,
+            not_stated,
             modified,
             modified_from,
             linkage,
@@ -136,6 +124,7 @@ impl TryFrom<DesignAsWritten> for Design {
             criterion: written.criterion,
             tolerance: written.tolerance,
             input: written.input,
+            not_stated: written.not_stated,
             modified: written.modified,
             modified_from: written.modified_from,
             linkage: written.linkage,
@@ -160,8 +149,13 @@ impl Design {
             lever: Lever::reference(),
             stop: Stop::reference(),
             criterion: Criterion::default(),
-            tolerance: BTreeMap::from([("restitution".to_string(), 0.02)]),
+            tolerance: BTreeMap::from([
+                ("mass_kg".to_string(), Tolerance::Share(0.02)),
+                ("preload_torque_nm".to_string(), Tolerance::Share(0.05)),
+                ("restitution".to_string(), Tolerance::Deviation(0.02)),
+            ]),
             input: InputUncertainty::default(),
+            not_stated: Vec::new(),
             modified: Vec::new(),
             modified_from: BTreeMap::new(),
             linkage: Vec::new(),
@@ -169,7 +163,7 @@ impl Design {
         }
     }
 
-    /// Tells whether a design of another name has every value of the paper's, of a catch aside, as a file to start from
+    /// Tells whether a design of another name has every value of the paper's, of catch and tolerances aside, as a file to start from
     /// has that nobody has filled in.
     pub fn repeats_reference(&self) -> bool {
         let reference = Self::reference();
@@ -180,16 +174,32 @@ impl Design {
                 == Self {
                     name,
                     catch,
+                    tolerance: self.tolerance.clone(),
+                    not_stated: self.not_stated.clone(),
                     ..reference
                 }
     }
 
     /// Tells whether it is the paper's example, overridden keys aside.
     pub fn is_reference_overridden(&self) -> bool {
+        let reference = Self::reference();
         let mut base = self.clone();
-        let mut before = self.modified_from.iter();
-        before.all(|(key, value)| base.override_number(key, *value).is_ok())
-            && base == Self::reference()
+        for (key, value) in &self.modified_from {
+            let is_put = match key.strip_prefix("tolerance.") {
+                // A share follows the value that was overridden; what it was is the reference's.
+                Some(name) => match reference.tolerance.get(name) {
+                    Some(tolerance) => base.override_tolerance(name, *tolerance).is_ok(),
+                    None => false,
+                },
+                None => base.override_number(key, *value).is_ok(),
+            };
+            if !is_put {
+                return false;
+            }
+        }
+        base.modified.clear();
+        base.modified_from.clear();
+        base == reference
     }
 
     /// Gives the number of `key`, such as `lever.mass_kg`, another value and notes it as overridden.
@@ -199,21 +209,59 @@ impl Design {
     /// [`Error::UnknownName`] for an unknown key, [`Error::OutOfRange`] for a value that no lever can
     /// have.
     pub fn override_number(&mut self, key: &str, value: f64) -> Result<(), Error> {
+        self.overriding(key, |design| design.put_number(key, value))
+    }
+
+    /// Gives the number `key` of lever, stop or catch another tolerance and notes it as overridden.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::override_number`].
+    pub fn override_tolerance(&mut self, key: &str, tolerance: Tolerance) -> Result<(), Error> {
+        let name = format!("tolerance.{key}");
+        self.overriding(&name, |design| design.put_tolerance(key, tolerance))
+    }
+
+    fn overriding(
+        &mut self,
+        key: &str,
+        put: impl FnOnce(&mut Self) -> Result<(), Error>,
+    ) -> Result<(), Error> {
         let criterion = self.criterion;
         let before = self.number(key);
-        self.put_number(key, value)?;
+        put(self)?;
+        self.not_stated.retain(|name| name != key);
         self.mark(key, before);
         let stated = criterion.raised_from_rad.unwrap_or(criterion.threshold_rad);
         self.criterion.raised_from_rad = (self.criterion.threshold_rad > stated).then_some(stated);
         Ok(())
     }
 
-    /// Returns the number of a key such as `lever.mass_kg` or `tolerance.mass_kg`.
+    /// Returns the number of a key such as `lever.mass_kg` or `tolerance.mass_kg`, in its unit.
     pub fn number(&self, key: &str) -> Option<f64> {
         match key.strip_prefix("tolerance.") {
-            Some(key) => self.tolerance.get(key).copied(),
+            Some(key) => {
+                let mut known = self.parameters();
+                let parameter = known.find(|parameter| parameter.tolerance_key() == key)?;
+                let tolerance = self.tolerance.get(key)?;
+                Some(tolerance.deviation(self.value(parameter)))
+            }
             None => self.parameter(key).map(|known| self.value(known)),
         }
+    }
+
+    /// Returns the numbers of preload and unbalance, of which mass or arm will do, whose tolerances are not stated, 0
+    /// being a statement: without them nobody knows what a pass on the nominal lever is worth.
+    pub fn missing_tolerances(&self) -> Vec<&'static str> {
+        let lacks = |key: &str| !self.tolerance.contains_key(key);
+        let mut missing = Vec::new();
+        if lacks("preload_torque_nm") {
+            missing.push("preload_torque_nm");
+        }
+        if lacks("mass_kg") && lacks("center_of_mass_m") {
+            missing.push("mass_kg");
+        }
+        missing
     }
 
     /// Returns its parameter of this name.
@@ -254,6 +302,7 @@ impl Design {
         let Criterion {
             threshold_rad,
             raised_from_rad,
+            ..
         } = self.criterion;
         raised_from_rad
             .unwrap_or(threshold_rad)
@@ -277,9 +326,7 @@ impl Design {
     /// As [`Design::override_number`].
     pub fn put_number(&mut self, name: &str, value: f64) -> Result<(), Error> {
         if let Some(key) = name.strip_prefix("tolerance.") {
-            self.check_tolerance(key, value)?;
-            self.tolerance.insert(key.to_string(), value + 0.0);
-            return Ok(());
+            return self.put_tolerance(key, Tolerance::Deviation(value + 0.0));
         }
         let Some(parameter) = self.parameter(name) else {
             let names: Vec<_> = self.parameters().map(|known| known.name).collect();
@@ -290,13 +337,24 @@ impl Design {
         Ok(())
     }
 
+    /// Gives the number `key` of lever, stop or catch a tolerance, as a design file states it.
+    ///
+    /// # Errors
+    ///
+    /// As [`Design::override_number`].
+    pub fn put_tolerance(&mut self, key: &str, tolerance: Tolerance) -> Result<(), Error> {
+        self.check_tolerance(key, tolerance)?;
+        self.tolerance.insert(key.to_string(), tolerance);
+        Ok(())
+    }
+
     /// Returns the value of `parameter`, in its unit; NaN of a catch that it has not.
     pub fn value(&self, parameter: &DesignParameter) -> f64 {
         match parameter.slot {
             Slot::Lever(field) => *field(&mut { self.lever }),
             Slot::Stop(field) => *field(&mut { self.stop }),
             Slot::Catch(field) => self.catch.map_or(f64::NAN, |mut catch| *field(&mut catch)),
-            Slot::Threshold => self.criterion.threshold_rad,
+            Slot::Criterion(field) => *field(&mut { self.criterion }),
             Slot::InputScale => self.input.scale,
             Slot::InputBias => self.input.bias_g,
         }
@@ -311,7 +369,7 @@ impl Design {
                 Some(catch) => field(catch),
                 None => return,
             },
-            Slot::Threshold => &mut self.criterion.threshold_rad,
+            Slot::Criterion(field) => field(&mut self.criterion),
             Slot::InputScale => &mut self.input.scale,
             Slot::InputBias => &mut self.input.bias_g,
             // A negative zero says nothing else than a plain one.
@@ -322,10 +380,11 @@ impl Design {
     pub fn deviation(&self, parameter: &DesignParameter) -> Option<f64> {
         match parameter.slot {
             Slot::Lever(_) | Slot::Stop(_) | Slot::Catch(_) => {
-                self.tolerance.get(parameter.tolerance_key()).copied()
+                let tolerance = self.tolerance.get(parameter.tolerance_key())?;
+                Some(tolerance.deviation(self.value(parameter)))
             }
             Slot::InputScale | Slot::InputBias => Some(self.value(parameter)),
-            Slot::Threshold => None,
+            Slot::Criterion(_) => None,
         }
     }
 
@@ -351,8 +410,9 @@ impl Design {
                 .condition
                 .check(parameter.name, self.value(parameter))?;
         }
-        for (key, deviation) in &self.tolerance {
-            self.check_tolerance(key, *deviation)?;
+        for (key, tolerance) in &self.tolerance {
+            self.check_tolerance(key, *tolerance)?;
+            self.check_share(key, *tolerance)?;
         }
         let lever = &self.lever;
         if lever.preload_torque_nm + lever.spring_stiffness_nm_per_rad <= 0.0 {
@@ -386,8 +446,28 @@ impl Design {
 }
 
 impl Design {
+    /// Refuses a share of nothing, which would scatter nothing in silence.
+    fn check_share(&self, key: &str, tolerance: Tolerance) -> Result<(), Error> {
+        let is_share = matches!(tolerance, Tolerance::Share(share) if share > 0.0);
+        let mut parameters = self.parameters();
+        let parameter = parameters.find(|parameter| parameter.tolerance_key() == key);
+        match parameter {
+            Some(parameter) if is_share && self.value(parameter) == 0.0 => {
+                Err(Error::out_of_range(
+                    format!("tolerance.{key}"),
+                    format!(
+                        "a number with its unit, {}, since {} is 0 and no share of it scatters",
+                        parameter.unit, parameter.name
+                    ),
+                    tolerance.to_string(),
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Refuses a tolerance of a number that has none, or one that is no standard deviation.
-    fn check_tolerance(&self, key: &str, deviation: f64) -> Result<(), Error> {
+    fn check_tolerance(&self, key: &str, tolerance: Tolerance) -> Result<(), Error> {
         let name = format!("tolerance.{key}");
         let scattered = || {
             self.parameters()
@@ -399,7 +479,15 @@ impl Design {
                 .collect();
             return Err(unknown(&name, &names));
         }
-        Condition::NotNegative.check(&name, deviation)
+        match tolerance {
+            Tolerance::Deviation(deviation) => Condition::NotNegative.check(&name, deviation),
+            Tolerance::Share(_) if tolerance.is_share_refused() => Err(Error::out_of_range(
+                name,
+                "from 0 % to less than 33 %: draws reach three standard deviations",
+                tolerance.to_string(),
+            )),
+            Tolerance::Share(_) => Ok(()),
+        }
     }
 
     /// Checks what the ranges of a catch's single numbers cannot see.

@@ -4,8 +4,9 @@
 //! with a row here is read, checked, scattered and shown.
 
 use super::catch::Catch;
+use super::criterion::Criterion;
 use super::lever::Lever;
-use super::stop::Stop;
+use super::stop::{Stop, StopModel};
 use crate::error::Error;
 use crate::range::Range;
 
@@ -45,8 +46,8 @@ pub enum Slot {
     Stop(fn(&mut Stop) -> &mut f64),
     /// A number of the catch, of a design that has one.
     Catch(fn(&mut Catch) -> &mut f64),
-    /// The limit of the angle.
-    Threshold,
+    /// A number of the criterion: the limit of the angle, and the share that may reach it.
+    Criterion(fn(&mut Criterion) -> &mut f64),
     /// One standard deviation of the recording's scale.
     InputScale,
     /// One standard deviation of the recording's bias.
@@ -64,6 +65,8 @@ pub enum Condition {
     NotZero,
     /// From 0 to 1.
     Ratio,
+    /// From 0.00001, which the largest ensemble can show, to 0.9999.
+    Share,
 }
 
 impl Condition {
@@ -84,6 +87,7 @@ impl Condition {
                 "finite and not zero",
             ),
             Self::Ratio => ((0.0..=1.0).contains(&value), "0 to 1"),
+            Self::Share => ((1e-5..=0.9999).contains(&value), "from 0.00001 to 0.9999"),
         };
         if good {
             Ok(())
@@ -96,7 +100,7 @@ impl Condition {
     /// positive or not zero has none and stays.
     pub fn hold(self, value: f64) -> f64 {
         match self {
-            Self::Positive | Self::NotZero => value,
+            Self::Positive | Self::NotZero | Self::Share => value,
             Self::NotNegative => value.max(0.0),
             Self::Ratio => value.clamp(0.0, 1.0),
         }
@@ -128,6 +132,12 @@ impl DesignParameter {
     pub fn has_tolerance(&self) -> bool {
         matches!(self.slot, Slot::Lever(_) | Slot::Stop(_) | Slot::Catch(_))
     }
+
+    /// Returns whether it is a number of one of these stops, or of none: the rigid stop has its restitution alone.
+    pub fn counts_at(&self, stops: &[StopModel]) -> bool {
+        let is_of_stop = matches!(self.slot, Slot::Stop(_));
+        !is_of_stop || self.key() == "restitution" || stops.contains(&StopModel::Soft)
+    }
 }
 
 macro_rules! slot {
@@ -139,6 +149,9 @@ macro_rules! slot {
     };
     (Catch $key:ident) => {
         Slot::Catch(|catch| &mut catch.$key)
+    };
+    (Criterion $key:ident) => {
+        Slot::Criterion(|criterion| &mut criterion.$key)
     };
     ($slot:ident $key:ident) => {
         Slot::$slot
@@ -175,7 +188,9 @@ parameters! {
     stop.stiffness_n_per_m as Stop, Positive, 1e3..1e10, Some(9), "kₛ", "N/m", "Stiffness of the soft stop", "stiffness of the stop";
     stop.damping_n_s_per_m as Stop, NotNegative, 0.0..1e4, Some(10), "cₛ", "N s/m", "Damping of the soft stop", "damping of the stop";
     stop.radius_m as Stop, Positive, 1e-3..1.0, Some(11), "lₛ", "m", "Distance of the stop from the pivot", "distance of the stop";
-    criterion.threshold_rad as Threshold, Positive, 1e-4..std::f64::consts::FRAC_PI_2, None, "φ*", "rad", "Limit of the angle", "limit of the angle";
+    criterion.threshold_rad as Criterion, Positive, 1e-4..std::f64::consts::FRAC_PI_2, None, "φ*", "rad", "Limit of the angle", "limit of the angle";
+    criterion.open_share as Criterion, Share, 1e-5..0.05, None, "", "1", "Share of levers and readings that may open", "share that may open";
+    criterion.confidence as Criterion, Share, 0.95..0.9999, None, "", "1", "Confidence that fewer than that share open", "confidence of the share";
     input.scale as InputScale, NotNegative, 0.0..0.3, Some(0), "", "1", "Input: scale of the acceleration", "scale of the acceleration";
     input.bias_g as InputBias, NotNegative, 0.0..10.0, Some(1), "", "g", "Input: bias of the acceleration", "bias of the acceleration";
 }

@@ -8,7 +8,7 @@ use super::catch_run::CatchRun;
 use super::contact_fast::FastContact;
 use super::flight_fast::FastFlight;
 use super::forcing::{Forcing, Polynomial};
-use super::kernel::{CURVED_TRUNCATION, Ceiling, Coasting, Kernel};
+use super::kernel::{Arrival, CURVED_TRUNCATION, Ceiling, Coasting, Kernel};
 use super::recorder::Recorder;
 use super::{PeakEnd, Question, RunOutcome, TracePoint, begin, finish};
 use crate::model::catch::Catch;
@@ -36,10 +36,6 @@ struct Pair<'a, const K: usize> {
     beyond: bool,
     /// The catch stays where it is.
     locked: bool,
-    /// When the catch came to its engagement angle last, and how fast [s, rad/s].
-    engaged_last: (f64, f64),
-    /// When the lever met the catch last, and how far the catch may have been off then [s, rad].
-    doubt_at_strike: (f64, f64),
     /// The catch turned so close to its engagement angle that it may as well have passed it [s].
     grazed_s: Option<f64>,
     record: CatchRun,
@@ -151,8 +147,6 @@ impl<'a, const K: usize> Pair<'a, K> {
             engaged: parts.engagement_angle_rad <= 0.0,
             locked: parts.engagement_angle_rad <= 0.0,
             beyond,
-            engaged_last: (f64::NEG_INFINITY, 1.0),
-            doubt_at_strike: (f64::NEG_INFINITY, 0.0),
             grazed_s: None,
             record: CatchRun::default(),
         };
@@ -304,14 +298,7 @@ impl<'a, const K: usize> Pair<'a, K> {
         }
         self.engaged = !self.engaged;
         if self.engaged {
-            self.engaged_last = (time, self.catch.velocity);
             self.record.engaged_s.get_or_insert(time);
-        } else {
-            // It may as well have fallen back before the lever met it.
-            let (struck, doubt) = self.doubt_at_strike;
-            if (time - struck) * -self.catch.velocity <= doubt {
-                self.record.tie_s.get_or_insert(struck);
-            }
         }
         self.place_gates();
     }
@@ -345,16 +332,19 @@ impl<'a, const K: usize> Pair<'a, K> {
         let reached = self.lever.advance_over(lever);
         self.catch_over(&catch.between(0.0, reached));
         if self.lever.at_gate {
-            let time = lever.time() + reached;
+            let arrival = self.lever.arrival(lever.time() + reached);
             if !self.catch.is_held() {
-                self.tie_if_close(time);
-            } else if self.lever.velocity < 0.0 {
+                self.tie_if_close(&arrival);
+            } else if arrival.velocity < 0.0 {
                 // When the lever lets it go is as uncertain as the lever.
-                let delay = self.lever.angle_error() / -self.lever.velocity;
+                let speed = -arrival.velocity;
+                let delay = arrival.error / speed;
                 let pushed = self
                     .catch
                     .acceleration_above(catch, reached.min(catch.length()));
                 self.catch.sensitivity.add_velocity(pushed.abs() * delay);
+                let deviation = pushed.abs() * arrival.deviation / speed;
+                self.catch.sensitivity.add_noise(deviation);
             }
             self.catch.release_above();
             self.beyond = false;
@@ -395,12 +385,13 @@ impl<'a, const K: usize> Pair<'a, K> {
             if !self.locked {
                 self.catch.advance_over(&catch.between(0.0, came));
             }
-            self.tie_if_close(time);
+            let arrival = self.lever.arrival(time);
+            self.tie_if_close(&arrival);
             self.pass(time);
             return came;
         }
         if self.lever.strikes > impacts {
-            self.struck(impacts == 0, catch.time() + reached);
+            self.struck(impacts == 0, before, catch);
         }
         if self.catch.at_gate && !self.locked {
             self.catch_at_gate(catch.time() + reached);
@@ -429,43 +420,50 @@ impl<'a, const K: usize> Pair<'a, K> {
         self.pass(lever.time() + local);
     }
 
-    /// The lever has met the engaged catch, at the latest at `end` [s].
-    fn struck(&mut self, is_first: bool, end: f64) {
-        let (time, speed) = self.lever.struck_last;
+    /// The lever has met the engaged catch within a stretch, at the start of which the catch was `before`.
+    fn struck<const J: usize>(&mut self, is_first: bool, before: Kernel, catch: &Polynomial<J>) {
+        let Some(strikes) = self.lever.new_strikes.take() else {
+            return;
+        };
         if is_first {
-            self.record.lever_arrives_s.get_or_insert(time);
-            self.record.lever_arrives_rad_s.get_or_insert(speed);
+            self.record.lever_arrives_s.get_or_insert(strikes[0].time);
+            self.record
+                .lever_arrives_rad_s
+                .get_or_insert(strikes[0].velocity);
         }
         self.record.stops = self.lever.strikes;
-        let (engaged, rising) = self.engaged_last;
-        let mut away = (time - engaged) * rising;
-        if rising <= 0.0 {
-            // Let go at its engagement angle, it came away from there by and by.
-            let beyond = self.catch.angle - self.parts.engagement_angle_rad;
-            away = beyond - (end - time) * self.catch.velocity;
+        if self.locked {
+            return;
         }
-        if self.catch.at_gate && self.catch.velocity < 0.0 {
-            away = away.min((end - time) * -self.catch.velocity);
+        // The catch has gone on: how close it was to letting the lever pass is seen where it was then. The first
+        // strike may come just after it engaged, the last just before it falls back.
+        let after = std::mem::replace(&mut self.catch, before);
+        let mut from = 0.0;
+        for strike in &strikes {
+            let until = strike.time - catch.time();
+            if until > from {
+                self.catch.advance_over(&catch.between(from, until));
+                from = until;
+            }
+            self.tie_if_close(strike);
         }
-        let doubt = self.doubt(speed);
-        self.doubt_at_strike = (time, doubt);
-        if !self.locked && away <= doubt {
-            self.record.tie_s.get_or_insert(time);
-        }
+        self.catch = after;
     }
 
-    /// Notes a tie where the catch is as close to its engagement angle as the errors are large.
-    fn tie_if_close(&mut self, time: f64) {
+    /// Notes a tie where the catch is as close to its engagement angle as the errors are large when the
+    /// lever comes to φb.
+    fn tie_if_close(&mut self, arrival: &Arrival) {
         let away = (self.parts.engagement_angle_rad - self.catch.angle).abs();
-        if !self.locked && away <= self.doubt(self.lever.velocity) {
-            self.record.tie_s.get_or_insert(time);
+        if !self.locked && away <= self.doubt(arrival) {
+            self.record.tie_s.get_or_insert(arrival.time);
         }
     }
 
-    /// Returns how uncertain the catch's angle is when the lever comes to φb at this angular velocity [rad].
-    fn doubt(&mut self, speed: f64) -> f64 {
-        let errors = [self.catch.angle_error(), self.lever.angle_error()];
-        let noises = [&self.catch, &self.lever].map(|body| body.sensitivity.deviation());
+    /// Returns how uncertain the catch's angle is against the lever when that comes to φb [rad].
+    fn doubt(&mut self, arrival: &Arrival) -> f64 {
+        let speed = arrival.velocity;
+        let errors = [self.catch.angle_error(), arrival.error];
+        let noises = [self.catch.sensitivity.deviation(), arrival.deviation];
         let [of_catch, of_lever] = [0, 1].map(|body| errors[body] + TIE_DEVIATIONS * noises[body]);
         of_catch + of_lever * (self.catch.velocity / speed).abs()
     }

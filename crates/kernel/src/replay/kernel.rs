@@ -167,6 +167,22 @@ impl Bounces {
     }
 }
 
+/// How a lever comes to a stop above or to a gate.
+///
+/// An impact scales the error of the angle by its restitution, and rest wipes it out: how uncertain the
+/// arrival was is known only before.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arrival {
+    /// When [s].
+    pub(super) time: f64,
+    /// Angular velocity [rad/s].
+    pub(super) velocity: f64,
+    /// Bound on the error of the angle [rad].
+    pub(super) error: f64,
+    /// Standard deviation of the angle from the noise [rad].
+    pub(super) deviation: f64,
+}
+
 /// One lever on one stop.
 #[derive(Debug, Clone)]
 pub(super) struct Kernel {
@@ -207,9 +223,10 @@ pub(super) struct Kernel {
     pub(super) at_gate: bool,
     /// It turned so close to a gate that it may as well have passed it.
     pub(super) grazes_gate: bool,
-    /// Times it met the stop above, and when and how fast last [s, rad/s].
+    /// Times it met the stop above.
     pub(super) strikes: u64,
-    pub(super) struck_last: (f64, f64),
+    /// The first and the last of them since they were looked at.
+    pub(super) new_strikes: Option<[Arrival; 2]>,
     /// Longest step in flight [s].
     flight_step_max: f64,
     /// Longest step in contact [s].
@@ -297,7 +314,7 @@ impl Kernel {
             at_gate: false,
             grazes_gate: false,
             strikes: 0,
-            struck_last: (f64::NEG_INFINITY, 0.0),
+            new_strikes: None,
             flight_step_max: f64::INFINITY,
             contact_step_max: f64::INFINITY,
             steps_max: STEPS_MAX.0,
@@ -607,8 +624,12 @@ impl Kernel {
         let time = stretch.time() + local;
         self.settle_error();
         self.work.events += 1;
-        self.strikes += u64::from(before > COUNTED_SPEED);
-        self.struck_last = (time, before);
+        if before > COUNTED_SPEED {
+            self.strikes += 1;
+            let strike = self.arrival(time);
+            let first = self.new_strikes.map_or(strike, |[first, _]| first);
+            self.new_strikes = Some([first, strike]);
+        }
         if self.recorder.judging {
             self.recorder.peak.offer(self.angle, time, 0.0);
         }
@@ -621,6 +642,16 @@ impl Kernel {
             return;
         }
         self.rest_above(pressed);
+    }
+
+    /// Returns how it comes, at `time` [s], to what is above it or to a gate.
+    pub(super) fn arrival(&mut self, time: f64) -> Arrival {
+        Arrival {
+            time,
+            velocity: self.velocity,
+            error: self.angle_error(),
+            deviation: self.sensitivity.deviation(),
+        }
     }
 
     /// Puts the lever to rest on what is above it, where that presses it there.

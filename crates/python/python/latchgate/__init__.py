@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import os
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,7 @@ from . import _native
 from ._errors import NotJudged
 from ._native import __version__
 from ._question import Design, MarginSettings, Path, Settings, columns, file_name, lever, settings_json
-from ._result import GateResult, Result, Sweep
+from ._result import GateResult, Result, Spectrum, Sweep
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -34,12 +35,14 @@ __all__ = [
     "NotJudged",
     "Result",
     "Settings",
+    "Spectrum",
     "Sweep",
     "__version__",
     "inspect",
     "judge",
     "margin",
     "replay",
+    "spectrum",
     "sweep",
 ]
 
@@ -159,6 +162,46 @@ def sweep(
             for design, row in zip(levers, rows)
         ]
     )
+
+
+def spectrum(
+    recordings: Path | Iterable[Path],
+    designs: Iterable[Design] = (),
+    *,
+    restitution: float | tuple[float, float] = 0.8,
+    limit_angle: float = 0.1,
+    share: float | None = None,
+    leave_out_unusable: bool = False,
+    threads: int | None = None,
+    **settings: Unpack[Settings],
+) -> Spectrum:
+    """Returns what any latch must have to survive the recordings: a latch response spectrum each, and their envelope.
+
+    It describes and passes nothing: a verdict comes from :func:`replay`.
+
+    :param recordings: one path, or several.
+    :param designs: levers to place beside the curves, with their reserves; these take longer than the curves.
+    :param restitution: of the stop; a pair is drawn evenly between its two.
+    :param limit_angle: for which a chart is read [rad].
+    :param share: also the curve that covers this share of the curves.
+    :param leave_out_unusable: go on without recordings that have no spectrum.
+    :param settings: see :class:`Settings`; those of the decision have no effect.
+    """
+    if isinstance(designs, (str, Mapping)):
+        raise TypeError("spectrum takes a list of designs")
+    paths = [recordings] if isinstance(recordings, (str, os.PathLike)) else list(recordings)
+    if not paths:
+        raise ValueError("spectrum describes nothing: the list of recordings is empty")
+    low, high = restitution if isinstance(restitution, tuple) else (restitution, restitution)
+    text = _native.spectrum(
+        paths,
+        settings_json(settings),
+        (float(low), float(high), float(limit_angle), share),
+        leave_out_unusable,
+        [lever(design, None) for design in designs],
+        threads,
+    )
+    return Spectrum(json.loads(text))
 
 
 class Gate:

@@ -4,7 +4,7 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["SETTINGS", "Judged", "Lever", "__version__", "inspect", "margin", "rows", "run_gate", "table"]
+__all__ = ["SETTINGS", "Judged", "Lever", "__version__", "inspect", "margin", "rows", "run_gate", "spectrum", "table"]
 
 __version__: str
 SETTINGS: list[str]
@@ -49,6 +49,14 @@ def run_gate(
     store: str | os.PathLike[str] | None,
     out: str | os.PathLike[str] | None,
     date: str | None,
+    threads: int | None,
+) -> str: ...
+def spectrum(
+    recordings: list[str | os.PathLike[str]],
+    settings: str,
+    levers_share: tuple[float, float, float, float | None],
+    leave_out_unusable: bool,
+    levers: list[Lever],
     threads: int | None,
 ) -> str: ...
 def table(

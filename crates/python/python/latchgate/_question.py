@@ -65,7 +65,11 @@ class Settings(TypedDict, total=False):
     velocity_change: float
     """Velocity change of the sensor's place, known from another source [m/s]."""
     accept: str | list[str]
-    """What a person confirms of a record unlike a crash: "clock"."""
+    """What a person confirms of a recording: "clock", "axis", "noise", "processed", or a list of these."""
+    transfer: float | str
+    """Factor between the sensor's place and the latch, 1 or "0.8..1.5"; the worst answer counts."""
+    siblings: bool
+    """Judge every lateral channel of that side in the file; the worst answer counts."""
     sled206: bool
     """Check the recording as a sled pulse of 49 CFR 571.206 and UN R11."""
     opens_when: str

@@ -299,3 +299,62 @@ class GateResult(_Table):
             if more:
                 shown += f" {name}={more}"
         return f"<latchgate.GateResult {shown}>"
+
+
+class Spectrum:
+    """Latch response spectra: what any latch must have to survive recordings.
+
+    Arrays have a row for each curve, in the order of :attr:`names`, and a column for each stroke; NaN where no window
+    of lift-off opens, and of a zone where it reaches below the lowest window.
+    """
+
+    def __init__(self, data: dict[str, Any]) -> None:
+        #: The document, as the command line writes it.
+        self.data = data
+
+    @property
+    def names(self) -> list[str]:
+        """The curves: recording, channel and the sign that opens."""
+        return [curve["name"] for curve in self.data["recordings"]]
+
+    @property
+    def stroke(self) -> npt.NDArray[np.float64]:
+        """Strokes [m]."""
+        return _numbers(self.data["stroke_m"])
+
+    @property
+    def spectrum(self) -> npt.NDArray[np.float64]:
+        """The spectrum of each curve at each stroke [m/s²]."""
+        return _numbers(self.data["spectrum_m_s2"])
+
+    @property
+    def zone_from(self) -> npt.NDArray[np.float64]:
+        """The lower end of its zone [m/s²]."""
+        return _numbers(self.data["zone_from_m_s2"])
+
+    @property
+    def envelope(self) -> npt.NDArray[np.float64]:
+        """The highest of the curves at each stroke [m/s²]."""
+        return _numbers(self.data["envelope_m_s2"])
+
+    @property
+    def designs(self) -> list[dict[str, Any]]:
+        """Designs with ``place`` ("above", "zone", "below"), ``reserve_load`` and ``reserve_preload``."""
+        designs: list[dict[str, Any]] = self.data["designs"]
+        return designs
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Returns the spectra [m/s²] as a table, a stroke [m] a row and a curve a column; needs pandas."""
+        import pandas as pd
+
+        index = pd.Index(self.stroke, name="stroke_m")
+        return pd.DataFrame(self.spectrum.T, index=index, columns=self.names)
+
+    def __repr__(self) -> str:
+        return f"<latchgate.Spectrum of {len(self.names)} curves>"
+
+
+def _numbers(values: list[Any]) -> npt.NDArray[np.float64]:
+    import numpy as np
+
+    return np.array(values, dtype=np.float64)

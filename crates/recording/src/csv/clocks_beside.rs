@@ -9,14 +9,12 @@ use super::records;
 use super::stamp::StampClock;
 use super::status;
 use crate::error::{Error, Place};
+use crate::examine::clock::{Comparison, Relation, UsedClock};
 use crate::number::{self, Decimal, PrintedDigits};
 use crate::text::{STAMPS, shown};
 use crate::time_base::brief;
 use crate::{Finding, ReadTask};
 use latchgate_kernel::units::TimeUnit;
-
-/// Factor between the spans of two clocks beyond which they contradict one another.
-const FACTOR: f64 = 1.5;
 
 /// Share by which a factor may be off ten to be a slip by a decimal [-].
 const DECIMAL: f64 = 0.05;
@@ -24,6 +22,9 @@ const DECIMAL: f64 = 0.05;
 /// Share by which two clocks may differ and confirm one another, and by which steps may be off their mean
 /// where a column rises evenly [-].
 const ALIKE: f64 = 0.01;
+
+/// Times the mean step beyond which one is a jump.
+const JUMP: f64 = 3.0;
 
 /// Result of the comparison of the table's clocks with the one that is used.
 #[derive(Default)]
@@ -58,6 +59,13 @@ struct ClockBeside {
     last: (usize, f64),
     longest_step: f64,
     shortest_step: f64,
+    /// Sum and number of its steps forwards, and the rows that they take.
+    rises: f64,
+    rising_steps: usize,
+    rising_rows: usize,
+    /// The row of its last change, and the most rows for which it stood still.
+    changed_row: usize,
+    longest_stand: usize,
     /// True if it runs back somewhere, so that it is no clock.
     falls: bool,
 }
@@ -73,6 +81,11 @@ impl ClockBeside {
             last: (0, 0.0),
             longest_step: 0.0,
             shortest_step: f64::INFINITY,
+            rises: 0.0,
+            rising_steps: 0,
+            rising_rows: 0,
+            changed_row: 0,
+            longest_stand: 0,
             falls: false,
         }
     }
@@ -93,19 +106,33 @@ impl ClockBeside {
             self.falls |= step < 0.0;
             self.longest_step = self.longest_step.max(step);
             self.shortest_step = self.shortest_step.min(step);
+            if step > 0.0 {
+                self.rises += step;
+                self.rising_steps += 1;
+                self.changed_row = row;
+            }
+            if step >= 0.0 {
+                self.rising_rows += row - self.last.0;
+            }
+            self.longest_stand = self.longest_stand.max(row - self.changed_row);
         }
         self.first.get_or_insert((row, value));
         self.last = (row, value);
     }
 
     /// Returns the uncertainty of its span [in its unit]: its last digit, or its longest step where it does
-    /// not change between updates.
-    fn resolution(&self) -> f64 {
+    /// not change between updates; these may lie up to two such steps apart by the rows, `row` long. A step far
+    /// beyond the others is a jump, and excuses nothing.
+    fn resolution(&self, row: f64) -> f64 {
+        let usual = self.rises / self.rising_steps.max(1) as f64;
+        let longest = self.longest_step.min(JUMP * usual);
         let digit = match &self.words {
             Some(clock) => clock.last_digit(),
             None => self.digits.last_digit(),
         };
-        digit.max(self.longest_step)
+        let stand = row * self.longest_stand as f64;
+        let apart = stand.min(2.0 * longest);
+        digit.max(longest).max(apart)
     }
 
     /// True if it rises by like steps in every row, to its last digit.
@@ -149,32 +176,81 @@ impl Clocks<'_> {
             let from = instant(clock.first?.0)?;
             Some((instant(clock.last.0).or_else(|| instant(number - 1))? - from).abs())
         };
-        for clock in clocks.iter().filter(|clock| !clock.falls) {
-            if clock.is_constant() {
-                comparison.findings.extend(self.rate_contradiction(clock));
+        for clock in &clocks {
+            if clock.falls {
+                self.compare_falling(clock, task.options.rate_hz, &mut comparison);
+            } else if clock.is_constant() {
+                if let Some(found) = self.rate_comparison(clock, task.options.rate_hz) {
+                    found.tell(&mut comparison.findings, &mut comparison.doubts);
+                }
             } else if let Some(used_s) = span(clock) {
-                self.compare_span(clock, used_s, &mut comparison);
+                self.compare_span(clock, used_s, task.options.rate_hz, &mut comparison);
             }
         }
         Ok(comparison)
     }
 
-    /// Blocks where a column that states the rate, or the time from sample to sample, in every row
-    /// contradicts the clock.
-    fn rate_contradiction(&self, clock: &ClockBeside) -> Option<Finding> {
-        let column = &self.layout.columns[clock.index];
-        let rates = rates_under_name(&column.name, &clock.first?.1.to_string())?;
-        let ratio = |rate: &f64| (rate * self.interval_s).max(1.0 / (rate * self.interval_s));
-        let nearest = rates.iter().map(ratio).fold(f64::INFINITY, f64::min);
+    /// Compares a named clock that runs back somewhere, as one that wraps, restarts or has a faulty cell. It confirms
+    /// nothing; it contradicts where neither its steps forwards nor its whole span fit.
+    fn compare_falling(
+        &self,
+        clock: &ClockBeside,
+        stated_hz: Option<f64>,
+        comparison: &mut ClockComparison,
+    ) {
+        let layout = self.layout;
+        let is_named = layout.is_named_clock(clock.index) || layout.is_other_clock(clock.index);
+        let Some((first_row, first)) = clock.first.filter(|_| is_named) else {
+            return;
+        };
+        let (rows, rising_rows) = (clock.last.0 - first_row, clock.rising_rows);
+        let step = clock.rises / rising_rows as f64;
+        let Some(unit_s) = self.known_unit_s(clock, first, step) else {
+            return;
+        };
+        // Mostly forwards, or it is no clock.
+        if 10 * rising_rows < 9 * rows || clock.rises <= 0.0 {
+            return;
+        }
+        let whole = (clock.last.1 - first) / rows as f64;
+        let allowed_s = clock.resolution(self.interval_s / unit_s) * unit_s / rows as f64;
+        let fits = |step: f64| {
+            let (step_s, used_s) = (step * unit_s, self.interval_s);
+            let nearest_s = used_s.clamp(step_s - allowed_s, step_s + allowed_s);
+            Relation::between(used_s, nearest_s, 0.0) != Relation::Contradicted
+        };
+        if fits(step) || fits(whole) {
+            return;
+        }
         let text = format!(
-            "`{}` is {} in every row, but {} gives {} Hz. One of the two is wrong. Find out which, \
-             and export again",
-            column.name,
-            brief(clock.last.1),
+            "`{}` runs back in places and else at {} Hz, but {} gives {} Hz",
+            layout.columns[clock.index].name,
+            brief(1.0 / (step * unit_s)),
             self.used(),
             brief(1.0 / self.interval_s)
         );
-        (nearest > FACTOR).then(|| Finding::blocking("time-contradicted", text))
+        let used = UsedClock {
+            name: &self.used(),
+            hertz: 1.0 / self.interval_s,
+            stated_hz,
+        };
+        let outcome = used.outcome(Relation::Contradicted, &text);
+        outcome.tell(&mut comparison.findings, &mut comparison.doubts);
+    }
+
+    /// Compares a column that states the rate, or the time from sample to sample, in every row.
+    fn rate_comparison(&self, clock: &ClockBeside, stated_hz: Option<f64>) -> Option<Comparison> {
+        let column = &self.layout.columns[clock.index];
+        let number = clock.first?.1;
+        let rate = rates_under_name(&column.name, &number.to_string())?;
+        let rate = rate.written_to(clock.digits.last_digit(), number);
+        let said = format!("`{}` is {} in every row", column.name, brief(clock.last.1));
+        let used = UsedClock {
+            name: &self.used(),
+            hertz: 1.0 / self.interval_s,
+            stated_hz,
+        };
+        Some(used.compare(&said, &rate))
     }
 
     /// Names the clock that is used in a message.
@@ -222,19 +298,25 @@ impl Clocks<'_> {
     }
 
     /// Compares a clock with the one that is used, which spans `used_s` [s] over the same rows.
-    fn compare_span(&self, clock: &ClockBeside, used_s: f64, comparison: &mut ClockComparison) {
+    fn compare_span(
+        &self,
+        clock: &ClockBeside,
+        used_s: f64,
+        stated_hz: Option<f64>,
+        comparison: &mut ClockComparison,
+    ) {
         let column = &self.layout.columns[clock.index];
         let Some((first_row, first)) = clock.first else {
             return;
         };
         let span = clock.last.1 - first;
-        let resolution = clock.resolution();
+        let step = span / (clock.last.0 - first_row) as f64;
+        let known_unit = self.known_unit_s(clock, first, step);
+        let resolution = clock.resolution(self.interval_s / known_unit.unwrap_or(1.0));
         if span <= 0.0 && (clock.words.is_none() || resolution < 1.0) {
             // A constant is a number of the recording, or a stamp of its begin.
             return;
         }
-        let step = span / (clock.last.0 - first_row) as f64;
-        let known_unit = self.known_unit_s(clock, first, step);
         // A column that nothing names and that rises as the seconds of a recorder do.
         let is_index = self.layout.is_unnamed(clock.index) && clock.is_even();
         let in_seconds = is_index && clock::is_fractional(step) && clock::is_recorder_step(step);
@@ -244,21 +326,6 @@ impl Clocks<'_> {
             self.layout.is_named_clock(clock.index) || self.layout.is_other_clock(clock.index);
         let slips = span > 20.0 * resolution && is_slip_by_ten(span / used_s);
         let is_count = self.layout.is_unnamed(clock.index) && !clock::is_fractional(step);
-        let contradicts = match unit {
-            Some(unit_s) => {
-                let (span_s, slack_s) = (span * unit_s, resolution * unit_s);
-                let slower = FACTOR * (span_s + slack_s) < used_s - self.interval_s;
-                let faster = span_s - slack_s > FACTOR * (used_s + self.interval_s);
-                // A unit that is assumed may be as wrong as that of the clock it was copied from.
-                if known_unit.is_some() && (span_s - used_s).abs() + slack_s <= ALIKE * used_s {
-                    comparison.confirmed_by = Some(format!("`{}`", column.name));
-                }
-                slower || faster
-            }
-            // Without a unit, any power of a thousand may be meant, but not ten or a hundred. Steps of 1 count
-            // the rows.
-            None => slips && (named || is_even) && (step - 1.0).abs() > ALIKE,
-        };
         let text = format!(
             "`{}` spans {}{}, but {} {} s over the same rows",
             column.name,
@@ -267,18 +334,54 @@ impl Clocks<'_> {
             self.used(),
             brief(used_s)
         );
-        match (contradicts, unit.is_none() && is_count) {
-            (false, _) => {}
-            // As pandas leaves its index where it keeps every tenth row.
-            (true, true) => comparison.doubts.push(text),
-            (true, false) => {
-                let text = format!(
-                    "{text}. One of the two clocks is wrong. Find out which, and export again"
-                );
-                let finding = Finding::blocking("time-contradicted", text);
-                comparison.findings.push(finding);
+        let relation = match unit {
+            Some(unit_s) => {
+                let (span_s, slack_s) = (span * unit_s, resolution * unit_s);
+                // A clock of few digits contradicts no more than they show, and confirms nothing.
+                let nearest_s = used_s.max(span_s - slack_s).min(span_s + slack_s);
+                let is_apart = (used_s - nearest_s).abs() > self.interval_s;
+                // A unit that is assumed may be as wrong as that of the clock it was copied from.
+                let is_fine = known_unit.is_some() && slack_s <= ALIKE * used_s;
+                match Relation::between(used_s, nearest_s, 0.0) {
+                    Relation::Contradicted if is_apart => Relation::Contradicted,
+                    Relation::Silent if is_fine && is_apart => Relation::Silent,
+                    Relation::Confirmed if is_fine => {
+                        comparison.confirmed_by = Some(format!("`{}`", column.name));
+                        return;
+                    }
+                    _ => return,
+                }
             }
+            // Without a unit, any power of a thousand may be meant, but not ten or a hundred. Steps of 1 count
+            // the rows.
+            None if slips && (named || is_even) && (step - 1.0).abs() > ALIKE => {
+                if is_count {
+                    // As pandas leaves its index where it keeps every tenth row.
+                    comparison.doubts.push(text);
+                    return;
+                }
+                Relation::Contradicted
+            }
+            None => return,
+        };
+        if relation == Relation::Contradicted && self.time.column().is_none() {
+            // A whole column of times is the better witness: a rate that slipped is the likelier fault.
+            let text = format!(
+                "{text}. Check the rate, or choose the column with the setting `time_column`"
+            );
+            let finding = Finding::blocking("time-contradicted", text);
+            comparison.findings.push(finding);
+            return;
         }
+        let used = UsedClock {
+            name: &self.used(),
+            hertz: 1.0 / self.interval_s,
+            stated_hz,
+        };
+        let ClockComparison {
+            findings, doubts, ..
+        } = comparison;
+        used.outcome(relation, &text).tell(findings, doubts);
     }
 
     /// Returns the unit of a clock [s], by its cells, head or name, or by its size.

@@ -115,6 +115,11 @@ impl LineScan {
             if rows >= header_rows
                 && let Some(cell) = damaged_cell(line, separator, cells)
             {
+                // The first sign of each line that is no row was made this one.
+                let cell = match cell {
+                    b"#/" => b"//",
+                    cell => cell,
+                };
                 interruptions
                     .damaged
                     .get_or_insert((number, text::shown(cell)));

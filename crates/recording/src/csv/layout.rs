@@ -560,9 +560,18 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord], stated: bool) -> Result<u
             return Ok(0);
         }
         let cells = names.iter().map(|cell| format!("`{}`", shown(cell)));
-        let cells: Vec<String> = cells.collect();
+        let cells: Vec<String> = cells.take(SHOWN_CELLS).collect();
+        let more = match names.len() {
+            0..=SHOWN_CELLS => String::new(),
+            all => format!(" and {} further cells", all - SHOWN_CELLS),
+        };
         let expected = "a line that names the columns";
-        return Err(unclear_begin(text, names, expected, &cells.join(" and ")));
+        return Err(unclear_begin(
+            text,
+            names,
+            expected,
+            &(cells.join(" and ") + &more),
+        ));
     }
     match &rows[1..] {
         [row, ..] if has_number(row) => Ok(1),
@@ -572,6 +581,9 @@ fn count_header_rows(text: &[u8], rows: &[ByteRecord], stated: bool) -> Result<u
         _ => Err(no_rows("the file holds a header and no rows")),
     }
 }
+
+/// Most cells that a message shows.
+const SHOWN_CELLS: usize = 3;
 
 /// Returns the error for a table whose begin is not clear, with the setting that makes it clear.
 fn unclear_begin(text: &[u8], row: &ByteRecord, expected: &str, found: &str) -> Error {

@@ -17,19 +17,42 @@ use crate::Stated;
 use crate::channel_name::filtered::{Filtered, filter_in};
 use crate::channel_name::{self, ChannelName};
 use crate::code::Code;
+use crate::examine::clock::RateStatement;
+use crate::examine::worded::{WordedClock, worded_clocks};
 use crate::remarks::{self, Remark, RemarkPlace};
 use crate::text::shown;
 pub(super) use findings::TableFacts;
-pub(crate) use findings::rate_finding;
 use latchgate_kernel::units::{AccelerationUnit, SampleRate, TimeUnit};
 use row::{PreambleRow, PreambleTopic, measure, says_none};
+
+/// A line that states a rate or an interval in words.
+#[derive(Debug, Clone, PartialEq)]
+struct WordedLine {
+    /// Names it in a message, with what it says.
+    said: String,
+    clocks: Vec<WordedClock>,
+}
+
+impl WordedLine {
+    fn read(line: u64, text: &str) -> Option<Self> {
+        let said = format!("line {line} says `{}`", shown(text));
+        let clocks = worded_clocks(text);
+        (!clocks.is_empty()).then_some(Self { said, clocks })
+    }
+}
+
+/// Part by which an interval without a unit may be off the rate that shows its unit [-].
+const UNIT_BY_RATE: f64 = 0.01;
+
+/// Most such lines that are compared; a file that has more is no table of one clock.
+const WORDED_LINES: usize = 1000;
 
 /// The rows above a table.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Preamble {
     rows: Vec<PreambleRow>,
-    /// Comments that state a rate with its unit.
-    comments: Vec<PreambleRow>,
+    /// Lines that state a rate or an interval in words: comments, and rows without a key that is known.
+    worded: Vec<WordedLine>,
     /// The line of the names, where it was found and not stated.
     found_header: Option<u32>,
 }
@@ -46,24 +69,23 @@ impl Preamble {
     /// Reads the lines around a table; `found_header` is the line of the names where it was not stated.
     pub(super) fn read(lines: &LineScan, shape: TableShape, found_header: Option<u32>) -> Self {
         let row = |(line, text): &(u64, String)| PreambleRow::read(*line, text, shape);
-        let states_rate = |row: &PreambleRow| {
-            use PreambleTopic::{Interval, Rate};
-            let value = row
-                .only()
-                .filter(|_| matches!(row.topic, Some(Rate | Interval)));
-            let rates = value.and_then(|value| row.rates(value));
-            rates.is_some_and(|rates| rates.len() == 1)
+        let rows: Vec<PreambleRow> = lines.above.iter().filter_map(row).collect();
+        let is_keyed = |line: u64| {
+            let mut rows = rows.iter();
+            let is_read = |row: &PreambleRow| {
+                row.topic.is_some() && row.values.iter().any(|value| !value.is_empty())
+            };
+            rows.any(|row| row.line == line && is_read(row))
         };
+        let unkeyed = lines.above.iter().filter(|(line, _)| !is_keyed(*line));
+        let worded = lines.words.iter().chain(unkeyed);
+        let worded = worded.filter_map(|(line, text)| WordedLine::read(*line, text));
+        let worded = worded.take(WORDED_LINES).collect();
         let pairs = lines.above.windows(2);
         let pairs = pairs.flat_map(|pair| PreambleRow::of_pair([&pair[0], &pair[1]], shape));
         Self {
-            rows: lines.above.iter().filter_map(row).chain(pairs).collect(),
-            comments: lines
-                .words
-                .iter()
-                .filter_map(row)
-                .filter(states_rate)
-                .collect(),
+            rows: rows.iter().cloned().chain(pairs).collect(),
+            worded,
             found_header,
         }
     }
@@ -223,14 +245,19 @@ impl Preamble {
         let rows = rows.into_iter().flatten();
         let values = rows.flat_map(|row| row.values.iter().map(move |text| (row, text)));
         let values = values.filter(|(_, text)| !text.is_empty());
-        let rates: Vec<Option<Vec<f64>>> = values.map(|(row, text)| row.rates(text)).collect();
+        let rates = values.map(|(row, text)| row.rate_statement(text));
+        let rates: Vec<Option<RateStatement>> = rates.collect();
         let [Some(first), other_rates @ ..] = rates.as_slice() else {
             return None;
         };
-        let [rate] = first.as_slice() else {
+        let [rate] = first.rates() else {
             return None;
         };
-        let agrees = |rates: &Option<Vec<f64>>| rates.as_ref() == Some(first);
+        let agrees = |other: &Option<RateStatement>| {
+            other
+                .as_ref()
+                .is_some_and(|other| other.rates() == first.rates())
+        };
         other_rates.iter().all(agrees).then_some(*rate)
     }
 
@@ -252,12 +279,57 @@ impl Preamble {
         })
     }
 
-    /// Returns the time of the first sample where no stamp gives it [s].
-    pub(super) fn start_s(&self, rate: SampleRate) -> f64 {
-        let before = self.samples_before_zero(rate);
-        let before = before.map_or(0.0, |(_, samples)| samples);
+    /// Returns the time of the first sample by the samples before time zero, where no stamp gives it [s].
+    pub(super) fn before_zero_s(&self, rate: SampleRate) -> Option<f64> {
+        let (_, before) = self.samples_before_zero(rate)?;
         // No negative zero.
-        0.0 - before / rate.hertz()
+        Some(0.0 - before / rate.hertz())
+    }
+
+    /// Returns who states the time of the first sample of so many as a start, and that time [s].
+    pub(super) fn start_s(&self, rate: SampleRate, samples: usize) -> Option<(String, f64)> {
+        self.rows_on(PreambleTopic::Start).find_map(|row| {
+            let text = row.only()?;
+            let start_s = match row.seconds(text) {
+                Some(start_s) => start_s,
+                None => {
+                    let (number, unit) = measure(text)?;
+                    let factor = self
+                        .unit_by_rate(rate, samples)
+                        .filter(|_| unit.is_empty())?;
+                    number * factor
+                }
+            };
+            Some((row.named(), start_s))
+        })
+    }
+
+    /// Returns the unit [s] in which a head without units gives the rate: by its interval, or by its end and start.
+    fn unit_by_rate(&self, rate: SampleRate, samples: usize) -> Option<f64> {
+        let interval_s = rate.interval().seconds();
+        let bare = |topic| {
+            let texts = self.rows_on(topic).filter_map(PreambleRow::only);
+            let numbers = texts
+                .filter_map(|text| measure(text))
+                .filter(|(_, unit)| unit.is_empty());
+            numbers.map(|(number, _)| number).next()
+        };
+        let of_interval = bare(PreambleTopic::Interval);
+        let span = || Some(bare(PreambleTopic::End)? - bare(PreambleTopic::Start)?);
+        let intervals: Vec<f64> = match of_interval {
+            Some(interval) => vec![interval],
+            None => {
+                let span = span()?;
+                [samples.saturating_sub(1), samples]
+                    .map(|steps| span / steps as f64)
+                    .into()
+            }
+        };
+        let fits = |factor: &f64| {
+            let mut intervals = intervals.iter();
+            intervals.any(|interval| (interval * factor / interval_s - 1.0).abs() <= UNIT_BY_RATE)
+        };
+        [1.0, 1e-3, 1e-6].into_iter().find(fits)
     }
 
     /// Returns the rows of words as remarks, on a column or on the whole table.
@@ -294,13 +366,13 @@ impl Preamble {
 }
 
 /// Returns the rates [Hz] that a number under a name may mean, if the name is a key for rate or interval.
-pub(crate) fn rates_under_name(name: &str, number: &str) -> Option<Vec<f64>> {
+pub(crate) fn rates_under_name(name: &str, number: &str) -> Option<RateStatement> {
     let row = PreambleRow::of_key(name);
     let is_rate = matches!(
         row.topic,
         Some(PreambleTopic::Rate | PreambleTopic::Interval)
     );
-    is_rate.then(|| row.rates(number))?
+    is_rate.then(|| row.rate_statement(number))?
 }
 
 /// Source of a unit above the table, as documents name it.

@@ -125,7 +125,7 @@ impl Rows {
         if unit == Some(TimeUnit::DAY) && per_second < 2.0 / TimeUnit::DAY.seconds() {
             self.stamps_s.iter_mut().for_each(|stamp| *stamp -= first);
             // The stamps were rounded as numbers of days, and keep that rounding.
-            self.printed_digit_s = self.printed_digit_s.max(2.0 * f64::EPSILON * first);
+            self.printed_digit_s += 4.0 * f64::EPSILON * first;
             self.stamp_facts.is_absolute = true;
         }
     }

@@ -1,10 +1,11 @@
 //! The `.EV5`: one line for each curve, fields divided by `|`.
 
 use crate::error::{Error, Place};
+use crate::examine::clock;
 use crate::held::{self, Statement};
 use crate::remarks::{self, Remark, Span};
 use crate::words::{Words, word_list};
-use crate::{Finding, Limits, Stated, TestFacts, encoding, text, time_base};
+use crate::{Finding, Limits, SensorPlace, Stated, TestFacts, encoding, text, time_base};
 use latchgate_kernel::units::{AccelerationUnit, SampleRate};
 use std::ops::Range;
 use std::rc::Rc;
@@ -17,6 +18,10 @@ const NO_SEAT: &[&str] = &["", "NA", "N/A", "0", "00"];
 
 /// Beginnings of the attachments that are plainly on a vehicle's structure.
 static STRUCTURE: Words = word_list!("nhtsa-structure");
+
+/// Beginnings of attachments that may be doors. Which of them are is not known for certain, and a door needs no
+/// word: so nothing is known of their place until a card states it.
+const MAY_BE_DOOR: [&str; 2] = ["DO", "DR"];
 
 /// The instrumentation of a test.
 #[derive(Debug)]
@@ -309,6 +314,11 @@ impl CurveEntry {
         Some((start, rate))
     }
 
+    /// Returns half a microsecond of the interval's last digit by the interval [-].
+    pub(super) fn interval_slack(&self) -> f64 {
+        clock::slack(self.of(INTERVAL_US))
+    }
+
     /// Returns the finding that the stated unit of time is not seconds, as this format's stamps are;
     /// `confirmed` is true if indices and interval agree with seconds.
     pub(super) fn time_unit_finding(&self, confirmed: bool) -> Option<Finding> {
@@ -334,12 +344,21 @@ impl CurveEntry {
         let status = self.of(STATUS);
         Stated {
             location: Some(format!("{} {}", self.of(ATTACHMENT), self.of(AXIS))),
+            place: self.sensor_place(),
             full_scale: self.rating(),
             prefilter_hz: text::header_number(self.of(PREFILTER)).filter(|corner| *corner > 0.0),
             status: (!status.is_empty()).then(|| status.to_string()),
             test: self.test.of(self),
             ..Stated::default()
         }
+    }
+
+    /// Returns the place of a sensor that plainly sits on the body.
+    fn sensor_place(&self) -> Option<SensorPlace> {
+        let begins = |start: &&str| self.of(ATTACHMENT).starts_with(*start);
+        let is_body =
+            self.is_seatless() && STRUCTURE.iter().any(begins) && !MAY_BE_DOOR.iter().any(begins);
+        is_body.then_some(SensorPlace::Body)
     }
 
     /// Returns the reason why the curve is not chosen as a lateral acceleration of the vehicle's structure

@@ -5,17 +5,18 @@
 //! the clock that is used is compared with the others.
 
 use crate::error::{Error, ErrorKind, Place};
+use crate::examine::clock::{Comparison, Relation, UsedClock};
 use crate::setting::Setting;
 use crate::time_base::{MEND, TimeBase};
 use crate::{Finding, Limits, ReadOptions};
 use latchgate_kernel::units::MessageClock;
 
-/// Ratio of the spans of two clocks from which on one of them is wrong [-].
-const SPANS_DIFFER: f64 = 1.5;
+/// Stretches of messages whose mean times give the slope of one clock against another: delays of transport
+/// are alike within a stretch, and independent from one to the next.
+const STRETCHES: usize = 16;
 
-/// Part by which the times of logging may span another time than the stamps and agree: transport
-/// trembles.
-const SPANS_AGREE: f64 = 0.1;
+/// Fewest stretches that tell a slope with its standard error.
+const FEWEST_STRETCHES: usize = 4;
 
 /// Times of a topic's messages by each clock [ns].
 #[derive(Debug, Default)]
@@ -28,6 +29,27 @@ pub(super) struct MessageTimes {
     publish: Vec<u64>,
 }
 
+/// Seconds of one clock in a second of another, with the standard error [-].
+#[derive(Debug, Clone, Copy)]
+struct ClockSlope {
+    slope: f64,
+    standard_error: f64,
+}
+
+impl ClockSlope {
+    /// A difference counts beyond three standard errors; three that are too large confirm nothing.
+    fn relation(self) -> Relation {
+        let three = 3.0 * self.standard_error;
+        let relation = Relation::between(self.slope, 1.0, 0.0);
+        let is_sure = match relation {
+            Relation::Confirmed => Relation::between(1.0 + three, 1.0, 0.0) == relation,
+            Relation::Silent => true,
+            Relation::Contradicted => (self.slope - 1.0).abs() > three,
+        };
+        if is_sure { relation } else { Relation::Silent }
+    }
+}
+
 /// A uniform time base, with the instants of the messages that it was fitted to.
 #[derive(Debug)]
 pub(super) struct MessageBase {
@@ -36,6 +58,8 @@ pub(super) struct MessageBase {
     pub(super) times_s: Vec<f64>,
     /// Findings on the clock.
     pub(super) findings: Vec<Finding>,
+    /// What a person must accept of the clock.
+    pub(super) doubt: Option<String>,
 }
 
 impl MessageTimes {
@@ -111,12 +135,21 @@ impl MessageTimes {
         };
         let source = ("the times of the messages", false);
         findings.extend(options.check_rate(hertz, source, MEND)?);
-        findings.extend(self.contradictions(clock));
+        let used = UsedClock {
+            name: words(clock),
+            hertz,
+            stated_hz: options.rate_hz,
+        };
+        let mut doubts = Vec::new();
+        if let Some(found) = self.contradiction(clock, used) {
+            found.tell(&mut findings, &mut doubts);
+        }
         findings.extend(self.unseen_gap(clock, limits));
         Ok(MessageBase {
             base,
             times_s,
             findings,
+            doubt: doubts.pop(),
         })
     }
 
@@ -199,7 +232,7 @@ impl MessageTimes {
 
     /// Compares the other clocks with the one that is used. A single step, as where a message comes
     /// late or a clock is set, does not change the rate, so that a difference of one step is no fault.
-    fn contradictions(&self, used: MessageClock) -> Option<Finding> {
+    fn contradiction(&self, used: MessageClock, clock: UsedClock) -> Option<Comparison> {
         let span = |clock: MessageClock| {
             let (low, high) = (self.times(clock).min()?, self.times(clock).max()?);
             // A clock that does not advance cannot contradict another.
@@ -215,33 +248,67 @@ impl MessageTimes {
             let span = span(other_clock)?;
             let (short, long) = (used_span.min(span), used_span.max(span));
             let step = longest_step(used).max(longest_step(other_clock));
-            let differ = long as f64 > SPANS_DIFFER * short as f64 && long - short > step;
-            differ.then(|| {
+            let slope = self.slope(used, other_clock)?;
+            let differs = slope.relation() == Relation::Contradicted && long - short > step;
+            differs.then(|| {
                 let text = format!(
-                    "{} spans {} s, but {} {} s. One of the two clocks is wrong. Find out which, \
-                     and export the topic as CSV with the right times",
+                    "{} spans {} s, but {} {} s",
                     words(used),
                     seconds_text(used_span),
                     words(other_clock),
                     seconds_text(span),
                 );
-                Finding::blocking("time-contradicted", text)
+                clock.outcome(Relation::Contradicted, &text)
             })
         })
     }
 
-    /// True if the stamps in the messages and the times of logging span the same time, as correct
-    /// clocks of sensor and recorder do.
+    /// True if the stamps in the messages and the times of logging run alike, as correct clocks of sensor and
+    /// recorder do.
     pub(super) fn log_confirms(&self) -> bool {
-        let (Some((first, last)), Some((from, to))) = (
-            self.header.first().zip(self.header.last()),
-            self.log.first().zip(self.log.last()),
-        ) else {
-            return false;
+        let slope = self.slope(MessageClock::Header, MessageClock::Log);
+        slope.is_some_and(|slope| slope.relation() == Relation::Confirmed)
+    }
+
+    /// Returns how a clock runs against another, by a straight line through the mean times of stretches;
+    /// `None` of too few messages, or of a clock that stands still.
+    fn slope(&self, clock: MessageClock, other_clock: MessageClock) -> Option<ClockSlope> {
+        let has_stamps = !self.header.is_empty() && self.bad_stamp.is_none();
+        let is_there = |clock| clock != MessageClock::Header || has_stamps;
+        let count = self.count();
+        let stretches = STRETCHES.min(count);
+        if stretches < FEWEST_STRETCHES || !is_there(clock) || !is_there(other_clock) {
+            return None;
+        }
+        let mean_s = |clock: MessageClock, stretch: usize| {
+            let first = self.time(clock, 0);
+            let range = stretch * count / stretches..(stretch + 1) * count / stretches;
+            let length = range.len() as f64;
+            range
+                .map(|index| seconds(self.time(clock, index) - first))
+                .sum::<f64>()
+                / length
         };
-        let span = *last as f64 - *first as f64;
-        let logged = *to as f64 - *from as f64;
-        span > 0.0 && (logged / span - 1.0).abs() < SPANS_AGREE
+        let points: Vec<[f64; 2]> = (0..stretches)
+            .map(|stretch| [mean_s(clock, stretch), mean_s(other_clock, stretch)])
+            .collect();
+        let total = stretches as f64;
+        let centre = [0, 1].map(|axis| points.iter().map(|point| point[axis]).sum::<f64>() / total);
+        let (mut spread, mut product) = (0.0, 0.0);
+        for [x, y] in &points {
+            spread += (x - centre[0]) * (x - centre[0]);
+            product += (x - centre[0]) * (y - centre[1]);
+        }
+        if spread <= 0.0 {
+            return None;
+        }
+        let slope = product / spread;
+        let off = |[x, y]: &[f64; 2]| y - centre[1] - slope * (x - centre[0]);
+        let left: f64 = points.iter().map(|point| off(point) * off(point)).sum();
+        Some(ClockSlope {
+            slope,
+            standard_error: (left / (total - 2.0) / spread).sqrt(),
+        })
     }
 
     /// Returns a finding on a gap that the stamps show and the clock in use does not.

@@ -356,6 +356,7 @@ impl TopicSeries {
             None => self.times.base(&self.topic, options, limits),
         };
         let confirmed = self.times.log_confirms();
+        let doubt = base.as_ref().ok().and_then(|base| base.doubt.clone());
         let layout = self.layout.take();
         let is_read = layout.is_some();
         let requested = self.requested.path.as_deref().zip(layout);
@@ -389,6 +390,7 @@ impl TopicSeries {
             };
             let channel = channel.map(|mut channel: Channel| {
                 channel.stated.clock_confirmed_by = confirmed.then(|| "log times".into());
+                channel.stated.clock_doubt.clone_from(&doubt);
                 channel.stated.gravity |=
                     lateral_path == Some(IMU_PATH) && path.starts_with(IMU_FIELD);
                 channel

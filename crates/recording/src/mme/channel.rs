@@ -8,6 +8,7 @@ use crate::channel_name::ChannelName;
 use crate::code::{self, CLASSES, Code};
 use crate::draft::UniformSamples;
 use crate::error::{Error, Place};
+use crate::examine::clock::{self, Comparison, HeaderClock};
 use crate::held::{self, Statement};
 use crate::number::{Decimal, PrintedDigits};
 use crate::remarks::{self, Remark, Span};
@@ -28,9 +29,6 @@ const UNFILTERED: [&str; 3] = ["0", "NONE", "UNFILTERED"];
 
 /// Part of the largest magnitude by which a stated extreme may differ [-].
 const EXTREME_AGREEMENT: f64 = 1e-4;
-
-/// Part by which two statements of a rate may differ and still agree [-].
-const CLOCK_AGREEMENT: f64 = 1e-3;
 
 /// Fewest samples from the first one to an instant that can confirm the interval.
 const FAR_SAMPLES: f64 = 20.0;
@@ -278,24 +276,41 @@ impl ChannelHeader {
     }
 
     /// Compares the header's statements of the clock with the stamps of the channel of times [s], printed to
-    /// `digit_s`.
-    pub(super) fn clock_finding(&self, stamps_s: &[f64], digit_s: f64) -> Option<Finding> {
-        let (first_stamp_s, last_s) = (*stamps_s.first()?, *stamps_s.last()?);
+    /// `digit_s`; `None` where it states none.
+    pub(super) fn clock_comparison(
+        &self,
+        stamps_s: &[f64],
+        digit_s: f64,
+        stated_hz: Option<f64>,
+    ) -> Option<Comparison> {
         let printed = self.statement("Time of first sample");
         let first_s = printed.and_then(|stated| text::header_number(stated.text));
-        let first_digit = printed.map_or(0.0, |stated| text::last_digit(stated.text));
         // Beside explicit times, an interval of 0 or a text means that none is stated.
+        let interval = self.statement("Sampling interval");
         let rate = self.interval().ok().flatten();
-        let steps = stamps_s.len().saturating_sub(1).max(1) as f64;
-        let hertz = rate.map_or(steps / (last_s - first_stamp_s), SampleRate::hertz);
-        let compared = if rate.is_some() {
-            stamps_s
-        } else {
-            &stamps_s[..1]
+        let clock = |start_s: f64, hertz: f64| HeaderClock {
+            source: "the channel's header, beside its channel of times,",
+            start_s,
+            start_digit_s: printed.map_or(0.0, |stated| text::last_digit(stated.text)),
+            start_intervals: 0.0,
+            hertz,
+            slack: interval.map_or(0.0, |stated| clock::slack(stated.text)),
         };
-        let source = "the channel's header, beside its channel of times,";
-        let start_s = first_s.unwrap_or(first_stamp_s);
-        held::clock(source, start_s, hertz, compared, digit_s + first_digit)
+        let first_stamp_s = *stamps_s.first()?;
+        match (first_s, rate) {
+            (None, None) => None,
+            (start_s, Some(rate)) => {
+                let stated = clock(start_s.unwrap_or(first_stamp_s), rate.hertz());
+                Some(stated.compare(stamps_s, digit_s, stated_hz))
+            }
+            (Some(start_s), None) => {
+                let steps = stamps_s.len().saturating_sub(1).max(1) as f64;
+                let hertz = steps / (stamps_s.last()? - first_stamp_s);
+                let begun = clock(start_s, hertz).compare(&stamps_s[..1], digit_s, stated_hz);
+                // That the first instant is right says nothing of the rate.
+                (begun != Comparison::Confirmed).then_some(begun)
+            }
+        }
     }
 
     /// Returns the channel frequency class that the header states, `CFC` before it or not.
@@ -385,18 +400,8 @@ impl ChannelHeader {
         self.value(key).map(|text| Statement { key, text })
     }
 
-    /// Returns the name of a second source of the clock, which agrees with the one in use: the interval
-    /// beside a channel of times, the instant of an extreme beside the interval.
-    pub(super) fn clock_confirmed_by(
-        &self,
-        clock: &UniformSamples,
-        stamped: bool,
-    ) -> Option<String> {
-        if stamped {
-            let rate = self.interval().ok().flatten()?;
-            let agrees = (rate.hertz() / clock.rate.hertz() - 1.0).abs() < CLOCK_AGREEMENT;
-            return agrees.then(|| "Sampling interval".into());
-        }
+    /// Returns the name of an instant of an extreme that agrees with the interval in use.
+    pub(super) fn instant_confirms(&self, clock: &UniformSamples) -> Option<String> {
         // Near the first sample, an instant would agree with nearly any interval.
         let far_s = FAR_SAMPLES / clock.rate.hertz();
         [("maximum", 1.0), ("minimum", -1.0)]
@@ -410,6 +415,28 @@ impl ChannelHeader {
                 let is_confirmed = instant_finding(time, clock, extreme, 0.0).is_none();
                 (is_confirmed && (time_s - clock.start_s).abs() >= far_s).then_some(key)
             })
+    }
+
+    /// Returns the time of the first sample [s] by the instants that the header states of both extremes, where it
+    /// states no other and the two agree.
+    pub(super) fn start_by_extremes(&self, values: &[f64], interval_s: f64) -> Option<f64> {
+        let start = |word: &str, sign: f64| {
+            let time = self.value(&format!("Time of {word} value"))?;
+            let time_s = text::header_number(time)?;
+            let index = first_extreme(values, sign)?;
+            let slack_s = 0.5 * text::last_digit(time) + 0.01 * interval_s;
+            Some((time_s - index as f64 * interval_s, slack_s))
+        };
+        let ((of_maximum, slack_s), (of_minimum, other_slack_s)) =
+            (start("maximum", 1.0)?, start("minimum", -1.0)?);
+        let start_s = if slack_s <= other_slack_s {
+            of_maximum
+        } else {
+            of_minimum
+        };
+        // No more digits than the instants have.
+        let start_s = (start_s / interval_s * 100.0).round() * interval_s / 100.0;
+        ((of_maximum - of_minimum).abs() <= slack_s + other_slack_s).then_some(start_s)
     }
 
     /// Compares the header's statements on the samples with them; `stamped` is true if a channel of times has
@@ -503,6 +530,24 @@ impl ChannelHeader {
             return Some(stated.unread());
         };
         (!(0.9 * class..=2.0 * class).contains(&hertz)).then(|| stated.contradicts(&says()))
+    }
+}
+
+/// Returns the place of the first largest sample, or of the first least one with -1 for `sign`.
+fn first_extreme(values: &[f64], sign: f64) -> Option<usize> {
+    // Of equal ones the last in this order, so that the first counts.
+    let signed = |index: &usize| sign * values[*index];
+    (0..values.len())
+        .rev()
+        .max_by(|one, other| signed(one).total_cmp(&signed(other)))
+}
+
+/// True if the largest and the least sample lie so far apart that their instants tell the interval.
+pub(super) fn extremes_are_apart(values: &[f64]) -> bool {
+    let places = [1.0, -1.0].map(|sign| first_extreme(values, sign));
+    match places {
+        [Some(one), Some(other)] => one.abs_diff(other) as f64 >= FAR_SAMPLES,
+        _ => false,
     }
 }
 

@@ -8,9 +8,10 @@ use super::value::{DataType, Value};
 use crate::channel_name::ChannelName;
 use crate::draft::UniformSamples;
 use crate::error::{Error, ErrorKind, Place};
+use crate::examine::clock::{Comparison, HeaderClock, Relation, UsedClock};
 use crate::setting::Setting;
 use crate::time_base::{self, MEND};
-use crate::{Finding, ReadTask, held, text};
+use crate::{Finding, ReadTask, text};
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_kernel::units::{SampleRate, TimeUnit};
 
@@ -197,6 +198,8 @@ pub(super) struct ChannelClock {
     pub(super) samples: UniformSamples,
     /// What states the clock beside what it was taken from, and agrees with that.
     pub(super) confirmed_by: Option<String>,
+    /// What a person must accept of the clock.
+    pub(super) doubt: Option<String>,
 }
 
 impl ChannelClock {
@@ -220,12 +223,18 @@ impl ChannelClock {
         };
         let stamps = beside.map(|entry| Stamps::of(entry, asked));
         let mut stamps = stamps.transpose()?;
+        let mut doubts = Vec::new();
         if let Some(waveform) = waveform.as_ref().filter(|_| is_timed) {
             for entry in others(entries, channel, beside) {
                 let mut stamps = Stamps::of(entry, asked)?;
                 stamps.values_s.truncate(values.len());
-                let contradicted = contradiction(waveform, &stamps);
-                findings.extend(contradicted.filter(|finding| !findings.contains(finding)));
+                match comparison(waveform, &stamps, options.rate_hz) {
+                    Comparison::Found(finding) if !findings.contains(&finding) => {
+                        findings.push(finding);
+                    }
+                    Comparison::Overridden(doubt) => doubts.push(doubt),
+                    Comparison::Found(_) | Comparison::Confirmed | Comparison::Nothing => {}
+                }
             }
         }
         if let Some(stamps) = &mut stamps {
@@ -233,10 +242,6 @@ impl ChannelClock {
             stamps.values_s.truncate(values.len());
             values.truncate(stamps.values_s.len());
         }
-        let unconfirmed = |samples| Self {
-            samples,
-            confirmed_by: None,
-        };
         match (waveform, stamps) {
             (waveform, Some(stamps)) if is_named || !is_timed => {
                 let (seconds, digit_s) = (&stamps.values_s, stamps.digit_s);
@@ -246,31 +251,33 @@ impl ChannelClock {
                 let rate = samples.rate.hertz();
                 findings.extend(options.check_rate(rate, (&source, stamps.is_assumed), MEND)?);
                 let timed_waveform = waveform.filter(|waveform| !waveform.counts);
-                let confirmed = timed_waveform.map(|waveform| contradiction(&waveform, &stamps));
-                findings.extend(confirmed.clone().flatten());
+                let compared =
+                    timed_waveform.map(|waveform| comparison(&waveform, &stamps, options.rate_hz));
+                let confirmed = compared.is_some_and(|found| found.tell(findings, &mut doubts));
                 Ok(Self {
                     samples,
-                    confirmed_by: (confirmed == Some(None)).then(|| "wf_increment".into()),
+                    confirmed_by: confirmed.then(|| "wf_increment".into()),
+                    doubt: (!doubts.is_empty()).then(|| doubts.join("; ")),
                 })
             }
             (Some(waveform), stamps) if is_timed => {
                 let rate = waveform.rate;
                 let source = ("wf_increment", false);
                 findings.extend(options.check_rate(rate.hertz(), source, MEND)?);
-                let contradicted = stamps
+                let compared = stamps
                     .as_ref()
-                    .map(|stamps| contradiction(&waveform, stamps));
-                findings.extend(contradicted.clone().flatten());
+                    .map(|stamps| comparison(&waveform, stamps, options.rate_hz));
+                let confirmed = compared.is_some_and(|found| found.tell(findings, &mut doubts));
                 if !is_cut {
                     findings.extend(fewer_samples(entries, channel));
                 }
                 let samples = UniformSamples::stated(waveform.start_s(), rate, values)?;
                 let name =
                     stamps.map(|stamps| format!("the channel `{}`", text::shown(stamps.name)));
-                let confirmed_by = name.filter(|_| contradicted == Some(None));
                 Ok(Self {
                     samples,
-                    confirmed_by,
+                    confirmed_by: name.filter(|_| confirmed),
+                    doubt: (!doubts.is_empty()).then(|| doubts.join("; ")),
                 })
             }
             (waveform, _) => {
@@ -288,7 +295,11 @@ impl ChannelClock {
                         rate_contradiction(entries, channel, rate, values.len(), asked)?;
                     findings.extend(contradicted);
                 }
-                Ok(unconfirmed(UniformSamples::stated(start_s, rate, values)?))
+                Ok(Self {
+                    samples: UniformSamples::stated(start_s, rate, values)?,
+                    confirmed_by: None,
+                    doubt: (!doubts.is_empty()).then(|| doubts.join("; ")),
+                })
             }
         }
     }
@@ -308,9 +319,16 @@ fn rate_contradiction(
         stamps.values_s.truncate(count);
         let first_s = stamps.values_s.first().copied().unwrap_or(0.0);
         let (stamps_s, digit_s) = (&stamps.values_s, stamps.digit_s);
-        let finding = held::clock(STATED_RATE, first_s, rate.hertz(), stamps_s, digit_s);
-        if finding.is_some() {
-            return Ok(finding);
+        let stated = HeaderClock {
+            source: STATED_RATE,
+            start_s: first_s,
+            start_digit_s: 0.0,
+            start_intervals: 0.0,
+            hertz: rate.hertz(),
+            slack: 0.0,
+        };
+        if let Comparison::Found(finding) = stated.compare(stamps_s, digit_s, None) {
+            return Ok(Some(finding));
         }
     }
     let alike = entries
@@ -329,15 +347,16 @@ fn rate_contradiction(
             .flatten()
             .filter(|waveform| !waveform.counts)?;
         let hertz = waveform.rate.hertz();
-        (!time_base::rates_agree(rate.hertz(), hertz)).then(|| {
-            let teller = said::teller(object);
-            let text = format!(
-                "wf_increment of {teller} gives {hertz} Hz, but {STATED_RATE} is {} Hz. One of the \
-                 two is wrong. Find out which, and export again",
-                rate.hertz()
-            );
-            Finding::blocking("time-contradicted", text)
-        })
+        let said = format!("wf_increment of {} gives {hertz} Hz", said::teller(object));
+        let used = UsedClock {
+            name: STATED_RATE,
+            hertz: rate.hertz(),
+            stated_hz: None,
+        };
+        match used.outcome(Relation::between(hertz, rate.hertz(), 0.0), &said) {
+            Comparison::Found(finding) => Some(finding),
+            Comparison::Confirmed | Comparison::Nothing | Comparison::Overridden(_) => None,
+        }
     };
     Ok(objects.into_iter().find_map(contradicts))
 }
@@ -373,13 +392,19 @@ fn fewer_samples(entries: &[Entry<'_>], channel: &Entry<'_>) -> Option<Finding> 
 const STATED_RATE: &str = "the setting `rate_hz`";
 
 /// Holds the interval of a channel against the times beside it; of instants the start is another one.
-fn contradiction(waveform: &Waveform, stamps: &Stamps<'_>) -> Option<Finding> {
-    let start_s = match stamps.are_instants {
-        true => 0.0,
-        false => waveform.start_s(),
+fn comparison(waveform: &Waveform, stamps: &Stamps<'_>, stated_hz: Option<f64>) -> Comparison {
+    let stated = HeaderClock {
+        source: "the waveform (wf_increment)",
+        start_s: match stamps.are_instants {
+            true => 0.0,
+            false => waveform.start_s(),
+        },
+        start_digit_s: 0.0,
+        start_intervals: 0.0,
+        hertz: waveform.rate.hertz(),
+        slack: 0.0,
     };
-    let (hertz, digit_s) = (waveform.rate.hertz(), stamps.digit_s);
-    held::clock("wf_increment", start_s, hertz, &stamps.values_s, digit_s)
+    stated.compare(&stamps.values_s, stamps.digit_s, stated_hz)
 }
 
 /// Returns the channel of times that a person names.

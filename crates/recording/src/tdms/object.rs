@@ -19,7 +19,7 @@ pub(super) struct Object {
     /// The first place of each name in small letters.
     small_places: BTreeMap<String, usize>,
     /// Instants stated as `wf_start_time`, each with the number of samples before it.
-    starts: Vec<(u64, Instant)>,
+    starts: Vec<StatedStart>,
     /// Where its samples stand in a chunk, as last stated.
     pub(super) index: Option<RawIndex>,
     /// Samples in the file, kept or not.
@@ -38,6 +38,9 @@ pub(super) struct Object {
     /// The sample from which on another start is stated that is no instant.
     restarted: Option<u64>,
 }
+
+/// An instant stated as a start, with the number of samples before it.
+type StatedStart = (u64, Instant);
 
 /// Tells whether unit, clock or scale rest on a property.
 pub(super) fn is_binding(key: &str) -> bool {
@@ -158,13 +161,28 @@ impl Object {
         grown
     }
 
+    /// Returns the instants stated before the first sample, and those stated later.
+    fn starts(&self) -> (&[StatedStart], &[StatedStart]) {
+        let is_before = |(count, _): &StatedStart| *count == 0;
+        self.starts.split_at(self.starts.partition_point(is_before))
+    }
+
+    fn first_start(&self) -> Option<&StatedStart> {
+        // Of those before the first sample the last counts.
+        let (before, later) = self.starts();
+        before.last().or(later.first())
+    }
+
+    /// Returns by how much its start is stated after that of another object [s].
+    pub(super) fn starts_after(&self, other: &Self) -> Option<f64> {
+        let ((_, own), (_, others)) = (self.first_start()?, other.first_start()?);
+        Some(own.since(*others))
+    }
+
     /// Returns the sample from which on another start is stated that does not go on where those before end.
     pub(super) fn restarted(&self, interval_s: f64) -> Option<u64> {
-        // Of those before the first sample the last counts.
-        let (before, later) = self
-            .starts
-            .split_at(self.starts.partition_point(|(count, _)| *count == 0));
-        let first = before.last().or(later.first());
+        let (_, later) = self.starts();
+        let first = self.first_start();
         let breaks = |(count, instant): &&(u64, Instant)| {
             first.is_some_and(|(first_count, first)| {
                 let samples = count.saturating_sub(*first_count) as f64;

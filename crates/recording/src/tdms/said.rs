@@ -6,6 +6,7 @@ use super::segment::ObjectPath;
 use super::value::Value;
 use crate::channel_name::words;
 use crate::csv;
+use crate::examine::clock::{RateStatement, UsedClock};
 use crate::remarks::{self, Remark, RemarkPlace, Span};
 use crate::{Finding, Severity, Stated, TestFacts, fact, joined_facts};
 use std::collections::BTreeMap;
@@ -77,8 +78,7 @@ pub(super) struct ParentSaid {
 /// A property that states a rate or an interval in words of the writer's own.
 struct StatedRate {
     shown: String,
-    /// The rates that it may mean [Hz].
-    rates: Vec<f64>,
+    rate: RateStatement,
 }
 
 /// Returns what an object states of its rate beside the format's own properties.
@@ -88,10 +88,10 @@ fn stated_rates(object: &Object) -> impl Iterator<Item = StatedRate> {
     let properties = object.properties().filter(move |(key, _)| is_word(key));
     properties.filter_map(|(key, value)| {
         let text = value.text();
-        let rates = csv::rates_under_name(key, &text)?;
+        let rate = csv::rates_under_name(key, &text)?;
         let (key, text) = (crate::text::shown(key), crate::text::shown(&text));
         let shown = format!("the property `{key}` of {} is {text}", teller(object));
-        Some(StatedRate { shown, rates })
+        Some(StatedRate { shown, rate })
     })
 }
 
@@ -135,20 +135,23 @@ impl<'a> ParentsSaid<'a> {
     }
 
     /// Says that a channel or what is above it states another rate than that of its clock [Hz].
-    pub(super) fn rate_contradiction(&self, objects: &[&Object], hertz: f64) -> Option<Finding> {
+    pub(super) fn rate_finding(
+        &self,
+        objects: &[&Object],
+        used: UsedClock<'_>,
+        doubts: &mut Vec<String>,
+    ) -> Option<Finding> {
         let channel_rates: Vec<StatedRate> = objects
             .first()
             .into_iter()
             .flat_map(|channel| stated_rates(channel).take(MOST_RATES))
             .collect();
         let parent_rates = self.over(objects).flat_map(|parent| &parent.rates);
-        let clock = ("the clock", hertz);
-        let finding = |stated: &StatedRate| csv::rate_finding(&stated.shown, &stated.rates, clock);
-        let findings: Vec<Finding> = channel_rates
-            .iter()
-            .chain(parent_rates)
-            .filter_map(finding)
-            .collect();
+        let mut findings = Vec::new();
+        for stated in channel_rates.iter().chain(parent_rates) {
+            used.compare(&stated.shown, &stated.rate)
+                .tell(&mut findings, doubts);
+        }
         let is_blocking = |finding: &&Finding| finding.severity == Severity::Blocking;
         findings
             .iter()

@@ -99,16 +99,16 @@ fn varied_levers(document: &Document) -> Markup {
     if let Some(ensemble) = &document.ensemble {
         let crossing = count(u64::from(ensemble.exceeded));
         let crossing = format!("{crossing} of {}", count(u64::from(ensemble.members)));
-        return item(
-            "Varied levers that open",
-            &crossing,
-            &words::share(ensemble),
-        );
+        let name = format!("{} that open", words::capital(ensemble.varied.members()));
+        return item(&name, &crossing, &words::share(ensemble));
     }
     match words::sparing_bound(document) {
         Some(bound) => {
-            let why = format!("the loosest {}", bound.name());
+            let why = format!("the worst {}", bound.name());
             item("Varied levers that open", "none can", &why)
+        }
+        None if words::is_alone(document) => {
+            item("Varied", "nothing", "this one lever, on this one reading")
         }
         None => item("Varied levers", "none", "the nominal lever alone"),
     }
@@ -146,6 +146,7 @@ fn rests_on(document: &Document) -> Markup {
         lines.insert(place, words::sentence(&preload.text));
     }
     lines.extend(words::restitution(document).map(|text| format!("{text}.")));
+    lines.extend(words::what_was_varied(document).map(|text| format!("Varied: {text}.")));
     if document.verdict == Answer::Pass {
         lines.push(format!("{}.", words::capital(words::UNSEEN)));
     }

@@ -9,12 +9,10 @@ use latchgate_document::number::{ABSENT, count, significant, trimmed};
 
 use latchgate_kernel::units::OpensWhen;
 use latchgate_verdict::Answer;
-use latchgate_verdict::decision::{
-    FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, PASS_SHARE_MAX, looks_in_words,
-};
+use latchgate_verdict::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, looks_in_words};
 use latchgate_verdict::ensemble::{End, Ensemble};
 use latchgate_verdict::what_if::Change;
-use latchgate_verdict::wording::filter_name;
+use latchgate_verdict::wording::{filter_name, percent, percent_bound};
 use maud::{Markup, html};
 
 /// Returns the ensemble of each stop and opening direction.
@@ -30,7 +28,7 @@ pub(super) fn ensemble(document: &Document) -> Markup {
     html! {
         // A phone scrolls the table sideways; the tab index lets keys scroll it too.
         section #ensemble tabindex="0" {
-            h2 { "Varied levers" }
+            h2 { (words::capital(shown.varied.members())) }
             (gauge(ensembles))
             p.sum { (line(&share_sentence(shown))) }
             table.ensembles {
@@ -38,7 +36,7 @@ pub(super) fn ensemble(document: &Document) -> Markup {
                     "Stop and sign",
                     "#Members",
                     "#Cross the limit",
-                    "#Of all such levers",
+                    "#Share that opens, bounds",
                     "#Peak: 5 % quantile [°]",
                     "#Median [°]",
                     "#95 % quantile [°]",
@@ -70,7 +68,12 @@ fn gauge(ensembles: &[Ensemble]) -> Markup {
     let x = |share: f64| track_x + share * width;
     let bottom = 20.0 + 17.0 * ensembles.len() as f64;
     let marks = [
-        (PASS_SHARE_MAX, "start", 7.0, "a pass allows "),
+        (
+            ensembles.first().map_or(0.0, |first| first.open_share),
+            "start",
+            7.0,
+            "a pass allows ",
+        ),
         (FAIL_SHARE_WITH_NOMINAL, "start", 7.0, ""),
         (FAIL_SHARE_MIN, "end", -7.0, ""),
     ];
@@ -92,7 +95,7 @@ fn gauge(ensembles: &[Ensemble]) -> Markup {
             @for (share, anchor, dx, text) in marks {
                 @let x = x(share);
                 line.mark x1=(hundredths(x)) y1="5" x2=(hundredths(x)) y2=(bottom - 3.0) {}
-                text x=(hundredths(x + dx)) y="13" text-anchor=(anchor) { (text) (words::percent(share)) " %" }
+                text x=(hundredths(x + dx)) y="13" text-anchor=(anchor) { (text) (percent(share)) " %" }
             }
         }
     }
@@ -112,14 +115,13 @@ fn share_sentence(ensemble: &Ensemble) -> String {
         ),
     };
     format!(
-        "Varied levers that open{}: {} of {}{lost}; of all such levers {} ({}), each bound \
-         at {}\u{00A0}% confidence.{}",
-        words::until(ensemble),
+        "{} of {} {} open{}{lost}: {} ({}).{}",
         count(u64::from(ensemble.exceeded)),
         count(u64::from(ensemble.members)),
-        interval(ensemble),
+        ensemble.varied.members(),
+        words::until(ensemble),
+        ensemble.share_that_opens(Answer::Undecided),
         stop_and_sign(ensemble.model, ensemble.opens_when),
-        trimmed(100.0 * ensemble.confidence, 4),
         words::coasting(ensemble).map_or_else(String::new, |coasting| format!(" {coasting}.")),
     )
 }
@@ -127,8 +129,8 @@ fn share_sentence(ensemble: &Ensemble) -> String {
 fn interval(ensemble: &Ensemble) -> String {
     format!(
         "{} to {}\u{00A0}%",
-        words::percent(ensemble.p_lower),
-        words::percent(ensemble.p_upper)
+        percent_bound(ensemble.p_lower, f64::floor),
+        percent_bound(ensemble.p_upper, f64::ceil)
     )
 }
 
@@ -153,6 +155,7 @@ fn row(ensemble: &Ensemble, threshold: f64) -> Markup {
                     End::Decided => "decided",
                     End::LastLook => "last look, undecided",
                     End::NoMatter => "could not change the answer",
+                    End::NoPass => "the error forbids a pass, too few open for a fail",
                     End::WorkLimit => "ended by the limit `work`",
                 }
             }
@@ -187,11 +190,12 @@ pub(super) fn sensitivity(document: &Document, drivers: Option<&Figure>) -> Mark
         @else { p.note { (line(&words::drivers_sentence(shown))) } }
         @if !shown.drivers.is_empty() { (inputs(document, shown)) }
         p.note {
-            "Each member is the design and the recording with independent normal draws, truncated at "
-            "three standard deviations; the first is the nominal lever. The rule looks at them after "
+            "Each member is the design and the recording with independent normal draws; the first is the nominal "
+            "lever on the recording as it is. The rule looks at them after "
             (looks) " and stops where it can decide. Draws: " (line(&shown.generator)) "; seed " (shown.seed)
-            ". Each bound holds at " (trimmed(100.0 * shown.confidence, 4)) "\u{00A0}% confidence (Clopper and Pearson), "
-            "so that the four looks together err in at most 5\u{00A0}% of cases."
+            ". Each bound holds at " (percent(shown.confidence)) "\u{00A0}% confidence (Clopper and Pearson), "
+            "so that the four looks together err in at most "
+            (percent(1.0 - document.design.criterion.confidence)) "\u{00A0}% of cases."
         }
     }
 }
@@ -274,6 +278,13 @@ pub(super) fn filters(document: &Document) -> Markup {
             })
             .collect(),
     };
+    let has_undecided = document.filters.iter().any(|row| {
+        let mut answers = row.by_direction.iter().map(|direction| direction.answer);
+        match signs.is_empty() {
+            true => row.verdict == Some(Answer::Undecided),
+            false => answers.any(|answer| answer == Answer::Undecided),
+        }
+    });
     let mut columns = vec!["Filter"];
     for column in &angle_columns {
         columns.extend([column.as_str(), "Answer"]);
@@ -306,8 +317,11 @@ pub(super) fn filters(document: &Document) -> Markup {
                 }
             }
             p.note {
-                "Limit angle " (words::limit_angle(document.threshold_rad)) ". Undecided: the error of the largest angle reaches the limit; the varied levers, which have no part here, may \
-                 decide. Where filters disagree, do not rely on a pass."
+                "Limit angle " (words::limit_angle(document.threshold_rad)) "."
+                @if has_undecided {
+                    " Undecided: the error of the largest angle reaches the limit; the varied levers, which have no part here, may decide."
+                }
+                " Where filters disagree, do not rely on a pass."
             }
         }
     }

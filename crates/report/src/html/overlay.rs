@@ -4,6 +4,7 @@ use super::markup::figure;
 use super::{SCRIPT, SERIES_BYTES, block};
 use crate::differences::{DifferingValue, short_value};
 use crate::escape::terminal as line;
+use crate::folder::COMPARE_TITLE;
 use crate::page::PageFrame;
 use crate::plot::overlay;
 use crate::{Document, comparison, headline, sheet, words};
@@ -25,7 +26,7 @@ pub(crate) fn page(
         .collect();
     let style = format!("{}{}", sheet::REPORT, overlay::RULES);
     let frame = PageFrame {
-        title: "Verdicts compared · latchgate",
+        title: COMPARE_TITLE,
         identity: &names.join(" "),
         style: &style,
         script: SCRIPT,

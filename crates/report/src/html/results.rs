@@ -229,7 +229,6 @@ pub(super) fn budget(document: &Document) -> Markup {
     html! {
         section #budget {
             h2 { "How sure is the largest angle" }
-            p { "How much the largest angle changes when one thing is changed:" }
             table.budget {
                 (heads(&["Part", "What was changed", "#Change of the peak [°]", "Against the margin"]))
                 tbody {
@@ -249,7 +248,7 @@ pub(super) fn budget(document: &Document) -> Markup {
                     }
                     tr.nominal {
                         th { "U" }
-                        td { "what the rule counts: the first two and twice the noise" }
+                        td { "what the rule counts: the first two and the noise" }
                         td.number { (counted.map_or_else(|| ABSENT.into(), |error| words::degrees_cell(error, 3))) }
                         @if is_beyond || counted.is_none() { td { (ABSENT) } }
                         @else if counted.is_some_and(|error| error >= margin) { td.above { "as large or larger" } }
@@ -346,7 +345,7 @@ pub(super) fn screens(document: &Document) -> Markup {
                         tr {
                             th { (stop_and_sign(run.model, run.opens_when)) }
                             td.number {}
-                            td { "the loosest of the varied levers " (bound.name()) }
+                            td { "the worst of the varied levers " (bound.name()) }
                         }
                     }
                 }
@@ -415,7 +414,7 @@ pub(super) fn findings(document: &Document) -> Markup {
         }
         p.note {
             "Blocking findings forbid a pass; the verdict is unusable unless the lever was lost before "
-            "the data went bad. Warnings and notes change no verdict."
+            "the data went bad. A pass waits while a warning asks for a person's word; other warnings and notes change no verdict."
         }
     }
 }

@@ -2,12 +2,16 @@
 
 use super::markup::{code_fact, fact, heads};
 use crate::escape::terminal as line;
+use crate::sensor_place::{sensor_place, siblings};
 use crate::words::{self, DIGITS, instant};
 use latchgate_document::Document;
-use latchgate_document::blocks::{ConditioningBlock, InPlaneBlock, RecordingBlock};
+use latchgate_document::blocks::{
+    ConditioningBlock, InPlaneBlock, RecordingBlock, SiblingBlock, TransferBlock,
+};
 use latchgate_document::number::{ABSENT, count, exact, significant, trimmed};
 use latchgate_kernel::model::Design;
-use latchgate_kernel::model::parameters::Slot;
+use latchgate_kernel::model::parameters::{DesignParameter, Slot};
+use latchgate_kernel::model::tolerance::Tolerance;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::TestFacts;
 use latchgate_verdict::conditioning::FilterStandard;
@@ -20,6 +24,8 @@ pub(super) fn judged(
     recording: &RecordingBlock,
     design: &Design,
     conditioning: Option<&ConditioningBlock>,
+    transfer: Option<&TransferBlock>,
+    together: &[SiblingBlock],
 ) -> Markup {
     html! {
         section #judged {
@@ -36,6 +42,8 @@ pub(super) fn judged(
                     tbody {
                         (fact("Design", &words::design(design)))
                         (fact("Opening direction", &words::direction(recording)))
+                        @if let Some(place) = sensor_place(recording, transfer) { (fact("Sensor's place", &place)) }
+                        @if let Some(each) = siblings(together) { (fact("Channels judged", &each)) }
                         @if let Some(block) = conditioning { (fact("Signal", &words::conditioned(block))) }
                         @if let Some(velocity) = recording.velocity_change_m_s {
                             (fact("Velocity change", &format!("{}\u{00A0}m/s", trimmed(velocity, 3))))
@@ -55,6 +63,8 @@ fn lever(design: &Design) -> Markup {
         .parameters()
         .filter(|parameter| !matches!(parameter.slot, Slot::InputScale | Slot::InputBias))
         .collect();
+    let is_unstated =
+        |parameter: &DesignParameter| design.not_stated.iter().any(|key| key == parameter.name);
     html! {
         h3 { "Lever" }
         div.sides {
@@ -63,13 +73,18 @@ fn lever(design: &Design) -> Markup {
                     tbody {
                         @for parameter in half {
                             @let unit = if parameter.unit == "1" { String::new() } else { parameter.unit.replace(' ', "·") };
-                            @let tolerance = design.deviation(parameter).filter(|deviation| *deviation > 0.0);
+                            @let is_scattered = design.deviation(parameter).is_some_and(|deviation| deviation > 0.0);
+                            @let tolerance = design.tolerance.get(parameter.tolerance_key()).filter(|_| is_scattered);
                             tr {
-                                th { (parameter.what) }
+                                th {
+                                    (parameter.what)
+                                    @if is_unstated(parameter) { "\u{00A0}*" }
+                                }
                                 td {
                                     (exact(design.value(parameter)))
-                                    @if let Some(tolerance) = tolerance { " ± " (exact(tolerance)) }
+                                    @if let Some(Tolerance::Deviation(deviation)) = tolerance { " ± " (exact(*deviation)) }
                                     "\u{00A0}" (unit)
+                                    @if let Some(share @ Tolerance::Share(_)) = tolerance { " ± " (share) }
                                 }
                             }
                         }
@@ -77,7 +92,10 @@ fn lever(design: &Design) -> Markup {
                 }
             }
         }
-        p.note { "± is one standard deviation." }
+        p.note {
+            "± is one standard deviation."
+            @if numbers.iter().any(|parameter| is_unstated(parameter)) { " * not stated: the value of the paper's example." }
+        }
     }
 }
 
@@ -255,18 +273,23 @@ pub(super) fn design(document: &Document) -> Markup {
                     @let modified = design.modified.iter().any(|key| {
                         key == parameter.name || key.strip_prefix("tolerance.") == Some(parameter.tolerance_key())
                     });
+                    @let unstated = design.not_stated.iter().any(|key| key == parameter.name);
                     tr .nominal[modified] {
-                        th { (parameter.what) @if modified { ", modified" } }
+                        th {
+                            (parameter.what)
+                            @if modified { ", modified" }
+                            @if unstated { ", not stated: the example's" }
+                        }
                         td { (parameter.symbol) }
                         td.number {
                             @match parameter.slot {
                                 // The nominal input has no factor or offset to show; only its uncertainty is stated.
                                 Slot::InputScale | Slot::InputBias => (ABSENT),
-                                Slot::Lever(_) | Slot::Stop(_) | Slot::Catch(_) | Slot::Threshold => (exact(design.value(parameter))),
+                                Slot::Lever(_) | Slot::Stop(_) | Slot::Catch(_) | Slot::Criterion(_) => (exact(design.value(parameter))),
                             }
                         }
                         td { (parameter.unit) }
-                        td.number { (or(ABSENT, design.deviation(parameter).map(exact))) }
+                        td.number { (or(ABSENT, words::tolerance(design, parameter))) }
                     }
                 }
             }

@@ -10,6 +10,7 @@ use crate::{opening, words};
 use latchgate_document::Document;
 use latchgate_document::number::exact;
 use latchgate_kernel::range::{Range, Window};
+use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::Severity;
 use latchgate_verdict::{Answer, SampledSeries, SeriesRun};
@@ -368,9 +369,11 @@ fn bad_span(document: &Document, time_s: &[f64]) -> Option<EventMark> {
     ))
 }
 
-/// Returns the first sample at which the nominal lever is past 90° [s]; the first trajectory is its.
-fn past_a_right_angle(series: &SampledSeries) -> Option<f64> {
-    let run = series.runs.first()?;
+/// Returns the first sample at which the lever of a run is past 90° [s].
+fn past_a_right_angle(series: &SampledSeries, nominal: &Run) -> Option<f64> {
+    let mut runs = series.runs.iter();
+    let run =
+        runs.find(|run| (run.model, run.opens_when) == (nominal.model, nominal.opens_when))?;
     let past = run.angle_rad.iter().position(|angle| *angle > FRAC_PI_2)?;
     Some(series.time_s[past])
 }
@@ -393,7 +396,7 @@ fn view(document: &Document, series: &SampledSeries) -> Window {
     }
     if let Some(run) = &document.nominal {
         if run.peak_angle_rad > FRAC_PI_2 {
-            past_a_right_angle(series)
+            past_a_right_angle(series, run)
                 .into_iter()
                 .for_each(&mut include);
         } else if run.peak_angle_rad > 0.0 {
@@ -447,10 +450,11 @@ fn panels<'a>(document: &Document, series: &'a SampledSeries, view: Window) -> [
         column: 3,
         values: &series.velocity_m_s,
     }];
-    let classes = angle::classes(series.runs.iter().map(|run| (run.model, run.opens_when)));
+    let ordered = crate::series::ordered(series);
+    let classes = angle::classes(ordered.iter().map(|run| (run.model, run.opens_when)));
     // Angle and angular velocity alternate from the fifth column on.
     let columns = (4..).step_by(2);
-    let angles = series.runs.iter().zip(classes).zip(columns);
+    let angles = ordered.iter().zip(classes).zip(columns);
     let angles = angles
         .map(|((run, class), column)| EventCurve {
             class,

@@ -3,7 +3,7 @@
 use super::event::{EventCurve, EventDrawing, EventMark, EventPanel, limit_name, with_room};
 use super::{Figure, time_unit};
 use crate::comparison::{VERDICTS_MAX, letter};
-use crate::words;
+use crate::{series, words};
 use latchgate_document::Document;
 use latchgate_kernel::range::{Range, Window};
 use latchgate_kernel::units::STANDARD_GRAVITY;
@@ -63,7 +63,7 @@ impl CommonSeries {
         Some(Self {
             used_m_s2: each(|table| &table.used_m_s2),
             velocity_m_s: each(|table| &table.velocity_m_s),
-            angle_rad: each(|table| &table.runs[0].angle_rad),
+            angle_rad: each(|table| &series::ordered(table)[0].angle_rad),
             time_s,
         })
     }

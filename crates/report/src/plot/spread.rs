@@ -9,6 +9,7 @@ use latchgate_document::number::count;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::range::Range;
 use latchgate_verdict::QuantileBand;
+use latchgate_verdict::ensemble::Varied;
 
 pub(super) const NAME: &str = "spread";
 
@@ -45,6 +46,10 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
             panel.function(run, context.angles(trace))
         })
         .lines("median", along(&band.p50));
+    let ensemble = context.document.ensemble.as_ref();
+    let members_word = ensemble
+        .map_or(Varied::Levers, |ensemble| ensemble.varied)
+        .members();
     let members = count(u64::try_from(band.members).unwrap_or(u64::MAX));
     let which = format!(
         "{}, {}",
@@ -53,9 +58,9 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     );
     Some(Chart {
         name: NAME,
-        title: "Spread of the varied levers".into(),
+        title: format!("Spread of the {members_word}"),
         legend: vec![
-            LegendEntry::new(Sample::Patch(ribbon), "9 of 10 levers at each instant"),
+            LegendEntry::new(Sample::Patch(ribbon), "9 of 10 members at each instant"),
             LegendEntry::line("median", "median"),
             LegendEntry::line(run, "nominal run"),
             LegendEntry::line("limit", "limit"),
@@ -68,7 +73,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
              the band."
         ),
         description: format!(
-            "Band between the 5 % and 95 % quantile of the angle of {members} varied levers \
+            "Band between the 5 % and 95 % quantile of the angle of {members} {members_word} \
              over time ({which}), with their median and the nominal run. {}",
             result_sentence(context.document)
         ),

@@ -11,7 +11,7 @@ use crate::problem::{Problem, QUESTION_BYTES};
 use axum::body::HttpBody as _;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
-use axum::http::{HeaderMap, Method, StatusCode};
+use axum::http::{HeaderMap, Method, StatusCode, Version};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 use http_body_util::LengthLimitError;
@@ -61,7 +61,7 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
             &app,
             &path,
             &method,
-            request.headers().clone(),
+            (request.version(), request.headers().clone()),
             (caller, peer),
         )
         .await
@@ -210,7 +210,7 @@ async fn admit(
     app: &App,
     path: &str,
     method: &Method,
-    headers: HeaderMap,
+    (version, headers): (Version, HeaderMap),
     (caller, peer): (Caller, Peer),
 ) -> Result<Visitor, Box<Response>> {
     let headers = &headers;
@@ -218,7 +218,10 @@ async fn admit(
     same_origin(method, headers).map_err(refuse)?;
     let recognition = match user_of_proxy(app, headers, peer).map_err(refuse)? {
         Some(user) => Recognition::Known(user),
-        None => recognised(app, headers).await.map_err(refuse)?,
+        None => match recognised(app, headers).await.map_err(refuse)? {
+            Recognition::Open(_) if !is_local(app, version, headers, peer) => Recognition::Stranger,
+            recognition => recognition,
+        },
     };
     // Strangers are limited by address, so that one cannot keep the others from signing in.
     let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
@@ -243,12 +246,7 @@ async fn admit(
     };
     let route = declared().find(|(verb, known, _)| *verb == asked_as && *known == path);
     match (recognition, route) {
-        (Recognition::Open(visitor), _) => {
-            // Without tokens the host must be the machine's, lest a page from elsewhere resolves its own name
-            // to this address (DNS rebinding).
-            known_host(app, headers).map_err(refuse)?;
-            Ok(visitor)
-        }
+        (Recognition::Open(visitor), _) => Ok(visitor),
         (Recognition::Known(visitor), route) => {
             let needs = route.and_then(|(_, _, needs)| needs).unwrap_or(&[]);
             if let Some(scope) = needs.iter().find(|scope| !visitor.may(**scope)) {
@@ -286,8 +284,6 @@ async fn recognised(app: &App, headers: &HeaderMap) -> Result<Recognition, Probl
         }
     };
     match looked {
-        // If a proxy names its users, a request without a user is a stranger's even without tokens.
-        Ok(Ok(Recognition::Open(_))) if app.config.users.is_some() => Ok(Recognition::Stranger),
         Ok(Ok(seen)) => Ok(seen),
         Ok(Err(error)) => Err(error.into()),
         Err(_) => Err(Problem::not_found("answer")),
@@ -339,7 +335,8 @@ fn user_of_proxy(app: &App, headers: &HeaderMap, peer: Peer) -> Result<Option<Vi
 }
 
 fn unknown() -> Response {
-    let text = "send a token that is known: Authorization: Bearer TOKEN";
+    let text = "send a token that is known: Authorization: Bearer TOKEN. The first one is made at the service's \
+                machine: latchgate-serve token create NAME";
     let status = StatusCode::UNAUTHORIZED;
     let mut response = Problem::new(status, "no-token", "No known token", text).into_response();
     let scheme = HeaderValue::from_static("Bearer");
@@ -411,8 +408,17 @@ fn same_origin(method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Refuses a host name that is neither the loopback's nor configured.
-fn known_host(app: &App, headers: &HeaderMap) -> Result<(), Problem> {
+/// Returns true if a request comes from a program of this machine, as far as it shows: only such a request needs no
+/// token while none exists. A proxy shows by the configuration, by the headers that proxies add, and by HTTP/1.0,
+/// which nginx speaks unless told otherwise. The host must be the machine's, lest a page from elsewhere resolves its
+/// own name to this address (DNS rebinding).
+fn is_local(app: &App, version: Version, headers: &HeaderMap, peer: Peer) -> bool {
+    let config = &app.config;
+    let is_forwarded = headers.keys().any(|name| {
+        let name = name.as_str();
+        name.starts_with("x-forwarded")
+            || ["forwarded", "via", "x-real-ip", "x-client-ip"].contains(&name)
+    });
     let host = headers
         .get(header::HOST)
         .and_then(|host| host.to_str().ok());
@@ -421,15 +427,11 @@ fn known_host(app: &App, headers: &HeaderMap) -> Result<(), Problem> {
         Some((name, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => name,
         _ => host.as_str(),
     };
-    let loopback_names = ["localhost", "127.0.0.1", "[::1]"];
-    if loopback_names.contains(&name) || app.config.hosts.iter().any(|host| host == name) {
-        return Ok(());
-    }
-    let text = "the service is not known by this name; state it in the configuration's `hosts`";
-    Err(Problem::new(
-        StatusCode::MISDIRECTED_REQUEST,
-        "other-host",
-        "Unknown host",
-        text,
-    ))
+    config.users.is_none()
+        && config.proxies.is_empty()
+        && config.listen.is_private()
+        && peer.address.to_canonical().is_loopback()
+        && !is_forwarded
+        && version != Version::HTTP_10
+        && ["localhost", "127.0.0.1", "[::1]"].contains(&name)
 }

@@ -288,7 +288,9 @@ async fn login(
             let text = format!("{name}={}; Max-Age={lasts}{attributes}", session.reveal());
             with_cookies("/", &[text])
         }
-        Ok((Recognition::Open(_), _)) => Redirect::to("/").into_response(),
+        Ok((Recognition::Open(_), _)) if visitor.way == Way::Open => {
+            Redirect::to("/").into_response()
+        }
         Ok(_) => {
             let text = "This token is not known here, was revoked or has ended. Check it, or ask for a new one.";
             (StatusCode::UNAUTHORIZED, sign_in(&visitor, text, &[])).into_response()

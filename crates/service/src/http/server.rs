@@ -16,19 +16,42 @@ use hyper_util::service::TowerToHyperService;
 use std::io;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
-use tokio::signal::unix::{SignalKind, signal};
+use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// Longest time of a connection without a place.
 const SPARE_TIME: Duration = Duration::from_secs(5);
 
+/// The signals that end the service. They are caught from the making of this on, so it is made before
+/// the service says where it listens: whoever read that may end it.
+#[derive(Debug)]
+pub struct EndingSignals {
+    terminate: Signal,
+    interrupt: Signal,
+}
+
+impl EndingSignals {
+    /// Catches them.
+    ///
+    /// # Errors
+    ///
+    /// [`io::Error`] if signals cannot be received.
+    pub fn catch() -> io::Result<Self> {
+        Ok(Self {
+            terminate: signal(SignalKind::terminate())?,
+            interrupt: signal(SignalKind::interrupt())?,
+        })
+    }
+
+    async fn come(&mut self) {
+        tokio::select! {
+            _ = self.terminate.recv() => (),
+            _ = self.interrupt.recv() => (),
+        }
+    }
+}
+
 /// Serves until a signal ends it; a second one ends it at once.
-///
-/// # Errors
-///
-/// [`io::Error`] if signals cannot be received.
-pub async fn serve(app: App, listener: Listener) -> io::Result<()> {
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut interrupt = signal(SignalKind::interrupt())?;
+pub async fn serve(app: App, listener: Listener, mut signals: EndingSignals) {
     let (places, mut spare) = (Places::default(), Spare::default());
     let graceful = GracefulShutdown::new();
     let router = router(app.clone());
@@ -42,8 +65,7 @@ pub async fn serve(app: App, listener: Listener) -> io::Result<()> {
     loop {
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
-            _ = terminate.recv() => break,
-            _ = interrupt.recv() => break,
+            () = signals.come() => break,
         };
         let (stream, peer) = match accepted {
             Ok(accepted) => accepted,
@@ -98,8 +120,6 @@ pub async fn serve(app: App, listener: Listener) -> io::Result<()> {
     tokio::select! {
         () = drained => tracing::info!("ended"),
         () = tokio::time::sleep(app.config.drain) => tracing::warn!("ended before all was done"),
-        _ = terminate.recv() => tracing::warn!("ended at once"),
-        _ = interrupt.recv() => tracing::warn!("ended at once"),
+        () = signals.come() => tracing::warn!("ended at once"),
     }
-    Ok(())
 }

@@ -3,12 +3,11 @@
 use super::form::Form;
 use crate::app::App;
 use crate::problem::Problem;
-use crate::store::{BlobWriter, Blobs, Manifest, StoreError};
+use crate::store::{BlobWriter, Manifest, StoreError};
 use axum::body::{Body, Bytes};
 use axum::extract::Request;
 use axum::http::{StatusCode, header};
 use std::sync::Arc;
-use tokio::sync::mpsc;
 use tokio_stream::{Stream, StreamExt};
 
 /// Largest number of letters of a name.
@@ -19,6 +18,9 @@ const FORM_BYTES: u64 = 1 << 20;
 
 /// Largest card [bytes].
 const CARD_BYTES: u64 = 1 << 20;
+
+/// Bytes of an upload that are written together; each upload holds as many in memory at most, and a piece.
+const WRITTEN_BYTES: usize = 64 << 10;
 
 /// An upload whose files are on the disk, but not in their final places.
 pub(super) struct Received {
@@ -228,46 +230,57 @@ async fn of_form(
     Ok(received)
 }
 
-/// Writes a stream of bytes into an unplaced blob, on a thread that may wait for the disk.
+/// Writes a stream of bytes into an unplaced blob, and closes it, since a form may have many. A thread that may wait
+/// for the disk is taken for bytes that are there alone: one that waited for a client would be kept from all others.
 async fn store(
     app: &App,
     stream: impl Stream<Item = Result<Bytes, Problem>>,
     room: Room,
 ) -> Result<BlobWriter, Problem> {
-    let (pieces, waiting) = mpsc::channel::<Bytes>(4);
     let blobs = Arc::clone(&app.blobs);
-    let written = tokio::task::spawn_blocking(move || write(&*blobs, waiting));
+    let mut writer = on_disk(move || blobs.begin()).await?;
     let mut stream = std::pin::pin!(stream);
-    let mut bytes = 0_u64;
+    let (mut bytes, mut held_bytes, mut held) = (0_u64, 0_usize, Vec::new());
     while let Some(piece) = stream.next().await {
         let piece = piece?;
         bytes += piece.len() as u64;
         if bytes > room.left_bytes {
             return Err(room.crossed("a larger upload"));
         }
-        if pieces.send(piece).await.is_err() {
-            break;
+        held_bytes += piece.len();
+        held.push(piece);
+        if held_bytes >= WRITTEN_BYTES {
+            let pieces = std::mem::take(&mut held);
+            held_bytes = 0;
+            writer = on_disk(move || written(writer, &pieces)).await?;
         }
     }
-    drop(pieces);
-    match written.await {
-        Ok(Ok(blob)) => Ok(blob),
-        Ok(Err(error)) => Err(error.into()),
+    on_disk(move || {
+        let mut writer = written(writer, &held)?;
+        writer.close()?;
+        Ok(writer)
+    })
+    .await
+}
+
+fn written(mut writer: BlobWriter, pieces: &[Bytes]) -> Result<BlobWriter, StoreError> {
+    for piece in pieces {
+        writer.write(piece)?;
+    }
+    Ok(writer)
+}
+
+/// Does work that may wait for the disk, on a thread for such work.
+async fn on_disk<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, StoreError> + Send + 'static,
+) -> Result<T, Problem> {
+    match tokio::task::spawn_blocking(work).await {
+        Ok(done) => Ok(done?),
         Err(error) => Err(StoreError::Broken {
             reason: error.to_string(),
         }
         .into()),
     }
-}
-
-/// Writes a stream to a file and closes it, since a form may have many.
-fn write(blobs: &dyn Blobs, mut waiting: mpsc::Receiver<Bytes>) -> Result<BlobWriter, StoreError> {
-    let mut writer = blobs.begin()?;
-    while let Some(piece) = waiting.blocking_recv() {
-        writer.write(&piece)?;
-    }
-    writer.close()?;
-    Ok(writer)
 }
 
 /// Checks the name of a file of an upload: relative, with `/` between folders.

@@ -5,7 +5,7 @@ use crate::problem::{Problem, for_http};
 use crate::store::{Summary, sha256_hex};
 use latchgate::pipeline::{
     self, Control, Design, Document, Evidence, Extras, Limits, Outcome, Prepared, Refused, Request,
-    Source,
+    Source, design_from_json,
 };
 use latchgate::report;
 use serde_json::{Map, Value, json};
@@ -183,8 +183,7 @@ pub(crate) fn design_of(design: &Value, request: &Request) -> Result<Design, Pro
         code: "bad-design".into(),
         ..Problem::bad_request(format!("design: {}", for_http(&detail)))
     };
-    let mut design: Design =
-        serde_json::from_value(design.clone()).map_err(|error| bad(error.to_string()))?;
+    let mut design = design_from_json(design).map_err(bad)?;
     if design.name.is_empty() {
         design.name = "design".into();
     }

@@ -185,7 +185,7 @@ fn version_of(connection: &Connection) -> Result<i64, StoreError> {
 fn other_version(version: i64) -> StoreError {
     let expected = schema::VERSION;
     let way_out = match version {
-        2 => "start the service on them once, which makes them new",
+        2 | 3 => "start the service on them once, which makes them new",
         ..2 => "no program takes them over",
         _ => "take the program that made them, or a newer one",
     };
@@ -199,13 +199,18 @@ fn other_version(version: i64) -> StoreError {
 /// Makes the tables, or upgrades those of an earlier version, in one transaction.
 fn upgrade(connection: &Connection) -> Result<(), StoreError> {
     let begun = connection.unchecked_transaction()?;
-    match version_of(connection)? {
+    let version = version_of(connection)?;
+    match version {
         schema::VERSION => return Ok(()),
         0 => {}
-        2 => begun.execute_batch(schema::FROM_2)?,
+        2 => begun.execute_batch(&[schema::FROM_2, schema::FROM_3].concat())?,
+        3 => begun.execute_batch(schema::FROM_3)?,
         version => return Err(other_version(version)),
     }
     begun.execute_batch(schema::TABLES)?;
+    if version != 0 {
+        tokens::seal(connection)?;
+    }
     begun.pragma_update(None, "user_version", schema::VERSION)?;
     Ok(begun.commit()?)
 }
@@ -720,6 +725,7 @@ fn check(connection: &Connection) -> Result<CheckedFiles, StoreError> {
     for job in rows(connection, jobs::EVERY, [], |row| Ok(jobs::job_of(row)))? {
         needed::value_or_damage(job, &mut damaged)?;
     }
+    damaged.extend(tokens::damaged(connection)?);
     Ok(CheckedFiles {
         damaged,
         files: named.files,

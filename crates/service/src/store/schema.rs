@@ -1,7 +1,8 @@
-//! The tables. Each row's body is JSON text under a hash; the columns beside it serve searches.
+//! The tables. Each row's body is JSON text under a hash, and the columns beside it serve searches; of a token or a
+//! session the columns themselves are under the hash.
 
 /// Version of the tables.
-pub(super) const VERSION: i64 = 3;
+pub(super) const VERSION: i64 = 4;
 
 /// Makes the tables.
 pub(super) const TABLES: &str = "
@@ -41,14 +42,14 @@ CREATE TABLE IF NOT EXISTS pairs (
 CREATE TABLE IF NOT EXISTS tokens (
     number INTEGER PRIMARY KEY AUTOINCREMENT, sha256 TEXT NOT NULL UNIQUE, name TEXT NOT NULL,
     label TEXT NOT NULL DEFAULT '', scopes TEXT NOT NULL, created_ms INTEGER NOT NULL,
-    ends_ms INTEGER, used_ms INTEGER, revoked INTEGER NOT NULL DEFAULT 0);
+    ends_ms INTEGER, used_ms INTEGER, revoked INTEGER NOT NULL DEFAULT 0, sum TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS looked (number INTEGER PRIMARY KEY, at_ms INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS sessions (
     sha256 TEXT PRIMARY KEY, token INTEGER NOT NULL, created_ms INTEGER NOT NULL,
-    seen_ms INTEGER NOT NULL);
+    seen_ms INTEGER NOT NULL, sum TEXT NOT NULL);
 ";
 
-/// Changes data of version 2 to version 3, before [`TABLES`].
+/// Changes data of version 2 to version 3, before [`FROM_3`].
 pub(super) const FROM_2: &str = "
 ALTER TABLE recordings ADD COLUMN name TEXT NOT NULL DEFAULT '';
 ALTER TABLE recordings ADD COLUMN created_ms INTEGER NOT NULL DEFAULT 0;
@@ -64,4 +65,11 @@ CREATE TABLE tokens (
 INSERT INTO tokens (sha256, name, scopes, created_ms, revoked)
     SELECT sha256, name, scopes, created_ms, revoked FROM tokens_2 ORDER BY created_ms;
 DROP TABLE tokens_2;
+";
+
+/// Changes data of version 3 to version 4, before [`TABLES`]. The tokens get their sums after it; sessions are short,
+/// and people sign in again.
+pub(super) const FROM_3: &str = "
+ALTER TABLE tokens ADD COLUMN sum TEXT NOT NULL DEFAULT '';
+DROP TABLE IF EXISTS sessions;
 ";

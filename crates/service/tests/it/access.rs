@@ -1,12 +1,15 @@
 //! Who may do what.
 
-use crate::support::{Folder, Service, signal, wait_for};
-use latchgate_service::auth::Scope;
+use crate::support::{Folder, HANG, Service, let_the_tokens_age, signal, wait_for};
+use latchgate_service::auth::{Door, Presented, Recognition, Scope, SessionTimes, matching_secret};
 use latchgate_service::http::declared;
+use latchgate_service::store::{Ledger, SqliteLedger, StoredToken};
 use serde_json::{Value, json};
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fs;
 use std::time::{Duration, Instant};
+use subtle::{Choice, ConstantTimeEq};
 
 /// Fills a route's path in.
 fn path_of(route: &str) -> String {
@@ -173,15 +176,22 @@ fn cli_refusals_are_documents_for_programs_and_pages_for_people() {
 /// with the same value.
 #[test]
 fn cli_a_limit_is_named_with_its_way_out() {
-    let check = |setting: &str, name: &str, status: u16, refuse: &dyn Fn(&Service) -> Value| {
+    let check = |settings: &[&str], name: &str, status: u16, refuse: &dyn Fn(&Service) -> Value| {
         let folder = Folder::new();
-        let service = Service::start(&folder, &[setting]);
+        let service = Service::start(&folder, settings);
         let problem = refuse(&service);
         assert_eq!(
             (&problem["status"], &problem["limit"]["name"]),
             (&json!(status), &json!(name))
         );
-        let listed = service.client().get("/v1/limits").expect(200).json();
+        let mut listed = Value::Null;
+        wait_for("the limits are listed", || {
+            // A client whose allowance is used up has another one later.
+            let answer = service.client().get("/v1/limits");
+            let is_listed = answer.status == 200;
+            listed = answer.json();
+            is_listed
+        });
         let listed = listed["limits"].as_array().unwrap();
         let listed = listed.iter().find(|own| own["name"] == name).unwrap();
         assert_eq!(problem["limit"]["value"], listed["value"], "{name}");
@@ -212,28 +222,30 @@ fn cli_a_limit_is_named_with_its_way_out() {
         assert!(matches!(answer.status, 413) || answer.header("retry-after").is_some());
         answer.json()
     };
-    check("free_mib=1000000000", "free_bytes", 507, &upload);
-    check("upload_mib=1", "upload_bytes", 413, &|service| {
+    check(&["free_mib=1000000000"], "free_bytes", 507, &upload);
+    check(&["upload_mib=1"], "upload_bytes", 413, &|service| {
         let client = service.client();
         client
             .upload_bytes("a.csv", &vec![b'0'; 2 << 20], None)
             .json()
     });
-    check("own_queue=1", "own_queue", 429, &gate);
-    check("queue=1", "queue", 503, &gate);
-    check("log=info", "body_bytes", 413, &|service| {
+    check(&["own_queue=1"], "own_queue", 429, &gate);
+    check(&["queue=1"], "queue", 503, &gate);
+    check(&["log=info"], "body_bytes", 413, &|service| {
         let client = service.client().with("Content-Type", "application/json");
         client
             .send("POST", "/v1/verdicts", &vec![b' '; (1 << 20) + 1])
             .json()
     });
-    check("rate_burst=1", "rate", 429, &|service| {
-        let mut answer = service.client().get("/v1/limits");
-        while answer.status == 200 {
-            answer = service.client().get("/v1/limits");
-        }
-        std::thread::sleep(Duration::from_millis(100));
-        answer.json()
+    check(&["rate_per_s=1", "rate_burst=1"], "rate", 429, &|service| {
+        let mut problem = Value::Null;
+        wait_for("one is too many", || {
+            let answer = service.client().get("/v1/limits");
+            let is_refused = answer.status == 429;
+            problem = answer.json();
+            is_refused
+        });
+        problem
     });
 }
 
@@ -278,18 +290,17 @@ fn cli_a_token_is_taken_back() {
         "{text}"
     );
     assert_eq!(folder.run(&["token", "revoke", "lab"]).0, 0);
-    wait_for("taken back", Duration::from_secs(3), || {
-        client.get("/v1/verdicts").status == 401
-    });
+    let_the_tokens_age();
+    client.get("/v1/verdicts").expect(401);
     assert!(list().trim_end().ends_with("revoked"), "{}", list());
     let (code, text) = folder.run(&["token", "revoke", "lab"]);
     assert_eq!(code, 4);
     assert!(text.contains("no valid token `lab`"), "{text}");
     // Its holder gets another one under the same name.
     let again = folder.token("lab", "read");
-    wait_for("known", Duration::from_secs(3), || {
-        service.client().bearer(&again).get("/v1/verdicts").status == 200
-    });
+    let_the_tokens_age();
+    let client = service.client().bearer(&again);
+    client.get("/v1/verdicts").expect(200);
 }
 
 /// One person has several tokens, each with an end; a new one takes the place of one alone.
@@ -319,24 +330,22 @@ fn cli_a_person_has_several_tokens() {
     assert!(text.contains("ada#1, ada#2"), "{text}");
     let (code, new) = folder.run(&["token", "rotate", "ada#1"]);
     assert_eq!(code, 0, "{new}");
-    wait_for("the old one ends", Duration::from_secs(3), || {
-        status(&desk) == 401
-    });
-    assert_eq!((status(new.trim()), status(&laptop)), (200, 200));
+    let_the_tokens_age();
+    let statuses = [&desk, new.trim(), &laptop].map(status);
+    assert_eq!(statuses, [401, 200, 200], "the old one ends");
     let text = folder.run(&["token", "list"]).1;
     assert!(text.contains("ada#3  (desk)"), "{text}");
     // One that is kept for some hours opens yet, and says when it ends.
     let (_, newest) = folder.run(&["token", "rotate", "ada#2", "--keep-h", "24"]);
-    wait_for("the new one is known", Duration::from_secs(3), || {
-        status(newest.trim()) == 200
-    });
-    assert_eq!(status(&laptop), 200);
+    let_the_tokens_age();
+    assert_eq!([newest.trim(), &laptop].map(status), [200, 200]);
     // What has ended opens nothing: the clock is past its end.
     let connection = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();
     connection
         .execute("UPDATE tokens SET ends_ms = 1 WHERE number = 2", [])
         .unwrap();
-    wait_for("it ends", Duration::from_secs(3), || status(&laptop) == 401);
+    let_the_tokens_age();
+    assert_eq!(status(&laptop), 401);
 }
 
 /// A token reads and asks only where its scopes say so: `submit` alone sees nothing that is stored.
@@ -350,7 +359,8 @@ fn regress_a_token_that_submits_reads_nothing() {
     let service = Service::start(&folder, &[]);
     let both = service.client().bearer(&both);
     let id = both.upload("burst.csv")["id"].clone();
-    let secret = json!({"name": "secret", "design": {"lever": {"preload_torque_nm": 2.0}}});
+    let secret =
+        json!({"name": "secret", "design": {"base": "paper", "lever": {"preload_torque_nm": 2.0}}});
     both.post("/v1/designs", &secret).expect(201);
     let submit = service.client().bearer(&submit);
     submit
@@ -376,10 +386,10 @@ fn regress_designs_are_bounded() {
     let service = Service::start(&folder, &["own_designs=3"]);
     let client = service.client();
     let keep = |torque: f64| {
-        let design = json!({"lever": {"preload_torque_nm": torque}});
+        let design = json!({"base": "paper", "lever": {"preload_torque_nm": torque}});
         client.post("/v1/designs", &json!({"name": "d", "design": design}))
     };
-    let long = json!({"name": "d", "design": {"name": "n".repeat(1000)}});
+    let long = json!({"name": "d", "design": {"base": "paper", "name": "n".repeat(1000)}});
     let refused = client.post("/v1/designs", &long).expect(400).json();
     assert!(
         refused["detail"]
@@ -495,7 +505,7 @@ fn cli_a_page_from_elsewhere_changes_nothing() {
     client
         .with("Host", "elsewhere.example")
         .get("/v1/verdicts")
-        .expect(421);
+        .expect(401);
 }
 
 #[test]
@@ -542,17 +552,22 @@ fn cli_a_token_has_its_rate_and_its_share() {
     let folder = Folder::new();
     let service = Service::start(&folder, &["rate_per_s=1", "rate_burst=5"]);
     let client = service.client();
-    let answers: Vec<_> = (0..8).map(|_| client.get("/v1/limits")).collect();
-    let refused: Vec<_> = answers
-        .iter()
-        .filter(|answer| answer.status == 429)
-        .collect();
-    assert!(refused.len() >= 2, "{} refused", refused.len());
-    assert!(
-        refused
-            .iter()
-            .all(|answer| answer.header("retry-after").is_some())
-    );
+    let began = Instant::now();
+    let mut answered = 0;
+    // On a slow machine more come in between, one for each second.
+    let refused = loop {
+        let answer = client.get("/v1/limits");
+        if answer.status == 429 {
+            break answer;
+        }
+        answer.expect(200);
+        answered += 1;
+        let allowed = 5.0 + began.elapsed().as_secs_f64();
+        assert!(f64::from(answered) <= allowed, "{answered} of {allowed}");
+        assert!(began.elapsed() < HANG, "none was refused");
+    };
+    assert!(answered >= 5, "of a burst of 5 {answered} were answered");
+    assert!(refused.header("retry-after").is_some());
     drop(service);
     // A single upload cannot go beyond the share either, whether or not it says how long it is.
     let service = Service::start(&folder, &["own_mib=1"]);
@@ -573,9 +588,11 @@ fn cli_a_token_has_its_rate_and_its_share() {
     let mut refused = 0;
     for torque in 0..12 {
         let set = format!("lever.preload_torque_nm=2.{torque:02}");
+        // One that takes longer than the others need to come.
+        let request = json!({"members": 10_000, "opens_when": "both"});
         let answer = client.post(
             "/v1/verdicts?wait=0",
-            &json!({"recording": id, "set": [set]}),
+            &json!({"recording": id, "request": request, "set": [set]}),
         );
         assert!(matches!(answer.status, 202 | 429), "{}", answer.status);
         refused += u32::from(answer.status == 429);
@@ -583,42 +600,87 @@ fn cli_a_token_has_its_rate_and_its_share() {
     assert!(refused > 0);
 }
 
-/// What a comparison takes says nothing of how much of a token is right.
+/// A secret that counts how often it is compared. It can be compared in constant time alone: there is
+/// no `PartialEq` that ends at the first byte that differs.
+struct CountedSecret<'a> {
+    byte: u8,
+    comparisons: &'a Cell<usize>,
+}
+
+impl ConstantTimeEq for CountedSecret<'_> {
+    fn ct_eq(&self, other: &Self) -> Choice {
+        self.comparisons.set(self.comparisons.get() + 1);
+        self.byte.ct_eq(&other.byte)
+    }
+}
+
+/// A search among secrets compares each of them once and in constant time, wherever the right one is
+/// and if none is: the work says nothing of how much of a secret is right.
 #[test]
-#[ignore = "of time, which a busy machine disturbs; run by name"]
-fn val_the_comparison_of_tokens_is_flat_in_time() {
-    use latchgate_service::auth::{Door, Presented, Recognition, SessionTimes};
-    use latchgate_service::store::SqliteLedger;
+fn verif_every_stored_secret_is_compared_once_in_constant_time() {
+    let stored = *b"abcdefgh";
+    for (presented, expected) in [
+        (b'a', Some(0)),
+        (b'd', Some(3)),
+        (b'h', Some(7)),
+        (b'z', None),
+    ] {
+        let comparisons = Cell::new(0);
+        let secret = |byte| CountedSecret {
+            byte,
+            comparisons: &comparisons,
+        };
+        let secrets = stored.map(secret);
+        let index = matching_secret(secrets.iter(), &secret(presented));
+        assert_eq!(index, expected, "{}", char::from(presented));
+        assert_eq!(comparisons.get(), stored.len(), "{}", char::from(presented));
+    }
+}
+
+/// A token is looked up by its SHA-256: what is nearly right has nothing in common with what is stored,
+/// and what is stored opens nothing. The hash of `abc` is that of FIPS 180-4.
+#[test]
+fn val_a_token_is_looked_up_by_its_hash() {
+    const SHA256_OF_ABC: &str = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
     let folder = Folder::new();
-    let token = folder.token("lab", "read");
-    let ledger = SqliteLedger::open(&folder.data().join("ledger.sqlite")).unwrap();
+    let ledger = SqliteLedger::open(&folder.0.join("ledger.sqlite")).unwrap();
+    let token = StoredToken {
+        number: 0,
+        sha256: SHA256_OF_ABC.into(),
+        name: "lab".into(),
+        label: String::new(),
+        scopes: "read".into(),
+        created_ms: 0,
+        ends_ms: None,
+        used_ms: None,
+        revoked: false,
+    };
+    let number = ledger.put_token(&token).unwrap();
     let door = Door::new(SessionTimes {
-        idle_ms: 1,
-        whole_ms: 1,
+        idle_ms: 3_600_000,
+        whole_ms: 3_600_000,
     });
-    let last = if token.ends_with('0') { "1" } else { "0" };
-    let near = format!("{}{last}", &token[..token.len() - 1]);
-    let far = format!("lg_{}", "0".repeat(64));
-    let time = |presented: &str| {
-        let presented = Presented::Token(presented.into());
-        let began = std::time::Instant::now();
-        for _ in 0..200 {
-            assert_eq!(
-                door.look(&ledger, Some(&presented)).unwrap(),
-                Recognition::Stranger
-            );
-        }
-        began.elapsed().as_secs_f64()
-    };
-    let median = |presented: &str| {
-        let mut times: Vec<f64> = (0..101).map(|_| time(presented)).collect();
-        times.sort_by(f64::total_cmp);
-        times[50]
-    };
-    median(&near);
-    let (near, far) = (median(&near), median(&far));
-    println!("nearly right {near:.6} s, wholly wrong {far:.6} s of 200");
-    assert!((near / far - 1.0).abs() < 0.05, "{near} against {far}");
+    let session = door.sign_in(&ledger, number).unwrap();
+    let stored_session = ledger.sessions().unwrap()[0].sha256.clone();
+    let session_of = |secret: &str| Presented::Session(secret.into());
+    let token_of = |secret: &str| Presented::Token(secret.into());
+    for (presented, is_known) in [
+        (token_of("abc"), true),
+        (token_of("abd"), false),
+        (token_of("ab"), false),
+        (token_of(SHA256_OF_ABC), false),
+        (session_of(session.reveal()), true),
+        (session_of(&stored_session), false),
+        (session_of("abc"), false),
+    ] {
+        let recognition = door.look(&ledger, Some(&presented)).unwrap();
+        let expected = match &recognition {
+            Recognition::Known(visitor) => is_known && visitor.token == Some(number),
+            Recognition::Stranger => !is_known,
+            Recognition::Open(_) => false,
+        };
+        assert!(expected, "{presented:?}: {recognition:?}");
+    }
 }
 
 /// The page's sign-in sets a cookie that no script reads and no other page sends; it opens what its
@@ -761,9 +823,8 @@ fn regress_a_session_has_an_end() {
         let person = sign_in();
         person.get("/v1/verdicts").expect(200);
         connection.execute(change, []).unwrap();
-        wait_for("the session ends", Duration::from_secs(3), || {
-            person.get("/v1/verdicts").status == 401
-        });
+        let_the_tokens_age();
+        person.get("/v1/verdicts").expect(401);
     };
     aged(&format!("UPDATE sessions SET seen_ms = seen_ms - {hour}"));
     aged(&format!(
@@ -775,9 +836,8 @@ fn regress_a_session_has_an_end() {
     let secret = person.headers[0].1.split_once('=').unwrap().1.as_bytes();
     assert!(!whole.windows(secret.len()).any(|window| window == secret));
     assert_eq!(folder.run(&["token", "revoke", "lab"]).0, 0);
-    wait_for("it ends with its token", Duration::from_secs(3), || {
-        person.get("/v1/verdicts").status == 401
-    });
+    let_the_tokens_age();
+    person.get("/v1/verdicts").expect(401);
 }
 
 /// Uploads that come at once pass a token's share no more than those that come one by one; what was
@@ -871,7 +931,7 @@ fn cli_a_folder_has_one_service() {
             .spawn()
             .unwrap();
         let began = Instant::now();
-        while child.try_wait().unwrap().is_none() && began.elapsed() < Duration::from_secs(20) {
+        while child.try_wait().unwrap().is_none() && began.elapsed() < HANG {
             std::thread::sleep(Duration::from_millis(20));
         }
         let _ = child.kill();

@@ -25,6 +25,11 @@ fn cli_the_document_is_that_of_the_command_line() {
             json!({"members": 512}),
         ),
         (
+            "surviving.csv",
+            &["--members", "0", "--transfer", "0.9..1"],
+            json!({"members": 0, "transfer": "0.9..1"}),
+        ),
+        (
             "half_sine_30g_11ms.csv",
             &["--opens-when", "both", "--members", "0"],
             json!({"opens_when": "both", "members": 0}),
@@ -32,7 +37,9 @@ fn cli_the_document_is_that_of_the_command_line() {
     ] {
         let id = client.upload(name)["id"].clone();
         let served = check_verdict(&client, &json!({"recording": id, "request": request}));
-        let out = folder.0.join(format!("report-{name}"));
+        let document: Value = serde_json::from_slice(&served).unwrap();
+        let report = document["report_id"].as_str().unwrap();
+        let out = folder.0.join(format!("report-{report}"));
         let status = Command::new(&program)
             .arg("replay")
             .arg(root().join("signals").join(name))
@@ -48,8 +55,6 @@ fn cli_the_document_is_that_of_the_command_line() {
         );
         let written = std::fs::read(out.join("verdict.json")).unwrap();
         assert_eq!(without_run(&served), without_run(&written), "{name}");
-        let document: Value = serde_json::from_slice(&served).unwrap();
-        let report = document["report_id"].as_str().unwrap();
         for file in ["report.html", "event.svg", "series.csv"] {
             let served = client
                 .get(&format!("/v1/verdicts/{report}/{file}"))
@@ -220,7 +225,7 @@ fn cli_designs_have_versions() {
     let service = Service::start(&folder, &[]);
     let client = service.client();
     let keep = |torque: f64| {
-        let design = json!({"lever": {"preload_torque_nm": torque}});
+        let design = json!({"base": "paper", "lever": {"preload_torque_nm": torque}});
         let kept = client.post("/v1/designs", &json!({"name": "stiff", "design": design}));
         kept.expect(201).json()["reference"]
             .as_str()
@@ -240,7 +245,7 @@ fn cli_designs_have_versions() {
     };
     assert_eq!(
         of(json!("stiff@1")),
-        of(json!({"name": "stiff", "lever": {"preload_torque_nm": 2.0}})),
+        of(json!({"name": "stiff", "base": "paper", "lever": {"preload_torque_nm": 2.0}})),
         "without a name of its own it has that under which it is kept"
     );
     let made = json!({"name": "stiffer", "design": "stiff@2", "set": ["stop.restitution=0.7"]});
@@ -262,7 +267,7 @@ fn cli_designs_have_versions() {
             &json!({"recording": id, "design": "stiff@7"}),
         )
         .expect(404);
-    let slip = json!({"recording": id, "design": {"lever": {"mas_kg": 1}}});
+    let slip = json!({"recording": id, "design": {"base": "paper", "lever": {"mas_kg": 1}}});
     let slip = client.post("/v1/verdicts", &slip).expect(400).json();
     assert!(
         slip["detail"].as_str().unwrap().contains("mass_kg"),
@@ -298,16 +303,22 @@ fn verif_catch_and_second_channel_are_judged() {
         "rest_restitution": 0.4, "end_stop_restitution": 0.4, "engagement_restitution": 0.3,
         "reversible": true
     });
+    let known = json!({"preload_torque_nm": 0.0, "mass_kg": 0.0});
     let cases = [
-        (json!({"name": "alone"}), None, "fail", 0.15..0.16),
         (
-            json!({"name": "caught", "catch": catch}),
+            json!({"name": "alone", "base": "paper"}),
+            None,
+            "fail",
+            0.15..0.16,
+        ),
+        (
+            json!({"name": "caught", "base": "paper", "catch": catch, "tolerance": known}),
             None,
             "pass",
             0.06..0.060_001,
         ),
         (
-            json!({"name": "across", "lever": directions}),
+            json!({"name": "across", "base": "paper", "lever": directions, "tolerance": known}),
             Some("acc_x_g"),
             "pass",
             0.09..0.091,
@@ -320,6 +331,61 @@ fn verif_catch_and_second_channel_are_judged() {
         assert_eq!(document["verdict"], verdict, "{}", document["why"]);
         let peak = document["nominal"]["peak_angle_rad"].as_f64().unwrap();
         assert!(peaks.contains(&peak), "{design}: {peak}");
+    }
+}
+
+/// A pass waits for the factors from the sensor to the latch, and takes them as a number or a text; a wrong range is
+/// the message of its field.
+#[test]
+fn verif_a_pass_waits_for_the_factors_to_the_latch() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let push = |t: f64| 12.0 * (t / 0.06 * std::f64::consts::PI).sin().max(0.0);
+    let row = |k: i32| {
+        let t = f64::from(k) * 1e-4;
+        let push = if (0.0..0.06).contains(&t) {
+            push(t)
+        } else {
+            0.0
+        };
+        format!("{t:.4},{:.6}\n", push + 0.02 * (t * 9_100.0).sin())
+    };
+    let rows: String = (-500..=2500).map(row).collect();
+    let table = format!("time_s,acc_y_g\n{rows}");
+    let id = client
+        .upload_bytes("push.csv", table.as_bytes(), None)
+        .expect(201)
+        .json()["id"]
+        .clone();
+    for (transfer, verdict) in [
+        (Value::Null, "undecided"),
+        (json!(1), "pass"),
+        (json!("0.8..1.5"), "pass"),
+    ] {
+        let request = json!({"opens_when": "negative", "members": 0, "transfer": transfer});
+        let asking = json!({"recording": id, "request": request});
+        let document: Value = serde_json::from_slice(&check_verdict(&client, &asking)).unwrap();
+        assert_eq!(
+            document["verdict"], verdict,
+            "{transfer}: {}",
+            document["why"]
+        );
+    }
+    for wrong in [
+        json!("2..1"),
+        json!(0),
+        json!(-1.0),
+        json!("much"),
+        json!([1, 2]),
+    ] {
+        let request = json!({"opens_when": "negative", "members": 0, "transfer": wrong});
+        let asking = json!({"recording": id, "request": request});
+        let problem = client.post("/v1/verdicts", &asking).expect(400).json();
+        assert!(
+            problem["detail"].to_string().contains("transfer"),
+            "{problem}"
+        );
     }
 }
 
@@ -592,16 +658,22 @@ fn cli_inline_designs_have_names_that_tell_them_apart() {
         name.split("</strong>").next().unwrap().to_string()
     };
     let names = [
-        name(json!({"lever": {"preload_torque_nm": 2.5}}), json!([])),
-        name(json!({"lever": {"preload_torque_nm": 2.6}}), json!([])),
+        name(
+            json!({"base": "paper", "lever": {"preload_torque_nm": 2.5}}),
+            json!([]),
+        ),
+        name(
+            json!({"base": "paper", "lever": {"preload_torque_nm": 2.6}}),
+            json!([]),
+        ),
         name(json!({}), json!(["lever.preload_torque_nm=2.5"])),
         name(json!("latch"), json!([])),
         name(json!("latch"), json!(["lever.preload_torque_nm=2.5"])),
     ];
     let nm = "\u{a0}N\u{b7}m";
     let expected = [
-        format!("paper, modified: preload torque 2.5{nm} (0.1)"),
-        format!("paper, modified: preload torque 2.6{nm} (0.1)"),
+        format!("design, modified: preload torque 2.5{nm} (0.1)"),
+        format!("design, modified: preload torque 2.6{nm} (0.1)"),
         format!("paper, modified: preload torque 2.5{nm} (0.1)"),
         "latch@1".to_string(),
         format!("latch@1, modified: preload torque 2.5{nm} (3)"),

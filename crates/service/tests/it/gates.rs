@@ -116,11 +116,10 @@ fn cli_a_gate_is_that_of_the_command_line() {
         .find(|pair| pair["recording"] == "burst.csv" && pair["design"] == "paper");
     let id = client.upload("burst.csv")["id"].clone();
     let set = json!([]);
-    let design = json!({"name": "paper"});
     let verdict = client
         .post(
             "/v1/verdicts?wait=60",
-            &json!({"recording": id, "design": design, "set": set}),
+            &json!({"recording": id, "set": set}),
         )
         .expect(200)
         .json();
@@ -170,9 +169,7 @@ fn cli_reports_of_a_gate_are_those_of_the_command_line() {
             let document: Value = serde_json::from_slice(&written).unwrap();
             let id = document["report_id"].as_str().unwrap();
             let address = format!("/v1/verdicts/{id}/verdict.json");
-            crate::support::wait_for("the report", std::time::Duration::from_secs(60), || {
-                client.get(&address).status == 200
-            });
+            crate::support::wait_for("the report", || client.get(&address).status == 200);
             let served = client.get(&address).body;
             let [served, written] = [&served, &written].map(|own| crate::support::without_run(own));
             assert!(served == written, "{id}");
@@ -228,11 +225,9 @@ fn cli_a_gate_is_held_against_its_baseline() {
     assert!(changed.unwrap() < matrix.unwrap());
     assert!(shown.contains("◆ newly failing"));
     // The pair leads to its report, which was made because it is not as required.
-    crate::support::wait_for(
-        "the full report",
-        std::time::Duration::from_secs(60),
-        || client.get(&format!("{page}/runs/0")).status == 303,
-    );
+    crate::support::wait_for("the full report", || {
+        client.get(&format!("{page}/runs/0")).status == 303
+    });
     // A stored design has the name that its file would have: a question about it is the same.
     let recording = client.upload("burst.csv")["id"].clone();
     let verdict = client.post(
@@ -292,7 +287,7 @@ fn cli_a_gate_that_does_not_fit_is_refused() {
     assert_eq!(status, 400);
     assert_eq!(client.get("/v1/gates").json()["gates"], json!([]));
     // Patterns and rules that would take long are no way to hold the service up.
-    let began = std::time::Instant::now();
+    let before = service.processor_time();
     let name = "a".repeat(200);
     client
         .send(
@@ -312,7 +307,8 @@ fn cli_a_gate_that_does_not_fit_is_refused() {
         (status, &problem["limit"]["name"]),
         (413, &json!("gate_rules"))
     );
-    assert!(began.elapsed() < std::time::Duration::from_secs(10));
+    let used = service.processor_time() - before;
+    assert!(used < std::time::Duration::from_secs(2), "{used:?}");
     // A recording that cannot be read is unusable, and no gate passes with it.
     client
         .send("POST", "/v1/recordings?name=odd.csv", b"nothing of a table")
@@ -405,7 +401,7 @@ fn with_engine(folder: &Folder, path: &str, settings: &[&str]) -> Service {
 fn ended(client: &Client, id: &Value) -> Value {
     let place = format!("/v1/gates/{}", id.as_str().unwrap());
     let mut entry = Value::Null;
-    crate::support::wait_for("the gate", std::time::Duration::from_secs(90), || {
+    crate::support::wait_for("the gate", || {
         entry = client.get(&place).expect(200).json();
         entry["state"] != "running"
     });
@@ -488,9 +484,7 @@ fn cli_a_large_gate_goes_to_the_cluster() {
         let id = entry["id"].as_str().unwrap();
         clients[0].get(&format!("/v1/gates/{id}")).json()["tasks"].clone()
     };
-    crate::support::wait_for("the queue", std::time::Duration::from_secs(60), || {
-        shown()["running"] == 3
-    });
+    crate::support::wait_for("the queue", || shown()["running"] == 3);
     service.child.kill().unwrap();
     service.child.wait().unwrap();
     fs::write(place.join("go"), "").unwrap();
@@ -565,13 +559,16 @@ fn cli_what_the_cluster_does_not_do_is_told() {
     };
     check(&service, "scontrol is not installed");
     drop(service);
-    let service = with_engine(&folder, &path, &["engine_s=1"]);
+    let service = with_engine(&folder, &path, &[]);
     let sbatch = |text: &str| programs(&place, &[("sbatch", text)]);
     sbatch("#!/bin/sh\necho 'sbatch: error: Invalid account' >&2\nexit 1\n");
     check(&service, "Invalid account");
     sbatch("#!/bin/sh\necho 'Unable to contact slurm controller (connect failure)' >&2\nexit 1\n");
     check(&service, "its controller is down");
-    sbatch("#!/bin/sh\nexec sleep 5\n");
+    drop(service);
+    // Whatever this machine does besides: it never ends in time.
+    let service = with_engine(&folder, &path, &["engine_s=1"]);
+    sbatch("#!/bin/sh\nexec sleep 600\n");
     check(&service, "did not end in `engine_s` of 1 s");
     drop(service);
     let service = with_engine(&folder, &path, &[]);
@@ -624,7 +621,7 @@ fn cli_an_outcome_waits_for_nobody() {
     let gate = GATE.replace("{ verdict = \"fail\" },", "");
     assert_eq!(submit(&client, "", &gate).0, 202);
     // The full reports of what is not as required are asked for with the outcome.
-    crate::support::wait_for("the reports", std::time::Duration::from_secs(60), || {
+    crate::support::wait_for("the reports", || {
         let listed = client.get("/v1/verdicts").json();
         !listed["verdicts"].as_array().unwrap().is_empty()
     });

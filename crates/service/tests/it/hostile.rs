@@ -1,12 +1,11 @@
 //! What hostile uploads and clients can do: nothing to anybody else.
 
-use crate::support::{Client, Folder, Service, signal, wait_for};
+use crate::support::{Client, Folder, HANG, ServedEnd, Service, served_end, signal, wait_for};
 use seccompiler::{BpfProgram, SeccompAction, SeccompFilter};
 use serde_json::json;
 use std::io::Write;
 use std::net::TcpStream;
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 /// Each thing that a child must not do is stopped.
 #[test]
@@ -47,9 +46,7 @@ fn regress_trials_are_made_in_a_folder_of_their_own() {
         let mut folders = entries.filter(|entry| entry.file_type().unwrap().is_dir());
         folders.next().map(|entry| entry.path())
     };
-    wait_for("its folder is there", Duration::from_secs(10), || {
-        own().is_some()
-    });
+    wait_for("its folder is there", || own().is_some());
     let about = std::fs::metadata(own().unwrap()).unwrap();
     assert_eq!(about.permissions().mode() & 0o777, 0o700);
     assert!(child.wait().unwrap().success());
@@ -92,7 +89,7 @@ fn cli_without_the_whole_jail_nothing_starts_unasked() {
         let output = under_a_kernel_without(call, || {
             let mut command = Command::new("timeout");
             command.args([
-                "60",
+                "300",
                 crate::support::PROGRAM,
                 "--listen",
                 "127.0.0.1:0",
@@ -158,8 +155,8 @@ fn verif_a_child_with_less_than_the_jail_is_ended() {
         let mut slot = Slot::new(ChildOptions {
             program: program.clone(),
             memory_bytes: 1 << 30,
-            order_time: Duration::from_secs(5),
-            silence: Duration::from_secs(5),
+            order_time: HANG,
+            silence: HANG,
             answer_bytes: 1 << 20,
             without_jail,
         })
@@ -282,14 +279,15 @@ fn regress_signals_from_outside_are_no_fault_of_the_recording() {
     };
     let lost = || metric("latchgate_children_lost_total ");
     let mut jobs: Vec<String> = Vec::new();
-    let ended = |job: &String| {
+    let is_in = |job: &String, wanted: &str| {
         let state = client.get(job).json()["state"].clone();
         assert_ne!(state, "refused", "{}", client.get(job).text());
-        state == "done"
+        state == wanted
     };
+    let ended = |job: &String| is_in(job, "done");
     for signal in ["-INT", "-TERM", "-HUP", "-KILL"] {
         let before = lost();
-        wait_for("a child is met at work", Duration::from_secs(60), || {
+        wait_for("a child is met at work", || {
             // One that was quicker than the signal is asked again with other levers.
             if jobs.last().is_none_or(&ended) {
                 let mut question = slow_question(&id);
@@ -297,6 +295,10 @@ fn regress_signals_from_outside_are_no_fault_of_the_recording() {
                 let asked = client.post("/v1/verdicts?wait=0", &question);
                 let job = asked.expect(202).json()["job"].clone();
                 jobs.push(format!("/v1/jobs/{}", job.as_str().unwrap()));
+            }
+            // Whoever ends children that are yet without work, again and again, never meets one at work.
+            if !jobs.last().is_some_and(|job| is_in(job, "running")) {
+                return lost() > before;
             }
             for child in service.children() {
                 // It may have ended meanwhile.
@@ -308,9 +310,7 @@ fn regress_signals_from_outside_are_no_fault_of_the_recording() {
             lost() > before
         });
     }
-    wait_for("they are answered", Duration::from_secs(60), || {
-        jobs.iter().all(&ended)
-    });
+    wait_for("they are answered", || jobs.iter().all(&ended));
     // A Ctrl-C on a terminal goes to the group of the service, which is not theirs.
     for child in service.children() {
         let stat = std::fs::read_to_string(format!("/proc/{child}/stat")).unwrap();
@@ -339,19 +339,21 @@ fn regress_a_child_that_cannot_be_started_is_no_fault_of_the_recording() {
     for child in service.children() {
         run("kill", &["-KILL", &child]);
     }
-    std::thread::sleep(Duration::from_secs(4));
+    // More often than a recording may end its reader: that many times it is not the recording's fault.
+    wait_for("no child could be started several times", || {
+        let log = std::fs::read_to_string(&service.log).unwrap();
+        log.matches("no process could be started").count() > 3
+    });
     run(
         "prlimit",
         &["--pid", &process, &format!("--nofile={soft}:")],
     );
     let job = format!("/v1/jobs/{}", job.as_str().unwrap());
-    wait_for("it is answered", Duration::from_secs(60), || {
+    wait_for("it is answered", || {
         let state = client.get(&job).expect(200).json()["state"].clone();
         assert_ne!(state, "refused", "{}", client.get(&job).text());
         state == "done"
     });
-    let log = std::fs::read_to_string(&service.log).unwrap();
-    assert!(log.contains("no process could be started"), "{log}");
 }
 
 /// Connections must not be able to take the descriptors that children need.
@@ -362,7 +364,7 @@ fn cli_too_few_open_files_are_refused_at_start() {
     let script =
         "ulimit -n 190; exec \"$0\" --listen 127.0.0.1:0 --data \"$1\" --set connections=64";
     let mut command = Command::new("timeout");
-    let command = command.args(["20", "sh", "-c", script, crate::support::PROGRAM, &data]);
+    let command = command.args(["300", "sh", "-c", script, crate::support::PROGRAM, &data]);
     let output = command.output().unwrap();
     let text = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(4), "{text}");
@@ -372,53 +374,67 @@ fn cli_too_few_open_files_are_refused_at_start() {
     );
 }
 
-/// A question that takes too long is ended, and its neighbours are answered meanwhile.
+/// A question that would take hours, by steps far smaller than anybody needs.
+fn endless_question(id: &serde_json::Value) -> serde_json::Value {
+    let request = json!({"opens_when": "both", "method": "rk4", "steps_per_period": 100_000_000});
+    json!({"recording": id, "request": request})
+}
+
+/// While a question takes long, its neighbours are answered.
 #[test]
-fn verif_a_question_that_takes_too_long_is_ended() {
+fn verif_a_question_that_takes_long_holds_up_no_other() {
     let folder = Folder::new();
-    let service = Service::start(&folder, &["order_s=4", "silence_s=4", "places=2"]);
+    let service = Service::start(&folder, &["order_s=86400", "places=2"]);
     let client = service.client();
-    let table = slow_table(600_000);
-    let slow = client
-        .send("POST", "/v1/recordings?name=slow.csv", table.as_bytes())
-        .expect(201);
-    let asking = json!({"recording": slow.json()["id"], "request": {"opens_when": "both"}});
-    let patient = client.clone();
-    let waiting = std::thread::spawn(move || patient.post("/v1/verdicts?wait=60", &asking));
+    let slow = slow_recording(&client);
+    let asked = client.post("/v1/verdicts?wait=0", &endless_question(&slow));
+    let job = asked.expect(202).json()["job"].clone();
+    let job = format!("/v1/jobs/{}", job.as_str().unwrap());
+    let is_at_work = || client.get(&job).expect(200).json()["state"] == "running";
+    wait_for("it is at work", is_at_work);
     let id = client.upload("burst.csv")["id"].clone();
-    let began = Instant::now();
     for torque in 0..3 {
         let set = format!("lever.preload_torque_nm=2.{torque}");
         let asking = json!({"recording": id, "request": {"members": 0}, "set": [set]});
         client.post("/v1/verdicts?wait=60", &asking).expect(200);
     }
-    assert!(
-        began.elapsed() < Duration::from_secs(40),
-        "{:?}",
-        began.elapsed()
-    );
+    assert!(is_at_work(), "{}", client.get(&job).text());
+}
+
+/// A question that takes too long is ended, and not refused for ever.
+#[test]
+fn verif_a_question_that_takes_too_long_is_ended() {
+    let folder = Folder::new();
+    // A patient service reads the recording first, however long that takes.
+    let service = Service::start(&folder, &[]);
+    let slow = slow_recording(&service.client());
+    assert_eq!(service.end(), 0);
+    let service = Service::start(&folder, &["order_s=2", "wait_s=60"]);
+    let client = service.client();
+    let asking = endless_question(&slow);
+    let job = client.post("/v1/verdicts?wait=0", &asking).expect(202);
+    let job = job.json()["job"].clone();
+    let job = format!("/v1/jobs/{}", job.as_str().unwrap());
+    let mut ended = serde_json::Value::Null;
+    wait_for("it is ended", || {
+        ended = client.get(&job).expect(200).json();
+        ended["state"] == "refused"
+    });
     // What took too long here may be answered by a machine with less to do.
-    let answer = waiting.join().unwrap().expect(503).json();
-    assert_eq!(answer["code"], "reader-was-late", "{answer}");
-    assert_eq!(answer.get("verdict"), None, "{answer}");
-    assert!(
-        answer["detail"]
-            .as_str()
-            .unwrap()
-            .contains("longer than 4 s"),
-        "{answer}"
-    );
+    let problem = &ended["problem"];
+    assert_eq!(problem["code"], "reader-was-late", "{ended}");
+    assert_eq!(problem.get("verdict"), None, "{ended}");
+    let detail = problem["detail"].as_str().unwrap();
+    assert!(detail.contains("longer than 2 s"), "{detail}");
     // Another time it may be answered: it is worked on again, not refused from the store.
-    let asking = json!({"recording": slow.json()["id"], "request": {"opens_when": "both"}});
     client.post("/v1/verdicts?wait=0", &asking).expect(202);
 }
 
 /// Begins a form in chunks.
 fn begun_form(service: &Service) -> TcpStream {
     let mut stream = TcpStream::connect(&service.address).unwrap();
-    let wait = Some(Duration::from_secs(20));
-    stream.set_read_timeout(wait).unwrap();
-    stream.set_write_timeout(wait).unwrap();
+    stream.set_read_timeout(Some(HANG)).unwrap();
+    stream.set_write_timeout(Some(HANG)).unwrap();
     let host = &service.address;
     let head = format!(
         "POST /v1/recordings HTTP/1.1\r\nHost: {host}\r\nTransfer-Encoding: chunked\r\n\
@@ -438,12 +454,14 @@ fn sent_until_refused(
         let mut chunk = format!("{:x}\r\n", piece.len()).into_bytes();
         chunk.extend_from_slice(&piece);
         chunk.extend_from_slice(b"\r\n");
-        // What lies in the buffers of the system counts as sent; let it be read first.
-        std::thread::sleep(Duration::from_millis(5));
         if stream.write_all(&chunk).is_err() {
             break;
         }
         sent += piece.len() as u64;
+        // What lies in the buffers of the system is not taken: it must be read before more is sent.
+        wait_for("what was sent is read, or the form is refused", || {
+            served_end(&stream) != ServedEnd::Unread
+        });
     }
     let mut answer = Vec::new();
     let _ = std::io::Read::read_to_end(&mut stream, &mut answer);
@@ -568,46 +586,49 @@ fn verif_hostile_uploads_harm_no_good_one() {
     hostile.join().unwrap();
 }
 
-/// Clients that send their heads and bodies drop by drop hold up nobody.
+/// Sends 200 requests that stop in the head or in the body.
+fn stalled(service: &Service) -> Vec<TcpStream> {
+    let begin = |number: usize| {
+        let mut stream = TcpStream::connect(&service.address).unwrap();
+        let head = "POST /v1/recordings?name=a.csv HTTP/1.1\r\nHost: 127.0.0.1\r\n";
+        stream.write_all(head.as_bytes()).unwrap();
+        if number.is_multiple_of(2) {
+            stream
+                .write_all(b"Content-Length: 1000000\r\n\r\nt_s,")
+                .unwrap();
+        }
+        stream
+    };
+    (0..200).map(begin).collect()
+}
+
+/// Clients that send their heads and bodies drop by drop hold up nobody: others are answered while
+/// each of them is still there.
 #[test]
 fn verif_slow_clients_hold_up_nobody() {
     let folder = Folder::new();
-    let service = Service::start(
-        &folder,
-        &["header_s=2", "body_s=2", "address_connections=1024"],
-    );
+    let patient = ["header_s=3600", "body_s=3600", "address_connections=1024"];
+    let service = Service::start(&folder, &patient);
     let client = service.client();
-    let slow: Vec<TcpStream> = (0..200)
-        .map(|number| {
-            let mut stream = TcpStream::connect(&service.address).unwrap();
-            let head = "POST /v1/recordings?name=a.csv HTTP/1.1\r\nHost: 127.0.0.1\r\n";
-            stream.write_all(head.as_bytes()).unwrap();
-            if number % 2 == 0 {
-                stream
-                    .write_all(b"Content-Length: 1000000\r\n\r\nt_s,")
-                    .unwrap();
-            }
-            stream
-        })
-        .collect();
-    let began = Instant::now();
+    let slow = stalled(&service);
     let id = client.upload("burst.csv")["id"].clone();
-    client
-        .post(
-            "/v1/verdicts?wait=60",
-            &json!({"recording": id, "request": {"members": 0}}),
-        )
-        .expect(200);
-    assert!(
-        began.elapsed() < Duration::from_secs(5),
-        "{:?}",
-        began.elapsed()
-    );
-    // They are let go of by themselves.
-    for mut stream in slow {
-        stream
-            .set_read_timeout(Some(Duration::from_secs(10)))
-            .unwrap();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    client.post("/v1/verdicts?wait=60", &question).expect(200);
+    let held = slow
+        .iter()
+        .filter(|stream| served_end(stream) != ServedEnd::Closed)
+        .count();
+    assert_eq!(held, slow.len(), "none was let go of before");
+}
+
+/// Clients that send nothing for a while are let go of.
+#[test]
+fn verif_stalled_clients_are_let_go_of() {
+    let folder = Folder::new();
+    let impatient = ["header_s=2", "body_s=2", "address_connections=1024"];
+    let service = Service::start(&folder, &impatient);
+    for mut stream in stalled(&service) {
+        stream.set_read_timeout(Some(HANG)).unwrap();
         let mut answer = Vec::new();
         let read = std::io::Read::read_to_end(&mut stream, &mut answer);
         assert!(read.is_ok() || !answer.is_empty(), "{read:?}");

@@ -7,9 +7,9 @@ use crate::support::{Client, Folder, Service, signal, wait_for, without_run};
 use latchgate_service::clock::now_ms;
 use latchgate_service::store::{BlobFolder, Blobs, Ledger, Manifest, SqliteLedger};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::time::Duration;
 
 /// Uploads `burst.csv` and has it judged; returns its path and that of the verdict.
 fn judged(client: &Client) -> (String, String) {
@@ -94,11 +94,9 @@ fn cli_a_recording_is_deleted() {
     deleter
         .send("DELETE", &recording.replace(id, &"0".repeat(64)), &[])
         .expect(404);
-    wait_for(
-        "no sample lies in the ledger's log",
-        Duration::from_secs(10),
-        || !bytes_in(&folder, line.as_bytes()),
-    );
+    wait_for("no sample lies in the ledger's log", || {
+        !bytes_in(&folder, line.as_bytes())
+    });
     assert_eq!(folder.run(&["fsck"]).0, 0);
     // Uploaded again.
     assert_eq!(writer.upload("burst.csv")["id"], *id);
@@ -162,6 +160,20 @@ fn came_before(folder: &Folder, days: i64) -> Manifest {
     manifest
 }
 
+/// Waits until a service that has begun to run has looked, from begin to end, for what is to be
+/// deleted by age. It notes when it begins to serve and when each such look begins.
+fn wait_for_upkeep(folder: &Folder) {
+    let connection = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();
+    let mut noted = BTreeSet::new();
+    wait_for("the upkeep is done", || {
+        let sql = "SELECT at_ms FROM looked";
+        let last: i64 = connection.query_row(sql, [], |row| row.get(0)).unwrap_or(0);
+        noted.insert(last);
+        // An earlier service's, the start, the look, and the next one, which begins after it.
+        noted.len() >= 4
+    });
+}
+
 /// Recordings that are older than the operator keeps them are deleted, by the service and by no
 /// person; without that setting none is.
 #[test]
@@ -184,14 +196,12 @@ fn cli_recordings_expire_where_the_operator_says_so() {
     // A column without its row's hash decides nothing.
     let aged = "UPDATE recordings SET created_ms = 1 WHERE id = ?";
     connection.execute(aged, [&young]).unwrap();
-    std::thread::sleep(Duration::from_millis(2500));
+    wait_for_upkeep(&folder);
     client.get(&old).expect(200);
     assert_eq!(service.end(), 0);
     let service = Service::start(&folder, &["upkeep_s=1", "keep_days=30"]);
     let client = service.client();
-    wait_for("it expires", Duration::from_secs(10), || {
-        client.get(&old).status == 410
-    });
+    wait_for("it expires", || client.get(&old).status == 410);
     let detail = client.get(&old).json()["detail"].clone();
     assert!(detail.as_str().unwrap().contains("keep_days"), "{detail}");
     client.get(&format!("/v1/recordings/{young}")).expect(200);
@@ -220,7 +230,7 @@ fn regress_a_deletion_meets_a_question_at_work() {
     client.send("DELETE", &path, &[]).expect(200);
     let standing = |job: &String| client.get(&format!("/v1/jobs/{job}")).expect(200).json();
     for job in &jobs {
-        wait_for("it ends", Duration::from_secs(60), || {
+        wait_for("it ends", || {
             matches!(standing(job)["state"].as_str(), Some("done" | "refused"))
         });
     }
@@ -547,9 +557,7 @@ fn regress_a_deletion_leaves_no_word_of_the_recording() {
     assert!(bytes_in(&folder, b"SECRETCELL99"));
     let path = format!("/v1/recordings/{}", id.as_str().unwrap());
     client.send("DELETE", &path, &[]).expect(200);
-    wait_for("nothing holds it", Duration::from_secs(10), || {
-        !bytes_in(&folder, b"SECRETCELL99")
-    });
+    wait_for("nothing holds it", || !bytes_in(&folder, b"SECRETCELL99"));
     let (recording, _) = judged(&client);
     let connection = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();
     let damage = "UPDATE results SET body = replace(body, 'burst', 'bursT')";
@@ -595,7 +603,7 @@ fn regress_a_clock_that_went_far_deletes_nothing() {
     ledger.note_upkeep(now_ms() - 700 * 86_400_000).unwrap();
     drop(ledger);
     let service = Service::start(&folder, &["upkeep_s=1", "keep_days=30"]);
-    std::thread::sleep(Duration::from_millis(2500));
+    wait_for_upkeep(&folder);
     service.client().get(&recording).expect(200);
     let log = fs::read_to_string(&service.log).unwrap();
     assert!(log.contains("the clock went far"), "{log}");
@@ -608,6 +616,6 @@ fn regress_a_clock_that_went_far_deletes_nothing() {
         .expect(200);
     assert_eq!(service.end(), 0);
     let service = Service::start(&folder, &["upkeep_s=1", "keep_days=30"]);
-    std::thread::sleep(Duration::from_millis(2500));
+    wait_for_upkeep(&folder);
     service.client().get(&recording).expect(200);
 }

@@ -1,6 +1,7 @@
 //! The service as its users meet it: a process, asked over HTTP.
 //!
-//! Tests that take long are marked `ignored`; `docs/service.md` says what they found.
+//! No test may fail because the machine is busy. Where a promise is about time, a test counts work,
+//! reads processor time or waits for an event; `HANG` only ends a test that would wait for ever.
 
 #![cfg(target_os = "linux")]
 #![allow(clippy::disallowed_methods, reason = "tests may")]

@@ -3,7 +3,6 @@
 use crate::support::{Folder, Service, wait_for};
 use serde_json::json;
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 /// Reads the text format of Prometheus: each sample by its name with labels, each name with a help and
 /// a type before its first sample.
@@ -71,7 +70,7 @@ fn cli_the_figures_count_what_was_done() {
     client
         .send("POST", "/v1/gates", gate.as_bytes())
         .expect(202);
-    wait_for("the gate has its outcome", Duration::from_secs(60), || {
+    wait_for("the gate has its outcome", || {
         figures()["latchgate_jobs_done_total"] == 2.0 && figures()["latchgate_gates_open"] == 0.0
     });
     let after = figures();
@@ -101,11 +100,9 @@ fn cli_the_figures_count_what_was_done() {
         let question = json!({"recording": recording["id"], "request": request});
         client.post("/v1/verdicts?wait=0", &question);
     }
-    wait_for(
-        "the oldest is a second old",
-        Duration::from_secs(30),
-        || figures()["latchgate_jobs_oldest_seconds"] >= 1.0,
-    );
+    wait_for("the oldest is a second old", || {
+        figures()["latchgate_jobs_oldest_seconds"] >= 1.0
+    });
 }
 
 /// A container asks by the program itself whether it answers.
@@ -134,15 +131,13 @@ fn verif_readiness_needs_a_ledger_that_can_be_written() {
     client.get("/readyz").expect(200);
     let other = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();
     other.execute_batch("BEGIN IMMEDIATE").unwrap();
-    wait_for("it is not ready", Duration::from_secs(30), || {
+    wait_for("it is not ready", || {
         let answer = client.get("/readyz");
         answer.status == 503 && answer.text().contains("the store does not work")
     });
     client.get("/healthz").expect(200);
     other.execute_batch("ROLLBACK").unwrap();
-    wait_for("it is ready again", Duration::from_secs(30), || {
-        client.get("/readyz").status == 200
-    });
+    wait_for("it is ready again", || client.get("/readyz").status == 200);
 }
 
 /// Where the disk is too full no work is taken.

@@ -130,13 +130,14 @@ fn cli_a_what_if_has_a_card() {
     let angle = between(&card, "<script type=\"application/json\">", "</script>");
     let angle: Vec<f64> = serde_json::from_str(angle).unwrap();
     let judged = client.post("/v1/verdicts?wait=60", &asking).expect(200);
-    let id = judged.json()["report_id"].as_str().unwrap().to_string();
+    let judged = judged.json();
+    let id = judged["report_id"].as_str().unwrap();
     let series = client.get(&format!("/v1/verdicts/{id}/series.csv")).text();
     let mut lines = series.lines();
     let column = lines.next().unwrap().split(',');
-    let column = column
-        .take_while(|name| !name.starts_with("angle_"))
-        .count();
+    // The card is that of the nominal run.
+    let named = format!("angle_{}", judged["nominal"]["model"].as_str().unwrap());
+    let column = column.take_while(|name| !name.starts_with(&named)).count();
     let kept = lines.map(|line| line.split(',').nth(column).unwrap().parse::<f64>().unwrap());
     let kept: Vec<f64> = kept.collect();
     assert_eq!(angle.len(), kept.len());

@@ -1,12 +1,12 @@
 //! Users whom a proxy names, and the proxy of `nginx.conf` before the service.
 
-use crate::support::{Folder, PROGRAM, Service, root, signal, wait_for};
+use crate::support::{Folder, HANG, PROGRAM, Service, root, signal, wait_for};
 use std::fs;
 use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
 
 const HEADER: &str = "X-Forwarded-User";
 
@@ -89,12 +89,69 @@ fn cli_a_proxy_names_users_and_nobody_else_does() {
     ada.get("/v1/verdicts").expect(401);
 }
 
+/// Before the first token the machine's own programs are let in, and nobody who may come through a proxy: one that
+/// says for whom it asks, passes on the name it was asked for, or speaks as nginx does unless told otherwise.
+#[test]
+fn regress_a_proxy_opens_nothing_before_the_first_token() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    let recording = format!("/v1/recordings/{}", id.as_str().unwrap());
+    for (name, value) in [
+        ("X-Forwarded-For", "198.51.100.4"),
+        ("X-Forwarded-For", "127.0.0.1"),
+        ("x-forwarded-proto", "https"),
+        ("X-FORWARDED-USER", "ada"),
+        ("Forwarded", "for=198.51.100.4"),
+        ("Via", "1.1 edge"),
+        ("X-Real-IP", "198.51.100.4"),
+        ("Host", "latch.example.com"),
+        ("Host", "localhost.example.com:8420"),
+    ] {
+        let through = client.clone().with(name, value);
+        for (method, path) in [
+            ("GET", "/v1/recordings"),
+            ("GET", "/metrics"),
+            ("POST", "/v1/recordings?name=a.csv"),
+            ("POST", "/v1/designs"),
+            ("DELETE", recording.as_str()),
+        ] {
+            let answer = through.send(method, path, b"t_s,a_g\n0,1\n").expect(401);
+            assert!(answer.text().contains("token create"), "{}", answer.text());
+        }
+        let page = through.with("Accept", "text/html").get("/").expect(303);
+        assert_eq!(page.header("location"), Some("/login"));
+    }
+    let mut stream = TcpStream::connect(&service.address).unwrap();
+    stream.set_read_timeout(Some(HANG)).unwrap();
+    let old = format!(
+        "GET /v1/recordings HTTP/1.0\r\nHost: {}\r\n\r\n",
+        service.address
+    );
+    stream.write_all(old.as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    assert!(answer.contains(" 401 "), "{answer}");
+    client
+        .clone()
+        .with("Host", "LocalHost")
+        .get(&recording)
+        .expect(200);
+    // The other settings of a proxy start nothing before a token exists.
+    drop(service);
+    let folder = Folder::new();
+    let (code, text) = folder.run(&["--listen", "127.0.0.1:0", "--set", "proxies=127.0.0.1"]);
+    assert_eq!(code, 4, "{text}");
+    assert!(text.contains("token create"), "{text}");
+    folder.token("lab", "read");
+    drop(Service::start(&folder, &["proxies=127.0.0.1"]));
+}
+
 /// Asks over a socket; returns the answer.
 fn asked(socket: &Path, head: &str) -> String {
     let mut stream = UnixStream::connect(socket).unwrap();
-    stream
-        .set_read_timeout(Some(Duration::from_secs(20)))
-        .unwrap();
+    stream.set_read_timeout(Some(HANG)).unwrap();
     let request = format!("{head}\r\nHost: localhost\r\nConnection: close\r\n\r\n");
     stream.write_all(request.as_bytes()).unwrap();
     let mut answer = String::new();
@@ -129,7 +186,7 @@ fn at_socket(folder: &Folder, socket: &Path, settings: &[&str]) -> Ends {
         .spawn()
         .unwrap();
     let service = Ends(child);
-    wait_for("the socket is there", Duration::from_secs(20), || {
+    wait_for("the socket is there", || {
         UnixStream::connect(socket).is_ok()
     });
     service
@@ -232,7 +289,7 @@ fn cli_the_sample_of_a_proxy_works() {
         text = text.replacen(from, &to, if from == "users;" { 1 } else { 9 });
     }
     fs::write(folder.0.join("nginx.conf"), text).unwrap();
-    let settings = ["user_header=x-forwarded-user", "hosts=latch.example.com"];
+    let settings = ["user_header=x-forwarded-user"];
     let _service = at_socket(&folder, &socket, &settings);
     // Its workers are nobody's; the test's folder is their owner's alone.
     let nginx = Command::new("nginx")
@@ -250,8 +307,8 @@ fn cli_the_sample_of_a_proxy_works() {
         .spawn()
         .unwrap();
     let _nginx = Ends(nginx);
-    wait_for("nginx listens", Duration::from_secs(20), || {
-        std::net::TcpStream::connect(("127.0.0.1", port)).is_ok()
+    wait_for("nginx listens", || {
+        TcpStream::connect(("127.0.0.1", port)).is_ok()
     });
     let ask = |port: u16, arguments: &[&str], path: &str| {
         let url = format!("https://latch.example.com:{port}{path}");

@@ -1,13 +1,18 @@
 //! The store by itself: jobs under leases, fencing, rows and blobs that are found damaged.
 
-use crate::support::Folder;
+use crate::support::{Folder, Service, let_the_tokens_age};
+use latchgate_service::auth::{Door, Presented, Recognition, Scope, SessionTimes, Visitor};
 use latchgate_service::store::{
     BlobFolder, Blobs, GateOutcome, Job, JobState, Ledger, Manifest, Question, SqliteLedger,
-    StoreError, StoredFile, StoredGate, StoredResult, Summary, sha256_hex,
+    StoreError, StoredFile, StoredGate, StoredResult, StoredSession, StoredToken, Summary,
+    sha256_hex,
 };
 use serde_json::json;
 use std::collections::BTreeMap;
+use std::fs;
 use std::io::Read;
+use std::os::unix::fs::FileExt;
+use std::path::Path;
 use std::sync::Arc;
 
 fn ledger(folder: &Folder) -> SqliteLedger {
@@ -309,6 +314,176 @@ fn verif_a_damaged_row_is_never_served() {
     ledger.submit("c", &question(3), "me").unwrap();
     assert_eq!(ledger.take(1, 2).unwrap(), None, "set aside");
     assert_eq!(taken(&ledger, 1).id, "c");
+}
+
+/// What each credential may do, or nothing if the ledger cannot be read.
+fn rights(path: &Path, credentials: &[Option<Presented>]) -> Vec<Vec<Scope>> {
+    let ledger = SqliteLedger::read_only(path);
+    let door = Door::new(SessionTimes {
+        idle_ms: i64::MAX,
+        whole_ms: i64::MAX,
+    });
+    let may = |presented: &Option<Presented>| {
+        let ledger = ledger.as_ref().ok()?;
+        match door.look(ledger, presented.as_ref()) {
+            Ok(Recognition::Open(visitor) | Recognition::Known(visitor)) => Some(visitor),
+            _ => None,
+        }
+    };
+    let scopes = |visitor: &Visitor| {
+        Scope::ALL
+            .into_iter()
+            .filter(|scope| visitor.may(*scope))
+            .collect()
+    };
+    let visitors = credentials.iter().map(may);
+    visitors
+        .map(|visitor| visitor.as_ref().map_or(Vec::new(), scopes))
+        .collect()
+}
+
+/// No single flipped bit of the pages of tokens and sessions, of their counters and of the tables' list gives anybody a
+/// right, and neither do such pages when they are zero or another page's.
+#[test]
+fn verif_no_damage_of_the_ledger_gives_a_right() {
+    let folder = Folder::new();
+    let path = folder.0.join("ledger.sqlite");
+    let made = ledger(&folder);
+    let now = 1_700_000_000_000;
+    let token = |name: &str, scopes: &str, ends_ms: Option<i64>| {
+        let token = StoredToken {
+            number: 0,
+            sha256: sha256_hex(name.as_bytes()),
+            name: name.into(),
+            label: String::new(),
+            scopes: scopes.into(),
+            created_ms: now,
+            ends_ms,
+            used_ms: None,
+            revoked: false,
+        };
+        made.put_token(&token).unwrap()
+    };
+    token("reader", "read", None);
+    let revoked = token("revoked", "read,submit", None);
+    token("ended", "read,delete", Some(now));
+    let last = token("last", "read,submit", None);
+    for (name, token) in [("of revoked", revoked), ("of last", last)] {
+        let session = StoredSession {
+            sha256: sha256_hex(name.as_bytes()),
+            token,
+            created_ms: now,
+            seen_ms: now,
+        };
+        made.put_session(&session).unwrap();
+    }
+    made.end_token(revoked, None).unwrap();
+    made.settle().unwrap();
+    drop(made);
+    const PAGE: usize = 4096;
+    let credentials = [
+        None,
+        Some(Presented::Token("nobody".into())),
+        Some(Presented::Token("reader".into())),
+        Some(Presented::Token("revoked".into())),
+        Some(Presented::Token("ended".into())),
+        Some(Presented::Token("last".into())),
+        Some(Presented::Session("of revoked".into())),
+        Some(Presented::Session("of last".into())),
+    ];
+    let whole = fs::read(&path).unwrap();
+    let copy = folder.0.join("copy.sqlite");
+    fs::write(&copy, &whole).unwrap();
+    let before = rights(&copy, &credentials);
+    assert_eq!(before.iter().filter(|scopes| !scopes.is_empty()).count(), 3);
+    let root_pages: Vec<usize> = {
+        let connection = rusqlite::Connection::open(&copy).unwrap();
+        let sql = "SELECT rootpage FROM sqlite_master WHERE name IN ('tokens', 'sessions', 'sqlite_sequence')";
+        let mut statement = connection.prepare(sql).unwrap();
+        let pages = statement.query_map([], |row| row.get::<_, u32>(0)).unwrap();
+        pages.map(|page| page.unwrap() as usize).collect()
+    };
+    assert_eq!(root_pages.len(), 3);
+    let mut kept = 0;
+    let mut check = |offset: usize, bytes: &[u8], what: &str| {
+        let file = fs::OpenOptions::new().write(true).open(&copy).unwrap();
+        file.write_all_at(bytes, offset as u64).unwrap();
+        let after = rights(&copy, &credentials);
+        file.write_all_at(&whole[offset..offset + bytes.len()], offset as u64)
+            .unwrap();
+        for (before, after) in before.iter().zip(&after) {
+            let is_less = after.iter().all(|scope| before.contains(scope));
+            assert!(is_less, "{what} at {offset}: {before:?} became {after:?}");
+        }
+        kept += usize::from(after == before);
+    };
+    for number in root_pages {
+        let first = (number - 1) * PAGE;
+        let page = &whole[first..first + PAGE];
+        // Between the pointers and the cells nothing is stored.
+        let cells = usize::from(u16::from_be_bytes([page[5], page[6]]));
+        for offset in (0..64).chain(cells..PAGE) {
+            for bit in 0..8 {
+                check(first + offset, &[page[offset] ^ 1 << bit], "a bit");
+            }
+        }
+        check(first, &[0; PAGE], "zeros");
+        for other in whole.chunks_exact(PAGE) {
+            check(first, other, "another page");
+        }
+    }
+    let listed = b"CREATE TABLE tokens";
+    let list = whole
+        .windows(listed.len())
+        .position(|text| text == listed)
+        .unwrap();
+    // Before its text the row of the list holds the table's name and first page.
+    for offset in (0..128).chain(list - 64..list + 400) {
+        for bit in 0..8 {
+            check(
+                offset,
+                &[whole[offset] ^ 1 << bit],
+                "a bit of the list of tables",
+            );
+        }
+    }
+    assert!(kept > 0, "no damage is harmless: the copies are not read");
+}
+
+/// A token whose row is damaged is refused alone, the check names it, and the next token that is made removes it. Where
+/// none is left nobody is let in until one is made.
+#[test]
+fn verif_a_damaged_token_is_refused_until_another_is_made() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read");
+    let other = folder.token("office", "read");
+    let change = |sql: &str| {
+        let connection = rusqlite::Connection::open(folder.data().join("ledger.sqlite")).unwrap();
+        assert_eq!(connection.execute(sql, []).unwrap(), 1, "{sql}");
+    };
+    change("UPDATE tokens SET scopes = 'read,delete' WHERE number = 1");
+    let (code, text) = folder.run(&["fsck"]);
+    assert!(code == 4 && text.contains("token #1"), "{text}");
+    let service = Service::start(&folder, &[]);
+    let status = |token: &str| service.client().bearer(token).get("/v1/verdicts").status;
+    assert_eq!((status(&token), status(&other)), (401, 200));
+    change("DELETE FROM tokens WHERE number = 2");
+    let_the_tokens_age();
+    let refused = service.client().get("/v1/verdicts").expect(503).text();
+    assert!(refused.contains("token create"), "{refused}");
+    change("DELETE FROM tokens");
+    let_the_tokens_age();
+    assert_eq!((status(&token), status(&other)), (503, 503));
+    let (code, text) = folder.run(&["fsck"]);
+    assert!(code == 4 && text.contains("tokens"), "{text}");
+    let new = folder.token("lab", "read");
+    let_the_tokens_age();
+    assert_eq!((status(&token), status(&new)), (401, 200));
+    assert_eq!(folder.run(&["fsck"]).0, 0);
+    drop(service);
+    change("DELETE FROM tokens");
+    let (code, text) = folder.run(&["--listen", "127.0.0.1:0"]);
+    assert!(code == 4 && text.contains("token create"), "{text}");
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! What strangers can take from others: no connection for long, and no allowance but their own.
 
-use crate::support::{Client, Folder, Service, wait_for};
+use crate::support::{
+    Client, Folder, HANG, ServedEnd, Service, let_the_tokens_age, served_end, wait_for,
+};
 use latchgate_service::allowances::Allowances;
 use rustix::net::{AddressFamily, SocketType, sockopt};
 use serde_json::{Value, json};
@@ -18,8 +20,7 @@ fn connect_from(service: &Service, last: u8) -> TcpStream {
     let to: SocketAddr = service.address.parse().unwrap();
     rustix::net::connect(&socket, &to).unwrap();
     let stream = TcpStream::from(socket);
-    let wait = Some(Duration::from_secs(60));
-    stream.set_read_timeout(wait).unwrap();
+    stream.set_read_timeout(Some(HANG)).unwrap();
     stream
 }
 
@@ -47,6 +48,9 @@ fn idle(service: &Service, last: u8, count: usize) -> Vec<TcpStream> {
     idle.collect()
 }
 
+/// With this a connection with half a head is held as long as a test lasts.
+const HELD: &str = "header_s=3600";
+
 /// One address takes the places of no other; beyond its own it is told so. A named proxy may have all.
 #[test]
 fn verif_an_address_has_its_places() {
@@ -55,22 +59,24 @@ fn verif_an_address_has_its_places() {
         "connections=64",
         "address_connections=8",
         "proxies=127.0.0.3",
+        HELD,
     ];
+    let token = format!("Authorization: Bearer {}\r\n", folder.token("lab", "read"));
     let service = Service::start(&folder, &settings);
     let taken = idle(&service, 1, 8);
-    wait_for("they are taken", Duration::from_secs(5), || {
-        get_from(&service, 1, "/v1/limits", "").0 == 503
+    wait_for("they are taken", || {
+        get_from(&service, 1, "/v1/limits", &token).0 == 503
     });
-    let (_, answer) = get_from(&service, 1, "/v1/limits", "");
+    let (_, answer) = get_from(&service, 1, "/v1/limits", &token);
     let says = "limit connections of 64 crossed: found as many, or 8 of this address";
     assert!(answer.contains(says), "{answer}");
-    assert_eq!(get_from(&service, 2, "/v1/limits", "").0, 200);
+    assert_eq!(get_from(&service, 2, "/v1/limits", &token).0, 200);
     assert_eq!(get_from(&service, 1, "/healthz", "").0, 200);
     let of_proxy = idle(&service, 3, 20);
-    assert_eq!(get_from(&service, 3, "/v1/limits", "").0, 200);
+    assert_eq!(get_from(&service, 3, "/v1/limits", &token).0, 200);
     drop((taken, of_proxy));
-    wait_for("they are free again", Duration::from_secs(5), || {
-        get_from(&service, 1, "/v1/limits", "").0 == 200
+    wait_for("they are free again", || {
+        get_from(&service, 1, "/v1/limits", &token).0 == 200
     });
 }
 
@@ -78,7 +84,7 @@ fn verif_an_address_has_its_places() {
 #[test]
 fn verif_health_is_answered_where_no_place_is_left() {
     let folder = Folder::new();
-    let service = Service::start(&folder, &["connections=8", "address_connections=8"]);
+    let service = Service::start(&folder, &["connections=8", "address_connections=8", HELD]);
     let _taken = idle(&service, 1, 300);
     for _ in 0..20 {
         for path in ["/healthz", "/readyz"] {
@@ -106,15 +112,18 @@ fn verif_a_body_has_its_time_and_its_size() {
             format!("POST {path} HTTP/1.1\r\nHost: {host}\r\n{line}Content-Length: 4000\r\n\r\n");
         stream.write_all(head.as_bytes()).unwrap();
         let began = Instant::now();
+        // At this pace the body would take a quarter of an hour.
         while stream.write_all(b" ").is_ok() {
             std::thread::sleep(Duration::from_millis(200));
-            assert!(began.elapsed() < Duration::from_secs(15), "{path}");
+            assert!(began.elapsed() < HANG, "{path}");
         }
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
-        let log = std::fs::read_to_string(&service.log).unwrap();
-        let told = format!("\"path\":\"{path}\",\"status\":408");
-        assert!(log.contains(&told), "{log}");
+        let late = format!("\"path\":\"{path}\",\"status\":408");
+        wait_for("the log says that it was late", || {
+            let log = std::fs::read_to_string(&service.log).unwrap();
+            log.contains(&late)
+        });
     }
     let form = service.client();
     let form = form.with("Content-Type", "application/x-www-form-urlencoded");
@@ -123,46 +132,59 @@ fn verif_a_body_has_its_time_and_its_size() {
     form.send("POST", "/login", &[b'x'; 4000]).expect(401);
 }
 
-/// Reads bytes for some time, so many every 100 ms.
-fn read_slowly(stream: &mut TcpStream, bytes: usize, time: Duration) {
+/// Reads so many bytes every 100 ms until something holds or nothing more comes; returns how many came.
+#[track_caller]
+fn read_slowly(stream: &mut TcpStream, bytes: usize, holds: impl Fn(&TcpStream) -> bool) -> usize {
     let began = Instant::now();
     let mut piece = vec![0; bytes];
-    while began.elapsed() < time {
-        let _ = stream.read_exact(&mut piece);
+    let mut taken = 0;
+    while !holds(stream) {
+        assert!(began.elapsed() < HANG, "{taken} bytes were taken");
+        match stream.read(&mut piece) {
+            Ok(0) | Err(_) => break,
+            Ok(count) => taken += count,
+        }
         std::thread::sleep(Duration::from_millis(100));
     }
+    taken
 }
 
 /// An answer that is taken drop by drop loses its place, one that is taken slowly does not.
 #[test]
 fn verif_an_answer_is_taken_at_a_least_pace() {
     const REQUESTS: usize = 60;
+    // Longer than a write may wait, which is 20 s.
+    const SLOWLY: Duration = Duration::from_secs(25);
     let folder = Folder::new();
     let service = Service::start(&folder, &[]);
     let one = service.client().get("/openapi.json").expect(200).body.len();
-    let host = service.address.clone();
-    let hands = [1, 4 << 10].map(|bytes| {
+    let ask = || {
         let mut stream = connect_from(&service, 1);
+        let host = &service.address;
         let request = format!("GET /openapi.json HTTP/1.1\r\nHost: {host}\r\n\r\n");
         let last =
             format!("GET /openapi.json HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
         let requests = request.repeat(REQUESTS - 1) + &last;
         stream.write_all(requests.as_bytes()).unwrap();
-        std::thread::spawn(move || {
-            read_slowly(&mut stream, bytes, Duration::from_secs(30));
-            let mut rest = Vec::new();
-            let _ = stream.read_to_end(&mut rest);
-            rest.len()
-        })
+        stream
+    };
+    let (mut dripping, mut slow) = (ask(), ask());
+    let began = Instant::now();
+    let slow = std::thread::spawn(move || {
+        // 40 KiB/s is twenty times the least pace: a machine may do much else meanwhile.
+        let taken = read_slowly(&mut slow, 4 << 10, |_| began.elapsed() > SLOWLY);
+        let mut rest = Vec::new();
+        let _ = slow.read_to_end(&mut rest);
+        taken + rest.len()
     });
-    let [drops, slow] = hands.map(|hand| hand.join().unwrap());
+    let is_closed = |stream: &TcpStream| served_end(stream) == ServedEnd::Closed;
+    let taken = read_slowly(&mut dripping, 1, is_closed);
+    let mut rest = Vec::new();
+    let _ = dripping.read_to_end(&mut rest);
+    let (drops, slow) = (taken + rest.len(), slow.join().unwrap());
     let all = one * REQUESTS;
     assert!(drops < all / 2, "{drops} of {all} bytes came");
-    let taken = 330 * (4 << 10);
-    assert!(
-        slow + taken > all,
-        "{slow} bytes came after {taken} of {all}"
-    );
+    assert!(slow >= all, "{slow} of {all} bytes came");
 }
 
 /// Sends so many requests over one connection and reads every answer.
@@ -183,6 +205,20 @@ fn get_often(service: &Service, path: &str, count: usize) {
     reading.join().unwrap().unwrap();
 }
 
+/// Asks until an allowance is used up. On a slow machine more comes in between, one for each second;
+/// as many as there are here is more than any machine lets pass where an allowance is shared.
+#[track_caller]
+fn wait_for_refusal(mut ask: impl FnMut() -> u16) {
+    let began = Instant::now();
+    loop {
+        match ask() {
+            429 => return,
+            status => assert!(matches!(status, 200 | 401), "{status}"),
+        }
+        assert!(began.elapsed() < HANG, "none was refused");
+    }
+}
+
 /// Strangers have an allowance each, and none where a page or whoever watches the service asks.
 #[test]
 fn verif_strangers_share_no_allowance() {
@@ -194,13 +230,9 @@ fn verif_strangers_share_no_allowance() {
     for path in ["/readyz", "/healthz", "/login"] {
         assert_eq!(get_from(&service, 1, path, "").0, 200, "{path}");
     }
-    let statuses: Vec<u16> = (0..30)
-        .map(|_| get_from(&service, 1, "/v1/limits", "").0)
-        .collect();
-    assert!(
-        statuses.contains(&401) && statuses.contains(&429),
-        "{statuses:?}"
-    );
+    let strange = || get_from(&service, 1, "/v1/limits", "").0;
+    assert_eq!(strange(), 401);
+    wait_for_refusal(strange);
     assert_eq!(get_from(&service, 2, "/login", "").0, 200);
     let known = format!("Authorization: BEARER {token}\r\n");
     assert_eq!(get_from(&service, 1, "/v1/limits", &known).0, 200);
@@ -212,21 +244,26 @@ fn verif_strangers_share_no_allowance() {
     for number in 0..30 {
         assert_eq!(through(3, &format!("192.0.2.{number}")), 200);
     }
-    let mut statuses = (0..30).map(|number| through(3, &format!("2001:db8::{number}")));
-    assert!(statuses.any(|status| status == 429));
+    let mut hosts = 0..=u16::MAX;
+    wait_for_refusal(|| through(3, &format!("2001:db8::{:x}", hosts.next().unwrap())));
     assert_eq!(through(3, "2001:db8:0:1::1"), 200);
-    assert_eq!(through(1, "192.0.2.99"), 429);
+    let mut hosts = 0..=u16::MAX;
+    wait_for_refusal(|| {
+        let [high, low] = hosts.next().unwrap().to_be_bytes();
+        through(1, &format!("198.18.{high}.{low}"))
+    });
 }
 
 /// What is remembered of addresses is bounded: beyond that the unknown share one allowance.
 #[test]
 fn verif_the_memory_of_allowances_is_bounded() {
     let allowances = Allowances::default();
+    // Nothing is added meanwhile, however long this takes.
     for number in 0..5000 {
-        let _ = allowances.take(&format!("{number}"), 1, 1);
+        let _ = allowances.take(&format!("{number}"), 0, 1);
     }
-    assert!(allowances.take("new", 1, 1).is_err());
-    assert!(allowances.take("newer", 1, 1).is_err());
+    assert!(allowances.take("new", 0, 1).is_err());
+    assert!(allowances.take("newer", 0, 1).is_err());
     // Where allowances are whole again there is room.
     let allowances = Allowances::default();
     for number in 0..5000 {
@@ -344,17 +381,26 @@ fn verif_the_service_stays_small() {
         .collect();
     let began = Instant::now();
     let mut sent = vec![0; streams.len()];
-    while began.elapsed() < Duration::from_secs(4) {
+    let mut advanced = Instant::now();
+    let whole = loop {
         for (stream, sent) in streams.iter().zip(&mut sent) {
             let rest = &keys.as_bytes()[*sent..];
             let mut stream = stream;
-            if let Ok(count) = stream.write(&rest[..rest.len().min(64 << 10)]) {
-                *sent += count;
+            match stream.write(&rest[..rest.len().min(64 << 10)]) {
+                Ok(count) if count > 0 => {
+                    *sent += count;
+                    advanced = Instant::now();
+                }
+                _ => {}
             }
         }
-    }
-    let whole = sent.iter().filter(|sent| **sent == keys.len()).count();
-    assert!(whole >= 30, "{whole} bodies were taken");
+        let whole = sent.iter().filter(|sent| **sent == keys.len()).count();
+        // As many as there is room for, and some more once they have been answered.
+        if whole >= 30 && advanced.elapsed() > Duration::from_secs(1) {
+            break whole;
+        }
+        assert!(began.elapsed() < HANG, "{whole} bodies were taken");
+    };
     let peak = peak_kib(&service);
     println!("{} MiB after {whole} bodies", peak >> 10);
     assert!(peak < 128 << 10, "{peak} KiB");
@@ -369,7 +415,7 @@ fn cli_the_log_says_which_tokens_were_made() {
     let token = folder.token("lab", "read");
     let service = Service::start(&folder, &["log=warn"]);
     let asked = || {
-        std::thread::sleep(Duration::from_millis(1100));
+        let_the_tokens_age();
         let client = service.client().bearer(&token);
         client.get("/v1/verdicts").expect(200);
         std::fs::read_to_string(&service.log).unwrap()
@@ -400,21 +446,25 @@ fn verif_slow_readers_hold_no_thread() {
     let question = json!({"recording": id, "request": {"members": 0}});
     let verdict = client.post("/v1/verdicts?wait=60", &question).expect(200);
     let place = verdict.header("location").unwrap().to_string();
-    let _readers: Vec<TcpStream> = (0..100)
-        .map(|_| {
-            let mut stream = connect_from(&service, 1);
-            let host = &service.address;
-            let head = format!("GET {place}/report.html HTTP/1.1\r\nHost: {host}\r\n\r\n");
-            stream.write_all(head.as_bytes()).unwrap();
-            stream
-        })
-        .collect();
-    std::thread::sleep(Duration::from_secs(1));
-    for path in ["/readyz", "/v1/limits", "/v1/verdicts"] {
-        let began = Instant::now();
-        let (status, answer) = get_from(&service, 2, path, "");
-        assert_eq!(status, 200, "{path}: {answer}");
-        let took = began.elapsed();
-        assert!(took < Duration::from_secs(4), "{path}: {took:?}");
-    }
+    let ask_and_wait = |_| {
+        let mut stream = connect_from(&service, 1);
+        let host = &service.address;
+        let head = format!("GET {place}/report.html HTTP/1.1\r\nHost: {host}\r\n\r\n");
+        stream.write_all(head.as_bytes()).unwrap();
+        stream
+    };
+    let begins = |stream: &TcpStream| stream.peek(&mut [0]).is_ok_and(|count| count == 1);
+    let is_held = |stream: &TcpStream| served_end(stream) != ServedEnd::Closed;
+    // Readers that take nothing are let go of after 20 s. On a machine that needs longer for three
+    // answers nothing is learnt, and others are asked for.
+    let are_answered_meanwhile = (0..5).any(|_| {
+        let readers: Vec<TcpStream> = (0..100).map(ask_and_wait).collect();
+        assert!(readers.iter().all(begins));
+        for path in ["/readyz", "/v1/limits", "/v1/verdicts"] {
+            let (status, answer) = get_from(&service, 2, path, "");
+            assert_eq!(status, 200, "{path}: {answer}");
+        }
+        readers.iter().all(is_held)
+    });
+    assert!(are_answered_meanwhile, "others wait until the readers go");
 }

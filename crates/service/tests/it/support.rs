@@ -3,7 +3,7 @@
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::net::{IpAddr, SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -144,6 +144,23 @@ impl Service {
         status.code().unwrap_or(-1)
     }
 
+    /// Returns the processor time that it has used, without its children. Other than the time on a
+    /// clock it does not grow while the machine does something else.
+    pub(crate) fn processor_time(&self) -> Duration {
+        let stat = fs::read_to_string(format!("/proc/{}/stat", self.child.id())).unwrap();
+        // The name before the parenthesis may hold blanks; `utime` and `stime` are fields 14 and 15.
+        let fields = stat
+            .rsplit_once(") ")
+            .unwrap()
+            .1
+            .split(' ')
+            .skip(11)
+            .take(2);
+        let ticks: u64 = fields.map(|field| field.parse::<u64>().unwrap()).sum();
+        // Linux counts 100 ticks a second for every program.
+        Duration::from_millis(10 * ticks)
+    }
+
     /// Returns the process ids of its children.
     pub(crate) fn children(&self) -> Vec<String> {
         let path = format!("/proc/{0}/task", self.child.id());
@@ -161,6 +178,63 @@ impl Drop for Service {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// The service's end of a connection, as the system sees it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ServedEnd {
+    /// It is open, and the service has read all that was sent.
+    Idle,
+    /// It is open, and something that was sent has not been read.
+    Unread,
+    /// The service has closed it.
+    Closed,
+}
+
+/// Looks at the service's end of a connection.
+pub(crate) fn served_end(stream: &TcpStream) -> ServedEnd {
+    const ESTABLISHED: &str = "01";
+    let [client, server] = [stream.local_addr(), stream.peer_addr()].map(|address| {
+        // A connection that was reset has no peer any more.
+        address.ok().map(|address| endpoint(&address))
+    });
+    let (Some(client), Some(server)) = (client, server) else {
+        return ServedEnd::Closed;
+    };
+    let table = fs::read_to_string("/proc/net/tcp").unwrap();
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .map(|line| line.split_whitespace().collect())
+        .collect();
+    let end = |local: &str, remote: &str| {
+        let is_meant = |row: &&Vec<&str>| row[1] == local && row[2] == remote;
+        rows.iter().find(is_meant)
+    };
+    let (Some(sent), Some(received)) = (end(&client, &server), end(&server, &client)) else {
+        return ServedEnd::Closed;
+    };
+    if received[3] != ESTABLISHED {
+        return ServedEnd::Closed;
+    }
+    // Column 4 holds the bytes that wait to be sent and those that wait to be read.
+    let waits = |row: &[&str], side: usize| row[4].split(':').nth(side).unwrap() != "00000000";
+    if waits(sent, 0) || waits(received, 1) {
+        ServedEnd::Unread
+    } else {
+        ServedEnd::Idle
+    }
+}
+
+/// Spells an address as `/proc/net/tcp` does.
+fn endpoint(address: &SocketAddr) -> String {
+    let IpAddr::V4(ip) = address.ip() else {
+        panic!("{address}: the tests use the loopback of IPv4")
+    };
+    format!(
+        "{:08X}:{:04X}",
+        u32::from_ne_bytes(ip.octets()),
+        address.port()
+    )
 }
 
 /// An answer.
@@ -240,7 +314,7 @@ impl Client {
         body: &[u8],
     ) -> std::io::Result<Answer> {
         let mut stream = TcpStream::connect(&self.address)?;
-        stream.set_read_timeout(Some(Duration::from_secs(150)))?;
+        stream.set_read_timeout(Some(HANG))?;
         let mut head = format!("{method} {path} HTTP/1.1\r\nConnection: close\r\n");
         if !self.headers.iter().any(|(name, _)| name == "Host") {
             head += &format!("Host: {}\r\n", self.address);
@@ -349,14 +423,23 @@ fn unchunked(mut bytes: &[u8]) -> Option<Vec<u8>> {
     }
 }
 
+/// Time after which a test counts as hanging. It bounds a hang and claims nothing about speed.
+pub(crate) const HANG: Duration = Duration::from_secs(300);
+
 /// Waits until something holds.
 #[track_caller]
-pub(crate) fn wait_for(what: &str, most: Duration, mut holds: impl FnMut() -> bool) {
+pub(crate) fn wait_for(what: &str, mut holds: impl FnMut() -> bool) {
     let began = Instant::now();
     while !holds() {
-        assert!(began.elapsed() < most, "{what}: not after {most:?}");
+        assert!(began.elapsed() < HANG, "{what}: not after {HANG:?}");
         std::thread::sleep(Duration::from_millis(20));
     }
+}
+
+/// Lets the tokens and sessions that a service has in its memory become too old to be used: it
+/// reads them again after a second. A sleep takes at least its time, on a busy machine as well.
+pub(crate) fn let_the_tokens_age() {
+    std::thread::sleep(Duration::from_millis(1100));
 }
 
 /// Returns a document without what may differ between two runs.

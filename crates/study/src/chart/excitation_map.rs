@@ -22,7 +22,7 @@ pub(super) fn chart(maps: &[ExcitationMap]) -> Chart {
             significant(first.lift_off_g, 5)
         ),
         format!(
-            "Red: below it no amplitude of the grid passes {threshold} rad; where it lies between two is found by halving."
+            "Red: below it no amplitude of the grid exceeds {threshold} rad; where it lies between two is found by halving."
         ),
         "Where motion is chaotic, amplitudes between those of the grid may pass it earlier.".into(),
     ];

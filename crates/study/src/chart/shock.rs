@@ -115,12 +115,12 @@ fn response(result: &Shock, responses: &[Response], letter: &str, reading: &str)
         })
 }
 
-/// Returns the peak of a response and the instant at which it passes the threshold, in words.
+/// Returns the peak of a response and the instant at which it exceeds the threshold, in words.
 fn outcome(response: &Response, threshold: f64) -> String {
     let run = &response.run;
     let threshold = exact(threshold);
     let crossing = match run.first_crossing_s {
-        Some(time) => format!("passes {threshold} rad at {} ms", trimmed(time * 1e3, 4)),
+        Some(time) => format!("exceeds {threshold} rad at {} ms", trimmed(time * 1e3, 4)),
         None => format!("stays below {threshold} rad"),
     };
     let peak = significant(run.peak_angle_rad, 4);

@@ -39,11 +39,7 @@ pub(super) fn finding(
         || options.wide_band
         || stated.filter_class.as_deref() == Some("1000")
         || stated.prefilter_hz.is_some();
-    let says_filtered = |finding: &Finding| {
-        finding.code == "already-filtered" && finding.severity == Severity::Warning
-    };
-    let filtered = channel.findings.iter().any(says_filtered);
-    if filtered || options.synthetic || raw.rate.hertz() < 2.0 * HIGH_HZ.end() {
+    if says_filtered(channel) || options.synthetic || raw.rate.hertz() < 2.0 * HIGH_HZ.end() {
         return None;
     }
     let level_db = level_db(raw)?;
@@ -62,8 +58,16 @@ pub(super) fn finding(
     })
 }
 
+/// True if the file says that the channel was filtered in a way that counts.
+pub(super) fn says_filtered(channel: &Channel) -> bool {
+    channel
+        .findings
+        .iter()
+        .any(|finding| finding.code == "already-filtered" && finding.severity == Severity::Warning)
+}
+
 /// Returns the mean power of the high frequencies against that of the low ones [dB].
-fn level_db(raw: &Signal) -> Option<f64> {
+pub(super) fn level_db(raw: &Signal) -> Option<f64> {
     let (zero, _) = bias::bias(raw, super::BiasWindow::PreEvent).ok()?;
     let mut faded = without_bias(raw, zero.mean_m_s2);
     let count = faded.samples.len();

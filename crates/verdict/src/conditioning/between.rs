@@ -120,33 +120,63 @@ struct Derivatives<'a> {
     to: &'a mut (Vec<f64>, Vec<f64>),
 }
 
+/// Samples whose derivatives are taken side by side: the machine's vectors lie along the signal.
+const SIDE_BY_SIDE: usize = 8;
+
 impl pulp::WithSimd for Derivatives<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) {
-        /// Sums side by side, which do not wait for one another.
-        const LANES: usize = 8;
-        let windows = self.extended.array_windows::<TAPS>();
-        for window in windows {
-            let middle = window[HALF];
-            let (mut first, mut second) = ([0.0; LANES], [0.0; LANES]);
-            for block in 0..HALF / LANES {
-                for lane in 0..LANES {
-                    let n = block * LANES + lane;
-                    let (after, before) = (window[HALF + 1 + n], window[HALF - 1 - n]);
-                    first[lane] += self.weights[0][n] * (after - before);
-                    second[lane] += self.weights[1][n] * ((after - middle) + (before - middle));
-                }
-            }
-            self.to.0.push(sum(first));
-            self.to.1.push(sum(second));
+        let count = self.extended.len() + 1 - TAPS;
+        let mut first = 0;
+        while first + SIDE_BY_SIDE <= count {
+            let (slopes, bends) = side_by_side::<SIDE_BY_SIDE>(self.extended, first, self.weights);
+            self.to.0.extend_from_slice(&slopes);
+            self.to.1.extend_from_slice(&bends);
+            first += SIDE_BY_SIDE;
+        }
+        for last in first..count {
+            let ([slope], [bend]) = side_by_side::<1>(self.extended, last, self.weights);
+            self.to.0.push(slope);
+            self.to.1.push(bend);
         }
     }
 }
 
-/// The lanes' sum, always in the same order.
+/// Returns the derivatives at so many samples from the first on, whose windows begin there.
 #[inline(always)]
-fn sum(x: [f64; 8]) -> f64 {
-    ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
+fn side_by_side<const N: usize>(
+    extended: &[f64],
+    first: usize,
+    weights: &[[f64; HALF]; 2],
+) -> ([f64; N], [f64; N]) {
+    let window = &extended[first..first + TAPS + N - 1];
+    // Weight n and weight n + 8 are summed first, then those pairs two by two: always in this order.
+    let pair = |n: usize| {
+        let (mut slopes, mut bends) = ([0.0; N], [0.0; N]);
+        for n in [n, n + HALF / 2] {
+            let after = &window[HALF + 1 + n..][..N];
+            let before = &window[HALF - 1 - n..][..N];
+            let middle = &window[HALF..][..N];
+            let [slope_weight, bend_weight] = [weights[0][n], weights[1][n]];
+            for k in 0..N {
+                let (ahead, behind) = (after[k] - middle[k], before[k] - middle[k]);
+                slopes[k] += slope_weight * (after[k] - before[k]);
+                bends[k] += bend_weight * (ahead + behind);
+            }
+        }
+        (slopes, bends)
+    };
+    let plus = |a: ([f64; N], [f64; N]), b: ([f64; N], [f64; N])| {
+        let mut sum = a;
+        for k in 0..N {
+            sum.0[k] += b.0[k];
+            sum.1[k] += b.1[k];
+        }
+        sum
+    };
+    let even = plus(plus(pair(0), pair(4)), plus(pair(2), pair(6)));
+    let odd = plus(plus(pair(1), pair(5)), plus(pair(3), pair(7)));
+    plus(even, odd)
 }

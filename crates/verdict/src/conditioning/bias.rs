@@ -18,6 +18,9 @@ pub const PRE_EVENT_END_S: f64 = -1e-3;
 /// The pre-event window spans at least this long [s].
 pub const PRE_EVENT_LEAST_SPAN_S: f64 = 5e-3;
 
+/// Samples of a quiet stretch that show one order of the noise's spectrum.
+pub const SAMPLES_PER_ORDER: usize = 20;
+
 /// Part of a sample interval by which an instant may miss a sample and still mean it.
 ///
 /// Windows are counted by sample index; stamps are printed with few digits.
@@ -81,6 +84,13 @@ pub fn pre_event_samples(signal: &Signal) -> Option<usize> {
     (count >= 2 && span >= least).then_some(count)
 }
 
+/// Returns how many samples lie at t ≤ −1 ms, if they show the noise: the quiet stretch of the bias, or a shorter
+/// one for which one order can be fitted.
+pub fn noise_samples(signal: &Signal) -> Option<usize> {
+    let count = samples_until(signal, PRE_EVENT_END_S);
+    pre_event_samples(signal).or((count >= SAMPLES_PER_ORDER).then_some(count))
+}
+
 /// The white noise of recorded samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Noise {
@@ -111,7 +121,7 @@ impl Noise {
 pub(super) fn noise(raw: &Signal) -> Noise {
     let (step_m_s2, on_grid) = step_m_s2(&raw.samples);
     let rounding = step_m_s2 / 12.0_f64.sqrt();
-    let deviation_m_s2 = pre_event_samples(raw).map_or(rounding, |count| {
+    let deviation_m_s2 = noise_samples(raw).map_or(rounding, |count| {
         let quiet = &raw.samples[..count];
         let variance = sum_of_squares(quiet, mean(quiet)) / (count - 1) as f64;
         rounding.max(variance.sqrt())

@@ -19,6 +19,7 @@ mod noise;
 mod top;
 
 use super::{ConditioningOptions, Signal, bias};
+use crate::noise_spectrum::QUIET_SAMPLES;
 pub use interpolated::SlowClock;
 use latchgate_kernel::units::{STANDARD_GRAVITY, plain};
 use latchgate_recording::{Finding, Severity};
@@ -102,9 +103,9 @@ pub fn examine(raw: &Signal, options: &ConditioningOptions) -> RawQuality {
         if findings.is_empty() {
             findings.extend(top::flickering(&facts));
         }
-        findings.extend(noise_unknown(&facts));
+        findings.extend(noise_unknown(&facts, options.noise_accepted));
     }
-    if facts.peak > 0.0 && !is_dead {
+    if facts.own_peak > 0.0 && !is_dead {
         findings.extend(starts_inside_event(&facts));
         findings.extend(ends_inside_event(&facts));
         findings.extend(doubts::findings(&facts));
@@ -121,8 +122,10 @@ struct SignalFacts<'a> {
     samples: &'a [f64],
     /// What will be removed as bias [m/s²].
     bias: f64,
-    /// Largest magnitude without the bias [m/s²].
+    /// Largest magnitude without the bias [m/s²], that of the judged channel if that is larger.
     peak: f64,
+    /// Its own.
+    own_peak: f64,
     /// Different values, rising.
     levels: Vec<f64>,
     /// Step of the grid on which the samples lie [m/s²]; 0 if there is one value only.
@@ -150,11 +153,13 @@ impl<'a> SignalFacts<'a> {
         let levels = noise::levels(samples);
         let grid = noise::quantum(&noise::levels(&samples[..count]));
         let position = (bias::PRE_EVENT_END_S - raw.start_s) * raw.rate.hertz();
+        let own_peak = reach(samples, removed);
         let mut facts = Self {
             raw,
             samples,
             bias: removed,
-            peak: reach(samples, removed),
+            peak: own_peak.max(options.judged_peak_m_s2.unwrap_or(0.0)),
+            own_peak,
             quantum: match grid > 0.0 {
                 true => grid,
                 false => noise::quantum(&levels),
@@ -188,13 +193,12 @@ impl<'a> SignalFacts<'a> {
     fn loudest_before(&self) -> f64 {
         reach(&self.samples[..self.pre_event], self.pre_mean)
     }
+}
 
-    /// Whether the samples before the event are all one number; `None` without such samples.
-    fn silent_before(&self) -> Option<bool> {
-        let samples = self.samples.get(..self.pre_event)?;
-        let first = samples.first()?;
-        Some(samples.iter().all(|value| same(*value, *first)))
-    }
+/// Whether samples are all one number; `None` without samples.
+fn all_equal(samples: &[f64]) -> Option<bool> {
+    let first = samples.first()?;
+    Some(samples.iter().all(|value| same(*value, *first)))
 }
 
 /// How far samples lie from a level at most.
@@ -218,23 +222,49 @@ fn turns_like_noise(samples: &[f64], least: f64) -> bool {
     bends >= 20 && turns as f64 > TURNING_PART * bends as f64
 }
 
-/// A channel that is silent before its event, or holds values longer than its spread explains,
-/// teaches nothing of its noise.
-fn noise_unknown(facts: &SignalFacts<'_>) -> Option<Finding> {
+/// A channel that is silent before its event, holds values longer than its spread explains, or has no samples
+/// there, teaches nothing of its noise.
+fn noise_unknown(facts: &SignalFacts<'_>, is_accepted: bool) -> Option<Finding> {
+    let Some(count) = bias::noise_samples(facts.raw) else {
+        return Some(noise_unrecorded(is_accepted));
+    };
     let how = match facts.noise {
-        None if facts.silent_before() == Some(true) => "are all equal",
+        None if all_equal(&facts.samples[..count]) == Some(true) => "are all equal",
         Some(noise) if !noise.is_explained() => {
             "repeat one value for longer than their spread explains"
         }
+        _ if count < QUIET_SAMPLES => return Some(noise_short(count)),
         _ => return None,
     };
     let text = format!(
-        "the {} samples before the event {how}, so the channel's noise is unknown. Held, filled \
+        "the {count} samples before the event {how}, so the channel's noise is unknown. Held, filled \
          and cut stretches were checked by shape and long runs alone. If a formula made the \
-         signal, write `synthetic = true` in the card",
-        facts.pre_event
+         signal, write `synthetic = true` in the card"
     );
     Some(Finding::warning("noise-unknown", text))
+}
+
+/// Says that nothing shows the noise. A recording that loses its quiet stretch must not gain a pass by it.
+fn noise_unrecorded(is_accepted: bool) -> Finding {
+    let text = "too few samples lie before -1 ms to show the channel's noise: the recorder's step alone was counted";
+    if is_accepted {
+        let text = format!("{text}. A person has accepted that");
+        return Finding::info("noise-accepted", text);
+    }
+    let text = format!(
+        "{text}. Export samples before contact, or name first contact with the setting `time_zero` = S. If the \
+         channel has no other noise, a pass needs the setting `accept` = noise"
+    );
+    Finding::warning("noise-unknown", text).needing_word()
+}
+
+/// Says that a quiet stretch shows the spectrum of its noise coarsely.
+fn noise_short(count: usize) -> Finding {
+    let text = format!(
+        "{count} samples lie before the event, and {QUIET_SAMPLES} show the spectrum of a noise: it \
+         was taken coarser, and its slow part at an upper bound"
+    );
+    Finding::info("noise-short", text)
 }
 
 fn low_rate(raw: &Signal) -> Option<Finding> {

@@ -3,11 +3,20 @@
 /// Members after which the ensemble is looked at, unless it ends earlier.
 pub const LOOKS: [u32; 4] = [128, 512, 2048, 10_000];
 
-/// Probability with which the bounds of all looks together may be wrong on one side [-].
-pub const RULE_ERROR: f64 = 0.05;
+/// Returns the confidence of each one-sided bound at each look, where all looks together have `confidence` [-]: they
+/// share what is missing to 1.
+pub fn look_confidence(confidence: f64) -> f64 {
+    1.0 - (1.0 - confidence) / LOOKS.len() as f64
+}
 
-/// Confidence of each one-sided bound at each look: the looks share [`RULE_ERROR`].
-pub const LOOK_CONFIDENCE: f64 = 1.0 - RULE_ERROR / LOOKS.len() as f64;
+/// Returns the least number of members of which none may open, so that fewer than `open_share` open at the
+/// confidence of a look.
+pub fn members_needed(open_share: f64, confidence: f64) -> u32 {
+    let error = 1.0 - look_confidence(confidence);
+    let members = libm::log(error) / libm::log1p(-open_share);
+    // No ensemble is larger than a 32-bit count.
+    members.ceil().min(f64::from(u32::MAX)) as u32
+}
 
 /// Returns the one-sided lower bound of Clopper and Pearson for the share of which `count` of
 /// `members` were seen [-].

@@ -1,4 +1,4 @@
-//! Draws: a counter-based generator and the truncated normal distribution.
+//! Draws: a counter-based generator and the normal distribution, truncated or whole.
 //!
 //! A draw is a function of seed, member and parameter alone. So member i is the same however
 //! many members there are and whichever thread makes it, and a tolerance that is added to a
@@ -6,6 +6,9 @@
 
 /// Name of the generator, as verdicts state it.
 pub const GENERATOR: &str = "philox4x32-10, key = seed, counter = (member, parameter); normal by inverse distribution (AS 241), truncated at 3 standard deviations";
+
+/// The same where the normal distribution is not cut.
+pub const GENERATOR_OF_WHOLE: &str = "philox4x32-10, key = seed, counter = (member, parameter); normal by inverse distribution (AS 241), not truncated";
 
 /// Standard deviations at which the normal distribution is cut.
 pub const TRUNCATION: f64 = 3.0;
@@ -54,6 +57,11 @@ pub fn truncated_normal(seed: u64, member: u32, parameter: u32) -> f64 {
     let inside = 1.0 - 2.0 * BELOW_CUT;
     let share = BELOW_CUT + uniform(seed, member, parameter) * inside;
     inverse_normal(share).clamp(-TRUNCATION, TRUNCATION)
+}
+
+/// Returns a draw of the standard normal distribution; NaN of the one in 10¹⁰ beyond 6.6 standard deviations.
+pub fn normal(seed: u64, member: u32, parameter: u32) -> f64 {
+    inverse_normal(uniform(seed, member, parameter))
 }
 
 /// Returns the value below which a normal distribution has the share `p` [-].

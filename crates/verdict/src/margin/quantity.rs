@@ -72,7 +72,7 @@ impl Quantity {
                 "scale",
                 "scale of the recording",
                 "",
-                "every sample as used is multiplied; its bias and filter stay as they are",
+                "every sample as used is multiplied, and the noise with it; what is uncertain of the bias stays as it is",
             ),
             Self::Preload => (
                 "preload_torque_nm",
@@ -243,7 +243,7 @@ impl Quantity {
 }
 
 /// Returns the preferred numbers E48 from the last at or below `low` to the first at or above `high`.
-fn preferred(low: f64, high: f64) -> Vec<f64> {
+pub(crate) fn preferred(low: f64, high: f64) -> Vec<f64> {
     let mut values: Vec<f64> = (decade(low)..=decade(high))
         .flat_map(|decade| E48.map(|number| decimal(i64::from(number), decade - 2)))
         .collect();

@@ -10,7 +10,7 @@ use crate::meter::Meter;
 use crate::readings::{ReadingCache, Readings};
 use crate::runs::{RunDetail, RunSetup};
 use crate::usable_span::{SampleSpan, window_samples};
-use crate::{Answer, AssessDetail, AssessExtras, Assessment, Polarity, Policy};
+use crate::{Answer, AssessDetail, AssessExtras, Assessment, DrawnRuns, Polarity, Policy};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::RunOutcome;
@@ -154,7 +154,7 @@ impl<'a> MarginSearch<'a> {
         search.state = search.nominal(Quantity::Scale, 1.0, control)?.state();
         search.verdict_passes = match options.passes_at_present {
             Some(passes) => passes && !spoiled,
-            None => search.rule_passes(Quantity::Scale, 1.0, control)?,
+            None => search.rule_passes(Quantity::Scale, 1.0, DrawnRuns::All, control)?,
         };
         Ok(search)
     }
@@ -204,6 +204,7 @@ impl<'a> MarginSearch<'a> {
             detail: AssessDetail::Decision,
             control: &control.with_threads(1),
             signal: &conditioned.used,
+            drawn_runs: None,
             readings: Readings::of(&conditioned, readings, policy.between),
             window: self.window,
             work: &work,
@@ -219,6 +220,7 @@ impl<'a> MarginSearch<'a> {
         quantity: Quantity,
         value: f64,
         (conditioned, readings): (&Conditioned, &ReadingCache),
+        drawn_runs: DrawnRuns,
         control: &Control<'_>,
     ) -> Result<Assessment, Error> {
         let policy = &self.options.policy;
@@ -230,7 +232,8 @@ impl<'a> MarginSearch<'a> {
             ..policy.clone()
         };
         let extras = AssessExtras {
-            detail: AssessDetail::Answer,
+            detail: AssessDetail::Decision,
+            drawn_runs,
             ..AssessExtras::default()
         };
         let assessment = control.unmeasured(|control| {
@@ -254,6 +257,7 @@ impl<'a> MarginSearch<'a> {
         &self,
         quantity: Quantity,
         value: f64,
+        drawn_runs: DrawnRuns,
         control: &Control<'_>,
     ) -> Result<bool, Error> {
         if self.spoiled {
@@ -261,7 +265,7 @@ impl<'a> MarginSearch<'a> {
         }
         let biased = self.biased.as_ref().map(|(of, readings)| (of, readings));
         for samples in std::iter::once((self.conditioned, &self.readings)).chain(biased) {
-            match self.assessed(quantity, value, samples, control) {
+            match self.assessed(quantity, value, samples, drawn_runs, control) {
                 Err(error) if error.is_stopped() => return Err(error),
                 Ok(assessment) if assessment.answer == Answer::Pass => {}
                 _ => return Ok(false),
@@ -412,7 +416,7 @@ impl<'a> MarginSearch<'a> {
         if self.is_at_the_limit() {
             return Ok("the search ended at the limit `work`".into());
         }
-        let assessed = match self.assessed(quantity, value, samples, control) {
+        let assessed = match self.assessed(quantity, value, samples, DrawnRuns::All, control) {
             Err(error) if error.is_stopped() => return Err(error),
             Err(error) => return Ok(format!("at {shown_value} nothing can be judged: {error}")),
             Ok(assessed) => assessed,
@@ -492,7 +496,9 @@ impl<'w, 'a> Walk<'w, 'a> {
                 Some(answered) => *answered,
                 None => search.nominal(quantity, *value, &control)?,
             };
-            Ok::<_, Error>(excess.pass <= 0.0 && search.rule_passes(quantity, *value, &control)?)
+            let passes = excess.pass <= 0.0
+                && search.rule_passes(quantity, *value, DrawnRuns::Doubtful, &control)?;
+            Ok::<_, Error>(passes)
         })?;
         let bits = open.iter().map(|value| value.to_bits());
         self.rule.borrow_mut().extend(bits.zip(answers));
@@ -537,6 +543,12 @@ impl<'w, 'a> Walk<'w, 'a> {
             safe_from = passing.last().copied().or(safe_from);
             does_not = failing.or(does_not);
         }
+        while let Some(from) = safe_from.filter(|_| !self.search.is_at_the_limit()) {
+            if self.passes_with_all_draws(from)? {
+                break;
+            }
+            (safe_from, does_not) = (self.next_safer(from), Some(from));
+        }
         let reason = match safe_from {
             Some(_) => None,
             None => Some(self.search.hindrance(self.quantity, until, self.control)?),
@@ -563,6 +575,26 @@ impl<'w, 'a> Walk<'w, 'a> {
                 .push_str("; the search ended there at the limit `work`");
         }
         Ok(advice)
+    }
+
+    /// Returns whether the whole rule passes at a value, under all draws of the noise, and keeps the answer.
+    fn passes_with_all_draws(&self, value: f64) -> Result<bool, Error> {
+        let (search, control) = (self.search, self.control);
+        let passes = search.rule_passes(self.quantity, value, DrawnRuns::All, control)?;
+        self.rule.borrow_mut().insert(value.to_bits(), passes);
+        Ok(passes)
+    }
+
+    /// Returns the nearest value on the safer side that was asked and passes.
+    fn next_safer(&self, from: f64) -> Option<f64> {
+        let rule = self.rule.borrow();
+        let passing = rule.iter().filter(|(_, passes)| **passes);
+        let values = passing.map(|(bits, _)| f64::from_bits(*bits));
+        if self.quantity.is_safer_above() {
+            values.filter(|value| *value > from).reduce(f64::min)
+        } else {
+            values.filter(|value| *value < from).reduce(f64::max)
+        }
     }
 
     /// Returns the values before the first that does not pass, and that one.
@@ -775,6 +807,9 @@ fn scale_samples(conditioned: &mut Conditioned, scale: f64) {
         .take()
         .map(|formula| formula.scaled(scale, 0.0));
     conditioned.bias_m_s2 *= scale;
+    // A recording that is so many times as strong is as noisy for its strength.
+    conditioned.noise.deviation_m_s2 *= scale;
+    conditioned.noise.step_m_s2 *= scale;
     if let Some(second) = &mut conditioned.second {
         scale_samples(&mut second.conditioned, scale);
     }

@@ -1,9 +1,10 @@
 //! Comparison of the rows above the names with the samples and their clock.
 
-use super::Preamble;
 use super::row::{PreambleRow, PreambleTopic, measure};
+use super::{Preamble, WordedLine};
 use crate::Finding;
 use crate::channel_name::filtered::{Filtered, filter_in};
+use crate::examine::clock::{Comparison, RateStatement, Relation, UsedClock};
 use crate::held;
 use crate::setting::Setting;
 use crate::text::shown;
@@ -23,18 +24,39 @@ pub(in crate::csv) struct TableFacts {
     pub(in crate::csv) is_stamped: bool,
     /// The instant on the file's clock that a person states as time zero [s].
     pub(in crate::csv) zero_s: Option<f64>,
+    /// The rate that a person states [Hz].
+    pub(in crate::csv) stated_hz: Option<f64>,
     /// The sensitivity that a person states.
     pub(in crate::csv) sensitivity: Option<SensorSensitivity>,
 }
 
+impl TableFacts {
+    fn used_clock(&self) -> UsedClock<'_> {
+        UsedClock {
+            name: &self.clock_name,
+            hertz: self.rate.hertz(),
+            stated_hz: self.stated_hz,
+        }
+    }
+}
+
 impl Preamble {
-    /// Returns the findings on a column: its rows, and contradictions of samples or options.
-    pub(in crate::csv) fn findings(&self, index: usize, facts: &TableFacts) -> Vec<Finding> {
+    /// Returns the findings on a column: its rows, and contradictions of samples or options. What a person must
+    /// accept of the clock joins `doubts`.
+    pub(in crate::csv) fn findings(
+        &self,
+        index: usize,
+        facts: &TableFacts,
+        doubts: &mut Vec<String>,
+    ) -> Vec<Finding> {
         let mut findings: Vec<Finding> = self.shown(index).into_iter().collect();
         for topic in [PreambleTopic::Rate, PreambleTopic::Interval] {
             for (row, text) in self.values_on(topic, index) {
-                match row.rates(text) {
-                    Some(rates) => findings.extend(row_finding(row, text, &rates, facts)),
+                match row.rate_statement(text) {
+                    Some(rate) => {
+                        let comparison = row_comparison(row, text, &rate, facts);
+                        comparison.tell(&mut findings, doubts);
+                    }
                     None => findings.push(row.statement(text).unread()),
                 }
             }
@@ -51,12 +73,8 @@ impl Preamble {
                 _ => {}
             }
         }
-        for row in &self.comments {
-            let text = row.only().map_or("", String::as_str);
-            let rates = row.rates(text).unwrap_or_default();
-            let finding = row_finding(row, text, &rates, facts);
-            findings
-                .extend(finding.map(|finding| Finding::warning("rate-contradicted", finding.text)));
+        for line in &self.worded {
+            worded_comparison(line, facts, &mut findings, doubts);
         }
         findings.extend(self.sensitivity_finding(index, facts));
         findings.extend(self.zero_finding(facts));
@@ -69,9 +87,11 @@ impl Preamble {
         let rows = [PreambleTopic::Rate, PreambleTopic::Interval].map(|topic| self.rows_on(topic));
         let agrees = |row: &&PreambleRow| {
             let mut filled = row.values.iter().filter(|text| !text.is_empty()).peekable();
-            let is_same = |text: &String| match row.rates(text).as_deref() {
-                Some([rate]) => (rate / facts.rate.hertz() - 1.0).abs() <= SAME - 1.0,
-                _ => false,
+            let is_same = |text: &String| {
+                let rate = row
+                    .rate_statement(text)
+                    .filter(|rate| rate.rates().len() == 1);
+                rate.is_some_and(|rate| rate.relation(facts.rate.hertz()) == Relation::Confirmed)
             };
             filled.peek().is_some() && filled.all(is_same)
         };
@@ -83,6 +103,9 @@ impl Preamble {
     /// part of what was recorded, so that the difference proves nothing.
     pub(in crate::csv) fn span_doubt(&self, facts: &TableFacts) -> Option<String> {
         let length_s = facts.end_s - facts.start_s;
+        if let Some(doubt) = self.ends_doubt(facts).filter(|_| !facts.is_stamped) {
+            return Some(doubt);
+        }
         let measured = [
             (PreambleTopic::Start, facts.start_s),
             (PreambleTopic::End, facts.end_s),
@@ -108,9 +131,36 @@ impl Preamble {
                     facts.clock_name,
                     latchgate_kernel::units::short(measured_s, 7)
                 );
-                (!is_near && off > NOMINAL).then_some(text)
+                (!is_near && off > OF_A_PART).then_some(text)
             })
         })
+    }
+
+    /// Returns a doubt where a start and an end without units are those of no rate near the stated one.
+    fn ends_doubt(&self, facts: &TableFacts) -> Option<String> {
+        let bare = |topic| {
+            self.rows_on(topic).find_map(|row| {
+                let (number, unit) = measure(row.only()?)?;
+                unit.is_empty().then_some((row, number))
+            })
+        };
+        let (first_row, start) = bare(PreambleTopic::Start)?;
+        let (last_row, end) = bare(PreambleTopic::End)?;
+        let steps = facts.samples?.saturating_sub(1) as f64;
+        // Some count the time after the last sample as well.
+        let rates = [steps, steps + 1.0].map(|steps| steps / (end - start));
+        let rates = rates
+            .iter()
+            .flat_map(|rate| [1.0, 1e3, 1e6].map(|factor| rate * factor));
+        let rates: Vec<f64> = rates.filter(|rate| *rate > 0.0).collect();
+        let rate = RateStatement::of(rates, "");
+        let said = format!(
+            "{} and {} are {start} and {end}",
+            first_row.named(),
+            last_row.named()
+        );
+        let (difference, relation) = facts.used_clock().difference(&said, &rate);
+        (relation == Relation::Contradicted).then_some(difference)
     }
 
     /// Returns the finding that shows the rows on a column.
@@ -216,37 +266,41 @@ impl Preamble {
 /// Most characters of a list of rows that are shown.
 const SHOWN: usize = 600;
 
-/// Largest ratio of two rates that are the same, and of two that may be nominal and true one.
-const SAME: f64 = 1.01;
-const NOMINAL: f64 = 1.5;
+/// Ratio up to which a stated begin, end or length may be that of a part of the record.
+const OF_A_PART: f64 = 1.5;
 
-/// Compares the rates [Hz] of a row with that of the samples.
-fn row_finding(
-    row: &PreambleRow,
-    text: &str,
-    rates: &[f64],
+/// Compares what a line states in words. It may speak of another clock than the table's: where each sample has a
+/// stamp, a difference is told if a word says that the clock is that of samples; where none has, a person weighs
+/// each that contradicts.
+fn worded_comparison(
+    line: &WordedLine,
     facts: &TableFacts,
-) -> Option<Finding> {
-    let statement = format!("{} is `{}`", row.named(), shown(text));
-    rate_finding(&statement, rates, (&facts.clock_name, facts.rate.hertz()))
+    findings: &mut Vec<Finding>,
+    doubts: &mut Vec<String>,
+) {
+    for clock in &line.clocks {
+        let (difference, relation) = facts.used_clock().difference(&line.said, &clock.rate);
+        match relation {
+            Relation::Confirmed => {}
+            Relation::Contradicted if !facts.is_stamped => doubts.push(difference),
+            Relation::Silent | Relation::Contradicted if clock.is_named && clock.has_unit => {
+                let text = format!("{difference}. Check the clock");
+                findings.push(Finding::warning("time-differs", text));
+            }
+            Relation::Silent | Relation::Contradicted => {}
+        }
+    }
 }
 
-/// Compares the rates [Hz] that `statement` may mean, as `SampleRate is 10000`, with that of the clock.
-pub(crate) fn rate_finding(
-    statement: &str,
-    rates: &[f64],
-    (clock_name, hertz): (&str, f64),
-) -> Option<Finding> {
-    let ratio = |rate: &f64| (rate / hertz).max(hertz / rate);
-    let nearest = rates.iter().map(ratio).fold(f64::INFINITY, f64::min);
-    let text = format!(
-        "{statement}, but {clock_name} gives {} Hz. One of the two is wrong. Find out which is right",
-        latchgate_kernel::units::short(hertz, 7)
-    );
-    (nearest > SAME).then(|| match nearest > NOMINAL {
-        true => Finding::blocking("time-contradicted", text),
-        false => Finding::warning("rate-contradicted", text),
-    })
+/// Compares the rate that a row states with that of the samples.
+fn row_comparison(
+    row: &PreambleRow,
+    text: &str,
+    rate: &RateStatement,
+    facts: &TableFacts,
+) -> Comparison {
+    let said = format!("{} is `{}`", row.named(), shown(text));
+    facts.used_clock().compare(&said, rate)
 }
 
 fn cut(text: &str) -> String {

@@ -4,6 +4,8 @@ use crate::channel_name;
 use crate::csv::begin;
 use crate::csv::dialect::Separator;
 use crate::csv::preamble::TableShape;
+use crate::examine::clock::RateStatement;
+use crate::examine::worded::{hertz_of_unit, worded_clocks};
 use crate::held::Statement;
 use crate::text::{self, shown};
 use crate::words::{Words, word_list};
@@ -122,7 +124,7 @@ impl PreambleTopic {
         {
             return None;
         }
-        let is_rate = units.iter().all(|unit| per_second(unit).is_some());
+        let is_rate = units.iter().all(|unit| hertz_of_unit(unit).is_some());
         // A longer time is that of the recording.
         let is_short = |value: &&String| row.seconds(value).is_some_and(|s| s <= 0.01);
         let is_interval = || filled.iter().all(is_short).then_some(Self::Interval);
@@ -209,12 +211,12 @@ impl PreambleRow {
     }
 
     /// Reads two lines above a table of which the second holds the values of the first, as in
-    /// `X,CH1,Start,Increment` over `Sequence,Volt,-0.1,2e-4`: one row for each known key beyond the columns,
-    /// and a row of units above the columns.
+    /// `X,CH1,Start,Increment` over `Sequence,Volt,-0.1,2e-4`: one row for each known key of time or number that
+    /// stands over a number, and a row of units above the columns.
     pub(super) fn of_pair([names, values]: [&(u64, String); 2], shape: TableShape) -> Vec<Self> {
         let TableShape { separator, width } = shape;
         let [keys, cells] = [names, values].map(|(_, text)| cells(text, separator));
-        if keys.len() <= width || keys.len() != cells.len() {
+        if keys.len() != cells.len() || keys.len() < 3 {
             return Vec::new();
         }
         let row = |key: &str, topic, values| Self {
@@ -224,21 +226,20 @@ impl PreambleRow {
             is_short: true,
             values,
         };
-        let rows_of_keys = keys
-            .iter()
-            .zip(&cells)
-            .skip(width)
-            .filter_map(|(key, cell)| {
-                let topic = PreambleTopic::of_key(key).filter(|_| measure(cell).is_some())?;
-                Some(row(key, topic, vec![String::new(), cell.clone()]))
-            });
+        let rows_of_keys = keys.iter().zip(&cells).skip(1).filter_map(|(key, cell)| {
+            use PreambleTopic::{Before, Count, End, Interval, Rate, Start};
+            let topic = PreambleTopic::of_key(key).filter(|_| measure(cell).is_some())?;
+            let is_of_all = matches!(topic, Before | Count | End | Interval | Rate | Start);
+            let is_it = is_of_all || keys.len() > width;
+            is_it.then(|| row(key, topic, vec![String::new(), cell.clone()]))
+        });
         let mut rows: Vec<Self> = rows_of_keys.collect();
         if !rows.is_empty() {
             let unit = |cell: &String| match channel_name::is_unit(cell) {
                 true => cell.clone(),
                 false => String::new(),
             };
-            let units = cells[..width].iter().map(unit).collect();
+            let units = cells[..width.min(cells.len())].iter().map(unit).collect();
             rows.push(row("", PreambleTopic::Unit, units));
         }
         rows
@@ -280,14 +281,18 @@ impl PreambleRow {
         }
     }
 
-    /// Returns the rates that a value may mean [Hz]: several where no unit decides.
-    pub(super) fn rates(&self, text: &str) -> Option<Vec<f64>> {
+    /// Returns the rates that a value of one number and one unit may mean [Hz]: several where no unit decides.
+    fn plain_rates(&self, text: &str) -> Option<Vec<f64>> {
         let (number, unit) = measure(text)?;
         let unit = match unit {
             "" => self.unit(),
             unit => unit,
         };
-        let rates = match (per_second(unit), TimeUnit::from_spelling(unit), self.topic) {
+        let rates = match (
+            hertz_of_unit(unit),
+            TimeUnit::from_spelling(unit),
+            self.topic,
+        ) {
             (Some(factor), ..) => vec![number * factor],
             (None, Some(unit), _) => vec![1.0 / unit.to_seconds(number)],
             (None, None, Some(PreambleTopic::Interval)) => {
@@ -298,6 +303,16 @@ impl PreambleRow {
         };
         let is_rate = |rate: &f64| rate.is_finite() && *rate > 0.0;
         rates.iter().all(is_rate).then_some(rates)
+    }
+
+    /// Returns the rate that a text under the row's name states: several where no unit decides, or where a sign may
+    /// part thousands.
+    pub(super) fn rate_statement(&self, text: &str) -> Option<RateStatement> {
+        if let Some(rates) = self.plain_rates(text) {
+            return Some(RateStatement::of(rates, text));
+        }
+        let worded = worded_clocks(&format!("{}: {text}", self.key));
+        worded.into_iter().next().map(|clock| clock.rate)
     }
 
     /// Returns a time that is stated with its unit [s].
@@ -354,19 +369,9 @@ const SAMPLING: [&str; 11] = [
     "échant",
 ];
 
-/// Returns the number of samples a second in one of a unit.
-fn per_second(unit: &str) -> Option<f64> {
-    match unit.to_lowercase().as_str() {
-        "hz" | "1/s" | "s/s" | "sa/s" | "sps" | "samples/s" | "samples/sec" => Some(1.0),
-        "khz" | "ks/s" | "ksa/s" | "ksps" => Some(1e3),
-        "mhz" | "ms/s" | "msa/s" | "msps" => Some(1e6),
-        _ => None,
-    }
-}
-
 /// True if a text is the unit of a rate or of a time.
 fn is_unit_of_clock(text: &str) -> bool {
-    per_second(text).is_some() || TimeUnit::from_spelling(text).is_some()
+    hertz_of_unit(text).is_some() || TimeUnit::from_spelling(text).is_some()
 }
 
 /// Counts the marks between the cells of a line.

@@ -398,6 +398,37 @@ fn findings(title: &str, list: &Value) -> Markup {
     }
 }
 
+/// Asks for what a pass may wait for.
+fn words() -> Markup {
+    let field = |setting: Setting, hint: &str| {
+        html! {
+            label { (label(setting)) " " input name=(setting.key()) autocomplete="off" placeholder=(hint); }
+        }
+    };
+    html! {
+        details.change {
+            summary { "What a pass may wait for" }
+            div.fields {
+                (field(Setting::Transfer, "1, or LO..HI; not needed at door or latch"))
+                (field(Setting::VelocityChange, "from another source"))
+                label { (label(Setting::Accept)) " "
+                    select name=(Setting::Accept.key()) {
+                        option value="" { "none" }
+                        @for choice in words_of(Setting::Accept) { option value=(choice) { (choice) } }
+                        option value=(words_of(Setting::Accept).join(",")) { "all of them" }
+                    }
+                }
+                label { (label(Setting::Siblings)) " "
+                    select name=(Setting::Siblings.key()) {
+                        option value="" { "the chosen one alone" }
+                        option value="true" { "all; the worst counts" }
+                    }
+                }
+            }
+        }
+    }
+}
+
 fn question(designs: &[DesignChoice]) -> Markup {
     html! {
         h2 { "Question" }
@@ -412,6 +443,7 @@ fn question(designs: &[DesignChoice]) -> Markup {
                 }
             }
         }
+        (words())
         (fields::lever())
         p { button.primary { "Judge" } }
         progress id="judging" hidden aria-label="Judging" {}

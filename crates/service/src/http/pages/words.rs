@@ -23,6 +23,10 @@ pub(super) const LABELS: &[(Setting, &str)] = &[
     (Setting::TimeZero, "Time of first contact [s]"),
     (Setting::OpensWhen, "Opening direction"),
     (Setting::Filter, "Filter"),
+    (Setting::Transfer, "Factor from sensor to latch"),
+    (Setting::VelocityChange, "Velocity change [m/s]"),
+    (Setting::Accept, "Accepted doubts"),
+    (Setting::Siblings, "All lateral channels of that side"),
     (Setting::Model, "Stop"),
 ];
 

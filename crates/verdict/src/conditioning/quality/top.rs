@@ -89,7 +89,7 @@ fn beyond_range(facts: &SignalFacts<'_>, range_g: Option<f64>) -> Option<Finding
 fn is_away(facts: &SignalFacts<'_>, extreme: f64) -> bool {
     let away = (extreme - facts.bias).abs();
     extreme.abs() > QUIET_QUANTA * facts.quantum
-        && away > EXTREME_PART * facts.peak
+        && away > EXTREME_PART * facts.own_peak
         && away > 5.0 * facts.pre_deviation
 }
 
@@ -256,7 +256,7 @@ pub(super) fn one_signed(facts: &SignalFacts<'_>) -> Option<Finding> {
         2.0 * middle < step && step >= STEEP_QUANTA * facts.quantum
     });
     let count = turns.count();
-    let near = low.abs().min(high.abs()) < EXTREME_PART * facts.peak;
+    let near = low.abs().min(high.abs()) < EXTREME_PART * facts.own_peak;
     if !near || count == 0 || facts.noise.is_none() {
         return None;
     }

@@ -1,0 +1,231 @@
+//! Guards `latchgate spectrum` at the process boundary.
+
+use crate::support::{Done, Folder, latchgate, signal_file};
+use serde_json::Value;
+
+fn spectrum(arguments: &[&str]) -> Done {
+    let mut all = vec!["spectrum"];
+    all.extend(arguments);
+    latchgate(&all)
+}
+
+/// Returns the document that an option-free question answers with.
+fn document(arguments: &[&str]) -> Value {
+    let mut all = arguments.to_vec();
+    all.extend(["--no-report", "--format", "json"]);
+    let done = spectrum(&all);
+    assert_eq!(done.code, 0, "{}", done.err);
+    done.document()
+}
+
+fn numbers(list: &Value) -> Vec<Option<f64>> {
+    list.as_array().unwrap().iter().map(Value::as_f64).collect()
+}
+
+const SLED: &str = "pulse:half-sine,peak=30g,duration=30ms,opens-when=positive";
+const SHORT: &str = "pulse:half-sine,peak=60g,duration=5ms,opens-when=positive";
+
+#[test]
+fn cli_curves_zones_and_their_envelope_are_told() {
+    let document = document(&[SLED, SHORT, "--share", "0.5"]);
+    assert_eq!(document["schema"], "latchgate.spectrum/1");
+    let strokes = numbers(&document["stroke_m"]);
+    assert_eq!(strokes.len(), 24);
+    let curves: Vec<_> = (0..2)
+        .map(|curve| numbers(&document["spectrum_m_s2"][curve]))
+        .collect();
+    let envelope = numbers(&document["envelope_m_s2"]);
+    let covering = numbers(&document["share_m_s2"]);
+    for place in 0..24 {
+        let values = [curves[0][place], curves[1][place]];
+        let highest = values.into_iter().flatten().reduce(f64::max);
+        assert_eq!(envelope[place], highest);
+        let by = document["envelope_by"][place].as_u64();
+        assert_eq!(by.and_then(|by| values[by as usize]), highest);
+        // Half of two curves is the lower.
+        let both = values[0].zip(values[1]);
+        assert_eq!(covering[place], both.map(|(one, other)| one.min(other)));
+        for (curve, value) in values.iter().enumerate() {
+            let zone = document["zone_from_m_s2"][curve][place].as_f64();
+            assert!(zone.is_none_or(|from| value.is_some_and(|value| from <= value)));
+        }
+    }
+    // The short pulse is the stronger for a lever that must come far to open least.
+    assert_eq!(document["envelope_by"][0], 1);
+    assert_eq!(document["envelope_by"][18], 0);
+    let settings = &document["settings"];
+    assert_eq!(settings["restitution"], serde_json::json!([0.8, 0.8]));
+    assert_eq!(settings["levers"], 128);
+    assert!(document["recordings"][0]["recording"]["sha256"].is_string());
+    assert_eq!(document["report_id"].as_str().unwrap().len(), 64);
+}
+
+#[test]
+fn cli_the_same_spectrum_has_the_same_bytes() {
+    let ask = |threads: &str| {
+        let more = ["--threads", threads, "--no-report", "--format", "json"];
+        let mut all = vec![SHORT];
+        all.extend(more);
+        let text = spectrum(&all).out;
+        text.split("\"run\"").next().unwrap().to_string()
+    };
+    assert_eq!(ask("1"), ask("2"));
+}
+
+#[test]
+fn cli_a_design_has_its_place_and_reserves() {
+    let folder = Folder::new("spectrum-design");
+    let design = |preload: f64| {
+        let text = format!(
+            "name = \"d{preload}\"\nbase = \"paper\"\n[lever]\npreload_torque_nm = {preload}\n\
+             [tolerance]\npreload_torque_nm = \"2 %\"\nmass_kg = \"1 %\"\n"
+        );
+        folder.write(&format!("d{preload}.toml"), text)
+    };
+    let [strong_file, weak_file] = [4.0, 0.5].map(design);
+    let document = document(&[SLED, "--design", &strong_file, "--design", &weak_file]);
+    let [strong, weak] = [0, 1].map(|index| &document["designs"][index]);
+    assert_eq!(strong["place"], "above");
+    let load = strong["reserve_load"].as_f64().unwrap();
+    let preload = strong["reserve_preload"].as_f64().unwrap();
+    // Lift-off 42.5 g over a curve of some 23 g at this stroke.
+    assert!((0.4..0.5).contains(&preload), "{preload}");
+    assert!((1.5..1.9).contains(&load), "{load}");
+    // The rule says the same of pulses that are so many times as strong.
+    for (times, code) in [(0.97 * load, 0), (load, 3)] {
+        let peak = 30.0 * times;
+        let pulse = format!("pulse:half-sine,peak={peak}g,duration=30ms,opens-when=positive");
+        let done = latchgate(&[
+            "replay",
+            &pulse,
+            "--design",
+            &strong_file,
+            "--no-report",
+            "--no-advice",
+        ]);
+        assert_eq!(done.code, code, "{times}: {}", done.out);
+    }
+    assert_eq!(weak["place"], "below");
+    assert!(weak["reserve_load"].is_null());
+    assert!(
+        weak["reserve_load_reason"]
+            .as_str()
+            .unwrap()
+            .contains("does not pass")
+    );
+    assert!(weak["reserve_preload"].as_f64().unwrap() < -1.0);
+}
+
+#[test]
+fn cli_a_lever_beside_a_catch_has_no_place() {
+    let folder = Folder::new("spectrum-catch");
+    let design = folder.path().join("catch.toml");
+    let made = latchgate(&[
+        "init",
+        "design",
+        "--mechanism",
+        "catch",
+        design.to_str().unwrap(),
+    ]);
+    assert_eq!(made.code, 0, "{}", made.err);
+    let document = document(&[SHORT, "--design", design.to_str().unwrap()]);
+    let point = &document["designs"][0];
+    assert!(point["place"].is_null() && point["reserve_load"].is_null());
+    assert!(point["reason"].as_str().unwrap().contains("catch"));
+}
+
+#[test]
+fn cli_an_unusable_recording_is_an_error_unless_it_is_left_out() {
+    let folder = Folder::new("spectrum-unusable");
+    let empty = folder.write("empty.csv", "");
+    let done = spectrum(&[SHORT, &empty, "--no-report"]);
+    assert_eq!(done.code, 4);
+    assert!(
+        done.err
+            .starts_with("latchgate: empty.csv: the file is empty"),
+        "{}",
+        done.err
+    );
+    assert_eq!(done.out, "");
+    let document = document(&[SHORT, &empty, "--leave-out-unusable"]);
+    assert_eq!(document["recordings"].as_array().unwrap().len(), 1);
+    let left = &document["left_out"][0];
+    assert_eq!(left["file"], "empty.csv");
+    assert!(left["reason"].as_str().unwrap().contains("empty"));
+    // Where nothing is left there is no answer.
+    let done = spectrum(&[&empty, "--leave-out-unusable", "--no-report"]);
+    assert_eq!(done.code, 4);
+    // A dead sensor is a recording, and none that tells anything.
+    let dead = folder.write(
+        "dead.csv",
+        "t_s,acc_y_g\n".to_string()
+            + &(0..800)
+                .map(|k| format!("{:.4},0.5\n", f64::from(k) / 1e4))
+                .collect::<String>(),
+    );
+    let done = spectrum(&[&dead, "--no-report"]);
+    assert_eq!(done.code, 4, "{}", done.out);
+    assert!(
+        done.err.contains("an unusable recording has no spectrum"),
+        "{}",
+        done.err
+    );
+}
+
+#[test]
+fn cli_values_out_of_range_are_wrong_usage() {
+    for (option, value, named) in [
+        ("--restitution", "1.2", "restitution"),
+        ("--restitution", "0.9..0.5", "LO must not be above HI"),
+        ("--limit-angle", "2", "limit angle"),
+        ("--share", "1.5", "share"),
+        ("--share", "0", "--share"),
+    ] {
+        let done = spectrum(&[SHORT, option, value, "--no-report"]);
+        assert_eq!(done.code, 2, "{option} {value}: {}", done.err);
+        assert!(done.err.contains(named), "{option} {value}: {}", done.err);
+    }
+}
+
+#[test]
+fn cli_page_table_and_chart_are_written() {
+    let folder = Folder::new("spectrum-report");
+    let out = folder.path().join("out");
+    let done = spectrum(&[
+        &signal_file("half_sine_30g_11ms.csv"),
+        "--out",
+        out.to_str().unwrap(),
+    ]);
+    assert_eq!(done.code, 0, "{}", done.err);
+    assert!(
+        done.out
+            .starts_with("This recording demands a lift-off of more than"),
+        "{}",
+        done.out
+    );
+    assert!(done.out.contains("spectrum.html"), "{}", done.out);
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let table = read("spectrum.csv");
+    assert_eq!(table.lines().count(), 25);
+    assert!(table.starts_with("stroke_m,envelope_m_s2,"), "{table}");
+    let stored: Value = serde_json::from_str(&read("spectrum.json")).unwrap();
+    let first: f64 = table
+        .lines()
+        .nth(1)
+        .unwrap()
+        .split(',')
+        .nth(1)
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert_eq!(stored["spectrum_m_s2"][0][0].as_f64(), Some(first));
+    assert!(read("spectrum.html").contains("<svg") && read("spectrum.svg").starts_with("<svg"));
+    // A second run takes the place of the first; a folder of other things is refused.
+    let again = spectrum(&[SHORT, "--out", out.to_str().unwrap()]);
+    assert_eq!(again.code, 0, "{}", again.err);
+    let own = folder.path().join("own");
+    std::fs::create_dir(&own).unwrap();
+    std::fs::write(own.join("thesis.txt"), "mine").unwrap();
+    let refused = spectrum(&[SHORT, "--out", own.to_str().unwrap()]);
+    assert_eq!(refused.code, 4, "{}", refused.err);
+}
