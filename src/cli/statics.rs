@@ -6,12 +6,14 @@ use super::output;
 use super::values::OutputFormat;
 use crate::pipeline::read_within;
 use clap::Args;
+use latchgate_document::design_document::DesignDocument;
 use latchgate_document::design_file::{apply_override, static_from_bytes};
 use latchgate_document::static_document::StaticDocument;
+use latchgate_kernel::error::Error as OutOfRange;
 use latchgate_kernel::model::Design;
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::source::sha256;
-use latchgate_verdict::statics::StaticLever;
+use latchgate_verdict::statics::{Door, SPRING_DEVIATIONS, Standard, StaticLever, StaticQuestion};
 use std::path::{Path, PathBuf};
 
 /// Options of `static`.
@@ -23,6 +25,18 @@ pub struct StaticArguments {
     /// Override one design key, for example lever.preload_torque_nm=2.82
     #[arg(long, value_name = "KEY=VALUE", allow_hyphen_values = true)]
     pub set: Vec<String>,
+    /// One standard asked about [default: all]
+    #[arg(long, value_name = "206|r11|j839", value_parser = parse_standard)]
+    pub standard: Option<Standard>,
+    /// Door that the latch holds: which rows and clauses count
+    #[arg(long, value_name = "hinged|sliding|back", default_value = "hinged", value_parser = parse_door)]
+    pub door: Door,
+    /// Standard deviations below its nominal output at which the spring counts
+    #[arg(long, value_name = "K", default_value_t = SPRING_DEVIATIONS)]
+    pub spring_deviations: f64,
+    /// Least torque of the closed spring, in place of that [N m]
+    #[arg(long, value_name = "T")]
+    pub spring_torque_min: Option<f64>,
     /// Folder of the page [default: reports/out/static-DESIGN]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -33,8 +47,14 @@ pub struct StaticArguments {
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(arguments: &StaticArguments, common: &Common) -> Result<u8, Failure> {
-    let (lever, sha256) = lever(arguments, common)?;
-    let document = StaticDocument::of(&lever, sha256, crate::pipeline::run_block());
+    let (lever, design_document, sha256) = lever(arguments, common)?;
+    let question = question(arguments)?;
+    let document = StaticDocument::of(
+        (&lever, design_document),
+        &question,
+        sha256,
+        crate::pipeline::run_block(),
+    );
     let folder = (!arguments.no_report).then(|| {
         let name = latchgate_report::folder_name("static", &document.design, "");
         let default = || Path::new("reports/out").join(name);
@@ -55,11 +75,49 @@ pub(super) fn command(arguments: &StaticArguments, common: &Common) -> Result<u8
     Ok(0)
 }
 
-/// Returns the lever, and the SHA-256 of its file.
+/// Returns what is asked.
+fn question(arguments: &StaticArguments) -> Result<StaticQuestion, Failure> {
+    let refuse = |what: &str, expected: &str, found: f64| {
+        let error = OutOfRange::out_of_range(what, expected, found.to_string());
+        Err(Failure::Usage(Error::from(error)))
+    };
+    let deviations = arguments.spring_deviations;
+    if !(0.0..=DEVIATIONS_MAX).contains(&deviations) {
+        return refuse("--spring-deviations", "from 0 to 6", deviations);
+    }
+    if let Some(least) = arguments.spring_torque_min
+        && !(least >= 0.0 && least.is_finite())
+    {
+        return refuse("--spring-torque-min [N m]", "zero or positive", least);
+    }
+    Ok(StaticQuestion {
+        standard: arguments.standard,
+        door: arguments.door,
+        spring_deviations: deviations,
+        spring_torque_min_nm: arguments.spring_torque_min,
+    })
+}
+
+/// Most standard deviations that a spring may be counted below its nominal output.
+const DEVIATIONS_MAX: f64 = 6.0;
+
+fn parse_standard(text: &str) -> Result<Standard, String> {
+    let word = text.to_ascii_lowercase();
+    let known = Standard::ALL.into_iter().find(|own| own.word() == word);
+    known.ok_or_else(|| "one of 206, r11, j839".into())
+}
+
+fn parse_door(text: &str) -> Result<Door, String> {
+    let word = text.to_ascii_lowercase();
+    let known = Door::ALL.into_iter().find(|own| own.word() == word);
+    known.ok_or_else(|| "one of hinged, sliding, back".into())
+}
+
+/// Returns the lever, what part it is of, and the SHA-256 of its file.
 fn lever(
     arguments: &StaticArguments,
     common: &Common,
-) -> Result<(StaticLever, Option<String>), Failure> {
+) -> Result<(StaticLever, DesignDocument, Option<String>), Failure> {
     let in_option = |error: Error| Failure::Usage(error.at(Place::file("--set")));
     let Some(path) = &arguments.design else {
         let mut design = Design::reference();
@@ -69,7 +127,7 @@ fn lever(
         design
             .validate()
             .map_err(|error| Failure::Usage(error.into()))?;
-        return Ok((StaticLever::from(&design), None));
+        return Ok((StaticLever::from(&design), DesignDocument::default(), None));
     };
     let limits = common.limits().map_err(Failure::Usage)?;
     let file = path
@@ -77,6 +135,7 @@ fn lever(
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let limit = ("settings_bytes", limits.settings_bytes);
     let bytes = read_within(path, &file, "read the design file", limit).map_err(Failure::Data)?;
-    let lever = static_from_bytes(&file, &bytes, &arguments.set, &limits).map_err(Failure::Data)?;
-    Ok((lever, Some(sha256(&bytes))))
+    let (lever, document) =
+        static_from_bytes(&file, &bytes, &arguments.set, &limits).map_err(Failure::Data)?;
+    Ok((lever, document, Some(sha256(&bytes))))
 }

@@ -5,6 +5,7 @@
 
 use crate::pipeline::{Answer, Limits, Request};
 use latchgate_recording::error::{Error, ErrorKind, Place, with_article};
+use latchgate_verdict::statics::Standard;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -19,8 +20,38 @@ pub struct GateFile {
     pub require: Vec<Requirement>,
     /// Undecided pairs that are let through for a time.
     pub allow: Vec<Exception>,
-    /// Static load in any direction that every design is to hold [g].
-    pub require_static_g: Option<f64>,
+    /// Static load that every design is to hold.
+    pub require_static: Option<StaticRequirement>,
+}
+
+/// A static load, and who asks for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StaticRequirement {
+    /// The load [g].
+    pub load_g: f64,
+    /// The standard whose directions count.
+    pub standard: Standard,
+}
+
+impl StaticRequirement {
+    /// Reads a load, or a table of `g` and `standard`.
+    fn of(value: &toml::Value) -> Option<Self> {
+        let number = |value: &toml::Value| {
+            let level = value
+                .as_float()
+                .or(value.as_integer().map(|level| level as f64));
+            level.filter(|level| level.is_finite() && *level > 0.0)
+        };
+        if let Some(load_g) = number(value) {
+            let standard = Standard::SaeJ839;
+            return Some(Self { load_g, standard });
+        }
+        let table = value.as_table()?;
+        let load_g = number(table.get("g")?)?;
+        let word = table.get("standard")?.as_str()?;
+        let standard = Standard::ALL.into_iter().find(|own| own.word() == word)?;
+        (table.len() == 2).then_some(Self { load_g, standard })
+    }
 }
 
 /// Recordings that share their settings.
@@ -180,16 +211,13 @@ impl FileReading<'_> {
                     }
                 }
                 (REQUIRE_STATIC, value) => {
-                    let level = value
-                        .as_float()
-                        .or(value.as_integer().map(|level| level as f64));
-                    gate.require_static_g = level.filter(|level| level.is_finite() && *level > 0.0);
-                    if gate.require_static_g.is_none() {
+                    gate.require_static = StaticRequirement::of(&value);
+                    if gate.require_static.is_none() {
                         let place = self.place_of(REQUIRE_STATIC, None);
                         let error = Error::malformed(
-                            "a load in g, above 0",
+                            "a load in g, above 0, alone or with a standard, 206, r11 or j839",
                             with_article(value.type_str()),
-                            "write require_static_g = 30",
+                            "write require_static_g = 30, or { g = 30, standard = \"206\" }",
                         );
                         self.errors.push(error.at(place));
                     }

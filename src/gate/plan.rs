@@ -3,7 +3,9 @@
 //! Patterns become files, files become names, and names are matched with the requirements; each
 //! step needs the one before. A pattern that matches nothing is an error. No recording is opened.
 
-use super::file::{DesignEntry, ERRORS_MAX, Exception, GateFile, RecordingsEntry};
+use super::file::{
+    DesignEntry, ERRORS_MAX, Exception, GateFile, RecordingsEntry, StaticRequirement,
+};
 use crate::pipeline::{Answer, Design, Limits, Request, Source, design_from_bytes, read_within};
 use glob::{MatchOptions, Pattern};
 use latchgate_document::design_file::apply_override;
@@ -27,8 +29,8 @@ pub struct Plan {
     pub exceptions: Vec<PlannedException>,
     /// True if only some pairs of the gate are judged.
     pub part: bool,
-    /// Static load in any direction that every design is to hold [g].
-    pub require_static_g: Option<f64>,
+    /// Static load that every design is to hold.
+    pub require_static: Option<StaticRequirement>,
 }
 
 /// A recording with its settings.
@@ -218,7 +220,7 @@ impl Plan {
             rules: Vec::new(),
             exceptions: Vec::new(),
             part: false,
-            require_static_g: file.require_static_g,
+            require_static: file.require_static,
         };
         for entry in &file.require {
             if errors.len() >= ERRORS_MAX {

@@ -8,7 +8,7 @@ use super::summary::{
     Counts, GateProblem, GateSummary, PART_SCHEMA, SCHEMA, StaticStanding, SummaryRecording,
 };
 use crate::pipeline::{Answer, Design, NUMBERS_REVISION};
-use latchgate_verdict::statics::StaticLever;
+use latchgate_verdict::statics::{StaticLever, StaticQuestion};
 
 /// Options of a summary beside its gate.
 #[derive(Debug, Clone, Copy, Default)]
@@ -116,16 +116,28 @@ pub fn summarise(
 
 /// Compares every design with the required static load.
 fn statics(plan: &Plan) -> Vec<StaticStanding> {
-    let Some(required_g) = plan.require_static_g else {
+    let Some(required) = plan.require_static else {
         return Vec::new();
     };
     let standing = |design: &Design| {
-        let opens_at_g = StaticLever::from(design).worst_g();
+        let question = StaticQuestion {
+            standard: Some(required.standard),
+            ..StaticQuestion::default()
+        };
+        let lever = StaticLever::from(design);
+        let is_stated = lever.with_least_spring(&question).is_some();
+        let rows = lever.rows_at_least(&question);
+        let answers = StaticLever::answers(&question, &rows, is_stated);
+        let opens_at_g = answers
+            .first()
+            .map_or(0.0, |answer| answer.opens_at_g.unwrap_or(f64::MAX));
         StaticStanding {
             design: design.name.clone(),
+            standard: required.standard,
             opens_at_g,
-            required_g,
-            holds: opens_at_g >= required_g,
+            required_g: required.load_g,
+            holds: is_stated && opens_at_g >= required.load_g,
+            spring_stated: is_stated,
         }
     };
     plan.designs.iter().map(standing).collect()

@@ -2,6 +2,7 @@
 
 use super::file::{ALLOW_KEYS, DESIGN_KEYS, FILES, REQUIRE_KEYS, REQUIRE_STATIC, TABLES};
 use crate::pipeline::Request;
+use latchgate_verdict::statics::Standard;
 use serde_json::{Map, Value, json};
 
 /// Returns the JSON Schema of a gate file, draft 2020-12.
@@ -21,6 +22,8 @@ pub fn schema() -> Value {
     }
     let set =
         json!({"anyOf": [{"type": "object"}, {"type": "array", "items": {"type": "string"}}]});
+    let load = json!({"type": "number", "exclusiveMinimum": 0});
+    let standards = Standard::ALL.map(Standard::word);
     let day = json!({"type": "string", "pattern": "^[0-9]{4}-[0-9]{2}-[0-9]{2}$"});
     let array = |keys: &[&str], needed: &[&str], schema: &dyn Fn(&str) -> Value| {
         let properties: Map<String, Value> = keys
@@ -49,8 +52,11 @@ pub fn schema() -> Value {
                 _ => described(&text, "Name; that of the design file if left out"),
             })},
             REQUIRE_STATIC: {
-                "type": "number", "exclusiveMinimum": 0,
-                "description": "Static load in any direction that every design is to hold [g]",
+                "description": "Static load that every design is to hold [g], in any direction, or in those of a standard",
+                "anyOf": [load, {
+                    "type": "object", "additionalProperties": false, "required": ["g", "standard"],
+                    "properties": {"g": load, "standard": {"enum": standards}},
+                }],
             },
             require_key: {"anyOf": [verdict, {"type": "array", "items": require}]},
             allow_key: {"type": "array", "items": array(&ALLOW_KEYS, &ALLOW_KEYS, &|key| match key {

@@ -4,6 +4,7 @@ use super::pairs::{COULD_NOT, Pair, PairStanding, severity};
 use crate::pipeline::{Answer, Design};
 use latchgate_recording::error::Error;
 use latchgate_report::escape;
+use latchgate_verdict::statics::Standard;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::time::Duration;
@@ -78,12 +79,16 @@ pub struct Counts {
 pub struct StaticStanding {
     /// The design.
     pub design: String,
-    /// Opens at this constant acceleration in its worst direction, by SAE J839 [g].
+    /// The standard whose directions count.
+    pub standard: Standard,
+    /// Opens at this constant acceleration in the worst of them, by the least output of its spring [g].
     pub opens_at_g: f64,
     /// Required load [g].
     pub required_g: f64,
     /// True if it holds the required load.
     pub holds: bool,
+    /// False of a design that does not state how far its spring scatters: it holds nothing.
+    pub spring_stated: bool,
 }
 
 impl StaticStanding {
@@ -91,13 +96,30 @@ impl StaticStanding {
     pub fn text(&self) -> String {
         let Self {
             design,
+            standard,
             opens_at_g,
             required_g,
             holds,
+            spring_stated,
         } = self;
         let holds = if *holds { "holds" } else { "does not hold" };
-        let level = latchgate_document::number::significant(*opens_at_g, 4);
-        format!("{design} {holds} {required_g} g in every direction: opens at {level} g")
+        let level = match *opens_at_g < f64::MAX {
+            true => format!(
+                "opens at {} g",
+                latchgate_document::number::significant(*opens_at_g, 4)
+            ),
+            false => "nothing opens it".into(),
+        };
+        let spring = match spring_stated {
+            true => "by its spring's least output",
+            false => {
+                "by its nominal spring, and how far that scatters is not stated: state tolerance.preload_torque_nm"
+            }
+        };
+        format!(
+            "{design} {holds} {required_g} g ({}): {level} {spring}",
+            standard.name()
+        )
     }
 }
 

@@ -15,6 +15,9 @@ use std::borrow::Cow;
 /// what turns the lever.
 const ACROSS_MAX: f64 = 0.02;
 
+/// Factor below which a range is suspected: the two sills of one car differ by up to 8.6.
+const FACTOR_LOW: f64 = 0.1;
+
 /// A verdict, at the factor between place and latch that counts.
 pub(super) struct Decided<'a> {
     pub(super) assessment: Assessment,
@@ -41,10 +44,22 @@ pub(super) fn findings(facts: &RecordingFacts, channel: &Channel) -> Vec<Finding
         );
         findings.push(Finding::warning("place-overridden", text));
     }
+    let stated = facts.request.transfer(&facts.card);
+    if let Some((range, _)) = stated
+        && range.to() < FACTOR_LOW
+    {
+        let text = format!(
+            "the largest factor from the sensor's place to the latch is {}: the latch is judged under less than a \
+             tenth of what the sensor saw. Check {} = {range}",
+            range.to(),
+            Setting::Transfer
+        );
+        findings.push(Finding::warning("transfer-low", text));
+    }
     let is_formula = facts.card.synthetic || channel.pulse.is_some();
     let place = facts.recording.place;
     let is_at_latch = place.is_some_and(SensorPlace::moves_as_latch);
-    if is_formula || is_at_latch || facts.request.transfer(&facts.card).is_some() {
+    if is_formula || is_at_latch || stated.is_some() {
         return findings;
     }
     let what = match place {

@@ -44,9 +44,10 @@ fn range(text: &str) -> Option<TransferRange> {
     Some(TransferRange::from_text(text).unwrap())
 }
 
-const CODES: [&str; 5] = [
+const CODES: [&str; 6] = [
     "place",
     "place-overridden",
+    "transfer-low",
     "axis",
     "axis-accepted",
     "needs-word",
@@ -183,6 +184,17 @@ fn verif_a_card_says_place_and_factors() {
         (block.from, block.to, block.source.name()),
         (2.0, 2.0, "option")
     );
+    // A latch that moves a tenth of what the sensor's place does is a slip, or worth a look.
+    for (card, codes) in [
+        ("transfer = 0.05", &["transfer-low"][..]),
+        (
+            "place = \"door\"\ntransfer = \"0.01..0.09\"",
+            &["transfer-low"],
+        ),
+        ("transfer = \"0.05..0.1\"", &[]),
+    ] {
+        check(&judged(&source(card), &asking()), Pass, codes, card);
+    }
     // What the card says against the file is shown.
     let folder = Folder::new("places-card");
     let path = mme(&folder, "11SILBLE0000ACYA");

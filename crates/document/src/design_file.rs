@@ -1,5 +1,6 @@
 //! Design files: lever, stop, criterion and tolerances in TOML, and overrides of their numbers.
 
+use crate::design_document::{DOCUMENT, DesignDocument};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::catch::Catch;
 use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
@@ -100,8 +101,8 @@ pub fn design_from_json(design: &serde_json::Value) -> Result<Design, String> {
     from_table(&table, "").map_err(|error| error.to_string())
 }
 
-/// Reads what a static calculation needs of a design file, with overrides: of a linkage no moment of inertia,
-/// damping or stop.
+/// Reads what a static calculation needs of a design file, with overrides, and what part it is of: of a linkage no
+/// moment of inertia, damping or stop.
 ///
 /// # Errors
 ///
@@ -112,8 +113,10 @@ pub fn static_from_bytes(
     bytes: &[u8],
     overrides: &[String],
     limits: &Limits,
-) -> Result<StaticLever, Error> {
+) -> Result<(StaticLever, DesignDocument), Error> {
     let place = Place::file(file);
+    let text = String::from_utf8_lossy(bytes);
+    let document = document_of(&text).map_err(|error| error.at(place.clone()))?;
     if let Some(table) = std::str::from_utf8(bytes)
         .ok()
         .and_then(|text| text.parse().ok())
@@ -123,7 +126,6 @@ pub fn static_from_bytes(
         // The rest of the file is checked as any other.
         let mut without_linkage: toml::Table = table.clone();
         without_linkage.remove("linkage");
-        let text = String::from_utf8_lossy(bytes);
         without_linkage.insert(BASE.into(), PAPER.into());
         let checked =
             from_table(&without_linkage, &text).map_err(|error| error.at(place.clone()))?;
@@ -153,10 +155,17 @@ pub fn static_from_bytes(
         let lever = StaticLever::of_linkage(name, checked.criterion.threshold_rad, linkage);
         let mut lever = lever.map_err(|error| Error::from(error).at(place))?;
         lever.has_catch = checked.catch.is_some();
-        return Ok(lever);
+        let scatter = |key: &str, value: f64| {
+            let tolerance = checked.tolerance.get(key)?;
+            Some(tolerance.deviation(value))
+        };
+        let stiffness = lever.spring_stiffness_nm_per_rad;
+        lever.preload_deviation_nm = scatter("preload_torque_nm", lever.preload_torque_nm);
+        lever.stiffness_deviation_nm_per_rad =
+            scatter("spring_stiffness_nm_per_rad", stiffness).unwrap_or(0.0);
+        return Ok((lever, document));
     }
     let mut design = design_from_bytes(file, bytes, limits)?;
-    let text = String::from_utf8_lossy(bytes);
     if text
         .parse()
         .is_ok_and(|table: toml::Table| !table.contains_key("name"))
@@ -167,7 +176,17 @@ pub fn static_from_bytes(
         apply_override(&mut design, assignment)?;
     }
     design.validate()?;
-    Ok(StaticLever::from(&design))
+    Ok((StaticLever::from(&design), document))
+}
+
+/// Returns what a file says of its part; of a file that is refused by what reads the rest, nothing.
+fn document_of(text: &str) -> Result<DesignDocument, Error> {
+    let table: Option<toml::Table> = text.parse().ok();
+    let document = table.as_ref().and_then(|table| table.get(DOCUMENT));
+    match document.and_then(toml::Value::as_table) {
+        Some(entries) => DesignDocument::of_table(entries, text),
+        None => Ok(DesignDocument::default()),
+    }
 }
 
 /// Returns the elements of a linkage, if the file holds one.
@@ -245,6 +264,10 @@ fn from_table(table: &toml::Table, text: &str) -> Result<Design, Error> {
             toml::Value::String(name) if key == "name" => design.name.clone_from(name),
             // It is checked with the lever.
             toml::Value::String(_) if key == BASE => {}
+            // Shown by whoever shows it, and never computed with.
+            toml::Value::Table(entries) if key == DOCUMENT => {
+                DesignDocument::of_table(entries, text)?;
+            }
             toml::Value::Table(entries) if SECTIONS.contains(&key.as_str()) => {
                 put_section(&mut design, key, entries, text)?;
             }
@@ -482,9 +505,12 @@ fn vector(key: &str, value: &toml::Value) -> Result<Vector, Error> {
 fn wrong_entry(key: &str, value: &toml::Value) -> Error {
     let expected = match key {
         "name" | BASE => format!("a text for `{key}`"),
-        section if SECTIONS.contains(&section) => format!("a table [{section}]"),
+        section if section == DOCUMENT || SECTIONS.contains(&section) => {
+            format!("a table [{section}]")
+        }
         _ => {
-            let keys: Vec<_> = ["name", BASE].into_iter().chain(SECTIONS).collect();
+            let keys = ["name", BASE, DOCUMENT].into_iter().chain(SECTIONS);
+            let keys: Vec<_> = keys.collect();
             return Error::unknown("design key", key, &keys);
         }
     };

@@ -11,6 +11,7 @@
 //! - `identity`: `report_id`, the hash that names a question.
 
 pub mod blocks;
+pub mod design_document;
 pub mod design_file;
 pub mod identity;
 pub mod json;

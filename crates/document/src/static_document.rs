@@ -1,10 +1,11 @@
 //! The document of a static calculation.
 
 use crate::blocks::RunBlock;
+use crate::design_document::DesignDocument;
 use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
 use latchgate_kernel::model::vector::Vector;
 use latchgate_kernel::units::STANDARD_GRAVITY;
-use latchgate_verdict::statics::{StaticLever, StaticRow};
+use latchgate_verdict::statics::{Door, StaticAnswer, StaticLever, StaticQuestion, StaticRow};
 use serde::Serialize;
 
 /// What `latchgate static` answers.
@@ -18,12 +19,22 @@ pub struct StaticDocument {
     pub modified: Vec<String>,
     /// SHA-256 of the design file, where there is one.
     pub design_sha256: Option<String>,
-    /// Preload torque T0 [N m].
+    /// What part, revision and drawing it is of, where the design file says so.
+    pub document: DesignDocument,
+    /// The door that the latch holds.
+    pub door: Door,
+    /// Nominal preload torque T0 [N m].
     pub preload_torque_nm: f64,
-    /// Stiffness k0 [N m/rad].
+    /// Nominal stiffness k0 [N m/rad].
     pub spring_stiffness_nm_per_rad: f64,
-    /// The spring's average torque between closed and limit angle [N m].
+    /// The spring's least output, by which the rows are.
+    pub spring: SpringOutput,
+    /// The spring's average torque between closed and limit angle, at its least output where that is known [N m].
     pub averaged_torque_nm: f64,
+    /// Mass m [kg] of a single lever.
+    pub mass_kg: Option<f64>,
+    /// Its arm L [m].
+    pub center_of_mass_m: Option<f64>,
     /// Unbalance m·L [kg m].
     pub unbalance_kg_m: f64,
     /// Limit angle [rad].
@@ -34,8 +45,8 @@ pub struct StaticDocument {
     pub gravity_share: Option<f64>,
     /// The thresholds by direction.
     pub rows: Vec<StaticRow>,
-    /// The least of what counts [g].
-    pub worst_g: f64,
+    /// What each standard is answered.
+    pub answers: Vec<StaticAnswer>,
     /// The torque that is left at 30 g in the worst direction, without gravity [N m].
     pub torque_left_nm: f64,
     /// The elements of a linkage with what each comes to.
@@ -44,6 +55,21 @@ pub struct StaticDocument {
     pub notes: Vec<String>,
     /// Version.
     pub run: RunBlock,
+}
+
+/// The output of a spring, as the standards count it: the least.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SpringOutput {
+    /// Whether the least output is known.
+    pub stated: bool,
+    /// Standard deviations below the nominal output at which it is taken; `None` where it is stated by itself.
+    pub deviations: Option<f64>,
+    /// One standard deviation of the closed spring's torque [N m].
+    pub deviation_nm: Option<f64>,
+    /// The closed spring's least torque [N m].
+    pub least_torque_nm: Option<f64>,
+    /// Its least stiffness [N m/rad].
+    pub least_stiffness_nm_per_rad: Option<f64>,
 }
 
 /// An element of a linkage.
@@ -57,7 +83,25 @@ pub struct StaticElement {
 
 impl StaticDocument {
     /// Puts the thresholds of a lever together.
-    pub fn of(lever: &StaticLever, design_sha256: Option<String>, run: RunBlock) -> Self {
+    pub fn of(
+        (lever, document): (&StaticLever, DesignDocument),
+        question: &StaticQuestion,
+        design_sha256: Option<String>,
+        run: RunBlock,
+    ) -> Self {
+        let least = lever.with_least_spring(question);
+        let counted = least.as_ref().unwrap_or(lever);
+        let rows = lever.rows_at_least(question);
+        let spring = SpringOutput {
+            stated: least.is_some(),
+            deviations: (least.is_some() && question.spring_torque_min_nm.is_none())
+                .then_some(question.spring_deviations),
+            deviation_nm: lever.preload_deviation_nm,
+            least_torque_nm: least.as_ref().map(|least| least.preload_torque_nm),
+            least_stiffness_nm_per_rad: least
+                .as_ref()
+                .map(|least| least.spring_stiffness_nm_per_rad),
+        };
         let elements = lever.linkage.iter().map(|element| StaticElement {
             reduced: element.reduced(),
             element: element.clone(),
@@ -69,24 +113,60 @@ impl StaticDocument {
             design_sha256,
             preload_torque_nm: lever.preload_torque_nm,
             spring_stiffness_nm_per_rad: lever.spring_stiffness_nm_per_rad,
-            averaged_torque_nm: lever.averaged_torque_nm(),
+            document,
+            door: question.door,
+            spring,
+            averaged_torque_nm: counted.averaged_torque_nm(),
+            mass_kg: lever.mass_arm_inertia.map(|[mass, ..]| mass),
+            center_of_mass_m: lever.mass_arm_inertia.map(|[_, arm, _]| arm),
             unbalance_kg_m: lever.unbalance_kg_m,
             threshold_rad: lever.threshold_rad,
             opening: lever.opening,
             gravity_share: lever.gravity_share(),
-            rows: lever.rows(),
-            worst_g: lever.worst_g(),
-            torque_left_nm: lever.torque_left_nm(),
+            answers: StaticLever::answers(question, &rows, spring.stated),
+            rows,
+            torque_left_nm: counted.torque_left_nm(),
             linkage: elements.collect(),
-            notes: notes(lever),
+            notes: notes(lever, &spring),
             run,
         }
     }
 }
 
+impl SpringOutput {
+    /// Says by which output of the spring the rows are.
+    fn text(&self) -> String {
+        match (self.least_torque_nm, self.deviations) {
+            (Some(least), Some(deviations)) => format!(
+                "The spring counts with its least output, {least:.4} N·m closed: the nominal one less {deviations} \
+                 standard deviations (UN R11 Annex 4, 2.1.1; SAE J839). The column nominal is without them."
+            ),
+            (Some(least), None) => format!(
+                "The spring counts with its least output as stated, {least:.4} N·m closed (UN R11 Annex 4, 2.1.1; SAE \
+                 J839). The column nominal is without it."
+            ),
+            (None, _) => "The spring counts with its nominal output, and the standards count its least: state \
+                          tolerance.preload_torque_nm, 0 being a statement, or --spring-torque-min."
+                .into(),
+        }
+    }
+}
+
+/// Says of a lever that its inertia is not that of its mass at its arm.
+fn implausible([mass, arm, inertia]: [f64; 3]) -> Option<String> {
+    let least = mass * arm * arm;
+    (inertia < least).then(|| {
+        format!(
+            "The moment of inertia {inertia:.3e} kg·m² is less than m L² = {least:.3e} kg·m², which no body has: check \
+             mass, arm and inertia."
+        )
+    })
+}
+
 /// Says what the numbers cover and leave out.
-fn notes(lever: &StaticLever) -> Vec<String> {
+fn notes(lever: &StaticLever, spring: &SpringOutput) -> Vec<String> {
     let mut notes = Vec::new();
+    notes.push(spring.text());
     if !lever.not_stated.is_empty() {
         let names = lever.not_stated.join(", ");
         notes.push(format!(
@@ -96,6 +176,12 @@ fn notes(lever: &StaticLever) -> Vec<String> {
     notes.push(
         "Friction and the work of the latch are left out, the spring is the average of closed and limit angle."
             .to_string(),
+    );
+    notes.extend(lever.mass_arm_inertia.and_then(implausible));
+    notes.push(
+        "A load that comes at once, as a sled pulse does, carries the lever on by its speed and may exceed 30 g: a latch \
+         that holds here can fail `latchgate replay` of a sled pulse."
+            .into(),
     );
     notes.push(match lever.gravity_share() {
         None => "No axis is stated: the worst direction answers for every other, and gravity counts as if it opened. \

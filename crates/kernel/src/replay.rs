@@ -7,13 +7,15 @@
 //!
 //! Around it: `batch` follows many levers on one recording, `harmonic` one on a sine and
 //! `strobe_batch` many of these; `energy` bounds how far a lever may still come; `methods` are the
-//! integrators to compare with, and `breakdown` says why a lever could not be followed.
+//! integrators to compare with, `double_double` is one that says how far rounding has carried a peak, and
+//! `breakdown` says why a lever could not be followed.
 
 pub mod batch;
 mod breakdown;
 mod catch;
 mod catch_run;
 mod contact_fast;
+pub mod double_double;
 mod energy;
 mod eventless_step;
 mod flight_fast;

@@ -4,6 +4,7 @@ use crate::error::Error;
 use crate::range::Range;
 use crate::units::SampleRate;
 use std::borrow::Cow;
+use twofloat::TwoFloat;
 
 /// A uniformly sampled acceleration.
 #[derive(Debug, Clone, PartialEq)]
@@ -495,6 +496,32 @@ impl<const K: usize> Pieces<'_, K> {
         } else {
             self.ends(index).terms(&mut terms);
         }
+        terms
+    }
+
+    /// Returns the coefficients of interval `index` without rounding them to doubles.
+    pub(crate) fn exact_terms(&self, index: usize) -> [TwoFloat; K] {
+        let mut terms = [TwoFloat::from_f64(0.0); K];
+        if K == STRAIGHT {
+            let [from, to] = self.line(index);
+            (terms[0], terms[1]) = (from.into(), TwoFloat::new_sub(to, from));
+            return terms;
+        }
+        let Ends { a, d, s } = self.ends(index);
+        let rise = TwoFloat::new_sub(a[1], a[0]);
+        let [d, mut s] = [d, s].map(|pair| pair.map(TwoFloat::from_f64));
+        if index < self.tail.from && self.bends.is_empty() {
+            s = [
+                6.0 * rise - 4.0 * d[0] - 2.0 * d[1],
+                2.0 * d[0] + 4.0 * d[1] - 6.0 * rise,
+            ];
+        }
+        terms[0] = a[0].into();
+        terms[1] = d[0];
+        terms[2] = 0.5 * s[0];
+        terms[3] = 10.0 * rise - 6.0 * d[0] - 4.0 * d[1] - 1.5 * s[0] + 0.5 * s[1];
+        terms[4] = -15.0 * rise + 8.0 * d[0] + 7.0 * d[1] + 1.5 * s[0] - s[1];
+        terms[5] = 6.0 * rise - 3.0 * (d[0] + d[1]) - 0.5 * (s[0] - s[1]);
         terms
     }
 

@@ -227,7 +227,15 @@ impl<'a> Keys<'a> {
         let mut keys: Vec<(&str, &str)> = Vec::new();
         for part in text.split(',').filter(|part| !part.is_empty()) {
             let Some((key, value)) = part.split_once('=') else {
-                return Err(malformed("KEY=VALUE after the name of a pulse", part));
+                let hint = match key_of(part) {
+                    Some(key) => format!("try {key}={part}"),
+                    None => "see docs/standards.md".into(),
+                };
+                return Err(Error::malformed(
+                    "KEY=VALUE after the name of a pulse",
+                    format!("`{}`", super::text::shown(part)),
+                    hint,
+                ));
             };
             if keys.iter().any(|(earlier, _)| *earlier == key) {
                 return Err(malformed("each key once", part));
@@ -628,6 +636,16 @@ fn stated_rate(shape: &Shape, text: &str) -> Result<SampleRate, Error> {
 
 fn gcd(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// Returns the key that a value without one most likely belongs to, by its unit.
+fn key_of(value: &str) -> Option<&'static str> {
+    let begins_as_number = value.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    match begins_as_number {
+        true if value.ends_with('g') || value.ends_with("m/s2") => Some("peak"),
+        true if value.ends_with('s') => Some("duration"),
+        _ => None,
+    }
 }
 
 fn malformed(expected: &str, found: &str) -> Error {

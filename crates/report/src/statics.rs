@@ -8,7 +8,7 @@ use latchgate_document::number::significant;
 use latchgate_document::static_document::{StaticDocument, StaticElement};
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
-use latchgate_verdict::statics::{Direction, REQUIRED_G, StaticRow};
+use latchgate_verdict::statics::{REQUIRED_G, StaticAnswer, StaticRow};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -31,37 +31,37 @@ pub fn write(dir: &Path, document: &StaticDocument) -> Result<Vec<PathBuf>, Erro
     super::folder::put(dir, &[PAGE_FILE, DOCUMENT_FILE], &files)
 }
 
-/// Returns the answer in a sentence.
-pub(crate) fn headline(document: &StaticDocument) -> String {
-    let condition = match document.opening {
-        Some(_) => "in the worst direction",
-        None => "in the worst direction, gravity counted",
-    };
-    if document.worst_g >= REQUIRED_G {
-        return format!(
-            "Holds {REQUIRED_G} g in every direction: opens at {} {condition}.",
-            g(document.worst_g)
-        );
+/// Returns the word that a page begins with, and its colour: all that is asked is held, something is not, or it would
+/// be by a spring whose least output nobody states.
+pub(crate) fn word(document: &StaticDocument) -> (&'static str, &'static str) {
+    let mut all = document.answers.iter().map(|answer| answer.holds);
+    if all.clone().any(|holds| holds == Some(false)) {
+        return ("fail", "DOES NOT HOLD 30 g");
     }
-    let axes = document.rows.iter().filter(|row| is_axis(row.direction));
-    let (mut axis_rows, mut all_hold) = (0, true);
-    for row in axes {
-        axis_rows += 1;
-        all_hold &= row.holds(REQUIRED_G);
+    match all.all(|holds| holds == Some(true)) {
+        true => ("pass", "HOLDS 30 g"),
+        false => ("undecided", "SPRING NOT STATED"),
     }
-    let axes = match (axis_rows, all_hold) {
-        (0, _) => "",
-        (_, true) => " It holds along the axes, not in any direction.",
-        (_, false) => " It does not hold along the axes either.",
-    };
-    format!(
-        "Does not hold {REQUIRED_G} g: opens at {} {condition}.{axes}",
-        g(document.worst_g)
-    )
 }
 
-fn is_axis(direction: Direction) -> bool {
-    !matches!(direction, Direction::Plane | Direction::Space)
+/// Returns the answers, a sentence for each standard.
+pub(crate) fn headlines(document: &StaticDocument) -> Vec<String> {
+    let sentence = |answer: &StaticAnswer| {
+        let name = answer.standard.name();
+        let says = match answer.holds {
+            Some(true) => format!("holds {REQUIRED_G} g"),
+            Some(false) => format!("does not hold {REQUIRED_G} g"),
+            None => format!(
+                "not shown: {REQUIRED_G} g is held by the nominal spring, whose least output is not stated"
+            ),
+        };
+        let opens = match answer.opens_at_g {
+            Some(level) => format!("opens at {} ({})", g(level), answer.direction.name()),
+            None => "nothing opens it".into(),
+        };
+        format!("{name}: {says}; {opens}.")
+    };
+    document.answers.iter().map(sentence).collect()
 }
 
 /// Returns a level, cut and not rounded, so that none is shown above its value.
@@ -94,19 +94,20 @@ fn cut(value: f64, digits: i32) -> f64 {
 }
 
 /// Heads of the columns of thresholds.
-pub(crate) const HEADS: [&str; 8] = [
+pub(crate) const HEADS: [&str; 9] = [
     "Direction",
     "#Lifts off",
     "#SAE J839",
     "#with gravity",
     "#Held",
     "#Step",
+    "#nominal",
     "#of 30 g",
     "#interior",
 ];
 
 /// Returns the cells of a row: thresholds, and margins as parts of the load.
-pub(crate) fn cells(row: &StaticRow) -> [String; 8] {
+pub(crate) fn cells(row: &StaticRow) -> [String; 9] {
     let level = |value: Option<f64>| match (value, row.share) {
         (Some(value), _) => g(value),
         (None, None) => "never".into(),
@@ -120,6 +121,7 @@ pub(crate) fn cells(row: &StaticRow) -> [String; 8] {
         row.j839_with_gravity_g.map_or_else(|| "–".into(), g),
         level(row.hold_g),
         level(row.step_g),
+        level(row.nominal_g),
         part(row.margin),
         part(row.margin_interior),
     ]
@@ -155,7 +157,7 @@ pub(crate) fn element_cells(element: &StaticElement) -> [String; 6] {
 
 /// Returns the properties of the lever: names with values.
 pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
-    let number = |value: f64| significant(value, 7);
+    let number = |value: f64| plain(value);
     let limit = super::words::limit_angle(document.threshold_rad);
     let design = match document.modified.is_empty() {
         true => document.design.clone(),
@@ -165,22 +167,28 @@ pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
             document.modified.join(", ")
         ),
     };
-    let mut facts = vec![
-        ("Design", design),
-        (
-            "Spring",
-            format!(
-                "{} N·m closed, {} N·m/rad, {} N·m on average up to the limit angle, {limit}",
-                number(document.preload_torque_nm),
-                number(document.spring_stiffness_nm_per_rad),
-                number(document.averaged_torque_nm)
-            ),
+    let stated = document.document.stated().into_iter();
+    let mut facts: Vec<(&'static str, String)> = vec![("Design", design)];
+    facts.extend(stated.map(|(name, value)| (name, value.to_string())));
+    facts.push(("Door", document.door.name().into()));
+    facts.push(("Spring", spring(document)));
+    facts.push((
+        "Counted torque",
+        format!(
+            "{} N·m, the average of closed and limit angle, {limit}",
+            number(document.averaged_torque_nm)
         ),
-        (
-            "Unbalance m·L",
-            format!("{} kg·m", number(document.unbalance_kg_m)),
-        ),
-    ];
+    ));
+    let unbalance = number(document.unbalance_kg_m);
+    facts.push((
+        "Unbalance m·L",
+        match (document.mass_kg, document.center_of_mass_m) {
+            (Some(mass), Some(arm)) => {
+                format!("{} kg × {} m = {unbalance} kg·m", number(mass), number(arm))
+            }
+            _ => format!("{unbalance} kg·m"),
+        },
+    ));
     let torque_left_nm = document.torque_left_nm;
     facts.push((
         "Left at 30 g",
@@ -197,10 +205,50 @@ pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
     facts
 }
 
+/// Returns a number without digits that nobody stated.
+fn plain(value: f64) -> String {
+    significant(value, 7)
+        .parse::<f64>()
+        .map_or_else(|_| significant(value, 7), |value| value.to_string())
+}
+
+/// Says what is stated of the spring, and by which output the rows are.
+fn spring(document: &StaticDocument) -> String {
+    let stiffness = plain(document.spring_stiffness_nm_per_rad);
+    let nominal = plain(document.preload_torque_nm);
+    let spring = &document.spring;
+    match (
+        spring.least_torque_nm,
+        spring.deviations,
+        spring.deviation_nm,
+    ) {
+        (Some(least), Some(deviations), Some(deviation)) => format!(
+            "{nominal} N·m closed, one standard deviation {} N·m: {} N·m less {deviations} of them; {stiffness} N·m/rad",
+            plain(deviation),
+            plain(least)
+        ),
+        (Some(least), ..) => {
+            format!(
+                "{nominal} N·m closed, at least {} N·m as stated; {stiffness} N·m/rad",
+                plain(least)
+            )
+        }
+        (None, ..) => {
+            format!("{nominal} N·m closed, its least output not stated; {stiffness} N·m/rad")
+        }
+    }
+}
+
 /// Returns the thresholds for a terminal: the answer, the lever, a row for each direction, then the notes.
 pub fn text(document: &StaticDocument, report: Option<&Path>, look: Look) -> String {
-    let mut out = wrapped(&format!("STATIC  {}", headline(document)), look.width, 8);
-    out.push('\n');
+    let mut out = format!("STATIC  {}\n", word(document).1);
+    for line in headlines(document) {
+        let _ = writeln!(
+            out,
+            "{}",
+            wrapped(&format!("        {line}"), look.width, 10)
+        );
+    }
     for (name, value) in facts(document) {
         let line = format!("  {name:<14} {}", super::escape::terminal(&value));
         let _ = writeln!(out, "{}", wrapped(&line, look.width, 17));
@@ -253,7 +301,7 @@ pub fn text(document: &StaticDocument, report: Option<&Path>, look: Look) -> Str
 pub(crate) fn clauses(document: &StaticDocument) -> Vec<(String, &'static str)> {
     let mut clauses: Vec<(String, &'static str)> = Vec::new();
     for row in &document.rows {
-        let (name, clause) = (row.direction.name(), row.direction.clause());
+        let (name, clause) = (row.direction.name(), row.direction.clause(document.door));
         match clauses.last_mut().filter(|(_, last)| *last == clause) {
             Some((names, _)) => {
                 names.push_str(", ");
@@ -263,6 +311,7 @@ pub(crate) fn clauses(document: &StaticDocument) -> Vec<(String, &'static str)> 
         }
     }
     if document.opening.is_some() {
+        clauses.push(("nominal".into(), "what counts, by the nominal spring"));
         clauses.push(("interior".into(), "interior compartment doors, 10 g across and vertical, 30 g along: 49 CFR 571.201 S5.3.1"));
     }
     clauses

@@ -89,6 +89,10 @@ struct Assessing<'a> {
     scatter: Option<Scatter>,
 }
 
+/// Steps that a recording may take of which no sample can be judged: enough for a drawing of a crash, and little
+/// of an hour between two samples.
+const WORK_OF_NOTHING: u64 = 8_000_000;
+
 /// Replays `conditioned` and decides. `findings` are those of reading and conditioning.
 ///
 /// # Errors
@@ -132,7 +136,10 @@ pub fn assess_again(
     let window = window_samples(signal, policy.window_s)?;
     let faults = Faults::of(conditioned, conditioned.filter, findings, policy.window_s);
     let span = UsableSpan::of(&faults, signal, window);
-    let work = Meter::new(policy.work);
+    let work = Meter::new(match span {
+        UsableSpan::Nothing => policy.work.min(WORK_OF_NOTHING),
+        _ => policy.work,
+    });
     let assessing = Assessing {
         setup: RunSetup {
             design,
@@ -323,7 +330,8 @@ impl Assessing<'_> {
         };
         let opens = opening::earliest(openings.values());
         let evidence = self.evidence(&results, nominal)?;
-        let work_limit = setup.work.limit_reached();
+        let judged = self.span != UsableSpan::Nothing;
+        let work_limit = setup.work.limit_reached().filter(|_| judged);
         findings.extend(work_limit.map(work_limit_reached));
         let varied = self.scatter.as_ref().and_then(Scatter::varied);
         let mut case = reasons::Explained {

@@ -528,12 +528,14 @@ fn from_raw(
     findings.extend(odd);
     if let Some(class) = filter {
         let filter = cfc::CfcFilter::new(class, options.filter_standard);
-        used = filter.apply(&used)?;
-        findings.extend(peak_near_end(
-            &used,
-            filter_padding_s(&used),
-            "The filter uses assumed samples there",
-        ));
+        used = filtered_by(filter, used, formula.is_some())?;
+        if formula.is_none() {
+            findings.extend(peak_near_end(
+                &used,
+                filter_padding_s(&used),
+                "The filter uses assumed samples there",
+            ));
+        }
         findings.extend(filter_not_causal(class, options.filter_standard));
     }
     let rounding_m_s2 = if noise.may_be_offset() {
@@ -613,8 +615,32 @@ fn resampled_and_filtered(
     }
     match filter {
         None => Ok(signal),
-        Some(class) => cfc::CfcFilter::new(class, conditioned.filter_standard).apply(&signal),
+        Some(class) => filtered_by(
+            cfc::CfcFilter::new(class, conditioned.filter_standard),
+            signal,
+            conditioned.formula.is_some(),
+        ),
     }
+}
+
+/// Filters a signal. A pulse is zero before and after its formula: the mirror of a record's end would begin it with its
+/// opposite.
+fn filtered_by(
+    filter: cfc::CfcFilter,
+    mut signal: Signal,
+    is_pulse: bool,
+) -> Result<Signal, Error> {
+    if !is_pulse {
+        return filter.apply(&signal);
+    }
+    let padding = cfc::padding_samples(signal.rate, usize::MAX);
+    let zeros = || std::iter::repeat_n(0.0, padding);
+    let count = signal.samples.len();
+    signal.samples = zeros().chain(signal.samples).chain(zeros()).collect();
+    let mut filtered = filter.apply(&signal)?;
+    filtered.samples.truncate(padding + count);
+    filtered.samples.drain(..padding);
+    Ok(filtered)
 }
 
 /// Returns the index of the sample of largest magnitude; the first of equals.

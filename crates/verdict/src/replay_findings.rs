@@ -3,6 +3,7 @@
 use super::decision::VariantRun;
 use super::mechanism;
 use super::policy::{Polarity, Policy};
+use super::runs::ROUNDING_PART;
 use super::wording::{degrees, instant};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::parameters::Slot;
@@ -90,7 +91,7 @@ pub(super) fn replay_findings(
     findings.extend(method_findings(design, policy, interval, runs));
     for of in runs {
         let run = of.run();
-        if run.numerical_error_rad > 0.01 * design.criterion.threshold_rad
+        if run.numerical_error_rad > ROUNDING_PART * design.criterion.threshold_rad
             && policy.method == Method::EventDriven
         {
             findings.push(Finding::warning(

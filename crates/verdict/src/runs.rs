@@ -12,7 +12,9 @@ use latchgate_kernel::model::Design;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::batch::{self, AskedPeaks, BatchOptions, MemberOf};
-use latchgate_kernel::replay::{self, Breakdown, Method, Run, RunOptions, RunOutcome, State};
+use latchgate_kernel::replay::{
+    self, Breakdown, Method, Run, RunOptions, RunOutcome, State, double_double,
+};
 use latchgate_kernel::signal::{Projection, Reading, Signal};
 use latchgate_kernel::units::OpensWhen;
 use latchgate_recording::error::Error;
@@ -50,6 +52,9 @@ pub(crate) struct RunSetup<'a> {
     /// What all runs may take and have taken.
     pub(crate) work: &'a Meter,
 }
+
+/// Part of the limit angle from which on the error that a run states of itself is told, and looked at twice.
+pub(crate) const ROUNDING_PART: f64 = 0.01;
 
 /// Samples, of all runs, from which further threads gain more than their start costs.
 const SHARED_SAMPLES: usize = 20_000;
@@ -167,7 +172,10 @@ impl RunSetup<'_> {
             peak_only: detail == RunDetail::PeakOnly,
         };
         let within = self.work.within(self.control);
-        let outcome = replay::run_within(reading, self.design, &options, &within)?;
+        let mut outcome = replay::run_within(reading, self.design, &options, &within)?;
+        if with_errors && method == Method::EventDriven && self.rounding_counts(&outcome.run) {
+            double_double::narrow(&mut outcome, reading, self.design, &options, &within)?;
+        }
         if detail == RunDetail::Path {
             // A drawing is left out of what the answer took.
             return Ok(outcome);
@@ -177,6 +185,13 @@ impl RunSetup<'_> {
             self.work.cut();
         }
         Ok(outcome)
+    }
+
+    /// Tells whether what a run states of its own error may decide: as much as is worth a finding, and not too little
+    /// to bring a peak above the limit below it.
+    fn rounding_counts(&self, run: &Run) -> bool {
+        let (error, limit) = (run.numerical_error_rad, self.threshold_rad());
+        error > ROUNDING_PART * limit && run.peak_angle_rad - error <= limit
     }
 
     /// Runs every variant on the samples.

@@ -1,11 +1,12 @@
 //! Check of a recorded sled pulse against what the door-latch regulations ask of it.
 //!
 //! After CFC 60: at least 30 g for 30 ms on end, within the corridor with t = 0 as stated, never shifted to
-//! fit. The lower bound decides; the upper one is reported, since a pulse above it is valid with all else met.
+//! fit. What exceeds 36 g alone, the corridor's upper level, leaves a pulse valid if the latch held with all else met:
+//! it was the harder pulse. Below the lower bound, or above the upper one at less than 36 g, a pulse is outside.
 //!
 //! # Source
 //!
-//! 49 CFR 571.206 S5.1.1.4(b)(3), UN R11 Annex 4. The corridor's points stand from memory.
+//! 49 CFR 571.206 S5.1.1.4(b)(3), (iv) for what exceeds 36 g; UN R11 Annex 4. The corridor's points stand from memory.
 
 use crate::conditioning::{self, Cfc, Conditioned, Signal};
 use latchgate_kernel::range::Window;
@@ -16,6 +17,9 @@ use serde::{Deserialize, Serialize};
 
 /// Acceleration that is to be held [g].
 pub const LEVEL_G: f64 = 30.0;
+
+/// Upper level of the corridor, beyond which a pulse that is met all the same is the harder one [g].
+pub const UPPER_LEVEL_G: f64 = 36.0;
 
 /// Time for which it is to be held on end [s].
 pub const HELD_S: f64 = 0.030;
@@ -35,12 +39,24 @@ pub struct Beyond {
     pub by_g: f64,
 }
 
+/// What a sled pulse is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SledAnswer {
+    /// Within the corridor, and the level is held.
+    Valid,
+    /// The same, but for what exceeds 36 g: valid if the latch held.
+    ValidIfHeld,
+    /// No pulse of the regulation.
+    NotValid,
+}
+
 /// What was found of a sled pulse.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SledCheck {
-    /// True if it is valid: the level is held, the pulse is nowhere below the corridor, and all of it was
-    /// recorded without a fault.
-    pub valid: bool,
+    /// What it is worth: whether the level is held, the pulse lies within the corridor, and all of it was recorded
+    /// without a fault.
+    pub answer: SledAnswer,
     /// True if the record covers the corridor's lower bound.
     pub covered: bool,
     /// True if a finding blocks the recording.
@@ -53,8 +69,10 @@ pub struct SledCheck {
     pub held_window_s: Option<(f64, f64)>,
     /// Where it lies farthest below the corridor.
     pub below: Option<Beyond>,
-    /// Where it lies farthest above the corridor.
+    /// Where it lies farthest above the corridor at up to 36 g.
     pub above: Option<Beyond>,
+    /// Where it lies farthest above 36 g.
+    pub above_level: Option<Beyond>,
     /// Largest acceleration [g].
     pub peak_g: f64,
     /// When [s].
@@ -79,7 +97,9 @@ pub fn check(
     check.faulty = findings
         .iter()
         .any(|finding| finding.severity == Severity::Blocking);
-    check.valid &= !check.faulty;
+    if check.faulty {
+        check.answer = SledAnswer::NotValid;
+    }
     Ok((check, filtered))
 }
 
@@ -96,10 +116,17 @@ pub fn checked(signal: &Signal) -> SledCheck {
     let held_window = held(&points);
     let held_s = held_window.map_or(0.0, |window| window.until_s - window.from_s);
     let below = farthest(&points, &LOWER, |pulse, bound| bound - pulse);
-    let above = farthest(&points, &UPPER, |pulse, bound| pulse - bound);
+    let above = farthest(&points, &UPPER, |pulse, bound| {
+        pulse.min(UPPER_LEVEL_G) - bound
+    });
+    let above_level = farthest(&points, &UPPER, |pulse, _| pulse - UPPER_LEVEL_G);
     let covered = signal.start_s <= LOWER[0].0 && signal.end_s() >= LOWER[3].0;
     SledCheck {
-        valid: held_s >= HELD_S && below.is_none() && covered,
+        answer: match held_s >= HELD_S && below.is_none() && above.is_none() && covered {
+            true if above_level.is_none() => SledAnswer::Valid,
+            true => SledAnswer::ValidIfHeld,
+            false => SledAnswer::NotValid,
+        },
         covered,
         faulty: false,
         sign,
@@ -107,6 +134,7 @@ pub fn checked(signal: &Signal) -> SledCheck {
         held_window_s: held_window.map(|window| (window.from_s, window.until_s)),
         below,
         above,
+        above_level,
         peak_g: points.get(peak).map_or(0.0, |point| point.1),
         peak_time_s: signal.time_s(peak),
         bias_removed_g: 0.0,
@@ -184,15 +212,27 @@ impl SledCheck {
     /// Says what was found, the answer first.
     pub fn sentences(&self) -> Vec<String> {
         let ms = |seconds: f64| format!("{:.2} ms", 1e3 * seconds);
+        // No "0.00 g" of what decides.
+        let level = |by_g: f64| match by_g < 0.01 {
+            true => format!("{by_g:.1e} g"),
+            false => format!("{by_g:.2} g"),
+        };
         let mut sentences = Vec::new();
-        sentences.push(match self.valid {
-            true => {
-                "A valid sled pulse of 49 CFR 571.206 S5.1.1.4(b)(3), after CFC 60.".to_string()
+        sentences.push(
+            match self.answer {
+                SledAnswer::Valid => {
+                    "A valid sled pulse of 49 CFR 571.206 S5.1.1.4(b)(3), after CFC 60: within the corridor."
+                }
+                SledAnswer::ValidIfHeld => {
+                    "Above 36 g with all else met, after CFC 60: a valid sled pulse if the latch held (49 CFR 571.206 \
+                     S5.1.1.4(b)(3)(iv))."
+                }
+                SledAnswer::NotValid => {
+                    "Not a valid sled pulse of 49 CFR 571.206 S5.1.1.4(b)(3), after CFC 60."
+                }
             }
-            false => {
-                "Not a valid sled pulse of 49 CFR 571.206 S5.1.1.4(b)(3), after CFC 60.".into()
-            }
-        });
+            .to_string(),
+        );
         sentences.push(match self.held_window_s {
             Some((from_s, until_s)) => format!(
                 "At or above 30 g for {} on end, from {} to {}; 30 ms are needed.",
@@ -205,7 +245,8 @@ impl SledCheck {
         sentences.push(match self.below {
             Some(Beyond { time_s, by_g }) => {
                 format!(
-                    "Below the corridor by up to {by_g:.2} g, at {}.",
+                    "Below the corridor by up to {}, at {}.",
+                    level(by_g),
                     ms(time_s)
                 )
             }
@@ -213,11 +254,19 @@ impl SledCheck {
         });
         sentences.push(match self.above {
             Some(Beyond { time_s, by_g }) => format!(
-                "Above the corridor by up to {by_g:.2} g, at {}; that alone leaves it valid.",
+                "Above the corridor by up to {}, at {}.",
+                level(by_g),
                 ms(time_s)
             ),
-            None => "Nowhere above the corridor.".into(),
+            None => "Nowhere above the corridor at up to 36 g.".into(),
         });
+        if let Some(Beyond { time_s, by_g }) = self.above_level {
+            sentences.push(format!(
+                "Above 36 g by up to {}, at {}.",
+                level(by_g),
+                ms(time_s)
+            ));
+        }
         if self.bias_removed_g != 0.0 {
             let bias = short(self.bias_removed_g, 2);
             sentences.push(format!("A bias of {bias} g was removed before."));
@@ -229,7 +278,8 @@ impl SledCheck {
             sentences.push("A finding blocks the recording: see there.".into());
         }
         sentences.push(
-            "The corridor's points are unverified, its t = 0 is the file's, or as stated.".into(),
+            "The corridor's points are from memory and unverified, its t = 0 is the file's, or as stated."
+                .into(),
         );
         sentences
     }

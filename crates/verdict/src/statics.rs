@@ -1,8 +1,8 @@
 //! Static thresholds: the constant acceleration that lifts, holds or steps a lever open, by direction.
 //!
-//! What is filed for door latches by calculation (SAE J839; UN R11 Annex 4, 2.1): springs as the average of
-//! closed and released position, friction and work left out, gravity left out only where it holds the latch shut.
-//! The hold turns the force's arm with the lever; along a fixed axis it is larger by 1/cos φ*.
+//! What is filed for door latches by calculation (SAE J839; UN R11 Annex 4, 2.1): springs as the average of their least
+//! outputs in closed and released position, friction and work left out, gravity left out only where it holds the latch
+//! shut. The hold turns the force's arm with the lever; along a fixed axis it is larger by 1/cos φ*.
 
 use latchgate_kernel::error::Error;
 use latchgate_kernel::model::Design;
@@ -18,6 +18,128 @@ pub const REQUIRED_G: f64 = 30.0;
 /// Transverse and vertical load of interior compartment doors [g].
 pub const REQUIRED_INTERIOR_G: f64 = 10.0;
 
+/// Standard deviations below its nominal output at which a spring is counted, unless others are asked for.
+pub const SPRING_DEVIATIONS: f64 = 3.0;
+
+/// Who asks for the load, and in which directions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Standard {
+    /// 49 CFR 571.206: along the vehicle's axes.
+    #[serde(rename = "206")]
+    Fmvss206,
+    /// UN R11: in any direction.
+    #[serde(rename = "r11")]
+    UnR11,
+    /// SAE J839: in any direction.
+    #[serde(rename = "j839")]
+    SaeJ839,
+}
+
+impl Standard {
+    /// Every one, in the order of a page.
+    pub const ALL: [Self; 3] = [Self::Fmvss206, Self::UnR11, Self::SaeJ839];
+
+    /// Returns the word that options and gate files use.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Fmvss206 => "206",
+            Self::UnR11 => "r11",
+            Self::SaeJ839 => "j839",
+        }
+    }
+
+    /// Returns how it is called, and in which directions it asks.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fmvss206 => "49 CFR 571.206, along the axes",
+            Self::UnR11 => "UN R11, in any direction",
+            Self::SaeJ839 => "SAE J839, in any direction",
+        }
+    }
+
+    /// Tells whether a row of a door is one that it asks for.
+    fn asks(self, direction: Direction, door: Door) -> bool {
+        match (self, direction) {
+            (Self::Fmvss206, Direction::Plane | Direction::Space) => false,
+            (Self::Fmvss206, Direction::Down | Direction::Up) => door == Door::Back,
+            _ => true,
+        }
+    }
+}
+
+/// The door that a latch holds: which rows and clauses count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Door {
+    /// A hinged side door.
+    #[default]
+    Hinged,
+    /// A sliding side door.
+    Sliding,
+    /// A back door.
+    Back,
+}
+
+impl Door {
+    /// Every one.
+    pub const ALL: [Self; 3] = [Self::Hinged, Self::Sliding, Self::Back];
+
+    /// Returns the word that options use.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Hinged => "hinged",
+            Self::Sliding => "sliding",
+            Self::Back => "back",
+        }
+    }
+
+    /// Returns how it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hinged => "hinged side door",
+            Self::Sliding => "sliding side door",
+            Self::Back => "back door",
+        }
+    }
+}
+
+/// What the load is held against.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StaticQuestion {
+    /// The one standard asked about; `None` for all.
+    pub standard: Option<Standard>,
+    /// The door.
+    pub door: Door,
+    /// Standard deviations below its nominal output at which the spring is counted.
+    pub spring_deviations: f64,
+    /// The least output of the closed spring [N m], where it is known.
+    pub spring_torque_min_nm: Option<f64>,
+}
+
+impl Default for StaticQuestion {
+    fn default() -> Self {
+        Self {
+            standard: None,
+            door: Door::default(),
+            spring_deviations: SPRING_DEVIATIONS,
+            spring_torque_min_nm: None,
+        }
+    }
+}
+
+/// What one standard is answered.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StaticAnswer {
+    /// The standard.
+    pub standard: Standard,
+    /// Whether the load is held; `None` where it would be by the nominal spring, whose least output nobody states.
+    pub holds: Option<bool>,
+    /// The least of what counts over the rows that it asks for [g]; `None` where nothing opens.
+    pub opens_at_g: Option<f64>,
+    /// In which of them.
+    pub direction: Direction,
+}
+
 /// What a static calculation needs of a lever.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StaticLever {
@@ -25,8 +147,14 @@ pub struct StaticLever {
     pub name: String,
     /// Preload torque T0 [N m].
     pub preload_torque_nm: f64,
+    /// One standard deviation of it, where it is stated [N m].
+    pub preload_deviation_nm: Option<f64>,
     /// Stiffness k0 [N m/rad].
     pub spring_stiffness_nm_per_rad: f64,
+    /// One standard deviation of it [N m/rad].
+    pub stiffness_deviation_nm_per_rad: f64,
+    /// Mass m [kg], arm L [m] and inertia I0 [kg m²] of a single lever.
+    pub mass_arm_inertia: Option<[f64; 3]>,
     /// Unbalance m·L [kg m].
     pub unbalance_kg_m: f64,
     /// Limit angle φ* [rad].
@@ -100,15 +228,25 @@ impl Direction {
         }
     }
 
-    /// Returns the clauses that its row answers.
-    pub fn clause(self) -> &'static str {
-        match self {
-            Self::Forward | Self::Rearward | Self::Right | Self::Left => {
-                "49 CFR 571.206 S4.1.1.4(a), S5.1.1.4(a); UN R11 6.1.4.1"
+    /// Returns the clauses that its row answers for a door.
+    pub fn clause(self, door: Door) -> &'static str {
+        match (self, door) {
+            (Self::Plane | Self::Space, _) => self.clause_of_any_direction(),
+            (Self::Down | Self::Up, Door::Hinged | Door::Sliding) => {
+                "none of a side door: back doors, 49 CFR 571.206 S4.1.1.4(c)"
             }
-            Self::Down | Self::Up => "back doors: 49 CFR 571.206 S4.1.1.4(b)",
+            (_, Door::Hinged) => {
+                "49 CFR 571.206 S4.1.1.4(c), by calculation after S5.1.1.4(a); UN R11 6.1.4.1"
+            }
+            (_, Door::Sliding) => "49 CFR 571.206 S4.2.1.3(b); UN R11 6.2.3",
+            (_, Door::Back) => "49 CFR 571.206 S4.1.1.4(c), by calculation after S5.1.1.4(a)",
+        }
+    }
+
+    fn clause_of_any_direction(self) -> &'static str {
+        match self {
             Self::Plane => "none by itself: an axis at 45° passes both axes and fails here",
-            Self::Space => "\"in any direction\": UN R11 Annex 4, 2.1.2; SAE J839",
+            _ => "\"in any direction\": UN R11 Annex 4, 2.1.2; SAE J839",
         }
     }
 
@@ -139,8 +277,11 @@ pub struct StaticRow {
     pub hold_g: Option<f64>,
     /// As a step, brings an undamped lever to the limit angle.
     pub step_g: Option<f64>,
-    /// What counts: by J839, with gravity where that is told, or the step if that is less.
+    /// What counts: by J839, with gravity where that is told, or the step if that is less, which cannot be less than
+    /// lifts the lever off.
     pub counts_g: Option<f64>,
+    /// The same by the nominal spring.
+    pub nominal_g: Option<f64>,
     /// `counts_g` over 30 g.
     pub margin: Option<f64>,
     /// `counts_g` over the load of interior doors in this direction.
@@ -165,7 +306,16 @@ impl From<&Design> for StaticLever {
         Self {
             name: design.name.clone(),
             preload_torque_nm: lever.preload_torque_nm,
+            preload_deviation_nm: design.number("tolerance.preload_torque_nm"),
             spring_stiffness_nm_per_rad: lever.spring_stiffness_nm_per_rad,
+            stiffness_deviation_nm_per_rad: design
+                .number("tolerance.spring_stiffness_nm_per_rad")
+                .unwrap_or(0.0),
+            mass_arm_inertia: design.linkage.is_empty().then_some([
+                lever.mass_kg,
+                lever.center_of_mass_m,
+                lever.moment_of_inertia_kg_m2,
+            ]),
             unbalance_kg_m: lever.unbalance_kg_m(),
             // A limit that was raised, or that no latch can bear, makes no latch of one that opens.
             threshold_rad: design.default_threshold_rad(),
@@ -222,7 +372,10 @@ impl StaticLever {
         Ok(Self {
             name,
             preload_torque_nm: reduced.preload_torque_nm,
+            preload_deviation_nm: None,
             spring_stiffness_nm_per_rad: reduced.spring_stiffness_nm_per_rad,
+            stiffness_deviation_nm_per_rad: 0.0,
+            mass_arm_inertia: None,
             unbalance_kg_m: reduced.unbalance_kg_m.abs(),
             threshold_rad: threshold_rad.min(std::f64::consts::FRAC_PI_2),
             modified: Vec::new(),
@@ -237,6 +390,70 @@ impl StaticLever {
     /// Returns the spring's average torque between closed and released [N m].
     pub fn averaged_torque_nm(&self) -> f64 {
         self.preload_torque_nm + 0.5 * self.spring_stiffness_nm_per_rad * self.threshold_rad
+    }
+
+    /// Returns the lever with the least output of its spring, where that is known: it is stated, or so many standard
+    /// deviations below the nominal one.
+    pub fn with_least_spring(&self, question: &StaticQuestion) -> Option<Self> {
+        let deviations = question.spring_deviations;
+        let closed = match (question.spring_torque_min_nm, self.preload_deviation_nm) {
+            (Some(least), _) => least,
+            (None, Some(deviation)) => self.preload_torque_nm - deviations * deviation,
+            (None, None) => return None,
+        };
+        let stiffness =
+            self.spring_stiffness_nm_per_rad - deviations * self.stiffness_deviation_nm_per_rad;
+        Some(Self {
+            preload_torque_nm: closed.max(0.0),
+            spring_stiffness_nm_per_rad: stiffness.max(0.0),
+            ..self.clone()
+        })
+    }
+
+    /// Returns what each standard that is asked about is answered, by rows of [`Self::rows_at_least`].
+    pub fn answers(
+        question: &StaticQuestion,
+        rows: &[StaticRow],
+        is_stated: bool,
+    ) -> Vec<StaticAnswer> {
+        let asked = Standard::ALL.into_iter();
+        let asked = asked.filter(|own| question.standard.is_none_or(|asked| asked == *own));
+        asked
+            .map(|standard| {
+                let own = |row: &&StaticRow| standard.asks(row.direction, question.door);
+                let mut own: Vec<&StaticRow> = rows.iter().filter(own).collect();
+                if own.is_empty() {
+                    // Without a stated direction the worst one answers for the axes.
+                    own = rows.iter().collect();
+                }
+                // A number that is none holds nothing.
+                let level = |row: &StaticRow| row.counts_g.map_or(f64::INFINITY, not_nan);
+                let worst = own
+                    .into_iter()
+                    .reduce(|a, b| if level(b) < level(a) { b } else { a });
+                let least = worst.map_or(f64::NEG_INFINITY, level);
+                let holds = match (least >= REQUIRED_G, is_stated) {
+                    (true, false) => None,
+                    (holds, _) => Some(holds),
+                };
+                StaticAnswer {
+                    standard,
+                    holds,
+                    opens_at_g: least.is_finite().then_some(least),
+                    direction: worst.map_or(Direction::Space, |row| row.direction),
+                }
+            })
+            .collect()
+    }
+
+    /// Returns the rows by the least output of the spring, or by its nominal one where no other is known.
+    pub fn rows_at_least(&self, question: &StaticQuestion) -> Vec<StaticRow> {
+        let least = self.with_least_spring(question);
+        let mut rows = least.as_ref().unwrap_or(self).rows();
+        for (row, nominal) in rows.iter_mut().zip(self.rows()) {
+            row.nominal_g = nominal.counts_g;
+        }
+        rows
     }
 
     /// Returns the torque that is left under the required load in the worst direction, without gravity [N m].
@@ -263,13 +480,6 @@ impl StaticLever {
     /// Returns the row of the worst direction.
     pub fn worst(&self) -> StaticRow {
         self.row(Direction::Space, self.opening)
-    }
-
-    /// Returns the least of what counts over the rows [g]; none that is a number holds anything.
-    pub fn worst_g(&self) -> f64 {
-        let counts = self.rows().into_iter().filter_map(|row| row.counts_g);
-        let least = counts.reduce(|a, b| if a.is_nan() || a < b { a } else { b });
-        least.filter(|least| least.is_finite()).unwrap_or(f64::NAN)
     }
 
     fn row(&self, direction: Direction, opening: Option<Vector>) -> StaticRow {
@@ -313,14 +523,17 @@ impl StaticLever {
         };
         let [hold_g, step_g] = match (direction, share) {
             (Direction::Space, _) => self.worst_hold_and_step(per_g),
-            (_, Some(share)) => across.map_or([None; 2], |across| {
-                self.hold_and_step(per_g, share, across, lift_off_g)
-            }),
+            (_, Some(share)) => {
+                across.map_or([None; 2], |across| self.hold_and_step(per_g, share, across))
+            }
             _ => [None; 2],
         };
         // Along a direction fixed to the vehicle the arm may turn towards it, and a step opens sooner.
         let by_j839 = j839_with_gravity_g.or(j839_g);
-        let counts_g = match (by_j839, step_g) {
+        let step_opens_g = step_g
+            .zip(lift_off_g)
+            .map(|(step, lift_off)| step.max(lift_off));
+        let counts_g = match (by_j839, step_opens_g) {
             (Some(level), Some(step)) if step < level => Some(step),
             (level, _) => level,
         };
@@ -333,6 +546,7 @@ impl StaticLever {
             hold_g,
             step_g,
             counts_g,
+            nominal_g: counts_g,
             margin: counts_g.map(|counts| counts / REQUIRED_G),
             margin_interior: counts_g
                 .zip(direction.interior_g())
@@ -359,22 +573,22 @@ impl StaticLever {
     }
 
     /// Returns hold and step along a direction fixed to the vehicle, of which `share` pushes the lever open and
-    /// `across` points from the pivot to the centre of mass; never less than lifts the lever off.
-    fn hold_and_step(
-        &self,
-        per_g: f64,
-        share: f64,
-        across: f64,
-        lift_off_g: Option<f64>,
-    ) -> [Option<f64>; 2] {
+    /// `across` points from the pivot to the centre of mass.
+    fn hold_and_step(&self, per_g: f64, share: f64, across: f64) -> [Option<f64>; 2] {
         let (work, torque) = self.work_and_torque();
         let (sine, cosine) = libm::sincos(self.threshold_rad);
         let at_limit = share * cosine + across * sine;
         let over_way = share * sine + across * (1.0 - cosine);
-        let level = |needed: f64, pushed: f64| {
-            let level = (pushed > 1e-12).then(|| needed / (per_g * pushed))?;
-            Some(level.max(lift_off_g?))
-        };
+        let level = |needed: f64, pushed: f64| (pushed > 1e-12).then(|| needed / (per_g * pushed));
         [level(torque, at_limit), level(work, over_way)]
+    }
+}
+
+/// The number, or one that holds nothing in place of what is none.
+fn not_nan(value: f64) -> f64 {
+    if value.is_nan() {
+        f64::NEG_INFINITY
+    } else {
+        value
     }
 }

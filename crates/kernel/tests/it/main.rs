@@ -14,6 +14,7 @@
 mod batch;
 mod catch;
 mod coast;
+mod double_double;
 mod early_end;
 mod fan;
 mod harmonic;

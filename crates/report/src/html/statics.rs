@@ -4,9 +4,8 @@ use super::markup::{fact, heads};
 use crate::escape::terminal as line;
 use crate::page::PageFrame;
 use crate::sheet;
-use crate::statics::{HEADS, LINKAGE_HEADS, cells, clauses, element_cells, facts, headline};
+use crate::statics::{HEADS, LINKAGE_HEADS, cells, clauses, element_cells, facts, headlines, word};
 use latchgate_document::static_document::StaticDocument;
-use latchgate_verdict::statics::REQUIRED_G;
 use maud::html;
 
 /// Returns the page as one self-contained HTML document.
@@ -17,12 +16,7 @@ pub(crate) fn page(document: &StaticDocument) -> String {
         style: sheet::REPORT,
         script: "",
     };
-    let holds = document.worst_g >= REQUIRED_G;
-    let (tone, word) = if holds {
-        ("pass", "HOLDS 30 g")
-    } else {
-        ("fail", "DOES NOT HOLD 30 g")
-    };
+    let (tone, word) = word(document);
     let body = html! {
         main {
             header {
@@ -33,7 +27,12 @@ pub(crate) fn page(document: &StaticDocument) -> String {
                 div.id { p { "latchgate " (line(&document.run.version)) } }
             }
             section #verdict .card.(tone) {
-                div.answer { div { strong { (word) } span { (line(&headline(document))) } } }
+                div.answer {
+                    div {
+                        strong { (word) }
+                        @for sentence in headlines(document) { p { (line(&sentence)) } }
+                    }
+                }
             }
             section #lever {
                 h2 { "Lever" }

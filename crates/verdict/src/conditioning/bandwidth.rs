@@ -84,7 +84,7 @@ pub(super) fn level_db(raw: &Signal) -> Option<f64> {
     let spectrum = spectrum::amplitude_spectrum(&faded);
     let mean_power = |band: std::ops::RangeInclusive<f64>| {
         let lines = spectrum.frequency_hz.iter().zip(&spectrum.amplitude_m_s2);
-        let inside = lines.filter(|(frequency, _)| band.contains(frequency));
+        let inside = lines.filter(|(frequency, _)| band.contains::<f64>(frequency));
         let powers: Vec<f64> = inside.map(|(_, amplitude)| amplitude * amplitude).collect();
         (!powers.is_empty()).then(|| powers.iter().sum::<f64>() / powers.len() as f64)
     };

@@ -168,6 +168,39 @@ fn verif_long_vibration_stays_within_its_work() {
     assert_ne!(scattered.answer, Answer::Pass);
 }
 
+/// A recording of which no sample can be judged takes little, however long its lever would swing between two samples;
+/// how little is no limit to raise.
+#[test]
+fn verif_a_recording_that_cannot_be_judged_takes_little() {
+    let signal = Signal {
+        rate: SampleRate::from_hertz(1e-4).unwrap(),
+        ..vibration(500.0, 0.5)
+    };
+    let judged = |findings: &[Finding]| {
+        let conditioned = unconditioned(&signal);
+        let policy = Policy {
+            members: 128,
+            ..Policy::new(ModelChoice::Auto, Polarity::Undeclared)
+        };
+        let control = Control::unwatched(1);
+        let extras = AssessExtras::default();
+        let design = Design::reference();
+        assess(&conditioned, findings, &design, &policy, extras, &control).unwrap()
+    };
+    let blocked = judged(&[Finding::blocking("low-rate", "below 250 Hz")]);
+    assert_eq!(blocked.answer, Answer::Unusable);
+    assert!(blocked.work <= 16_000_000, "{}", blocked.work);
+    let mut codes = blocked.findings.iter().map(|finding| &*finding.code);
+    assert!(codes.all(|code| code != "work-limit"));
+    let open = judged(&[]);
+    assert!(
+        open.work > 3 * blocked.work,
+        "{} {}",
+        open.work,
+        blocked.work
+    );
+}
+
 /// A stop so damped that its motion takes millions of steps breaks off, and no member is tried
 /// beside a nominal lever that could not be followed.
 #[test]
