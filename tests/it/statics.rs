@@ -380,6 +380,23 @@ fn cli_a_door_chooses_its_rows_and_the_page_says_of_what_it_is() {
     ] {
         assert!(page.contains(said), "{said}");
     }
+    // What no latch has is said here as in a replay.
+    let heavy = [
+        "static",
+        &file,
+        "--no-report",
+        "--set",
+        "lever.moment_of_inertia_kg_m2=1",
+        "--set",
+        "lever.mass_kg=60",
+    ];
+    let heavy = latchgate(&heavy);
+    assert!(
+        heavy.out.contains("lever.mass_kg is 60 kg"),
+        "{}{}",
+        heavy.out,
+        heavy.err
+    );
     let wrong = folder.write(
         "wrong.toml",
         "base = \"paper\"\n[document]\npartt = \"1\"\n",

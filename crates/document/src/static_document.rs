@@ -117,8 +117,8 @@ impl StaticDocument {
             door: question.door,
             spring,
             averaged_torque_nm: counted.averaged_torque_nm(),
-            mass_kg: lever.mass_arm_inertia.map(|[mass, ..]| mass),
-            center_of_mass_m: lever.mass_arm_inertia.map(|[_, arm, _]| arm),
+            mass_kg: lever.mass_and_arm.map(|[mass, _]| mass),
+            center_of_mass_m: lever.mass_and_arm.map(|[_, arm]| arm),
             unbalance_kg_m: lever.unbalance_kg_m,
             threshold_rad: lever.threshold_rad,
             opening: lever.opening,
@@ -152,17 +152,6 @@ impl SpringOutput {
     }
 }
 
-/// Says of a lever that its inertia is not that of its mass at its arm.
-fn implausible([mass, arm, inertia]: [f64; 3]) -> Option<String> {
-    let least = mass * arm * arm;
-    (inertia < least).then(|| {
-        format!(
-            "The moment of inertia {inertia:.3e} kg·m² is less than m L² = {least:.3e} kg·m², which no body has: check \
-             mass, arm and inertia."
-        )
-    })
-}
-
 /// Says what the numbers cover and leave out.
 fn notes(lever: &StaticLever, spring: &SpringOutput) -> Vec<String> {
     let mut notes = Vec::new();
@@ -177,7 +166,7 @@ fn notes(lever: &StaticLever, spring: &SpringOutput) -> Vec<String> {
         "Friction and the work of the latch are left out, the spring is the average of closed and limit angle."
             .to_string(),
     );
-    notes.extend(lever.mass_arm_inertia.and_then(implausible));
+    notes.extend(lever.implausible.iter().cloned());
     notes.push(
         "A load that comes at once, as a sled pulse does, carries the lever on by its speed and may exceed 30 g: a latch \
          that holds here can fail `latchgate replay` of a sled pulse."

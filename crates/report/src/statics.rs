@@ -98,7 +98,7 @@ pub(crate) const HEADS: [&str; 9] = [
     "Direction",
     "#Lifts off",
     "#SAE J839",
-    "#with gravity",
+    "#gravity",
     "#Held",
     "#Step",
     "#nominal",
@@ -126,6 +126,12 @@ pub(crate) fn cells(row: &StaticRow) -> [String; 9] {
         part(row.margin_interior),
     ]
 }
+
+/// What stands in the columns, to be computed by hand.
+pub(crate) const FORMULAS: &str = "Lifts off T0/(m L s); SAE J839 (T0 + k0 φ*/2)/(m L s), with gravity less by what 1 g \
+    pushes open; held (T0 + k0 φ*)/(m L (s cos φ* + r sin φ*)); step (T0 φ* + k0 φ*²/2)/(m L (s sin φ* + r (1 − cos φ*))); \
+    s and r: parts of the acceleration that open along and across the way. What counts is SAE J839 with gravity, or the \
+    step if that is less, but no less than lifts off; of 30 g, interior: that over the load, 1 or more holds it.";
 
 /// Heads of the columns of a linkage.
 pub(crate) const LINKAGE_HEADS: [&str; 6] = [
@@ -223,7 +229,7 @@ fn spring(document: &StaticDocument) -> String {
         spring.deviation_nm,
     ) {
         (Some(least), Some(deviations), Some(deviation)) => format!(
-            "{nominal} N·m closed, one standard deviation {} N·m: {} N·m less {deviations} of them; {stiffness} N·m/rad",
+            "{nominal} N·m closed, standard deviation {} N·m, so at least {} N·m ({deviations} of them less); {stiffness} N·m/rad",
             plain(deviation),
             plain(least)
         ),

@@ -118,7 +118,7 @@ pub(super) fn replay_findings(
 }
 
 /// Returns the numbers of the design that no latch has; what rests on them comes after.
-fn implausible(design: &Design) -> Vec<Finding> {
+pub(crate) fn implausible(design: &Design) -> Vec<Finding> {
     let of_each = design.implausible();
     of_each
         .map(|(parameter, value)| {

@@ -4,6 +4,7 @@
 //! outputs in closed and released position, friction and work left out, gravity left out only where it holds the latch
 //! shut. The hold turns the force's arm with the lever; along a fixed axis it is larger by 1/cos φ*.
 
+use crate::replay_findings::implausible;
 use latchgate_kernel::error::Error;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
@@ -153,8 +154,10 @@ pub struct StaticLever {
     pub spring_stiffness_nm_per_rad: f64,
     /// One standard deviation of it [N m/rad].
     pub stiffness_deviation_nm_per_rad: f64,
-    /// Mass m [kg], arm L [m] and inertia I0 [kg m²] of a single lever.
-    pub mass_arm_inertia: Option<[f64; 3]>,
+    /// Mass m [kg] and arm L [m] of a single lever.
+    pub mass_and_arm: Option<[f64; 2]>,
+    /// What no latch has of it, a sentence each.
+    pub implausible: Vec<String>,
     /// Unbalance m·L [kg m].
     pub unbalance_kg_m: f64,
     /// Limit angle φ* [rad].
@@ -223,7 +226,7 @@ impl Direction {
             Self::Left => "−Y",
             Self::Down => "+Z",
             Self::Up => "−Z",
-            Self::Plane => "worst in the X-Y plane",
+            Self::Plane => "worst in X-Y",
             Self::Space => "worst of all",
         }
     }
@@ -311,11 +314,14 @@ impl From<&Design> for StaticLever {
             stiffness_deviation_nm_per_rad: design
                 .number("tolerance.spring_stiffness_nm_per_rad")
                 .unwrap_or(0.0),
-            mass_arm_inertia: design.linkage.is_empty().then_some([
-                lever.mass_kg,
-                lever.center_of_mass_m,
-                lever.moment_of_inertia_kg_m2,
-            ]),
+            mass_and_arm: design
+                .linkage
+                .is_empty()
+                .then_some([lever.mass_kg, lever.center_of_mass_m]),
+            implausible: implausible(design)
+                .into_iter()
+                .map(|finding| finding.text)
+                .collect(),
             unbalance_kg_m: lever.unbalance_kg_m(),
             // A limit that was raised, or that no latch can bear, makes no latch of one that opens.
             threshold_rad: design.default_threshold_rad(),
@@ -375,7 +381,8 @@ impl StaticLever {
             preload_deviation_nm: None,
             spring_stiffness_nm_per_rad: reduced.spring_stiffness_nm_per_rad,
             stiffness_deviation_nm_per_rad: 0.0,
-            mass_arm_inertia: None,
+            mass_and_arm: None,
+            implausible: Vec::new(),
             unbalance_kg_m: reduced.unbalance_kg_m.abs(),
             threshold_rad: threshold_rad.min(std::f64::consts::FRAC_PI_2),
             modified: Vec::new(),
@@ -430,7 +437,7 @@ impl StaticLever {
                 let level = |row: &StaticRow| row.counts_g.map_or(f64::INFINITY, not_nan);
                 let worst = own
                     .into_iter()
-                    .reduce(|a, b| if level(b) < level(a) { b } else { a });
+                    .reduce(|a, b| if level(b) <= level(a) { b } else { a });
                 let least = worst.map_or(f64::NEG_INFINITY, level);
                 let holds = match (least >= REQUIRED_G, is_stated) {
                     (true, false) => None,

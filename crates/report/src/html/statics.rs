@@ -4,7 +4,9 @@ use super::markup::{fact, heads};
 use crate::escape::terminal as line;
 use crate::page::PageFrame;
 use crate::sheet;
-use crate::statics::{HEADS, LINKAGE_HEADS, cells, clauses, element_cells, facts, headlines, word};
+use crate::statics::{
+    FORMULAS, HEADS, LINKAGE_HEADS, cells, clauses, element_cells, facts, headlines, word,
+};
 use latchgate_document::static_document::StaticDocument;
 use maud::html;
 
@@ -55,7 +57,7 @@ pub(crate) fn page(document: &StaticDocument) -> String {
                     (heads(&HEADS))
                     tbody { @for row in &document.rows { (cells_row(&cells(row))) } }
                 }
-                p.note { "of 30 g, interior: what counts over the load that is required; 1 or more holds it." }
+                p.note { (FORMULAS) }
             }
             section #clauses {
                 h2 { "Which clause each row answers" }
