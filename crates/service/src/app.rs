@@ -11,6 +11,7 @@ use crate::problem::Problem;
 use crate::store::{
     self, BlobFolder, Blobs, Ledger, Manifest, SqliteLedger, StoreError, StoredRecording,
 };
+use crate::supply::Supply;
 use crate::traffic::Traffic;
 use axum::http::StatusCode;
 use latchgate::pipeline::pulse;
@@ -25,8 +26,8 @@ use std::time::{Duration, Instant};
 use tokio::sync::Semaphore;
 use tokio::time::timeout;
 
-/// Memory for the bodies of requests in progress, without uploads [KiB].
-const BODIES_KIB: usize = 32 << 10;
+/// Memory for the bodies of requests in progress, without uploads [bytes].
+pub(crate) const BODIES_BYTES: u64 = 32 << 20;
 
 /// Number of pages made at a time from whole reports; each may take some 40 MB.
 const PAGES: usize = 1;
@@ -59,8 +60,8 @@ pub struct Parts {
     pub traffic: Traffic,
     /// Bytes reserved for uploads in progress, by the name of their token.
     pub under_way: Mutex<HashMap<String, u64>>,
-    /// Room for the bodies of requests that are no uploads [KiB].
-    pub bodies: Arc<Semaphore>,
+    /// Memory for the bodies of requests that are no uploads [bytes].
+    pub bodies: Arc<Supply>,
     /// Permits to make pages from whole reports.
     pub pages: Semaphore,
     /// Lock of the removal of deleted files; a second caller waits and finds nothing left to remove.
@@ -191,7 +192,7 @@ impl App {
             probed: Arc::default(),
             traffic: Traffic::default(),
             under_way: Mutex::default(),
-            bodies: Arc::new(Semaphore::new(BODIES_KIB)),
+            bodies: Supply::new(BODIES_BYTES),
             pages: Semaphore::new(PAGES),
             sweeping: tokio::sync::Mutex::default(),
             stored_bytes: AtomicU64::new(0),

@@ -3,23 +3,21 @@
 use super::caller::Peer;
 use super::listener::NO_ADDRESS;
 use super::{Caller, INTERFACE, Needs, declared};
-use crate::app::App;
+use crate::app::{App, BODIES_BYTES};
 use crate::audit;
-use crate::auth::{Presented, Recognition, Visitor};
+use crate::auth::{Presented, Recognition, Visitor, Way};
 use crate::http::pages;
 use crate::problem::{Problem, QUESTION_BYTES};
+use crate::supply::Held;
 use axum::body::HttpBody as _;
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::header::{self, HeaderName, HeaderValue};
 use axum::http::{HeaderMap, Method, StatusCode, Version};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
-use http_body_util::LengthLimitError;
-use std::error::Error as _;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-use tokio::sync::OwnedSemaphorePermit;
+use tokio_stream::StreamExt;
 
 /// Name of the cookie that the page's sign-in sets.
 pub(crate) const COOKIE: &str = "latchgate-session";
@@ -32,6 +30,9 @@ const FREE: &[&str] = &["/healthz", "/readyz", "/assets/{name}"];
 
 /// Largest body of a sign-in [bytes].
 pub(super) const LOGIN_BYTES: usize = 4 << 10;
+
+/// Largest body of a sign-out [bytes].
+const LOGOUT_BYTES: usize = 64;
 
 /// Content security policy of pages: they load from this service, and nothing inline.
 const POLICY: &str = "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'; object-src 'none'";
@@ -69,10 +70,14 @@ pub(super) async fn watch(State(app): State<App>, mut request: Request, next: Ne
     let (visitor, mut response) = match admitted {
         Ok(visitor) => {
             let name = visitor.name.clone();
+            let owner = match visitor.way {
+                Way::Nobody => caller.network().to_string(),
+                _ => name.clone(),
+            };
             request.extensions_mut().insert(visitor);
-            match received(&app, &path, request).await {
-                // The permit for the body's memory is held until the answer.
-                Ok((request, _room)) => (name, next.run(request).await),
+            match received(&app, &path, request, &owner).await {
+                // The body's memory is held until the answer.
+                Ok((request, _held)) => (name, next.run(request).await),
                 Err(problem) => (name, problem.into_response()),
             }
         }
@@ -118,53 +123,58 @@ fn no_place(app: &App) -> Problem {
 }
 
 /// Waits for the whole body of a request that is no upload, within a deadline. Without it a client that sends a
-/// byte now and then would hold a place for hours.
+/// byte now and then would hold a place for hours. Memory is taken for bytes that have come, so a silent client takes
+/// none, and a share of it by `owner`.
 async fn received(
     app: &App,
     path: &str,
     request: Request,
-) -> Result<(Request, Option<OwnedSemaphorePermit>), Problem> {
+    owner: &str,
+) -> Result<(Request, Option<Held>), Problem> {
     let method = request.method();
     let is_upload = *method == Method::POST && path == "/v1/recordings";
     if is_upload || matches!(*method, Method::GET | Method::HEAD) {
         return Ok((request, None));
     }
-    let (name, bytes_max) = if path == "/login" {
-        ("login_bytes", LOGIN_BYTES)
-    } else {
-        ("body_bytes", QUESTION_BYTES)
+    let (name, bytes_max) = match path {
+        "/login" => ("login_bytes", LOGIN_BYTES),
+        "/logout" => ("logout_bytes", LOGOUT_BYTES),
+        _ => ("body_bytes", QUESTION_BYTES),
     };
-    let stated = request.body().size_hint().upper();
-    let bytes = stated.map_or(bytes_max, |stated| {
-        usize::try_from(stated).unwrap_or(bytes_max).min(bytes_max)
-    });
+    let too_large = || {
+        let way_out = "a question or a gate file is shorter; recordings go to /v1/recordings";
+        let (status, found) = (StatusCode::PAYLOAD_TOO_LARGE, "a larger body".into());
+        Problem::over(status, name, bytes_max as u64, found, way_out)
+    };
+    if request.body().size_hint().lower() > bytes_max as u64 {
+        return Err(too_large());
+    }
     let (head, body) = request.into_parts();
-    let time = app.config.question_time;
     let read_body = async {
-        let kib = u32::try_from(bytes.div_ceil(1024)).unwrap_or(u32::MAX);
-        let room = Arc::clone(&app.bodies).acquire_many_owned(kib).await.ok();
-        axum::body::to_bytes(body, bytes_max)
-            .await
-            .map(|bytes| (bytes, room))
-    };
-    match tokio::time::timeout(time, read_body).await {
-        Ok(Ok((bytes, room))) => Ok((Request::from_parts(head, bytes.into()), room)),
-        Ok(Err(error))
-            if error
-                .source()
-                .is_some_and(|cause| cause.is::<LengthLimitError>()) =>
-        {
-            let way_out = "a question or a gate file is shorter; recordings go to /v1/recordings";
-            let (status, found) = (StatusCode::PAYLOAD_TOO_LARGE, "a larger body".into());
-            Err(Problem::over(
-                status,
-                name,
-                bytes_max as u64,
-                found,
-                way_out,
-            ))
+        let (mut held, mut bytes) = (app.bodies.open(owner), Vec::new());
+        let mut pieces = body.into_data_stream();
+        while let Some(piece) = pieces.next().await {
+            let cut = |_| Problem::bad_request("the body ended before it was whole");
+            let piece = piece.map_err(cut)?;
+            if bytes.len() + piece.len() > bytes_max {
+                return Err(too_large());
+            }
+            // It is refused and does not wait: bodies that wait for each other's memory would end none of them.
+            if !held.grow(piece.len() as u64) {
+                let found = "more, most of it of this token or address".into();
+                let status = StatusCode::TOO_MANY_REQUESTS;
+                return Err(Problem::later(status, "bodies", BODIES_BYTES, found, 1));
+            }
+            bytes.extend_from_slice(&piece);
         }
-        Ok(Err(_)) => Err(Problem::bad_request("the body ended before it was whole")),
+        Ok((bytes, held))
+    };
+    let time = app.config.question_time;
+    match tokio::time::timeout(time, read_body).await {
+        Ok(read) => {
+            let (bytes, held) = read?;
+            Ok((Request::from_parts(head, bytes.into()), Some(held)))
+        }
         Err(_) => {
             let text = format!(
                 "the body took longer than {} s; send it at once, or raise `question_s` in the \

@@ -2,7 +2,7 @@
 
 use super::form::HEAD_BYTES;
 use super::guard::LOGIN_BYTES;
-use crate::app::App;
+use crate::app::{App, BODIES_BYTES};
 use crate::clock::now_ms;
 use crate::config::meaning;
 use crate::jail::Jail;
@@ -161,6 +161,12 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             LOGIN_BYTES as u64,
             "bytes",
             "Bytes of a sign-in.",
+        ),
+        fixed(
+            "bodies",
+            BODIES_BYTES,
+            "bytes",
+            "Bytes of bodies under way, uploads aside; each token or address at most as many as are free.",
         ),
         fixed(
             "waiting",
