@@ -69,7 +69,7 @@ pub const KEYS: &[Key] = &[
     key(
         "places",
         "0",
-        "Children that work on jobs; 0 takes one for each core. One more is for those who wait.",
+        "Children that work on jobs, the first on nothing else; 0 takes one for each core. One more is for people who wait.",
     ),
     key(
         "child_memory_mib",

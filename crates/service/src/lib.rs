@@ -1,7 +1,7 @@
 //! The HTTP service of latchgate: recordings in, verdicts kept, judged in jailed children.
 //!
 //! In reading order: `config` is the configuration, `http` answers requests, `auth` authorises them,
-//! `allowances` limits their rate, `supply` shares what is scarce, `audit` logs what people did, `app` is the shared state, `store` keeps recordings
+//! `allowances` limits their rate, `supply` shares what is scarce, `turns` says whose turn it is, `audit` logs what people did, `app` is the shared state, `store` keeps recordings
 //! and answers, `gate` judges gates here and `cluster_gates` on a cluster (`engine` is their last known state), `pool`
 //! has children read and judge in a `jail`, `problem` is the form of errors, `run` holds the commands.
 
@@ -33,3 +33,4 @@ pub mod run;
 pub mod store;
 pub mod supply;
 pub mod traffic;
+pub mod turns;

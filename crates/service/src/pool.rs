@@ -10,12 +10,14 @@
 //! - `answer`: a child's answer to each order;
 //! - `trials`: trials of a child against its jail;
 //! - `slot`: the parent's side: one child, driven;
-//! - `crew`: all places, their queue, and the jobs of the ledger.
+//! - `orders`: orders that wait, in turn by owner;
+//! - `crew`: all places, their orders, and the jobs of the ledger.
 
 mod answer;
 mod child;
 mod crew;
 mod frame;
+mod orders;
 mod slot;
 mod trials;
 mod words;
@@ -23,5 +25,6 @@ mod words;
 pub(crate) use answer::{design_of, request_of};
 pub use child::work as child_work;
 pub use crew::{ANSWERS, Crew, CrewOptions, Progress, WAITING};
+pub use orders::{HeldFirst, Orders};
 pub use slot::{ChildOptions, Delivered, Ending, Lost, Slot};
 pub use words::{Answer, How, Order, Trial};

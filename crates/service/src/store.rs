@@ -663,6 +663,8 @@ pub trait Ledger: Send + Sync {
     fn job(&self, id: &str) -> Result<Option<Job>, StoreError>;
     /// Takes the next job that waits, until `lease_ms`.
     fn take(&self, now_ms: i64, lease_ms: i64) -> Result<Option<Job>, StoreError>;
+    /// Takes the next job that is no pair of a gate, until `lease_ms`.
+    fn take_question(&self, now_ms: i64, lease_ms: i64) -> Result<Option<Job>, StoreError>;
     /// Holds a job until `lease_ms`, if this attempt still has it.
     fn hold(&self, id: &str, attempt: i64, lease_ms: i64) -> Result<(), StoreError>;
     /// Ends a job with a result, if this attempt still has it.

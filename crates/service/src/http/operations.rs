@@ -170,9 +170,9 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
         ),
         fixed(
             "waiting",
-            WAITING as u64,
+            WAITING,
             "orders",
-            "Uploads, what-ifs and plots that wait for a child.",
+            "Uploads, what-ifs and plots that wait for a child; of one token at most as many as are free.",
         ),
         fixed(
             "form_head_bytes",

@@ -100,7 +100,7 @@ pub(super) async fn submit(
         })
         .await?;
     drop(reserved);
-    let recording = look(&app, &id, None).await?;
+    let recording = look(&app, &visitor.name, &id, None).await?;
     let status = if is_new {
         StatusCode::CREATED
     } else {
@@ -110,9 +110,10 @@ pub(super) async fn submit(
     Ok((status, place, Json(recording)).into_response())
 }
 
-/// Finds a recording and what it holds, looked into by a child where that is not known.
+/// Finds a recording and what it holds, looked into by a child in the owner's turn where that is not known.
 pub(crate) async fn look(
     app: &App,
+    owner: &str,
     id: &str,
     request: Option<Value>,
 ) -> Result<Recording, Problem> {
@@ -134,7 +135,8 @@ pub(crate) async fn look(
         recording: stored.id.clone(),
         request: request.unwrap_or_else(|| json!({})),
     };
-    let (listing, lasts) = match app.crew.ask(order, Some(stored.manifest.clone())).await {
+    let manifest = Some(stored.manifest.clone());
+    let (listing, lasts) = match app.crew.ask(owner, order, manifest).await {
         Ok(delivered) => match delivered.answer {
             Answer::Listing { listing } if listing.is_object() => (listing, true),
             Answer::Problem { problem } => (nothing_read(problem), false),
@@ -187,6 +189,7 @@ pub(super) struct Reading {
 )]
 pub(super) async fn get(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     Placed(id): Placed<String>,
     Queried(reading): Queried<Reading>,
 ) -> Result<Json<Recording>, Problem> {
@@ -198,7 +201,7 @@ pub(super) async fn get(
     if let Some(request) = &request {
         crate::pool::request_of(request)?;
     }
-    Ok(Json(look(&app, &id, request).await?))
+    Ok(Json(look(&app, &visitor.name, &id, request).await?))
 }
 
 /// Which recordings are wanted.

@@ -199,6 +199,7 @@ async fn answered(app: &App, report_id: &str) -> Result<Response, Problem> {
 )]
 pub(super) async fn what_if(
     State(app): State<App>,
+    Extension(visitor): Extension<Visitor>,
     headers: HeaderMap,
     asking: Result<Json<Asking>, axum::extract::rejection::JsonRejection>,
 ) -> Result<Response, Problem> {
@@ -215,7 +216,8 @@ pub(super) async fn what_if(
         request: question.request,
         design: question.design,
     };
-    match app.crew.ask(order, Some(stored.manifest)).await?.answer {
+    let asked = app.crew.ask(&visitor.name, order, Some(stored.manifest));
+    match asked.await?.answer {
         Answer::WhatIf {
             document,
             angle_rad,

@@ -1,14 +1,17 @@
-//! All places of the pool: orders of waiting people come first, then the jobs of the ledger.
+//! All places of the pool. Orders of waiting people and jobs of the ledger have a place each that takes nothing else;
+//! the others take both by turns.
 
+use super::orders::{HeldFirst, Orders};
 use super::slot::{ChildOptions, Delivered, Lost, Slot};
 use super::words::{Answer, How, Order};
 use crate::clock::{now_ms, running_ms};
 use crate::jail::Jail;
 use crate::problem::Problem;
 use crate::store::{Blobs, Job, JobState, Ledger, Manifest, StoreError, StoredResult};
+use crate::supply::{Held, Supply};
 use axum::http::StatusCode;
 use latchgate::pipeline::NUMBERS_REVISION;
-use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap};
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -28,15 +31,15 @@ const LEASE: Duration = Duration::from_secs(30);
 /// Time after which an idle place looks for jobs without having been woken.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Largest number of waiting orders.
-pub const WAITING: usize = 64;
+/// Largest number of waiting orders; an owner may have as many as are free, half of them if nobody else waits.
+pub const WAITING: u64 = 128;
 
 /// Options of the pool.
 #[derive(Debug, Clone)]
 pub struct CrewOptions {
     /// Start and limits of children.
     pub child: ChildOptions,
-    /// Number of places for jobs; one more is reserved for waiting people.
+    /// Number of places for jobs, the first of them for nothing else; one more is for waiting people alone.
     pub places: usize,
 }
 
@@ -54,6 +57,8 @@ struct WaitingOrder {
     order: Order,
     manifest: Option<Manifest>,
     reply: oneshot::Sender<Result<Delivered, Lost>>,
+    /// Its part of the orders that may wait.
+    held: Held,
 }
 
 /// Counters of the pool.
@@ -77,8 +82,11 @@ pub const ANSWERS: [&str; 4] = ["pass", "fail", "undecided", "unusable"];
 struct Shared {
     ledger: Arc<dyn Ledger>,
     blobs: Arc<dyn Blobs>,
-    waiting: Mutex<VecDeque<WaitingOrder>>,
+    orders: Mutex<Orders<WaitingOrder>>,
+    waiting: Arc<Supply>,
     bell: Condvar,
+    /// Number of times the bell rang, changed under the lock of the orders.
+    rings: AtomicU64,
     ends: AtomicBool,
     watched: Mutex<HashMap<String, watch::Sender<Progress>>>,
     counters: Counters,
@@ -122,8 +130,11 @@ impl Crew {
         let shared = Arc::new(Shared {
             ledger,
             blobs,
-            waiting: Mutex::default(),
+            // One of the places takes jobs alone.
+            orders: Mutex::new(Orders::new(options.places)),
+            waiting: Supply::new(WAITING),
             bell: Condvar::new(),
+            rings: AtomicU64::new(0),
             ends: AtomicBool::new(false),
             watched: Mutex::default(),
             counters: Counters::default(),
@@ -132,10 +143,13 @@ impl Crew {
         let slots = (0..options.places).map(|_| Slot::new(options.child.clone()));
         for (number, slot) in std::iter::once(Ok(first)).chain(slots).enumerate() {
             let (slot, shared) = (slot?, Arc::clone(&shared));
-            // The first place is reserved for waiting people.
-            let takes_jobs = number > 0;
+            let takes = match number {
+                0 => Takes::Orders,
+                1 => Takes::Jobs,
+                _ => Takes::Both,
+            };
             let thread = std::thread::Builder::new().name(format!("place-{number}"));
-            threads.push(thread.spawn(move || serve(&shared, slot, takes_jobs))?);
+            threads.push(thread.spawn(move || serve(&shared, slot, takes))?);
         }
         Ok(Self {
             shared,
@@ -154,13 +168,14 @@ impl Crew {
         &self.shared.counters
     }
 
-    /// Has an order carried out while the caller waits.
+    /// Has an order carried out while the caller waits, in the turn of its owner.
     ///
     /// # Errors
     ///
     /// A problem: too many wait, or the order ended its child.
     pub async fn ask(
         &self,
+        owner: &str,
         order: Order,
         manifest: Option<Manifest>,
     ) -> Result<Delivered, Problem> {
@@ -168,23 +183,27 @@ impl Crew {
         loop {
             let (reply, replied) = oneshot::channel();
             {
-                let mut waiting = locked(&self.shared.waiting);
+                let mut orders = locked(&self.shared.orders);
                 if self.shared.ends.load(Ordering::Relaxed) {
                     let text = "the service is ending; try again";
                     return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 1));
                 }
-                if waiting.len() >= WAITING {
-                    let found = format!("{} that wait for a place", waiting.len());
-                    let (status, waiting_max) = (StatusCode::SERVICE_UNAVAILABLE, WAITING as u64);
-                    return Err(Problem::later(status, "waiting", waiting_max, found, 1));
+                orders.retain(|waiting| !waiting.reply.is_closed());
+                let mut held = self.shared.waiting.open(owner);
+                if !held.grow(1) {
+                    let found = "more, most of them of this token".into();
+                    let status = StatusCode::TOO_MANY_REQUESTS;
+                    return Err(Problem::later(status, "waiting", WAITING, found, 1));
                 }
-                waiting.push_back(WaitingOrder {
+                let waiting = WaitingOrder {
                     order: order.clone(),
                     manifest: manifest.clone(),
                     reply,
-                });
+                    held,
+                };
+                orders.push(owner, order.needs(), waiting);
             }
-            self.shared.bell.notify_all();
+            self.shared.ring();
             let lost = match replied.await {
                 Ok(Ok(delivered)) => return Ok(delivered),
                 Ok(Err(lost)) => lost,
@@ -214,7 +233,7 @@ impl Crew {
 
     /// Wakes the places, since a job waits.
     pub fn ring(&self) {
-        self.shared.bell.notify_all();
+        self.shared.ring();
     }
 
     /// Watches a job. The caller must read its state from the ledger afterwards, since it may have ended before.
@@ -232,11 +251,11 @@ impl Crew {
     /// Lets each place finish its work and take no more, and waits for that.
     pub fn end(&self) {
         self.shared.ends.store(true, Ordering::Relaxed);
-        self.shared.bell.notify_all();
+        self.shared.ring();
         for thread in locked(&self.threads).drain(..) {
             let _ = thread.join();
         }
-        locked(&self.shared.waiting).clear();
+        locked(&self.shared.orders).retain(|_| false);
     }
 }
 
@@ -311,31 +330,47 @@ fn pause_ms(attempts: i64) -> i64 {
     (200 << attempts.clamp(0, 10)).min(LONGEST_PAUSE_MS)
 }
 
+/// Work that a place takes. A gate keeps nobody from looking, and people who look keep no verdict from being made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Takes {
+    Orders,
+    Jobs,
+    Both,
+}
+
 /// Next work of a place.
 enum Next {
-    Order(Box<WaitingOrder>),
+    Order(String, Box<WaitingOrder>),
     Job(Box<Job>),
     End,
 }
 
-fn serve(shared: &Shared, mut slot: Slot, takes_jobs: bool) {
+fn serve(shared: &Shared, mut slot: Slot, takes: Takes) {
+    let mut place = Place {
+        takes,
+        order_was_last: false,
+        held_first: HeldFirst::default(),
+    };
     loop {
         let began;
-        match next(shared, &slot, takes_jobs) {
+        match place.next(shared, &slot) {
             Next::End => return,
-            Next::Order(waiting) => {
+            Next::Order(owner, waiting) => {
                 began = Instant::now();
                 let WaitingOrder {
                     order,
                     manifest,
                     reply,
+                    held,
                 } = *waiting;
-                if !reply.is_closed() {
-                    let blobs = &*shared.blobs;
-                    let outcome = slot.order(&order, manifest.as_ref(), blobs, &mut |_| {});
-                    shared.count_lost(outcome.as_ref().err());
-                    let _ = reply.send(outcome);
-                }
+                drop(held);
+                let blobs = &*shared.blobs;
+                let outcome = slot.order(&order, manifest.as_ref(), blobs, &mut |_| {});
+                shared.count_lost(outcome.as_ref().err());
+                let _ = reply.send(outcome);
+                locked(&shared.orders).done(&owner);
+                // Another place may wait for an owner who had all that an owner may have.
+                shared.ring();
             }
             Next::Job(job) => {
                 began = Instant::now();
@@ -351,42 +386,81 @@ fn serve(shared: &Shared, mut slot: Slot, takes_jobs: bool) {
     }
 }
 
-/// Waits for the next work of a place.
-fn next(shared: &Shared, slot: &Slot, takes_jobs: bool) -> Next {
-    let mut waiting = locked(&shared.waiting);
-    loop {
-        if shared.ends.load(Ordering::Relaxed) {
-            return Next::End;
-        }
-        // An order whose recording the child holds comes first, since it needs no transfer.
-        let is_held =
-            |waiting: &WaitingOrder| waiting.order.needs().is_some_and(|id| slot.holds(id));
-        let index = waiting.iter().position(is_held).unwrap_or(0);
-        if let Some(waiting) = waiting.remove(index) {
-            return Next::Order(Box::new(waiting));
-        }
-        if takes_jobs {
-            drop(waiting);
-            let lease = running_ms() + LEASE.as_millis() as i64;
-            match shared.ledger.take(running_ms(), lease) {
-                Ok(Some(job)) => return Next::Job(Box::new(job)),
-                Ok(None) => {}
-                Err(error) => tracing::warn!(%error, "no job can be taken"),
+/// A place, as far as it chooses its work.
+struct Place {
+    takes: Takes,
+    order_was_last: bool,
+    held_first: HeldFirst,
+}
+
+impl Place {
+    /// Waits for the next work.
+    fn next(&mut self, shared: &Shared, slot: &Slot) -> Next {
+        loop {
+            if shared.ends.load(Ordering::Relaxed) {
+                return Next::End;
             }
-            waiting = locked(&shared.waiting);
-            if !waiting.is_empty() {
-                continue;
+            let rings = shared.rings.load(Ordering::Relaxed);
+            let job_first = self.takes == Takes::Jobs || self.order_was_last;
+            let next = if job_first {
+                self.job(shared).or_else(|| self.order(shared, slot))
+            } else {
+                self.order(shared, slot).or_else(|| self.job(shared))
+            };
+            if let Some(next) = next {
+                self.order_was_last = matches!(next, Next::Order(..));
+                return next;
+            }
+            let orders = locked(&shared.orders);
+            // What came since the look above was not seen there.
+            if shared.rings.load(Ordering::Relaxed) == rings {
+                let orders = shared.bell.wait_timeout(orders, LOOK);
+                drop(orders);
             }
         }
-        waiting = shared
-            .bell
-            .wait_timeout(waiting, LOOK)
-            .unwrap_or_else(PoisonError::into_inner)
-            .0;
+    }
+
+    fn order(&mut self, shared: &Shared, slot: &Slot) -> Option<Next> {
+        if self.takes == Takes::Jobs {
+            return None;
+        }
+        let mut orders = locked(&shared.orders);
+        orders.retain(|waiting| !waiting.reply.is_closed());
+        let (owner, waiting) = orders.take(|id| slot.holds(id), &mut self.held_first)?;
+        Some(Next::Order(owner, Box::new(waiting)))
+    }
+
+    fn job(&self, shared: &Shared) -> Option<Next> {
+        if self.takes == Takes::Orders {
+            return None;
+        }
+        // A gate has no places beside those of people who wait, for there are as many places as cores. The place for
+        // jobs alone takes its pairs in any case.
+        let takes_pairs = self.takes == Takes::Jobs || locked(&shared.orders).is_empty();
+        let (now, lease) = (running_ms(), running_ms() + LEASE.as_millis() as i64);
+        let taken = if takes_pairs {
+            shared.ledger.take(now, lease)
+        } else {
+            shared.ledger.take_question(now, lease)
+        };
+        match taken {
+            Ok(job) => job.map(|job| Next::Job(Box::new(job))),
+            Err(error) => {
+                tracing::warn!(%error, "no job can be taken");
+                None
+            }
+        }
     }
 }
 
 impl Shared {
+    /// Wakes the places.
+    fn ring(&self) {
+        let _orders = locked(&self.orders);
+        self.rings.fetch_add(1, Ordering::Relaxed);
+        self.bell.notify_all();
+    }
+
     fn count_lost(&self, lost: Option<&Lost>) {
         if let Some(lost) = lost {
             self.counters.children_lost.fetch_add(1, Ordering::Relaxed);

@@ -5,9 +5,9 @@ use super::sql::{confirmed, text_of};
 use super::sum::of_row;
 use super::{Job, JobState, Load, Question, StoreError};
 use crate::clock::now_ms;
+use crate::turns::Turns;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde_json::Value;
-use std::collections::HashMap;
 
 /// Version of this program.
 pub(super) const PROGRAM: &str = env!("CARGO_PKG_VERSION");
@@ -100,41 +100,48 @@ pub(super) fn requeue(connection: &Connection, id: &str) -> Result<(), StoreErro
     Ok(())
 }
 
-pub(super) fn any_waits(connection: &Connection, now_ms: i64) -> Result<bool, StoreError> {
-    let sql =
-        "SELECT 1 FROM jobs WHERE state IN ('queued', 'later') AND not_before_ms <= ? LIMIT 1";
+/// States of single questions that wait.
+pub(super) const QUESTIONS: &[&str] = &["queued"];
+
+/// States of jobs that wait, in the order in which an owner's are taken.
+pub(super) const WAITING: &[&str] = &["queued", "later"];
+
+pub(super) fn any_waits(
+    connection: &Connection,
+    states: &[&str],
+    now_ms: i64,
+) -> Result<bool, StoreError> {
+    let sql = "SELECT 1 FROM jobs WHERE state = ? AND not_before_ms <= ? LIMIT 1";
     let mut statement = connection.prepare_cached(sql)?;
-    Ok(statement.exists([now_ms])?)
+    for state in states {
+        if statement.exists(params![state, now_ms])? {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
-/// The order in which owners are served: the number of the last turn of each.
-#[derive(Debug, Default)]
-pub(super) struct Turns {
-    count: u64,
-    last: HashMap<String, u64>,
-}
-
-/// Takes the next job: among owners with waiting jobs, the oldest job of the owner who was not served
-/// for longest. Pairs of gates are taken only if no single question waits.
+/// Takes the next job in one of some states: of the owner who was not served for longest, the oldest of the first
+/// state. So his questions come before the pairs of his gates, and neither keeps another owner waiting.
 pub(super) fn take(
     connection: &Connection,
     turns: &mut Turns,
+    states: &[&str],
     now_ms: i64,
     lease_ms: i64,
 ) -> Result<Option<Job>, StoreError> {
-    let mut waiting = waiting(connection, "queued", now_ms)?;
-    if waiting.is_empty() {
-        waiting = self::waiting(connection, "later", now_ms)?;
+    let mut jobs = Vec::new();
+    for (rank, state) in states.iter().enumerate() {
+        let oldest = waiting(connection, state, now_ms)?.into_iter();
+        jobs.extend(oldest.map(|(owner, number)| (owner, rank, number)));
     }
-    let turn = |owner: &String| turns.last.get(owner).copied();
-    let next = waiting
+    let next = jobs
         .into_iter()
-        .min_by_key(|(owner, number)| (turn(owner), *number));
-    let Some((owner, number)) = next else {
+        .min_by_key(|(owner, rank, number)| (turns.last(owner), *rank, *number));
+    let Some((owner, _, number)) = next else {
         return Ok(None);
     };
-    turns.count += 1;
-    turns.last.insert(owner, turns.count);
+    turns.serve(&owner);
     let sql = "UPDATE jobs SET state = 'running', attempt = attempt + 1, lease_ms = ?2
                WHERE number = ?1 RETURNING id";
     let mut statement = connection.prepare_cached(sql)?;

@@ -1,7 +1,6 @@
 //! The ledger in SQLite: write-ahead log, synced at every commit, one writer that commits all waiting
 //! changes as one group, readers beside it.
 
-use super::jobs::Turns;
 use super::schema;
 use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
@@ -11,6 +10,7 @@ use super::{
     StoreError, StoredDesign, StoredGate, StoredRecording, StoredResult, StoredSession,
     StoredToken, deletions, gates, jobs, needed, recordings, results, tokens,
 };
+use crate::turns::Turns;
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -95,6 +95,26 @@ impl SqliteLedger {
     pub fn with_limits(mut self, memory_bytes: u64, order_s: u64) -> Self {
         self.program = jobs::program_of(memory_bytes, order_s).into();
         self
+    }
+
+    /// Takes the next job in one of some states.
+    fn take_of(
+        &self,
+        states: &'static [&'static str],
+        now_ms: i64,
+        lease_ms: i64,
+    ) -> Result<Option<Job>, StoreError> {
+        // Mostly nothing waits, and a reader finds that out without the writer.
+        if !self.read(|connection| jobs::any_waits(connection, states, now_ms))? {
+            return Ok(None);
+        }
+        let turns = Arc::clone(&self.turns);
+        self.write(move |connection| {
+            let mut turns = turns
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
+            jobs::take(connection, &mut turns, states, now_ms, lease_ms)
+        })
     }
 
     /// Sends a change to the writer, and returns once it is on the disk.
@@ -442,17 +462,11 @@ impl Ledger for SqliteLedger {
     }
 
     fn take(&self, now_ms: i64, lease_ms: i64) -> Result<Option<Job>, StoreError> {
-        // Mostly nothing waits, and a reader finds that out without the writer.
-        if !self.read(|connection| jobs::any_waits(connection, now_ms))? {
-            return Ok(None);
-        }
-        let turns = Arc::clone(&self.turns);
-        self.write(move |connection| {
-            let mut turns = turns
-                .lock()
-                .unwrap_or_else(std::sync::PoisonError::into_inner);
-            jobs::take(connection, &mut turns, now_ms, lease_ms)
-        })
+        self.take_of(jobs::WAITING, now_ms, lease_ms)
+    }
+
+    fn take_question(&self, now_ms: i64, lease_ms: i64) -> Result<Option<Job>, StoreError> {
+        self.take_of(jobs::QUESTIONS, now_ms, lease_ms)
     }
 
     fn hold(&self, id: &str, attempt: i64, lease_ms: i64) -> Result<(), StoreError> {

@@ -24,3 +24,4 @@ mod proxy;
 mod store;
 mod strangers;
 mod support;
+mod turns;

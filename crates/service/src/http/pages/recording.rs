@@ -78,7 +78,7 @@ pub(super) async fn page(
         }
     }
     let request = (!stated.is_empty()).then(|| Value::Object(stated.clone()));
-    let recording = look(&app, &id, request).await?;
+    let recording = look(&app, &visitor.name, &id, request).await?;
     let designs = app
         .on_disk(|parts| parts.ledger.designs(0, 200))
         .await?
