@@ -9,7 +9,8 @@ use crate::engine::Engine;
 use crate::pool::Crew;
 use crate::problem::Problem;
 use crate::store::{
-    self, BlobFolder, Blobs, Ledger, Manifest, SqliteLedger, StoreError, StoredRecording,
+    self, BlobFolder, Blobs, Ledger, Manifest, SqliteLedger, StoreError, StoredFile,
+    StoredRecording,
 };
 use crate::supply::Supply;
 use crate::traffic::Traffic;
@@ -31,6 +32,25 @@ pub(crate) const BODIES_BYTES: u64 = 32 << 20;
 
 /// Number of pages made at a time from whole reports; each may take some 40 MB.
 const PAGES: usize = 1;
+
+/// Returns the recording that a pulse is: its name and its content are its canonical word.
+///
+/// # Errors
+///
+/// A problem: the word is not a pulse, or names a file.
+pub fn recording_of_pulse(word: &str) -> Result<Manifest, Problem> {
+    let word = pulse::canonical(word, None).map_err(|error| Problem::of_recording(&error))?;
+    let file = StoredFile {
+        name: word.clone(),
+        sha256: store::sha256_hex(word.as_bytes()),
+        bytes: word.len() as u64,
+    };
+    Ok(Manifest {
+        name: word,
+        files: vec![file],
+        card: None,
+    })
+}
 
 /// State that all handlers share.
 #[derive(Clone)]
@@ -119,24 +139,24 @@ impl Parts {
         Ok(deleted)
     }
 
-    /// Stores a pulse as a recording whose name and content are its canonical word; returns its identity.
+    /// Stores a pulse as a recording, in the share of its owner.
     ///
     /// # Errors
     ///
-    /// A problem: the word is not a pulse, or names a file; the disk refuses.
-    pub fn keep_pulse(&self, word: &str, owner: &str) -> Result<String, Problem> {
-        let word = pulse::canonical(word, None).map_err(|error| Problem::of_recording(&error))?;
+    /// A problem: the share is used up, or the disk refuses.
+    pub fn keep_pulse(&self, pulse: &Manifest, owner: &str) -> Result<(), Problem> {
+        let kept = self.ledger.bytes_of(owner)?;
+        if kept.saturating_add(pulse.bytes()) > self.config.own_bytes {
+            let found = format!("{kept} bytes, and a pulse to come");
+            return Err(Problem::beyond_share(self.config.own_bytes, found));
+        }
         let placing = self.blobs.placing();
         let _together = placing.read().unwrap_or_else(PoisonError::into_inner);
         let mut blob = self.blobs.begin()?;
-        blob.write(word.as_bytes())?;
-        let manifest = Manifest {
-            files: vec![blob.finish(&word)?],
-            name: word,
-            card: None,
-        };
-        self.ledger.put_recording(&manifest, owner, now_ms())?;
-        Ok(manifest.id())
+        blob.write(pulse.name.as_bytes())?;
+        blob.finish(&pulse.name)?;
+        self.ledger.put_recording(pulse, owner, now_ms())?;
+        Ok(())
     }
 
     /// Removes the copies of a recording in the folder that a cluster reads.

@@ -1,12 +1,13 @@
 //! Gates on stored data: a gate file whose `files` name recordings and whose `file` names designs of the
 //! store. Children decide the pairs; the library makes the outcome.
 
-use crate::app::{App, Parts};
+use crate::app::{App, Parts, recording_of_pulse};
 use crate::clock::now_ms;
 use crate::problem::Problem;
 use crate::store::{
-    Blobs, GateOutcome, GateRecording, GateStanding, Job, JobState, Ledger, ListedRecording, Page,
-    Question, RecordingFilter, StoreError, StoredDesign, StoredFile, StoredGate, sha256_hex,
+    Blobs, GateOutcome, GateRecording, GateStanding, Job, JobState, Ledger, ListedRecording,
+    Manifest, Page, Question, RecordingFilter, StoreError, StoredDesign, StoredFile, StoredGate,
+    sha256_hex,
 };
 use axum::http::StatusCode;
 use glob::{MatchOptions, Pattern};
@@ -56,25 +57,30 @@ pub struct GateSubmission {
     pub date: Option<String>,
 }
 
-/// Finds the recordings and designs that a gate file names; returns the gate and, unless a cluster judges it,
-/// the question of each pair.
+/// A gate that can be submitted.
+pub struct PlannedGate {
+    /// The gate.
+    pub gate: StoredGate,
+    /// The question of each pair; none if a cluster judges it.
+    pub pairs: Vec<Question>,
+    /// Pulses among its recordings, which may not be kept yet.
+    pub pulses: Vec<Manifest>,
+}
+
+/// Finds the recordings and designs that a gate file names; keeps nothing.
 ///
 /// # Errors
 ///
 /// A problem with everything that is wrong with the file, or that the baseline has no outcome.
-pub fn planned(
-    parts: &Parts,
-    submission: GateSubmission,
-    owner: &str,
-) -> Result<(StoredGate, Vec<Question>), Problem> {
+pub fn planned(parts: &Parts, submission: GateSubmission) -> Result<PlannedGate, Problem> {
     let mut file = GateFile::from_toml(&submission.name, &submission.text, &Limits::default())
         .map_err(bad_gate)?;
-    keep_pulses(parts, &mut file, owner)?;
+    let pulses = pulses(&mut file)?;
     // Each pair is compared with each rule in this process, so their number is bounded.
     let rules = (file.require.len() + file.allow.len()) as u64;
     within("gate_rules", parts.config.gate_rules, rules, "rules")?;
     let mut errors = Vec::new();
-    let recordings = recordings(&*parts.ledger, &file, &mut errors)?;
+    let recordings = recordings(&*parts.ledger, &file, &pulses, &mut errors)?;
     let mut versions = BTreeMap::new();
     let designs = designs(&*parts.ledger, &file, &mut versions, &mut errors)?;
     let count = (recordings.len() * designs.len()) as u64;
@@ -121,25 +127,35 @@ pub fn planned(
             .map(|_| "slurm".into()),
     };
     if stored.engine.is_some() {
-        return Ok((stored, Vec::new()));
+        return Ok(PlannedGate {
+            gate: stored,
+            pairs: Vec::new(),
+            pulses,
+        });
     }
     let pairs = (0..plan.recordings.len() * plan.designs.len())
         .map(|number| question(&stored, number, true))
         .collect();
-    Ok((stored, pairs))
+    Ok(PlannedGate {
+        gate: stored,
+        pairs,
+        pulses,
+    })
 }
 
-/// Stores the pulses among the files and replaces each by its canonical word.
-fn keep_pulses(parts: &Parts, file: &mut GateFile, owner: &str) -> Result<(), Problem> {
+/// Replaces each pulse among the files by its canonical word; returns the recordings that they are.
+fn pulses(file: &mut GateFile) -> Result<Vec<Manifest>, Problem> {
+    let mut pulses = Vec::new();
     let files = file
         .recordings
         .iter_mut()
         .flat_map(|entry| &mut entry.files);
     for word in files.filter(|word| word.starts_with(pulse::PREFIX)) {
-        parts.keep_pulse(word, owner)?;
-        *word = pulse::canonical(word, None).map_err(|error| Problem::of_recording(&error))?;
+        let pulse = recording_of_pulse(word)?;
+        word.clone_from(&pulse.name);
+        pulses.push(pulse);
     }
-    Ok(())
+    Ok(pulses)
 }
 
 /// Refuses a gate beyond the limit of a key of the configuration.
@@ -189,16 +205,27 @@ fn bad_gate(errors: Vec<Error>) -> Problem {
 fn recordings(
     ledger: &dyn Ledger,
     file: &GateFile,
+    pulses: &[Manifest],
     errors: &mut Vec<Error>,
 ) -> Result<Vec<PlannedRecording>, StoreError> {
     let Page {
-        entries: stored,
+        entries: mut stored,
         damaged,
         ..
     } = ledger.recordings(&RecordingFilter {
         limit: LOOKED_THROUGH,
         ..RecordingFilter::default()
     })?;
+    // They are kept once the gate is admitted.
+    stored.extend(pulses.iter().map(|pulse| ListedRecording {
+        id: pulse.id(),
+        name: pulse.name.clone(),
+        bytes: pulse.bytes(),
+        owner: String::new(),
+        created_ms: 0,
+        channels: None,
+        verdicts: 0,
+    }));
     let mut newest: BTreeMap<&str, &ListedRecording> = BTreeMap::new();
     for recording in &stored {
         newest.entry(&recording.name).or_insert(recording);

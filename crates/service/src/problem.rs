@@ -181,6 +181,14 @@ impl Problem {
         }
     }
 
+    /// Returns a problem: what a visitor may keep is used up.
+    pub fn beyond_share(own_bytes: u64, found: String) -> Self {
+        let way_out = "delete recordings of this name, or have `own_mib` raised in the service's \
+                       configuration";
+        let status = StatusCode::INSUFFICIENT_STORAGE;
+        Self::over(status, "own_bytes", own_bytes, found, way_out)
+    }
+
     /// Returns a problem: the service cannot answer now.
     pub fn busy(status: StatusCode, detail: impl Into<String>, retry_after_s: u32) -> Self {
         Self {

@@ -5,7 +5,7 @@ use super::jobs::Events;
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::engine::EngineTasks;
-use crate::gate::{self, GateSubmission};
+use crate::gate::{self, GateSubmission, PlannedGate};
 use crate::problem::{Placed, Problem, Queried, bounded};
 use crate::store::GateStanding;
 use axum::Json;
@@ -150,9 +150,17 @@ pub(super) async fn submit(
     let submitting = app.clone();
     let id = app
         .apart(move |parts| {
-            let (gate, pairs) = gate::planned(parts, submission, &visitor.name)?;
+            let PlannedGate {
+                gate,
+                pairs,
+                pulses,
+            } = gate::planned(parts, submission)?;
             if parts.ledger.gate(&gate.id)?.is_none() {
                 submitting.admit_jobs(&visitor, pairs.len() as u64)?;
+            }
+            // Only now, so that a refused gate leaves nothing.
+            for pulse in &pulses {
+                parts.keep_pulse(pulse, &visitor.name)?;
             }
             parts.ledger.put_gate(&gate, pairs, &visitor.name)?;
             Ok(gate.id)

@@ -119,10 +119,7 @@ struct Room {
 impl Room {
     fn crossed(self, found: &str) -> Problem {
         if let Some(share) = self.share {
-            let way_out = "delete recordings of this name, or have `own_mib` raised in the \
-                           service's configuration";
-            let status = StatusCode::INSUFFICIENT_STORAGE;
-            return Problem::over(status, "own_bytes", share, found.into(), way_out);
+            return Problem::beyond_share(share, found.into());
         }
         let found = found.to_string();
         let way_out = "cut the recording to what is needed, or raise `upload_mib` in the \

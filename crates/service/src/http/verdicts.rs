@@ -2,7 +2,7 @@
 
 use super::files;
 use super::jobs::{self, JobStanding};
-use crate::app::App;
+use crate::app::{App, recording_of_pulse};
 use crate::auth::Visitor;
 use crate::pool::{Answer, How, Order, Progress, request_of};
 use crate::problem::{Placed, Problem, Queried, bounded};
@@ -65,21 +65,6 @@ async fn question(app: &App, asking: Asking) -> Result<Question, Problem> {
     })
 }
 
-/// Stores the pulse that a question names in place of a recording.
-async fn with_pulse_kept(
-    app: &App,
-    mut asking: Asking,
-    visitor: &Visitor,
-) -> Result<Asking, Problem> {
-    if asking.recording.starts_with(pulse::PREFIX) {
-        let (word, owner) = (asking.recording, visitor.name.clone());
-        asking.recording = app
-            .apart(move |parts| parts.keep_pulse(&word, &owner))
-            .await?;
-    }
-    Ok(asking)
-}
-
 /// Asks for a verdict.
 #[utoipa::path(
     post, path = "/v1/verdicts", params(Waiting), request_body = Asking,
@@ -100,7 +85,14 @@ pub(super) async fn submit(
     };
     let Json(asking) =
         asking.map_err(|error| Problem::of_body(error.status(), error.body_text()))?;
-    let asking = with_pulse_kept(&app, asking, &visitor).await?;
+    let mut asking = asking;
+    let pulse = if asking.recording.starts_with(pulse::PREFIX) {
+        let pulse = recording_of_pulse(&asking.recording)?;
+        asking.recording = pulse.id();
+        Some(pulse)
+    } else {
+        None
+    };
     let question = question(&app, asking).await?;
     let id = question.id();
     let job_id = id.clone();
@@ -116,6 +108,18 @@ pub(super) async fn submit(
         ..
     }) = earlier
     {
+        if let Some(pulse) = pulse.clone() {
+            // Where it was deleted meanwhile, its report can be made again from now on.
+            let (admitting, owner) = (app.clone(), visitor.name.clone());
+            app.apart(move |parts| match parts.recording(&pulse.id()) {
+                Ok(_) => Ok(()),
+                Err(_) => {
+                    admitting.admit_bytes(pulse.bytes())?;
+                    parts.keep_pulse(&pulse, &owner)
+                }
+            })
+            .await?;
+        }
         match answered(&app, &report_id).await {
             Err(problem) if problem.code == "damaged" => {
                 let job_id = id.clone();
@@ -125,16 +129,21 @@ pub(super) async fn submit(
             sent => return sent,
         }
     }
-    let recording = question.recording.clone();
-    app.apart(move |parts| parts.recording(&recording)).await?;
-    let admitting = app.clone();
-    let owner = visitor.clone();
-    let admitted = tokio::task::spawn_blocking(move || admitting.admit_jobs(&owner, 1)).await;
-    admitted.unwrap_or_else(|_| Err(Problem::not_found("place")))?;
     let watched = app.crew.watch(&id);
-    let job_id = id.clone();
+    let (admitting, job_id) = (app.clone(), id.clone());
     let (job, is_new) = app
-        .on_disk(move |parts| parts.ledger.submit(&job_id, &question, &visitor.name))
+        .apart(move |parts| {
+            if pulse.is_none() {
+                parts.recording(&question.recording)?;
+            }
+            admitting.admit_jobs(&visitor, 1)?;
+            // Only now, so that a refused question leaves nothing.
+            if let Some(pulse) = pulse {
+                parts.keep_pulse(&pulse, &visitor.name)?;
+            }
+            let submitted = parts.ledger.submit(&job_id, &question, &visitor.name);
+            Ok(submitted?)
+        })
         .await?;
     if is_new {
         app.crew.ring();

@@ -772,3 +772,46 @@ fn cli_a_pulse_is_judged_as_on_the_command_line() {
     let entry = crate::gates::decided(&client, "?name=slams", gate);
     assert_eq!(entry["exit_code"], 0, "{entry}");
 }
+
+/// A refused question or gate on pulses leaves nothing, and a pulse counts in its owner's share.
+#[test]
+fn regress_a_refused_question_keeps_no_pulse() {
+    let folder = Folder::new();
+    let pulse = |ms: u32| format!("pulse:half-sine,peak=30g,duration={ms}ms");
+    let ask = |client: &crate::support::Client, ms: u32| {
+        let question = json!({"recording": pulse(ms), "request": {"members": 0}});
+        client.post("/v1/verdicts?wait=60", &question)
+    };
+    let gate = |client: &crate::support::Client, design: &str| {
+        let file = format!(
+            "[[recordings]]\nfiles = [\"{}\"]\n[[designs]]\n{design}\n",
+            pulse(9)
+        );
+        client.send("POST", "/v1/gates?name=pulses", file.as_bytes())
+    };
+    let kept = |client: &crate::support::Client| {
+        let list = client.get("/v1/recordings").expect(200).json();
+        let recordings = list["recordings"].as_array().unwrap().len();
+        (recordings, crate::access::blobs(&folder))
+    };
+    let service = Service::start(&folder, &["free_mib=1000000000"]);
+    let client = service.client();
+    ask(&client, 10).expect(507);
+    gate(&client, "name = \"lever\"").expect(507);
+    assert_eq!(kept(&client), (0, 0));
+    drop(service);
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    gate(&client, "file = \"nowhere@1\"").expect(400);
+    assert_eq!(kept(&client), (0, 0));
+    drop(service);
+    let service = Service::start(&folder, &["own_mib=1"]);
+    let client = service.client();
+    let rows = "0.0001,0.01\n".repeat(((1 << 20) - 20) / 12);
+    let filler = format!("t_s,acc_y_g\n{rows}");
+    let path = "/v1/recordings?name=filler.csv";
+    client.send("POST", path, filler.as_bytes()).expect(201);
+    let refused = ask(&client, 10).expect(507);
+    assert!(refused.text().contains("own_bytes"), "{}", refused.text());
+    assert_eq!(kept(&client).0, 1);
+}
