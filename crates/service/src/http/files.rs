@@ -53,7 +53,19 @@ pub(super) async fn send_of_report(
     let file = result.files.get(name);
     let file = file.ok_or_else(|| Problem::not_found("such file in this report"))?;
     let mut response = send(app, file).await?;
-    let headers = response.headers_mut();
+    response
+        .headers_mut()
+        .extend(headers_of_report(result, name, download));
+    Ok(response)
+}
+
+/// Returns the headers of a report's file, which are those of its 304 as well: a browser takes them for its copy.
+pub(super) fn headers_of_report(
+    result: &StoredResult,
+    name: &str,
+    download: bool,
+) -> header::HeaderMap {
+    let mut headers = header::HeaderMap::new();
     let tag = format!("\"{}-{name}\"", result.report_id);
     if let Ok(tag) = HeaderValue::from_str(&tag) {
         headers.insert(header::ETAG, tag);
@@ -61,11 +73,11 @@ pub(super) async fn send_of_report(
     // A browser must ask before each use of its copy, so that the copy is useless after a sign-out.
     let cache_control = HeaderValue::from_static("private, no-cache");
     headers.insert(header::CACHE_CONTROL, cache_control);
-    contained(headers);
+    contained(&mut headers);
     if download || name.ends_with(".csv") {
         headers.insert(header::CONTENT_DISPOSITION, attachment(result, name));
     }
-    Ok(response)
+    headers
 }
 
 /// Adds the headers by which a file may only display itself.

@@ -278,13 +278,14 @@ async fn sent(
     headers: &HeaderMap,
 ) -> Result<Response, Problem> {
     let result = result(app, report_id).await?;
-    let tag = format!("\"{report_id}-{name}\"");
+    let own = files::headers_of_report(&result, name, download);
+    let tag = own.get(header::ETAG).and_then(|tag| tag.to_str().ok());
     let is_cached = headers
         .get(header::IF_NONE_MATCH)
         .and_then(|value| value.to_str().ok())
-        .is_some_and(|value| value.contains(&tag));
+        .is_some_and(|value| tag.is_some_and(|tag| value.contains(tag)));
     if is_cached && result.files.contains_key(name) {
-        return Ok((StatusCode::NOT_MODIFIED, [(header::ETAG, tag)]).into_response());
+        return Ok((StatusCode::NOT_MODIFIED, own).into_response());
     }
     send_or_remake(app, &result, name, download).await
 }
