@@ -32,6 +32,10 @@ pub struct ChildOptions {
     pub without_jail: bool,
 }
 
+/// Niceness that a child gains when it decides a pair of a gate: beside a person's question it gets a tenth of the
+/// processor.
+const PAIR_NICENESS: i32 = 10;
+
 /// An answer whose files are stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Delivered {
@@ -115,6 +119,21 @@ struct Running {
     input: BufWriter<ChildStdin>,
     output: BufReader<ChildStdout>,
     holds: Vec<String>,
+    /// True if it was told to stand back from other processes.
+    is_nice: bool,
+}
+
+impl Running {
+    /// Has the system prefer other processes; where it refuses, the child works as all others do.
+    fn stand_back(&mut self) {
+        let id = i32::try_from(locked(&self.process).id()).ok();
+        let id = id.and_then(rustix::process::Pid::from_raw);
+        let told = id.map(|id| {
+            let niceness = rustix::process::getpriority_process(Some(id))?;
+            rustix::process::setpriority_process(Some(id), niceness + PAIR_NICENESS)
+        });
+        self.is_nice = told.is_some_and(|told| told.is_ok());
+    }
 }
 
 impl Drop for Running {
@@ -216,6 +235,11 @@ impl Slot {
         blobs: &dyn Blobs,
         beat: &mut dyn FnMut(Option<f64>),
     ) -> Result<Delivered, Lost> {
+        let stands_back = order.stands_back();
+        if !stands_back {
+            // What stands back cannot come forward again without a privilege, so another child takes the order.
+            drop(self.running.take_if(|running| running.is_nice));
+        }
         let started = self.start();
         self.failed_to_start = started.is_err();
         started?;
@@ -224,6 +248,9 @@ impl Slot {
                 reason: "it ended at once".into(),
             });
         };
+        if stands_back && !running.is_nice {
+            running.stand_back();
+        }
         let needed = manifest.filter(|_| {
             let id = order.needs().unwrap_or("");
             !running.holds.iter().any(|held_id| held_id == id)
@@ -417,6 +444,7 @@ fn spawn(options: &ChildOptions) -> io::Result<Running> {
         input: BufWriter::new(input),
         output: BufReader::new(output),
         holds: Vec::new(),
+        is_nice: false,
     })
 }
 

@@ -35,6 +35,17 @@ pub enum Order {
 }
 
 impl Order {
+    /// Returns true if nobody waits for the order alone, as for a pair of a gate.
+    pub fn stands_back(&self) -> bool {
+        matches!(
+            self,
+            Self::Answer {
+                how: How::Decide,
+                ..
+            }
+        )
+    }
+
     /// Returns the identity of the recording that the order needs.
     pub fn needs(&self) -> Option<&str> {
         match self {

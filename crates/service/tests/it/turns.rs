@@ -55,6 +55,44 @@ fn verif_a_held_recording_is_preferred_a_few_times() {
     assert_eq!(take(&mut orders), "of zoe", "turns come before");
 }
 
+/// Returns the niceness of each child.
+fn niceness(service: &Service) -> Vec<i32> {
+    let of_child = |child: String| {
+        let stat = std::fs::read_to_string(format!("/proc/{child}/stat")).ok()?;
+        // The name before the parenthesis may hold blanks; `nice` is field 19.
+        stat.rsplit_once(") ")?.1.split(' ').nth(16)?.parse().ok()
+    };
+    service
+        .children()
+        .into_iter()
+        .filter_map(of_child)
+        .collect()
+}
+
+/// Pairs of gates leave the processor to questions for which somebody waits.
+#[test]
+fn verif_pairs_of_gates_stand_back() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["places=1"]);
+    let client = service.client();
+    let id = client.upload("burst.csv")["id"].clone();
+    // It passes: one that fails has a report made afterwards, and that does not stand back.
+    let gate = "[[recordings]]\nfiles = [\"pulse:doorslam-300-6,tail=0.1s\"]\n[[designs]]\nname = \"stiff\"\n\
+                set = [\"lever.preload_torque_nm=8\"]\n";
+    let entry = crate::gates::decided(&client, "?name=one", gate);
+    assert_eq!(entry["exit_code"], 0, "{entry}");
+    let stood_back = niceness(&service);
+    let question = json!({"recording": id, "request": {"members": 0}});
+    client.post("/v1/verdicts?wait=60", &question).expect(200);
+    let came_forward = niceness(&service);
+    let own = came_forward[0];
+    assert!(stood_back.contains(&(own + 10)), "{stood_back:?}");
+    assert!(
+        came_forward.iter().all(|niceness| *niceness == own),
+        "{came_forward:?}"
+    );
+}
+
 /// However many questions one owner has under way, another's are answered.
 #[test]
 fn verif_a_flood_of_one_stops_no_other() {
