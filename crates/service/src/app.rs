@@ -30,6 +30,9 @@ use tokio::time::timeout;
 /// Memory for the bodies of requests in progress, without uploads [bytes].
 pub(crate) const BODIES_BYTES: u64 = 32 << 20;
 
+/// Files (inodes) that uploads and jobs leave free on the disk: more than an upload or a report takes.
+pub(crate) const FREE_FILES: u64 = 128;
+
 /// Number of pages made at a time from whole reports; each may take some 40 MB.
 const PAGES: usize = 1;
 
@@ -295,17 +298,26 @@ impl App {
             let text = "the service is ending; try again";
             return Err(Problem::busy(StatusCode::SERVICE_UNAVAILABLE, text, 2));
         }
-        let free = self.blobs.free_bytes().map_err(Problem::from)?;
+        let free = self.blobs.free().map_err(Problem::from)?;
+        let over = |name: &str, value: u64, found: String, way_out: &str| {
+            let status = StatusCode::INSUFFICIENT_STORAGE;
+            Err(Problem {
+                retry_after_s: Some(5),
+                ..Problem::over(status, name, value, found, way_out)
+            })
+        };
         let free_bytes_min = self.config.free_bytes;
-        if free < free_bytes_min.saturating_add(bytes) {
-            let found = format!("{free} bytes free, {bytes} to come");
+        if free.bytes < free_bytes_min.saturating_add(bytes) {
+            let found = format!("{} bytes free, {bytes} to come", free.bytes);
             let way_out = "free space where the data lie, or lower `free_mib` in the service's \
                            configuration; nothing that was acknowledged is lost";
-            let status = StatusCode::INSUFFICIENT_STORAGE;
-            return Err(Problem {
-                retry_after_s: Some(5),
-                ..Problem::over(status, "free_bytes", free_bytes_min, found, way_out)
-            });
+            return over("free_bytes", free_bytes_min, found, way_out);
+        }
+        if let Some(files) = free.files.filter(|files| *files < FREE_FILES) {
+            let found = format!("{files} files free (df -i)");
+            let way_out = "remove files where the data lie, or take a disk with more inodes; \
+                           nothing that was acknowledged is lost";
+            return over("free_files", FREE_FILES, found, way_out);
         }
         Ok(())
     }

@@ -48,7 +48,8 @@ use std::time::{Duration, SystemTime};
 pub enum StoreError {
     /// The disk is full.
     #[error(
-        "the disk is full; free space where the data lie, nothing that was acknowledged is lost"
+        "the disk has no bytes or no files left (df, df -i); free some where the data lie, nothing that was \
+         acknowledged is lost"
     )]
     Full,
     /// A row or a file does not fit its hash.
@@ -847,6 +848,15 @@ pub fn collect(ledger: &dyn Ledger, blobs: &dyn Blobs) -> Result<Collected, Stor
     blobs.collect(&hashes, before)
 }
 
+/// What is free on a disk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Free {
+    /// Bytes.
+    pub bytes: u64,
+    /// Files (inodes); `None` on a disk that does not count them.
+    pub files: Option<u64>,
+}
+
 /// Numbers of the last rows that were read.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LastRows {
@@ -899,8 +909,8 @@ pub trait Blobs: Send + Sync {
     fn placing(&self) -> &RwLock<()>;
     /// Removes a blob, if it exists, and returns once that is on the disk.
     fn remove(&self, sha256: &str) -> Result<(), StoreError>;
-    /// Returns the free bytes of the blobs' disk.
-    fn free_bytes(&self) -> Result<u64, StoreError>;
+    /// Returns what is free on the blobs' disk.
+    fn free(&self) -> Result<Free, StoreError>;
     /// Removes the blobs whose hash is not in `named` and that were kept before a time.
     fn collect(
         &self,

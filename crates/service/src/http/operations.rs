@@ -2,7 +2,7 @@
 
 use super::form::HEAD_BYTES;
 use super::guard::LOGIN_BYTES;
-use crate::app::{App, BODIES_BYTES};
+use crate::app::{App, BODIES_BYTES, FREE_FILES};
 use crate::clock::now_ms;
 use crate::config::meaning;
 use crate::jail::Jail;
@@ -163,6 +163,12 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
             "Bytes of a sign-in.",
         ),
         fixed(
+            "free_files",
+            FREE_FILES,
+            "files",
+            "Files (inodes) that uploads and jobs leave free on the disk.",
+        ),
+        fixed(
             "bodies",
             BODIES_BYTES,
             "bytes",
@@ -208,7 +214,7 @@ pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem>
     let (load, census) = app
         .on_disk(|parts| Ok((parts.ledger.load("")?, parts.ledger.census()?)))
         .await?;
-    let free = app.blobs.free_bytes()?;
+    let free = app.blobs.free()?;
     let (traffic, pool) = (&app.traffic, app.crew.counters());
     let counted = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
     let oldest_ms = census
@@ -318,11 +324,16 @@ pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem>
         (
             "disk_free_bytes",
             "gauge",
-            free,
+            free.bytes,
             "Bytes that are free where the data lie.",
         ),
     ] {
         describe(name, kind, help, &format!("latchgate_{name} {value}\n"));
+    }
+    if let Some(files) = free.files {
+        let help = "Files (inodes) that are free where the data lie.";
+        let sample = format!("latchgate_disk_free_files {files}\n");
+        describe("disk_free_files", "gauge", help, &sample);
     }
     let kind = [(header::CONTENT_TYPE, "text/plain; version=0.0.4")];
     Ok((StatusCode::OK, kind, text).into_response())

@@ -1,7 +1,7 @@
 //! Blobs as files of a folder, each named by its hash: written, synced, renamed, the folder synced.
 
 use super::sum::{Hex, sha256_of};
-use super::{Blobs, Collected, StoreError, StoredFile};
+use super::{Blobs, Collected, Free, StoreError, StoredFile};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
@@ -111,9 +111,12 @@ impl Blobs for BlobFolder {
         }
     }
 
-    fn free_bytes(&self) -> Result<u64, StoreError> {
+    fn free(&self) -> Result<Free, StoreError> {
         let space = rustix::fs::statvfs(&self.root).map_err(std::io::Error::from)?;
-        Ok(space.f_bavail.saturating_mul(space.f_frsize))
+        Ok(Free {
+            bytes: space.f_bavail.saturating_mul(space.f_frsize),
+            files: (space.f_files > 0).then_some(space.f_favail),
+        })
     }
 
     fn collect(

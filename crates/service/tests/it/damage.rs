@@ -638,6 +638,38 @@ fn verif_a_long_queue_is_no_hindrance() {
     }
 }
 
+/// On a disk with few files no work is taken once they are used up, and the reason is told.
+#[test]
+fn verif_a_disk_without_files_takes_no_work() {
+    let folder = Folder::new();
+    fs::create_dir_all(folder.data()).unwrap();
+    let data = folder.data().display().to_string();
+    let mut command = Command::new("unshare");
+    let script = format!(
+        "mount -t tmpfs -o size=64m,nr_inodes=400 none {data} && exec {} --data {data} --set free_mib=0 \"$@\"",
+        crate::support::PROGRAM
+    );
+    command.args(["--mount", "--map-root-user", "sh", "-c", &script, "sh"]);
+    let service = Service::of(command, &folder);
+    let client = service.client();
+    client.get("/readyz").expect(200);
+    let upload = |number: u32| {
+        let table = format!("t_s,acc_y_g\n0,1\n0.001,{number}\n");
+        let path = format!("/v1/recordings?name=n{number}.csv");
+        client.send("POST", &path, table.as_bytes())
+    };
+    let refused = (0..400).map(upload).find(|answer| answer.status != 201);
+    let refused = refused.unwrap().expect(507).json();
+    assert_eq!(refused["limit"]["name"], "free_files", "{refused}");
+    let unready = client.get("/readyz").expect(503).json();
+    assert_eq!(unready["limit"]["name"], "free_files", "{unready}");
+    let figures = client.get("/metrics").expect(200).text();
+    assert!(
+        figures.contains("\nlatchgate_disk_free_files "),
+        "{figures}"
+    );
+}
+
 /// On a disk of 16 MiB: what does not fit is refused with 507, what was acknowledged stays
 /// readable, and service goes on once there is space again.
 #[test]
