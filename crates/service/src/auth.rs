@@ -86,10 +86,13 @@ pub enum Way {
     Proxy,
 }
 
+/// End of the name of a user whom a proxy names; no token's holder has such a name. So the two are never one owner.
+pub const OF_PROXY: &str = "@proxy";
+
 /// The sender of a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Visitor {
-    /// Name of the token's holder; `local` where no token exists.
+    /// Name of the token's holder, or of a proxy's user with [`OF_PROXY`]; `local` where no token exists.
     pub name: String,
     scopes: Vec<Scope>,
     /// Number of the token.
@@ -115,7 +118,7 @@ impl Visitor {
     /// Returns the user that a proxy names.
     pub fn of_proxy(name: &str, scopes: Vec<Scope>, sign_out: &str) -> Self {
         Self {
-            name: name.into(),
+            name: format!("{name}{OF_PROXY}"),
             scopes,
             token: None,
             way: Way::Proxy,

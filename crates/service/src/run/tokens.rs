@@ -2,7 +2,7 @@
 
 use super::say;
 use crate::app::Store;
-use crate::auth::{Scope, Secret};
+use crate::auth::{OF_PROXY, Scope, Secret};
 use crate::clock::now_ms;
 use crate::store::{Ledger, StoreError, StoredToken};
 use clap::Subcommand;
@@ -68,6 +68,11 @@ pub(super) fn run(command: TokenCommand, data: &Path) -> Result<ExitCode, String
             }
             if name.is_empty() || name.contains(|c: char| c.is_control() || c == '#') {
                 return Err("a name has letters, none of them `#`".into());
+            }
+            if name.ends_with(OF_PROXY) {
+                return Err(format!(
+                    "names that end with `{OF_PROXY}` are those of a proxy's users"
+                ));
             }
             if label.contains(|c: char| c.is_control()) || label.chars().count() > 100 {
                 return Err("a label has up to 100 letters, none of them for control".into());

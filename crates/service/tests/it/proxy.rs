@@ -65,7 +65,10 @@ fn cli_a_proxy_names_users_and_nobody_else_does() {
         .get("/v1/verdicts")
         .expect(200);
     let log = fs::read_to_string(&service.log).unwrap();
-    assert!(log.contains(r#""visitor":"ada@example.com""#), "{log}");
+    assert!(
+        log.contains(r#""visitor":"ada@example.com@proxy""#),
+        "{log}"
+    );
     drop(service);
     // From elsewhere: the same header is believed of nobody, with a token neither.
     for settings in [
@@ -87,6 +90,26 @@ fn cli_a_proxy_names_users_and_nobody_else_does() {
     let service = Service::start(&folder, &["proxies=127.0.0.1"]);
     let ada = service.client().with(HEADER, "ada@example.com");
     ada.get("/v1/verdicts").expect(401);
+}
+
+/// A user whom a proxy names and a token's holder of the same name are two owners.
+#[test]
+fn verif_a_user_of_a_proxy_is_no_holder_of_a_token() {
+    let folder = Folder::new();
+    let token = folder.token("ada", "read,submit");
+    let (code, said) = folder.run(&["token", "create", "ada@proxy", "--scopes", "read"]);
+    assert_ne!(code, 0, "{said}");
+    let settings = [
+        "user_header=x-forwarded-user",
+        "user_scopes=read,submit",
+        "proxies=127.0.0.1",
+    ];
+    let service = Service::start(&folder, &settings);
+    let user = service.client().with(HEADER, "ada");
+    let holder = service.client().bearer(&token);
+    let owner = |recording: &serde_json::Value| recording["owner"].as_str().unwrap().to_string();
+    assert_eq!(owner(&holder.upload("burst.csv")), "ada");
+    assert_eq!(owner(&user.upload("sled_30g_30ms.csv")), "ada@proxy");
 }
 
 /// Before the first token the machine's own programs are let in, and nobody who may come through a proxy: one that
@@ -349,7 +372,7 @@ fn cli_the_sample_of_a_proxy_works() {
         "/v1/recordings?name=burst.csv",
     );
     assert!(
-        upload.contains(" 201 ") && upload.contains(r#""owner":"ada""#),
+        upload.contains(" 201 ") && upload.contains(r#""owner":"ada@proxy""#),
         "{upload}"
     );
     // A browser's change, whose page lies at another port than that of TLS.
