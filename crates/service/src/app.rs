@@ -21,7 +21,7 @@ use std::fmt::Display;
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::Semaphore;
@@ -89,8 +89,6 @@ pub struct Parts {
     pub pages: Semaphore,
     /// Lock of the removal of deleted files; a second caller waits and finds nothing left to remove.
     pub sweeping: tokio::sync::Mutex<()>,
-    /// Size of the stored files at the last count [bytes].
-    pub stored_bytes: AtomicU64,
     /// True once the service ends and takes no more work.
     pub ends: AtomicBool,
     /// Lock of the data folder; released when the process ends.
@@ -218,7 +216,6 @@ impl App {
             bodies: Supply::new(BODIES_BYTES),
             pages: Semaphore::new(PAGES),
             sweeping: tokio::sync::Mutex::default(),
-            stored_bytes: AtomicU64::new(0),
             ends: AtomicBool::new(false),
             _lock: store.lock,
         }))

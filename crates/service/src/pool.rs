@@ -24,7 +24,7 @@ mod words;
 
 pub(crate) use answer::{design_of, request_of};
 pub use child::work as child_work;
-pub use crew::{ANSWERS, Crew, CrewOptions, Progress, WAITING};
+pub use crew::{ANSWERS, Crew, CrewOptions, OwnerFigures, Progress, WAITING};
 pub use orders::{HeldFirst, Orders};
 pub use slot::{ChildOptions, Delivered, Ending, Lost, Slot};
 pub use words::{Answer, How, Order, Trial};

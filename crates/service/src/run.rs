@@ -21,7 +21,6 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
@@ -368,8 +367,6 @@ async fn keep_store(app: App) {
         let collecting = app.on_disk(|parts| store::collect(&*parts.ledger, &*parts.blobs));
         match collecting.await {
             Ok(collected) => {
-                let stored = &app.stored_bytes;
-                stored.store(collected.kept_bytes, Ordering::Relaxed);
                 let Collected { files, bytes, .. } = collected;
                 if files > 0 {
                     tracing::info!(files, bytes, "files that no row names were removed");

@@ -316,6 +316,8 @@ pub struct Job {
     pub attempt: i64,
     /// Number of children that ended under it.
     pub failures: i64,
+    /// Who submitted it first.
+    pub owner: String,
 }
 
 /// A result that is kept.
@@ -824,8 +826,6 @@ pub struct Collected {
     pub files: u64,
     /// Their bytes.
     pub bytes: u64,
-    /// Bytes of those that stay.
-    pub kept_bytes: u64,
 }
 
 /// Age from which a blob that no row names cannot be part of a running upload.
@@ -909,6 +909,8 @@ pub trait Blobs: Send + Sync {
     fn placing(&self) -> &RwLock<()>;
     /// Removes a blob, if it exists, and returns once that is on the disk.
     fn remove(&self, sha256: &str) -> Result<(), StoreError>;
+    /// Returns the bytes of all blobs: those that the last [`Blobs::collect`] found, with what came and went since.
+    fn stored_bytes(&self) -> u64;
     /// Returns what is free on the blobs' disk.
     fn free(&self) -> Result<Free, StoreError>;
     /// Removes the blobs whose hash is not in `named` and that were kept before a time.

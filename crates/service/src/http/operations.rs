@@ -203,6 +203,13 @@ pub(super) async fn limits(State(app): State<App>) -> Json<LimitList> {
     })
 }
 
+/// Returns a text as the value of a label.
+fn escaped(text: &str) -> String {
+    text.replace('\\', "\\\\")
+        .replace('"', "\\\"")
+        .replace('\n', "\\n")
+}
+
 /// Counts what is done, for Prometheus.
 #[utoipa::path(
     get, path = "/metrics",
@@ -252,6 +259,35 @@ pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem>
     let busy = format!("latchgate_places_busy_seconds_total {busy}\n");
     let help = "Time for which places were at work.";
     describe("places_busy_seconds_total", "counter", help, &busy);
+    let by_owner = app.crew.by_owner();
+    let busy = by_owner.iter().flat_map(|(owner, figures)| {
+        let owner = escaped(owner);
+        [("orders", figures.orders), ("jobs", figures.jobs)].map(|(work, time)| {
+            let time = time.as_secs_f64();
+            format!(
+                "latchgate_owner_busy_seconds_total{{owner=\"{owner}\",work=\"{work}\"}} {time}\n"
+            )
+        })
+    });
+    let help = "Time for which places were at work for an owner: on uploads, what-ifs and what is read anew (orders), \
+                and on jobs.";
+    describe(
+        "owner_busy_seconds_total",
+        "counter",
+        help,
+        &busy.collect::<String>(),
+    );
+    let waiting = by_owner.iter().map(|(owner, figures)| {
+        let (owner, waiting) = (escaped(owner), figures.waiting);
+        format!("latchgate_owner_orders_waiting{{owner=\"{owner}\"}} {waiting}\n")
+    });
+    let help = "Orders of an owner that wait for a place.";
+    describe(
+        "owner_orders_waiting",
+        "gauge",
+        help,
+        &waiting.collect::<String>(),
+    );
     for (name, kind, value, help) in [
         (
             "requests_answered_total",
@@ -318,8 +354,8 @@ pub(super) async fn metrics(State(app): State<App>) -> Result<Response, Problem>
         (
             "stored_bytes",
             "gauge",
-            counted(&app.stored_bytes),
-            "Bytes of all files that are kept, as they were last counted.",
+            app.blobs.stored_bytes(),
+            "Bytes of all files that are kept.",
         ),
         (
             "disk_free_bytes",

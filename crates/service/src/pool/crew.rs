@@ -11,7 +11,7 @@ use crate::store::{Blobs, Job, JobState, Ledger, Manifest, StoreError, StoredRes
 use crate::supply::{Held, Supply};
 use axum::http::StatusCode;
 use latchgate::pipeline::NUMBERS_REVISION;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -76,6 +76,20 @@ pub struct Counters {
     pub answers: [AtomicU64; ANSWERS.len()],
 }
 
+/// Work for one owner.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct OwnerFigures {
+    /// Time of places on orders.
+    pub orders: Duration,
+    /// Time of places on jobs.
+    pub jobs: Duration,
+    /// Orders that wait.
+    pub waiting: u64,
+}
+
+/// Largest number of owners with figures of their own; all others share one name.
+const OWNERS: usize = 1000;
+
 /// Verdicts that are counted.
 pub const ANSWERS: [&str; 4] = ["pass", "fail", "undecided", "unusable"];
 
@@ -90,6 +104,7 @@ struct Shared {
     ends: AtomicBool,
     watched: Mutex<HashMap<String, watch::Sender<Progress>>>,
     counters: Counters,
+    by_owner: Mutex<BTreeMap<String, OwnerFigures>>,
 }
 
 /// The pool.
@@ -138,6 +153,7 @@ impl Crew {
             ends: AtomicBool::new(false),
             watched: Mutex::default(),
             counters: Counters::default(),
+            by_owner: Mutex::default(),
         });
         let mut threads = Vec::new();
         let slots = (0..options.places).map(|_| Slot::new(options.child.clone()));
@@ -166,6 +182,15 @@ impl Crew {
     /// Returns the counters.
     pub fn counters(&self) -> &Counters {
         &self.shared.counters
+    }
+
+    /// Returns the figures of each owner.
+    pub fn by_owner(&self) -> BTreeMap<String, OwnerFigures> {
+        let mut by_owner = locked(&self.shared.by_owner).clone();
+        for (owner, count) in locked(&self.shared.orders).waiting() {
+            by_owner.entry(owner.into()).or_default().waiting = count;
+        }
+        by_owner
     }
 
     /// Has an order carried out while the caller waits, in the turn of its owner.
@@ -368,6 +393,7 @@ fn serve(shared: &Shared, mut slot: Slot, takes: Takes) {
                 let outcome = slot.order(&order, manifest.as_ref(), blobs, &mut |_| {});
                 shared.count_lost(outcome.as_ref().err());
                 let _ = reply.send(outcome);
+                shared.count_work(&owner, |figures| figures.orders += began.elapsed());
                 locked(&shared.orders).done(&owner);
                 // Another place may wait for an owner who had all that an owner may have.
                 shared.ring();
@@ -375,6 +401,7 @@ fn serve(shared: &Shared, mut slot: Slot, takes: Takes) {
             Next::Job(job) => {
                 began = Instant::now();
                 shared.work(&mut slot, &job);
+                shared.count_work(&job.owner, |figures| figures.jobs += began.elapsed());
             }
         }
         let took = u64::try_from(began.elapsed().as_millis()).unwrap_or(u64::MAX);
@@ -459,6 +486,13 @@ impl Shared {
         let _orders = locked(&self.orders);
         self.rings.fetch_add(1, Ordering::Relaxed);
         self.bell.notify_all();
+    }
+
+    fn count_work(&self, owner: &str, count: impl FnOnce(&mut OwnerFigures)) {
+        let mut by_owner = locked(&self.by_owner);
+        let is_one_too_many = by_owner.len() >= OWNERS && !by_owner.contains_key(owner);
+        let owner = if is_one_too_many { "others" } else { owner };
+        count(by_owner.entry(owner.into()).or_default());
     }
 
     fn count_lost(&self, lost: Option<&Lost>) {

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions};
 use std::io::{ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 use std::time::SystemTime;
 
@@ -20,6 +20,8 @@ pub struct BlobFolder {
     /// same time is not lost.
     moving: Arc<Mutex<()>>,
     placing: RwLock<()>,
+    /// Bytes of all blobs.
+    stored: Arc<AtomicI64>,
 }
 
 impl BlobFolder {
@@ -35,12 +37,7 @@ impl BlobFolder {
             fs::remove_file(entry?.path())?;
         }
         sync_folder(root)?;
-        Ok(Self {
-            root: root.to_path_buf(),
-            next: AtomicU64::new(0),
-            moving: Arc::default(),
-            placing: RwLock::default(),
-        })
+        Ok(Self::beside(root))
     }
 
     /// Opens a folder of blobs to read, in which another process may work.
@@ -50,6 +47,7 @@ impl BlobFolder {
             next: AtomicU64::new(0),
             moving: Arc::default(),
             placing: RwLock::default(),
+            stored: Arc::default(),
         }
     }
 
@@ -72,6 +70,7 @@ impl Blobs for BlobFolder {
         Ok(BlobWriter {
             root: self.root.clone(),
             moving: Arc::clone(&self.moving),
+            stored: Arc::clone(&self.stored),
             path,
             file: Some(file),
             hash: Sha256::new(),
@@ -104,11 +103,20 @@ impl Blobs for BlobFolder {
     fn remove(&self, sha256: &str) -> Result<(), StoreError> {
         let path = self.path(sha256);
         let _moving = locked(&self.moving);
+        let bytes = length_of(&path);
         match fs::remove_file(&path) {
-            Ok(()) => path.parent().map_or(Ok(()), sync_folder),
+            Ok(()) => {
+                self.stored.fetch_sub(bytes, Ordering::Relaxed);
+                path.parent().map_or(Ok(()), sync_folder)
+            }
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
             Err(error) => Err(error.into()),
         }
+    }
+
+    fn stored_bytes(&self) -> u64 {
+        let stored = self.stored.load(Ordering::Relaxed);
+        u64::try_from(stored).unwrap_or(0)
     }
 
     fn free(&self) -> Result<Free, StoreError> {
@@ -125,6 +133,8 @@ impl Blobs for BlobFolder {
         before: SystemTime,
     ) -> Result<Collected, StoreError> {
         let mut collected = Collected::default();
+        let began = SystemTime::now();
+        let (before_bytes, mut found_bytes) = (self.stored.load(Ordering::Relaxed), 0);
         for folder in fs::read_dir(&self.root)? {
             let folder = folder?.path();
             if folder.ends_with("unfinished") || !folder.is_dir() {
@@ -134,9 +144,14 @@ impl Blobs for BlobFolder {
                 let entry = entry?;
                 let name = entry.file_name();
                 let is_named = name.to_str().is_none_or(|name| named.contains(name));
+                // What came since this look began was counted as it came.
+                let is_counted = |metadata: &fs::Metadata| {
+                    metadata.modified().is_ok_and(|modified| modified > began)
+                };
                 if is_named {
-                    let metadata = entry.metadata();
-                    collected.kept_bytes += metadata.map_or(0, |metadata| metadata.len());
+                    let metadata = entry.metadata().ok();
+                    let uncounted = metadata.filter(|metadata| !is_counted(metadata));
+                    found_bytes += uncounted.map_or(0, |metadata| metadata.len() as i64);
                     continue;
                 }
                 let _moving = locked(&self.moving);
@@ -149,9 +164,13 @@ impl Blobs for BlobFolder {
                     fs::remove_file(entry.path())?;
                     collected.files += 1;
                     collected.bytes += metadata.len();
+                } else if !is_counted(&metadata) {
+                    found_bytes += metadata.len() as i64;
                 }
             }
         }
+        self.stored
+            .fetch_add(found_bytes - before_bytes, Ordering::Relaxed);
         Ok(collected)
     }
 }
@@ -161,6 +180,7 @@ impl Blobs for BlobFolder {
 pub struct BlobWriter {
     root: PathBuf,
     moving: Arc<Mutex<()>>,
+    stored: Arc<AtomicI64>,
     path: PathBuf,
     file: Option<File>,
     hash: Sha256,
@@ -217,7 +237,11 @@ impl BlobWriter {
             let _moving = locked(&self.moving);
             // Its age decides if `collect` may remove it, so it begins now, not with the upload.
             File::open(&self.path)?.set_modified(SystemTime::now())?;
-            fs::rename(&self.path, folder.join(&sha256))?;
+            let place = folder.join(&sha256);
+            let replaced_bytes = length_of(&place);
+            fs::rename(&self.path, place)?;
+            let more = i64::try_from(self.bytes).unwrap_or(i64::MAX) - replaced_bytes;
+            self.stored.fetch_add(more, Ordering::Relaxed);
         }
         sync_folder(&folder)?;
         Ok(StoredFile {
@@ -237,6 +261,12 @@ impl Drop for BlobWriter {
 
 fn locked(moving: &Mutex<()>) -> MutexGuard<'_, ()> {
     moving.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Returns the length of a file; 0 if there is none.
+fn length_of(path: &Path) -> i64 {
+    let length = fs::metadata(path).map_or(0, |metadata| metadata.len());
+    i64::try_from(length).unwrap_or(i64::MAX)
 }
 
 fn sync_folder(path: &Path) -> Result<(), StoreError> {

@@ -19,11 +19,11 @@ pub(super) fn program_of(memory_bytes: u64, order_s: u64) -> String {
 }
 
 pub(super) const COLUMNS: &str =
-    "id, body, sum, state, attempt, failures, answer, answer_sum, program";
+    "id, body, sum, state, attempt, failures, answer, answer_sum, program, owner";
 
 /// Reads every job.
 pub(super) const EVERY: &str =
-    "SELECT id, body, sum, state, attempt, failures, answer, answer_sum, program FROM jobs";
+    "SELECT id, body, sum, state, attempt, failures, answer, answer_sum, program, owner FROM jobs";
 
 pub(super) fn job_of(row: &Row<'_>) -> Result<Job, StoreError> {
     let (id, body, sum): (String, String, String) = (row.get(0)?, row.get(1)?, row.get(2)?);
@@ -48,6 +48,7 @@ pub(super) fn job_of(row: &Row<'_>) -> Result<Job, StoreError> {
         state,
         attempt: row.get(4)?,
         failures: row.get(5)?,
+        owner: row.get(9)?,
     })
 }
 

@@ -148,3 +148,43 @@ fn cli_readiness_needs_space_on_the_disk() {
     let problem = service.client().get("/readyz").expect(503).json();
     assert_eq!(problem["limit"]["name"], "free_bytes", "{problem}");
 }
+
+/// The figures say whose work takes the places, and how much is stored at the moment.
+#[test]
+fn verif_the_figures_say_whose_work_it_is() {
+    let folder = Folder::new();
+    let scopes = "read,submit,delete,admin";
+    let (ann, zoe) = (
+        folder.token("ann", scopes),
+        folder.token("zoe \"z\"", scopes),
+    );
+    let service = Service::start(&folder, &[]);
+    let (ann, zoe) = (service.client().bearer(&ann), service.client().bearer(&zoe));
+    let figures = || samples(&ann.get("/metrics").expect(200).text());
+    let id = ann.upload("burst.csv")["id"].clone();
+    let question = json!({"recording": id, "request": {"members": 0}});
+    zoe.post("/v1/verdicts?wait=60", &question).expect(200);
+    let busy = |owner: &str, work: &str| {
+        let name = "latchgate_owner_busy_seconds_total";
+        let key = format!("{name}{{owner=\"{owner}\",work=\"{work}\"}}");
+        figures().get(&key).copied().unwrap_or(0.0)
+    };
+    wait_for("their work is counted", || {
+        busy("ann", "orders") > 0.0 && busy(r#"zoe \"z\""#, "jobs") > 0.0
+    });
+    assert_eq!(busy("ann", "jobs"), 0.0);
+    let stored = || figures()["latchgate_stored_bytes"];
+    let on_disk = || -> f64 {
+        let folders = std::fs::read_dir(folder.data().join("blobs")).unwrap();
+        let folders = folders.map(|entry| entry.unwrap().path());
+        let files = folders.flat_map(|folder| std::fs::read_dir(folder).unwrap());
+        files
+            .map(|file| file.unwrap().metadata().unwrap().len() as f64)
+            .sum()
+    };
+    assert!(on_disk() > 0.0);
+    wait_for("all that lies there is counted", || stored() == on_disk());
+    let path = format!("/v1/recordings/{}", id.as_str().unwrap());
+    ann.send("DELETE", &path, b"").expect(200);
+    wait_for("what went is counted no more", || stored() == on_disk());
+}
