@@ -146,7 +146,7 @@ impl SpringOutput {
                  J839). The column nominal is without it."
             ),
             (None, _) => "The spring counts with its nominal output, and the standards count its least: state \
-                          tolerance.preload_torque_nm, 0 being a statement, or --spring-torque-min."
+                          tolerance.preload_torque_nm, 0 being a statement, or the spring's least torque."
                 .into(),
         }
     }
