@@ -49,6 +49,16 @@ pub struct StaticArguments {
 pub(super) fn command(arguments: &StaticArguments, common: &Common) -> Result<u8, Failure> {
     let (lever, design_document, sha256) = lever(arguments, common)?;
     let question = question(arguments)?;
+    let nominal = lever.preload_torque_nm;
+    if let Some(least) = question
+        .spring_torque_min_nm
+        .filter(|least| *least > nominal)
+    {
+        let expected = format!("at most the nominal torque, {nominal}");
+        let error =
+            OutOfRange::out_of_range("--spring-torque-min [N m]", expected, least.to_string());
+        return Err(Failure::Usage(Error::from(error)));
+    }
     let document = StaticDocument::of(
         (&lever, design_document),
         &question,

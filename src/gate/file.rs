@@ -5,7 +5,7 @@
 
 use crate::pipeline::{Answer, Limits, Request};
 use latchgate_recording::error::{Error, ErrorKind, Place, with_article};
-use latchgate_verdict::statics::Standard;
+use latchgate_verdict::statics::{Door, Standard};
 use serde_json::Value;
 use std::collections::BTreeMap;
 
@@ -31,6 +31,8 @@ pub struct StaticRequirement {
     pub load_g: f64,
     /// The standard whose directions count.
     pub standard: Standard,
+    /// The door that the latches hold.
+    pub door: Door,
 }
 
 impl StaticRequirement {
@@ -43,14 +45,33 @@ impl StaticRequirement {
             level.filter(|level| level.is_finite() && *level > 0.0)
         };
         if let Some(load_g) = number(value) {
-            let standard = Standard::SaeJ839;
-            return Some(Self { load_g, standard });
+            return Some(Self {
+                load_g,
+                standard: Standard::SaeJ839,
+                door: Door::default(),
+            });
         }
         let table = value.as_table()?;
         let load_g = number(table.get("g")?)?;
-        let word = table.get("standard")?.as_str()?;
-        let standard = Standard::ALL.into_iter().find(|own| own.word() == word)?;
-        (table.len() == 2).then_some(Self { load_g, standard })
+        let word = |key: &str| Some(table.get(key)?.as_str()?.to_ascii_lowercase());
+        let standard = word("standard")?;
+        let standard = Standard::ALL
+            .into_iter()
+            .find(|own| own.word() == standard)?;
+        let door = match table.contains_key("door") {
+            true => {
+                let door = word("door")?;
+                Door::ALL.into_iter().find(|own| own.word() == door)?
+            }
+            false => Door::default(),
+        };
+        let known = ["g", "standard", "door"];
+        let all_known = table.keys().all(|key| known.contains(&key.as_str()));
+        all_known.then_some(Self {
+            load_g,
+            standard,
+            door,
+        })
     }
 }
 
@@ -215,9 +236,9 @@ impl FileReading<'_> {
                     if gate.require_static.is_none() {
                         let place = self.place_of(REQUIRE_STATIC, None);
                         let error = Error::malformed(
-                            "a load in g, above 0, alone or with a standard, 206, r11 or j839",
+                            "a load in g, above 0, alone or with a standard, 206, r11 or j839, and a door, hinged, sliding or back",
                             with_article(value.type_str()),
-                            "write require_static_g = 30, or { g = 30, standard = \"206\" }",
+                            "write require_static_g = 30, or { g = 30, standard = \"206\", door = \"hinged\" }",
                         );
                         self.errors.push(error.at(place));
                     }

@@ -122,21 +122,26 @@ fn statics(plan: &Plan) -> Vec<StaticStanding> {
     let standing = |design: &Design| {
         let question = StaticQuestion {
             standard: Some(required.standard),
+            door: required.door,
             ..StaticQuestion::default()
         };
         let lever = StaticLever::from(design);
         let is_stated = lever.with_least_spring(&question).is_some();
         let rows = lever.rows_at_least(&question);
         let answers = StaticLever::answers(&question, &rows, is_stated);
-        let opens_at_g = answers
-            .first()
-            .map_or(0.0, |answer| answer.opens_at_g.unwrap_or(f64::MAX));
+        let answer = answers.first();
+        let least = answer.and_then(|answer| answer.opens_at_g);
+        // A level that is none holds nothing; of a lever that nothing opens there is none either.
+        let never_opens =
+            answer.is_some_and(|answer| least.is_none() && answer.holds != Some(false));
+        let is_held = never_opens || least.is_some_and(|least| least >= required.load_g);
         StaticStanding {
             design: design.name.clone(),
             standard: required.standard,
-            opens_at_g,
+            door: required.door,
+            opens_at_g: least,
             required_g: required.load_g,
-            holds: is_stated && opens_at_g >= required.load_g,
+            holds: is_stated && is_held,
             spring_stated: is_stated,
         }
     };

@@ -2,7 +2,7 @@
 
 use super::file::{ALLOW_KEYS, DESIGN_KEYS, FILES, REQUIRE_KEYS, REQUIRE_STATIC, TABLES};
 use crate::pipeline::Request;
-use latchgate_verdict::statics::Standard;
+use latchgate_verdict::statics::{Door, Standard};
 use serde_json::{Map, Value, json};
 
 /// Returns the JSON Schema of a gate file, draft 2020-12.
@@ -24,6 +24,7 @@ pub fn schema() -> Value {
         json!({"anyOf": [{"type": "object"}, {"type": "array", "items": {"type": "string"}}]});
     let load = json!({"type": "number", "exclusiveMinimum": 0});
     let standards = Standard::ALL.map(Standard::word);
+    let doors = Door::ALL.map(Door::word);
     let day = json!({"type": "string", "pattern": "^[0-9]{4}-[0-9]{2}-[0-9]{2}$"});
     let array = |keys: &[&str], needed: &[&str], schema: &dyn Fn(&str) -> Value| {
         let properties: Map<String, Value> = keys
@@ -55,7 +56,7 @@ pub fn schema() -> Value {
                 "description": "Static load that every design is to hold [g], in any direction, or in those of a standard",
                 "anyOf": [load, {
                     "type": "object", "additionalProperties": false, "required": ["g", "standard"],
-                    "properties": {"g": load, "standard": {"enum": standards}},
+                    "properties": {"g": load, "standard": {"enum": standards}, "door": {"enum": doors}},
                 }],
             },
             require_key: {"anyOf": [verdict, {"type": "array", "items": require}]},

@@ -4,7 +4,7 @@ use super::pairs::{COULD_NOT, Pair, PairStanding, severity};
 use crate::pipeline::{Answer, Design};
 use latchgate_recording::error::Error;
 use latchgate_report::escape;
-use latchgate_verdict::statics::Standard;
+use latchgate_verdict::statics::{Door, Standard};
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::time::Duration;
@@ -81,8 +81,11 @@ pub struct StaticStanding {
     pub design: String,
     /// The standard whose directions count.
     pub standard: Standard,
-    /// Opens at this constant acceleration in the worst of them, by the least output of its spring [g].
-    pub opens_at_g: f64,
+    /// The door that it holds.
+    pub door: Door,
+    /// Opens at this constant acceleration in the worst of them, by the least output of its spring [g]; `None` where
+    /// nothing opens it.
+    pub opens_at_g: Option<f64>,
     /// Required load [g].
     pub required_g: f64,
     /// True if it holds the required load.
@@ -97,18 +100,16 @@ impl StaticStanding {
         let Self {
             design,
             standard,
+            door,
             opens_at_g,
             required_g,
             holds,
             spring_stated,
         } = self;
         let holds = if *holds { "holds" } else { "does not hold" };
-        let level = match *opens_at_g < f64::MAX {
-            true => format!(
-                "opens at {} g",
-                latchgate_document::number::significant(*opens_at_g, 4)
-            ),
-            false => "nothing opens it".into(),
+        let level = match opens_at_g {
+            Some(level) => format!("opens at {}", latchgate_report::statics::g(*level)),
+            None => "nothing opens it".into(),
         };
         let spring = match spring_stated {
             true => "by its spring's least output",
@@ -117,8 +118,9 @@ impl StaticStanding {
             }
         };
         format!(
-            "{design} {holds} {required_g} g ({}): {level} {spring}",
-            standard.name()
+            "{design} {holds} {required_g} g ({}; {}): {level} {spring}",
+            standard.name(),
+            door.name()
         )
     }
 }

@@ -161,8 +161,7 @@ pub fn static_from_bytes(
         };
         let stiffness = lever.spring_stiffness_nm_per_rad;
         lever.preload_deviation_nm = scatter("preload_torque_nm", lever.preload_torque_nm);
-        lever.stiffness_deviation_nm_per_rad =
-            scatter("spring_stiffness_nm_per_rad", stiffness).unwrap_or(0.0);
+        lever.stiffness_deviation_nm_per_rad = scatter("spring_stiffness_nm_per_rad", stiffness);
         return Ok((lever, document));
     }
     let mut design = design_from_bytes(file, bytes, limits)?;

@@ -51,6 +51,8 @@ pub struct StaticDocument {
     pub torque_left_nm: f64,
     /// The elements of a linkage with what each comes to.
     pub linkage: Vec<StaticElement>,
+    /// Of elements that balance one another, on what the answers rest; else empty.
+    pub joined: String,
     /// What the numbers cover and leave out.
     pub notes: Vec<String>,
     /// Version.
@@ -127,7 +129,8 @@ impl StaticDocument {
             rows,
             torque_left_nm: counted.torque_left_nm(),
             linkage: elements.collect(),
-            notes: notes(lever, &spring),
+            joined: joined(counted),
+            notes: notes(counted, &spring),
             run,
         }
     }
@@ -150,6 +153,19 @@ impl SpringOutput {
                 .into(),
         }
     }
+}
+
+/// Says of elements that balance one another on what their balance rests.
+fn joined(lever: &StaticLever) -> String {
+    let Some(alone) = Reduced::unbalanced_kg_m(&lever.linkage) else {
+        return String::new();
+    };
+    let level = lever.averaged_torque_nm() / (alone * STANDARD_GRAVITY) - 1.0;
+    format!(
+        " Its elements balance one another only while they stay joined: without those that hold the latch shut it opens \
+         at {:.2} g, gravity counted.",
+        level.max(0.0)
+    )
 }
 
 /// Says what the numbers cover and leave out.
@@ -197,13 +213,6 @@ fn notes(lever: &StaticLever, spring: &SpringOutput) -> Vec<String> {
         notes.push(
             "The inertia catch is not counted: these are the levels of the lever alone.".into(),
         );
-    }
-    if let Some(alone) = Reduced::unbalanced_kg_m(&lever.linkage) {
-        let level = lever.averaged_torque_nm() / (alone * STANDARD_GRAVITY);
-        notes.push(format!(
-            "Elements balance one another, taken as rigidly joined. One that can leave its neighbour does not: \
-             without those that hold the latch shut it opens at {level:.2} g."
-        ));
     }
     notes.push(
         "49 CFR 571.206, 571.201 and UN R11 were read in copies, SAE J839 was not: compare before filing."

@@ -59,13 +59,14 @@ pub(crate) fn headlines(document: &StaticDocument) -> Vec<String> {
             Some(level) => format!("opens at {} ({})", g(level), answer.direction.name()),
             None => "nothing opens it".into(),
         };
-        format!("{name}: {says}; {opens}.")
+        let door = document.door.name();
+        format!("{name}, {door}: {says}; {opens}.{}", document.joined)
     };
     document.answers.iter().map(sentence).collect()
 }
 
 /// Returns a level, cut and not rounded, so that none is shown above its value.
-pub(crate) fn g(value: f64) -> String {
+pub fn g(value: f64) -> String {
     format!("{}\u{00A0}g", significant(cut(value, 4), 4))
 }
 
@@ -131,7 +132,7 @@ pub(crate) fn cells(row: &StaticRow) -> [String; 9] {
 pub(crate) const FORMULAS: &str = "Lifts off T0/(m L s); SAE J839 (T0 + k0 φ*/2)/(m L s), with gravity less by what 1 g \
     pushes open; held (T0 + k0 φ*)/(m L (s cos φ* + r sin φ*)); step (T0 φ* + k0 φ*²/2)/(m L (s sin φ* + r (1 − cos φ*))); \
     s and r: parts of the acceleration that open along and across the way. What counts is SAE J839 with gravity, or the \
-    step if that is less, but no less than lifts off; of 30 g, interior: that over the load, 1 or more holds it.";
+    step with gravity's work if that is less, but no less than lifts off; of 30 g, interior: that over the load, 1 or more holds it.";
 
 /// Heads of the columns of a linkage.
 pub(crate) const LINKAGE_HEADS: [&str; 6] = [
@@ -290,7 +291,8 @@ pub fn text(document: &StaticDocument, report: Option<&Path>, look: Look) -> Str
         let _ = writeln!(out, "{}", wrapped(&line, look.width, 25));
     }
     out.push('\n');
-    for note in &document.notes {
+    let notes = document.notes.iter().map(String::as_str);
+    for note in std::iter::once(FORMULAS).chain(notes) {
         let _ = writeln!(out, "{}", wrapped(&format!("  {note}"), look.width, 2));
     }
     if let Some(report) = report {

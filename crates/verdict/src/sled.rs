@@ -30,6 +30,10 @@ pub const LOWER: [(f64, f64); 4] = [(0.005, 0.0), (0.025, 30.0), (0.055, 30.0), 
 /// Vertices of its upper bound.
 pub const UPPER: [(f64, f64); 4] = [(0.0, 6.0), (0.020, 36.0), (0.060, 36.0), (0.100, 0.0)];
 
+/// Largest acceleration of either sign before and after the corridor, that with which its upper bound begins [g]: a second
+/// blow makes another pulse.
+pub const OUTSIDE_G: f64 = UPPER[0].1;
+
 /// Where a pulse lies farthest beyond a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Beyond {
@@ -57,7 +61,7 @@ pub struct SledCheck {
     /// What it is worth: whether the level is held, the pulse lies within the corridor, and all of it was recorded
     /// without a fault.
     pub answer: SledAnswer,
-    /// True if the record covers the corridor's lower bound.
+    /// True if the record covers the corridor from where its lower bound begins.
     pub covered: bool,
     /// True if a finding blocks the recording.
     pub faulty: bool,
@@ -73,6 +77,8 @@ pub struct SledCheck {
     pub above: Option<Beyond>,
     /// Where it lies farthest above 36 g.
     pub above_level: Option<Beyond>,
+    /// Where it lies farthest above 6 g, of either sign, before or after the corridor's time.
+    pub outside: Option<Beyond>,
     /// Largest acceleration [g].
     pub peak_g: f64,
     /// When [s].
@@ -120,9 +126,22 @@ pub fn checked(signal: &Signal) -> SledCheck {
         pulse.min(UPPER_LEVEL_G) - bound
     });
     let above_level = farthest(&points, &UPPER, |pulse, _| pulse - UPPER_LEVEL_G);
-    let covered = signal.start_s <= LOWER[0].0 && signal.end_s() >= LOWER[3].0;
+    let corridor = UPPER[0].0..=UPPER[3].0;
+    let beside = points.iter().filter(|point| !corridor.contains(&point.0));
+    let beyond = beside.map(|(time_s, level_g)| Beyond {
+        time_s: *time_s,
+        by_g: level_g.abs() - OUTSIDE_G,
+    });
+    let outside = beyond
+        .filter(|beyond| beyond.by_g > 0.0)
+        .reduce(|a, b| if b.by_g > a.by_g { b } else { a });
+    // The last sample may lie just before the corridor's end.
+    let end_s = signal.end_s() + 1.5 * signal.rate.interval().seconds();
+    let covered = signal.start_s <= LOWER[0].0 && end_s >= UPPER[3].0;
+    let is_met =
+        held_s >= HELD_S && below.is_none() && above.is_none() && outside.is_none() && covered;
     SledCheck {
-        answer: match held_s >= HELD_S && below.is_none() && above.is_none() && covered {
+        answer: match is_met {
             true if above_level.is_none() => SledAnswer::Valid,
             true => SledAnswer::ValidIfHeld,
             false => SledAnswer::NotValid,
@@ -135,6 +154,7 @@ pub fn checked(signal: &Signal) -> SledCheck {
         below,
         above,
         above_level,
+        outside,
         peak_g: points.get(peak).map_or(0.0, |point| point.1),
         peak_time_s: signal.time_s(peak),
         bias_removed_g: 0.0,
@@ -267,12 +287,19 @@ impl SledCheck {
                 ms(time_s)
             ));
         }
+        if let Some(Beyond { time_s, by_g }) = self.outside {
+            sentences.push(format!(
+                "Another blow beside the corridor, {} above 6 g, at {}.",
+                level(by_g),
+                ms(time_s)
+            ));
+        }
         if self.bias_removed_g != 0.0 {
             let bias = short(self.bias_removed_g, 2);
             sentences.push(format!("A bias of {bias} g was removed before."));
         }
         if !self.covered {
-            sentences.push("The record does not cover the corridor from 5 to 70 ms.".into());
+            sentences.push("The record does not cover the corridor from 5 to 100 ms.".into());
         }
         if self.faulty {
             sentences.push("A finding blocks the recording: see there.".into());

@@ -152,8 +152,8 @@ pub struct StaticLever {
     pub preload_deviation_nm: Option<f64>,
     /// Stiffness k0 [N m/rad].
     pub spring_stiffness_nm_per_rad: f64,
-    /// One standard deviation of it [N m/rad].
-    pub stiffness_deviation_nm_per_rad: f64,
+    /// One standard deviation of it, where it is stated [N m/rad].
+    pub stiffness_deviation_nm_per_rad: Option<f64>,
     /// Mass m [kg] and arm L [m] of a single lever.
     pub mass_and_arm: Option<[f64; 2]>,
     /// What no latch has of it, a sentence each.
@@ -311,9 +311,7 @@ impl From<&Design> for StaticLever {
             preload_torque_nm: lever.preload_torque_nm,
             preload_deviation_nm: design.number("tolerance.preload_torque_nm"),
             spring_stiffness_nm_per_rad: lever.spring_stiffness_nm_per_rad,
-            stiffness_deviation_nm_per_rad: design
-                .number("tolerance.spring_stiffness_nm_per_rad")
-                .unwrap_or(0.0),
+            stiffness_deviation_nm_per_rad: design.number("tolerance.spring_stiffness_nm_per_rad"),
             mass_and_arm: design
                 .linkage
                 .is_empty()
@@ -380,7 +378,7 @@ impl StaticLever {
             preload_torque_nm: reduced.preload_torque_nm,
             preload_deviation_nm: None,
             spring_stiffness_nm_per_rad: reduced.spring_stiffness_nm_per_rad,
-            stiffness_deviation_nm_per_rad: 0.0,
+            stiffness_deviation_nm_per_rad: None,
             mass_and_arm: None,
             implausible: Vec::new(),
             unbalance_kg_m: reduced.unbalance_kg_m.abs(),
@@ -400,7 +398,7 @@ impl StaticLever {
     }
 
     /// Returns the lever with the least output of its spring, where that is known: it is stated, or so many standard
-    /// deviations below the nominal one.
+    /// deviations below the nominal one. A stiffness whose scatter is not stated counts as none.
     pub fn with_least_spring(&self, question: &StaticQuestion) -> Option<Self> {
         let deviations = question.spring_deviations;
         let closed = match (question.spring_torque_min_nm, self.preload_deviation_nm) {
@@ -408,8 +406,11 @@ impl StaticLever {
             (None, Some(deviation)) => self.preload_torque_nm - deviations * deviation,
             (None, None) => return None,
         };
-        let stiffness =
-            self.spring_stiffness_nm_per_rad - deviations * self.stiffness_deviation_nm_per_rad;
+        // What is not stated of the stiffness adds nothing to the torque.
+        let of_stiffness = self.stiffness_deviation_nm_per_rad;
+        let stiffness = of_stiffness.map_or(0.0, |deviation| {
+            self.spring_stiffness_nm_per_rad - deviations * deviation
+        });
         Some(Self {
             preload_torque_nm: closed.max(0.0),
             spring_stiffness_nm_per_rad: stiffness.max(0.0),
@@ -437,7 +438,7 @@ impl StaticLever {
                 let level = |row: &StaticRow| row.counts_g.map_or(f64::INFINITY, not_nan);
                 let worst = own
                     .into_iter()
-                    .reduce(|a, b| if level(b) <= level(a) { b } else { a });
+                    .reduce(|a, b| if level(b) <= level(a) * TIE { b } else { a });
                 let least = worst.map_or(f64::NEG_INFINITY, level);
                 let holds = match (least >= REQUIRED_G, is_stated) {
                     (true, false) => None,
@@ -537,9 +538,7 @@ impl StaticLever {
         };
         // Along a direction fixed to the vehicle the arm may turn towards it, and a step opens sooner.
         let by_j839 = j839_with_gravity_g.or(j839_g);
-        let step_opens_g = step_g
-            .zip(lift_off_g)
-            .map(|(step, lift_off)| step.max(lift_off));
+        let step_opens_g = self.step_with_gravity_g(per_g, step_g, share, lift_off_g);
         let counts_g = match (by_j839, step_opens_g) {
             (Some(level), Some(step)) if step < level => Some(step),
             (level, _) => level,
@@ -559,6 +558,31 @@ impl StaticLever {
                 .zip(direction.interior_g())
                 .map(|(counts, required)| counts / required),
         }
+    }
+
+    /// Returns the step that counts: with the work of gravity, where that pushes the lever open or its direction is not
+    /// stated, and no less than lifts the lever off then.
+    fn step_with_gravity_g(
+        &self,
+        per_g: f64,
+        step_g: Option<f64>,
+        share: Option<f64>,
+        lift_off_g: Option<f64>,
+    ) -> Option<f64> {
+        let (step_g, share, lift_off_g) = (step_g?, share?, lift_off_g?);
+        let (work, _) = self.work_and_torque();
+        let along = self.gravity_share().unwrap_or(1.0);
+        let across = self.radial.map_or(0.0, |Vector([_, _, down])| down);
+        let (sine, cosine) = libm::sincos(self.threshold_rad);
+        let pushed = match self.opening {
+            Some(_) => along * sine + across * (1.0 - cosine),
+            // Along the arm that it turns to.
+            None => 2.0 * libm::sin(0.5 * self.threshold_rad),
+        };
+        let of_gravity = per_g * pushed.max(0.0);
+        let step = step_g * (1.0 - of_gravity / work).max(0.0);
+        let lift_off = lift_off_g - along.max(0.0) / share;
+        Some(step.max(lift_off).max(0.0))
     }
 
     /// Returns work up to the limit angle [J], and the torque there [N m].
@@ -590,6 +614,9 @@ impl StaticLever {
         [level(torque, at_limit), level(work, over_way)]
     }
 }
+
+/// Levels this close are one: the row of the worst direction is named.
+const TIE: f64 = 1.0 + 1e-9;
 
 /// The number, or one that holds nothing in place of what is none.
 fn not_nan(value: f64) -> f64 {

@@ -89,7 +89,7 @@ pub fn heights<'a>(
 }
 
 /// Replaces the stated errors of an event-driven run by what a replay in double-double arithmetic says of its peaks,
-/// where that is less.
+/// where that is less, or where the two contradict each other.
 ///
 /// # Errors
 ///
@@ -103,7 +103,8 @@ pub fn narrow<'a>(
 ) -> Result<(), Error> {
     let run = &outcome.run;
     let stated = run.numerical_error_rad;
-    if outcome.broke_down || !(stated < f64::MAX) {
+    let is_bounded = stated < f64::MAX;
+    if outcome.broke_down || !is_bounded {
         return Ok(());
     }
     let coasts = run.coast_peak_angle_rad.is_some();
@@ -111,7 +112,14 @@ pub fn narrow<'a>(
         return Ok(());
     };
     let off = |found: f64, height: f64, stated: f64| {
-        ((found - height).abs() + ROOM * stated + DOUBLE).min(stated)
+        let difference = (found - height).abs();
+        let off = difference + ROOM * stated + DOUBLE;
+        // Where the two differ by more than the bound, one of them is wrong.
+        if difference > stated {
+            off
+        } else {
+            off.min(stated)
+        }
     };
     let run = &mut outcome.run;
     run.numerical_error_rad = off(run.peak_angle_rad, heights.peak_rad, stated);

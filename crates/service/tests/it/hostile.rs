@@ -238,12 +238,22 @@ fn regress_a_refusal_ends_with_the_limit_that_made_it() {
     client.post("/v1/verdicts?wait=0", &question).expect(202);
 }
 
-/// A table whose questions take some 40 µs a sample.
+/// A table whose questions take some 100 µs a sample, as long as they may: it can be judged, since of one that cannot
+/// little is followed.
 fn slow_table(samples: u32) -> String {
+    let quiet = samples / 20;
     let mut table = String::from("t_s,acc_y_g\n");
     for sample in 0..samples {
-        let push = if sample % 40 < 20 { -40 } else { 30 };
-        table += &format!("{:.5},{push}\n", f64::from(sample) * 1e-5);
+        let at = f64::from(sample);
+        let is_push = (quiet..samples - quiet).contains(&sample);
+        let top = if is_push {
+            32.0 + 8.0 * (at * 1.37e-3).sin()
+        } else {
+            0.0
+        };
+        let noise = 0.01 * (f64::from(sample * 7 % 11) - 5.0);
+        let push = top * (at * std::f64::consts::TAU / 40.0).sin() + noise;
+        table += &format!("{:.5},{push:.3}\n", at * 1e-5);
     }
     table
 }
