@@ -6,13 +6,14 @@
 //! largest by corners; where the course of impacts differs on any of the six, at least three times the
 //! range of their peaks. To it comes twice what a noise as strong as the cubics' change would do ([`noise`]).
 
+use super::Answer;
 use super::decision::{NOISE_TIMES, NoiseDraws, VariantRun};
 use super::noise::{self, CarriedNoise};
 use super::policy::Variant;
 use super::readings::{CORNERS, SampleReading};
-use super::runs::{RunDetail, RunSetup, variant_of};
+use super::runs::{ROUNDING_PART, RunDetail, RunSetup, variant_of};
 use crate::conditioning::Between;
-use latchgate_kernel::replay::{Run, RunOutcome};
+use latchgate_kernel::replay::{MethodKind, Run, RunOutcome};
 use latchgate_kernel::signal::Signal;
 use latchgate_recording::error::Error;
 
@@ -139,10 +140,15 @@ impl RunSetup<'_> {
     /// hangs on it.
     fn with_their_errors(
         &self,
-        runs: Vec<RunOutcome>,
+        mut runs: Vec<RunOutcome>,
         told: bool,
     ) -> Result<Vec<VariantRun>, Error> {
         let interpolation = self.interpolation_errors_rad(&runs)?;
+        for (run, error_rad) in runs.iter_mut().zip(&interpolation) {
+            if self.rounding_decides(run, *error_rad) {
+                self.narrow(run)?;
+            }
+        }
         let reruns = match self.readings.conditioned().noise.may_be_offset() {
             true => noise::HALF_STEPS.len(),
             false => 0,
@@ -162,6 +168,23 @@ impl RunSetup<'_> {
                 with_errors(outcome, error_rad, (noise_rad, noise.draws()))
             })
             .collect())
+    }
+
+    /// Tells whether the nominal run is decided but for what it states of its own error, where that is worth a finding.
+    fn rounding_decides(&self, run: &RunOutcome, interpolation_error_rad: f64) -> bool {
+        let error_rad = run.run.numerical_error_rad.max(run.coast_error_rad);
+        let is_large = error_rad > ROUNDING_PART * self.threshold_rad();
+        if !is_large || run.run.method != MethodKind::EventDriven {
+            return false;
+        }
+        let answer = |run: RunOutcome| {
+            with_errors(run, interpolation_error_rad, (0.0, None))
+                .nominal_answer(self.threshold_rad())
+        };
+        let mut exact = run.clone();
+        exact.run.numerical_error_rad = 0.0;
+        exact.coast_error_rad = 0.0;
+        answer(run.clone()) == Answer::Undecided && answer(exact) != Answer::Undecided
     }
 
     /// Returns the interpolation error of each run [rad].

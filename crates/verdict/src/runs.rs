@@ -172,10 +172,7 @@ impl RunSetup<'_> {
             peak_only: detail == RunDetail::PeakOnly,
         };
         let within = self.work.within(self.control);
-        let mut outcome = replay::run_within(reading, self.design, &options, &within)?;
-        if with_errors && method == Method::EventDriven && self.rounding_counts(&outcome.run) {
-            double_double::narrow(&mut outcome, reading, self.design, &options, &within)?;
-        }
+        let outcome = replay::run_within(reading, self.design, &options, &within)?;
         if detail == RunDetail::Path {
             // A drawing is left out of what the answer took.
             return Ok(outcome);
@@ -187,11 +184,20 @@ impl RunSetup<'_> {
         Ok(outcome)
     }
 
-    /// Tells whether what a run states of its own error may decide: as much as is worth a finding, and not too little
-    /// to bring a peak above the limit below it.
-    fn rounding_counts(&self, run: &Run) -> bool {
-        let (error, limit) = (run.numerical_error_rad, self.threshold_rad());
-        error > ROUNDING_PART * limit && run.peak_angle_rad - error <= limit
+    /// Measures what a run states of its own error.
+    pub(super) fn narrow(&self, outcome: &mut RunOutcome) -> Result<(), Error> {
+        let run = &outcome.run;
+        let options = RunOptions {
+            projection: self.projection(run.opens_when)?,
+            initial: self.initial(run.model),
+            window: self.window,
+            ..RunOptions::new(run.model, run.opens_when)
+        };
+        let within = self.work.within(self.control);
+        let (reading, before) = (self.readings.own()?, outcome.spent);
+        double_double::narrow(outcome, &reading, self.design, &options, &within)?;
+        self.work.add(outcome.spent - before);
+        Ok(())
     }
 
     /// Runs every variant on the samples.
