@@ -8,7 +8,7 @@ use latchgate_document::number::significant;
 use latchgate_document::static_document::{StaticDocument, StaticElement};
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
-use latchgate_verdict::statics::{REQUIRED_G, StaticAnswer, StaticRow};
+use latchgate_verdict::statics::{REQUIRED_G, Standard, StaticAnswer, StaticRow};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -59,8 +59,12 @@ pub(crate) fn headlines(document: &StaticDocument) -> Vec<String> {
             Some(level) => format!("opens at {} ({})", g(level), answer.direction.name()),
             None => "nothing opens it".into(),
         };
-        let door = document.door.name();
-        format!("{name}, {door}: {says}; {opens}.{}", document.joined)
+        // Any direction is that of every door.
+        let door = match answer.standard {
+            Standard::Fmvss206 => format!(", {}", document.door.name()),
+            Standard::UnR11 | Standard::SaeJ839 => String::new(),
+        };
+        format!("{name}{door}: {says}; {opens}.{}", document.joined)
     };
     document.answers.iter().map(sentence).collect()
 }
@@ -221,27 +225,36 @@ fn plain(value: f64) -> String {
 
 /// Says what is stated of the spring, and by which output the rows are.
 fn spring(document: &StaticDocument) -> String {
-    let stiffness = plain(document.spring_stiffness_nm_per_rad);
-    let nominal = plain(document.preload_torque_nm);
     let spring = &document.spring;
+    let nominal = plain(document.preload_torque_nm);
+    let (stiffness, least) = (
+        document.spring_stiffness_nm_per_rad,
+        spring.least_stiffness_nm_per_rad,
+    );
+    let counted = match least.filter(|least| *least < stiffness) {
+        Some(0.0) => ", counted as none: its scatter is not stated, or larger than it".to_string(),
+        Some(least) => format!(", so at least {}", plain(least)),
+        None => String::new(),
+    };
+    let stiffness = format!("{} N·m/rad{counted}", plain(stiffness));
     match (
         spring.least_torque_nm,
         spring.deviations,
         spring.deviation_nm,
     ) {
         (Some(least), Some(deviations), Some(deviation)) => format!(
-            "{nominal} N·m closed, standard deviation {} N·m, so at least {} N·m ({deviations} of them less); {stiffness} N·m/rad",
+            "{nominal} N·m closed, standard deviation {} N·m, so at least {} N·m ({deviations} of them less); {stiffness}",
             plain(deviation),
             plain(least)
         ),
         (Some(least), ..) => {
             format!(
-                "{nominal} N·m closed, at least {} N·m as stated; {stiffness} N·m/rad",
+                "{nominal} N·m closed, at least {} N·m as stated; {stiffness}",
                 plain(least)
             )
         }
         (None, ..) => {
-            format!("{nominal} N·m closed, its least output not stated; {stiffness} N·m/rad")
+            format!("{nominal} N·m closed, its least output not stated; {stiffness}")
         }
     }
 }
