@@ -52,13 +52,12 @@ pub struct Heights {
     pub peak_rad: f64,
     /// After it, without excitation [rad]; `None` where that was not asked for.
     pub coast_rad: Option<f64>,
-    /// What it cost, as limits count it.
-    pub spent: u64,
 }
 
 /// Returns how far the lever of a design comes, computed in double-double arithmetic, and after the last judged
 /// sample too if it `coasts`; `None` where that is not made for it: a catch, a second sensor, a state stated at the
-/// start, a graze, more bounces than it follows, the end of what the run may take.
+/// start, a graze, more bounces than it follows, the end of what the run may take. With it what that cost, as limits
+/// count it.
 ///
 /// # Errors
 ///
@@ -69,7 +68,7 @@ pub fn heights<'a>(
     options: &RunOptions,
     coasts: bool,
     within: &Within<'_>,
-) -> Result<Option<Heights>, Error> {
+) -> Result<(Option<Heights>, u64), Error> {
     let reading = reading.into();
     let is_made_for = design.catch.is_none()
         && reading.second().is_none()
@@ -77,15 +76,15 @@ pub fn heights<'a>(
         && options.initial.is_none()
         && reading.signal().samples.len() >= 2;
     if !is_made_for {
-        return Ok(None);
+        return Ok((None, 0));
     }
-    let heights = if reading.is_straight() {
+    let found = if reading.is_straight() {
         Replay::of(&reading.pieces::<STRAIGHT>(), design, options, within).run(coasts)
     } else {
         Replay::of(&reading.pieces::<CURVED>(), design, options, within).run(coasts)
     };
     within.control.check()?;
-    Ok(heights)
+    Ok(found)
 }
 
 /// Replaces the stated errors of an event-driven run by what a replay in double-double arithmetic says of its peaks,
@@ -108,7 +107,9 @@ pub fn narrow<'a>(
         return Ok(());
     }
     let coasts = run.coast_peak_angle_rad.is_some();
-    let Some(heights) = heights(reading, design, options, coasts, within)? else {
+    let (heights, spent) = heights(reading, design, options, coasts, within)?;
+    outcome.spent += spent;
+    let Some(heights) = heights else {
         return Ok(());
     };
     let off = |found: f64, height: f64, stated: f64| {
@@ -127,7 +128,6 @@ pub fn narrow<'a>(
     if let (Some(found), Some(height)) = (run.coast_peak_angle_rad, heights.coast_rad) {
         outcome.coast_error_rad = off(found, height, outcome.coast_error_rad);
     }
-    outcome.spent += heights.spent;
     Ok(())
 }
 
@@ -184,6 +184,17 @@ struct Series {
     velocity: [TwoFloat; ORDER],
     sine: [TwoFloat; ORDER],
     cosine: [TwoFloat; ORDER],
+}
+
+/// The stop's angle within a step.
+#[derive(Debug, Clone, Copy)]
+enum Event {
+    /// It is not reached.
+    None,
+    /// It is reached at this part of the step.
+    At(TwoFloat),
+    /// That cannot be told.
+    Unknown,
 }
 
 const ZERO: TwoFloat = TwoFloat::from_f64(0.0);
@@ -252,7 +263,13 @@ impl<'a, const K: usize> Replay<'a, K> {
         }
     }
 
-    fn run(mut self, coasts: bool) -> Option<Heights> {
+    /// Returns how far the lever comes, and what that cost.
+    fn run(mut self, coasts: bool) -> (Option<Heights>, u64) {
+        let heights = self.heights(coasts);
+        (heights, COST * self.steps)
+    }
+
+    fn heights(&mut self, coasts: bool) -> Option<Heights> {
         let (first, last) = self.window;
         for index in 0..last {
             if index == first {
@@ -269,11 +286,9 @@ impl<'a, const K: usize> Replay<'a, K> {
         }
         let peak_rad = self.highest.hi();
         let coast_rad = if coasts { Some(self.coast()?) } else { None };
-        let spent = COST * self.steps;
         Some(Heights {
             peak_rad,
             coast_rad,
-            spent,
         })
     }
 
@@ -404,17 +419,20 @@ impl<'a, const K: usize> Replay<'a, K> {
             step *= 0.5;
         }
         let series = series?;
-        let event = self.event(&series)?;
-        let reached = event.unwrap_or(ONE);
+        let (is_event, reached) = match self.event(&series) {
+            Event::At(root) => (true, root),
+            Event::None => (false, ONE),
+            Event::Unknown => return None,
+        };
         self.note_turns(&series, reached.hi());
         self.lifting = false;
         self.angle = evaluate(&series.angle, reached);
         self.velocity = evaluate(&series.velocity, reached);
         self.sine = evaluate(&series.sine, reached);
         self.cosine = evaluate(&series.cosine, reached);
-        let ends = event.is_none() && part + step >= ONE;
+        let ends = !is_event && part + step >= ONE;
         let came = part + reached * step;
-        if event.is_some() {
+        if is_event {
             (self.angle, self.sine, self.cosine) = (ZERO, ZERO, ONE);
             self.meet(terms, came);
         }
@@ -494,10 +512,8 @@ impl<'a, const K: usize> Replay<'a, K> {
         series
     }
 
-    /// Returns the part of a step at which the lever comes to its stop's angle, if it does; `None` of all where that
-    /// cannot be told.
-    #[allow(clippy::option_option)]
-    fn event(&self, series: &Series) -> Option<Option<TwoFloat>> {
+    /// Looks for the part of a step at which the lever comes to its stop's angle.
+    fn event(&self, series: &Series) -> Event {
         let side = match self.phase {
             Phase::Contact => -1.0,
             _ => 1.0,
@@ -505,21 +521,26 @@ impl<'a, const K: usize> Replay<'a, K> {
         let doubles = series.doubles(side);
         // A start on the stop is a known root; it is divided out.
         let Some(skip) = doubles.iter().position(|c| *c != 0.0) else {
-            return Some(None);
+            return Event::None;
         };
         if doubles[skip] < 0.0 {
-            return None;
+            return Event::Unknown;
         }
         let guess = polynomial::first_fall(&doubles[skip..], 1.0);
         let end = side * evaluate(&series.angle, ONE);
         let guess = match guess {
             Some(guess) => guess,
             None if end < ZERO => 1.0,
-            None if self.phase == Phase::Flight && self.grazes(&doubles[skip..]) => return None,
-            None => return Some(None),
+            None if self.phase == Phase::Flight && self.grazes(&doubles[skip..]) => {
+                return Event::Unknown;
+            }
+            None => return Event::None,
         };
-        let root = newton(&series.angle[skip..], guess)?;
-        Some((root <= ONE).then_some(root))
+        match newton(&series.angle[skip..], guess) {
+            Some(root) if root <= ONE => Event::At(root),
+            Some(_) => Event::None,
+            None => Event::Unknown,
+        }
     }
 
     /// Tells whether the angle, divided by the powers that it begins with, turns as close to zero as doubles can tell.

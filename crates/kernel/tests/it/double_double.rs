@@ -14,7 +14,9 @@ use latchgate_test_support::{Random, random_design, random_signal, replay, signa
 #[track_caller]
 fn check(label: &str, record: &Signal, design: &Design, stop: StopModel) -> Option<f64> {
     let options = RunOptions::new(stop, OpensWhen::Negative);
-    let heights = heights(record, design, &options, false, &Within::UNBOUNDED).unwrap()?;
+    let heights = heights(record, design, &options, false, &Within::UNBOUNDED)
+        .unwrap()
+        .0?;
     let truth = oracle::follow(record, 1.0, design, stop, None)
         .peak
         .to_f64();
@@ -68,4 +70,26 @@ fn val_heights_hold_where_doubles_are_lost() {
         println!("{} stop: doubles are off by {off:e} rad", stop.name());
         assert!(off > 1e-13, "{off:e}");
     }
+}
+
+/// What was taken counts, whether an answer came of it or the limit on it came first.
+#[test]
+fn verif_what_a_height_costs_is_counted_with_and_without_it() {
+    let record = random_signal(&mut Random(7_000_003), 200, 5.0, 3e3);
+    let options = RunOptions::new(StopModel::Rigid, OpensWhen::Negative);
+    let find = |steps_max| {
+        let within = Within {
+            steps_max,
+            ..Within::UNBOUNDED
+        };
+        heights(&record, &Design::reference(), &options, false, &within).unwrap()
+    };
+    let (found, whole) = find(u64::MAX);
+    assert!(found.is_some() && whole > 1000, "{found:?} {whole}");
+    let (cut, spent) = find(whole / 2);
+    assert_eq!(cut, None);
+    assert!(
+        spent > whole / 2 - 100 && spent < whole,
+        "{spent} of {whole}"
+    );
 }
