@@ -19,8 +19,9 @@ use latchgate_verdict::margin::{self, Advice, Quantity};
 use latchgate_verdict::response_spectrum::plane::{Place as DesignPlace, PlanePoint};
 use latchgate_verdict::response_spectrum::{
     Column, LEVERS, LeverFamily, OPENING_ALLOWED, OPENING_SURELY, READINGS, SpectrumOptions,
-    SpectrumRecording, strokes_m,
+    SpectrumRecording, judged_span, strokes_m,
 };
+use std::collections::BTreeMap;
 
 /// A curve with what a design needs of it.
 struct Curve {
@@ -119,6 +120,14 @@ pub fn spectrum(
     control: &Control<'_>,
 ) -> Result<SpectrumDocument, Error> {
     request.check()?;
+    if sources.len() > 1 && !request.leave_out_unusable {
+        // Nobody waits for curves to learn that the last recording has none.
+        for source in sources {
+            let prepared = open(source, request, limits, control)?;
+            judged_span(&prepared.conditioned, &prepared.facts.findings)
+                .map_err(|error| error.at(Place::file(source.name())))?;
+        }
+    }
     let family = LeverFamily::of_chart(request.restitution);
     let mut curves: Vec<Curve> = Vec::new();
     let mut left_out = Vec::new();
@@ -146,6 +155,15 @@ pub fn spectrum(
     Ok(document(curves, left_out, request, &family, designs))
 }
 
+fn open(
+    source: &Source,
+    request: &SpectrumRequest,
+    limits: &Limits,
+    control: &Control<'_>,
+) -> Result<Prepared, Error> {
+    Prepared::open(source, &request.replay, limits, control).map_err(|refused| refused.error)
+}
+
 /// Returns the curves of one recording: one for each direction that is asked.
 fn curves_of(
     source: &Source,
@@ -155,8 +173,7 @@ fn curves_of(
     limits: &Limits,
     control: &Control<'_>,
 ) -> Result<Vec<Curve>, Error> {
-    let prepared = Prepared::open(source, &request.replay, limits, control)
-        .map_err(|refused| refused.error)?;
+    let prepared = open(source, request, limits, control)?;
     let place = || Place::file(source.name());
     let signs = prepared.facts.polarity.signs();
     let policy = prepared.facts.request.policy(prepared.facts.polarity);
@@ -318,7 +335,8 @@ fn placed(
     }))
 }
 
-/// Names a curve: the file, its channel where that says more, and the sign that opens.
+/// Names a curve: the file, its channel where that says more, and the sign that opens. What ends the name of the file
+/// and begins that of the channel (an EV5 curve's number) stands there once.
 fn name(file: &str, channel: &str, opens_when: OpensWhen) -> String {
     let sign = match opens_when {
         OpensWhen::Negative => "−",
@@ -332,7 +350,11 @@ fn name(file: &str, channel: &str, opens_when: OpensWhen) -> String {
         }
         "" => format!("{file} {sign}"),
         channel if file.contains(channel) || channel.contains(file) => format!("{file} {sign}"),
-        channel => format!("{file} {channel} {sign}"),
+        channel => {
+            let number = file.rsplit_once('.').map_or("", |(_, ending)| ending);
+            let rest = channel.strip_prefix(number).unwrap_or(channel).trim_start();
+            format!("{file} {rest} {sign}")
+        }
     }
 }
 
@@ -356,6 +378,7 @@ fn document(
     for (curve, times) in curves.iter_mut().zip(far) {
         curve.block.times_the_others = times;
     }
+    number_twins(&mut curves);
     let points = designs
         .iter()
         .enumerate()
@@ -420,6 +443,19 @@ fn document(
         settings: settings(request, family),
         request: request.clone(),
         run: answer::run_block(),
+    }
+}
+
+/// Gives curves of one name, which files of one name in two folders lead to, a number each.
+fn number_twins(curves: &mut [Curve]) {
+    let mut known: BTreeMap<String, usize> = BTreeMap::new();
+    for curve in curves {
+        let name = &mut curve.block.name;
+        let count = known.entry(name.clone()).or_default();
+        *count += 1;
+        if *count > 1 {
+            *name = format!("{name} ({count})");
+        }
     }
 }
 

@@ -172,6 +172,43 @@ fn cli_an_unusable_recording_is_an_error_unless_it_is_left_out() {
     );
 }
 
+/// A bad file at the end is told before the first curve is followed: a work limit that every curve would exceed is
+/// never met.
+#[test]
+fn cli_a_bad_file_is_told_before_the_first_curve() {
+    let folder = Folder::new("spectrum-order");
+    let empty = folder.write("empty.csv", "");
+    let done = spectrum(&[SHORT, &empty, "--limit", "work=1000", "--no-report"]);
+    assert_eq!(done.code, 4);
+    assert!(
+        done.err
+            .starts_with("latchgate: empty.csv: the file is empty"),
+        "{}",
+        done.err
+    );
+}
+
+#[test]
+fn cli_files_of_one_name_are_told_apart() {
+    let folder = Folder::new("spectrum-twins");
+    let push = |g: f64| {
+        let row = |k: i32| {
+            let value = if (0..60).contains(&k) { -g } else { 0.0 };
+            format!("{:.4},{value}\n", f64::from(k) / 1e4)
+        };
+        "t_s,acc_y_g\n".to_string() + &(-100..900).map(row).collect::<String>()
+    };
+    let files = [("one", 30.0), ("other", 60.0)].map(|(name, g)| {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+        folder.write(&format!("{name}/push.csv"), push(g))
+    });
+    let document = document(&[&files[0], &files[1], "--opens-when", "negative"]);
+    let names = [0, 1].map(|index| document["recordings"][index]["name"].as_str().unwrap());
+    assert_eq!(names, ["push.csv −", "push.csv − (2)"]);
+    let highest = [0, 1].map(|curve| document["spectrum_m_s2"][curve][0].as_f64().unwrap());
+    assert!(highest[1] > 1.8 * highest[0], "{highest:?}");
+}
+
 #[test]
 fn cli_values_out_of_range_are_wrong_usage() {
     for (option, value, named) in [

@@ -96,7 +96,7 @@ pub fn text(document: &SpectrumDocument, report: Option<&Path>, look: Look) -> S
         "in g",
         "from where not every lever opens … to the spectrum, above which a lever stays",
     );
-    lines.line("levers", &subtitle(document));
+    lines.line("levers", &subtitle(document).join("; "));
     for (index, maker) in makers(document)
         .iter()
         .enumerate()

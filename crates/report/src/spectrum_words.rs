@@ -276,8 +276,8 @@ pub(crate) fn remarks(document: &SpectrumDocument) -> Vec<(Severity, String)> {
     remarks
 }
 
-/// Returns what the levers share, in a line.
-pub(crate) fn subtitle(document: &SpectrumDocument) -> String {
+/// Returns what the levers share, in two lines.
+pub(crate) fn subtitle(document: &SpectrumDocument) -> [String; 2] {
     let settings = &document.settings;
     let (from, to) = settings.restitution;
     let restitution = match settings.restitution_deviation {
@@ -288,10 +288,15 @@ pub(crate) fn subtitle(document: &SpectrumDocument) -> String {
             significant(to, 3)
         ),
     };
-    format!(
-        "restitution {restitution}; spring k0/I0 {} 1/s², damping c0/I0 {} 1/s; both stops, the higher; {} levers a window",
-        significant(settings.spring_per_inertia_1_s2, 3),
-        significant(settings.damping_per_inertia_1_s, 3),
-        settings.levers
-    )
+    [
+        format!(
+            "restitution {restitution}; spring k0/I0 {} 1/s², damping c0/I0 {} 1/s",
+            significant(settings.spring_per_inertia_1_s2, 3),
+            significant(settings.damping_per_inertia_1_s, 3),
+        ),
+        format!(
+            "both stops, the higher; {} levers a window",
+            settings.levers
+        ),
+    ]
 }

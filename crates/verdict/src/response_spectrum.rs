@@ -312,13 +312,49 @@ pub struct SpectrumRecording<'a> {
     pub judged_until_s: Option<f64>,
 }
 
+/// The judged samples, first and last, where they are not all; and the last instant that counts, where a fault ends
+/// them [s].
+type JudgedSpan = (Option<(usize, usize)>, Option<f64>);
+
+/// Returns what of a recording its spectrum is of.
+///
+/// # Errors
+///
+/// [`Malformed`](latchgate_recording::error::ErrorKind::Malformed) where a blocking finding leaves no samples, or of a
+/// recording with a second channel; those of conditioning.
+pub fn judged_span(conditioned: &Conditioned, findings: &[Finding]) -> Result<JudgedSpan, Error> {
+    if conditioned.second.is_some() {
+        return Err(Error::malformed(
+            "one channel: levers that two channels drive have no place in the plane",
+            "two channels",
+            "leave out the setting `radial_channel`",
+        ));
+    }
+    let signal = &conditioned.used;
+    let faults = Faults::of(conditioned, conditioned.filter, findings, None);
+    match UsableSpan::of(&faults, signal, None) {
+        UsableSpan::Whole => Ok((window_samples(signal, None)?, None)),
+        UsableSpan::Until(span) => Ok((Some(span), Some(signal.time_s(span.1)))),
+        UsableSpan::Nothing => {
+            let blocking = findings
+                .iter()
+                .find(|finding| finding.severity == latchgate_recording::Severity::Blocking);
+            let found = blocking.map_or("a fault from the start", |finding| &finding.text);
+            Err(Error::malformed(
+                "a recording without a blocking finding",
+                found,
+                "an unusable recording has no spectrum",
+            ))
+        }
+    }
+}
+
 impl<'a> SpectrumRecording<'a> {
     /// Draws the readings of a recording; `findings` are those of reading and conditioning, and `cache` is of it.
     ///
     /// # Errors
     ///
-    /// [`Malformed`](latchgate_recording::error::ErrorKind::Malformed) where a blocking finding leaves no samples, or of a recording with a second
-    /// channel; those of conditioning.
+    /// Those of [`judged_span`]; [`Stopped`](latchgate_kernel::error::Error::Stopped).
     pub fn new(
         conditioned: &'a Conditioned,
         findings: &[Finding],
@@ -326,30 +362,7 @@ impl<'a> SpectrumRecording<'a> {
         cache: &'a ReadingCache,
         control: &Control<'_>,
     ) -> Result<Self, Error> {
-        if conditioned.second.is_some() {
-            return Err(Error::malformed(
-                "one channel: levers that two channels drive have no place in the plane",
-                "two channels",
-                "leave out the setting `radial_channel`",
-            ));
-        }
-        let signal = &conditioned.used;
-        let faults = Faults::of(conditioned, conditioned.filter, findings, None);
-        let (window, judged_until_s) = match UsableSpan::of(&faults, signal, None) {
-            UsableSpan::Whole => (window_samples(signal, None)?, None),
-            UsableSpan::Until(span) => (Some(span), Some(signal.time_s(span.1))),
-            UsableSpan::Nothing => {
-                let blocking = findings
-                    .iter()
-                    .find(|finding| finding.severity == latchgate_recording::Severity::Blocking);
-                let found = blocking.map_or("a fault from the start", |finding| &finding.text);
-                return Err(Error::malformed(
-                    "a recording without a blocking finding",
-                    found,
-                    "an unusable recording has no spectrum",
-                ));
-            }
-        };
+        let (window, judged_until_s) = judged_span(conditioned, findings)?;
         let own = Readings::of(conditioned, cache, options.between);
         let readings = drawn_readings(&own, options.seed, control)?;
         Ok(Self {

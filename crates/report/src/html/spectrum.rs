@@ -71,7 +71,7 @@ pub(crate) fn page(document: &SpectrumDocument, figure: &Figure) -> String {
                 h2 { "What the levers share" }
                 table.facts {
                     tbody {
-                        (fact("Levers", &subtitle(document)))
+                        (fact("Levers", &subtitle(document).join("; ")))
                         (fact("Reading", &readings(document)))
                         (fact("Angles", &angles(document)))
                     }

@@ -146,7 +146,7 @@ pub(crate) fn figure(document: &SpectrumDocument) -> Figure {
             1 => "Latch response spectrum".into(),
             _ => "Latch response spectra".into(),
         },
-        notes: vec![subtitle(document)],
+        notes: subtitle(document).into(),
         legend: legend(document, class),
         panels: vec![panel],
         room: [10.0, 0.0, 58.0],
