@@ -94,6 +94,7 @@ fn text(verification: &Verification) -> String {
         ("report, same", &report.same),
         ("different", &report.different),
         ("not compared", &report.not_compared),
+        ("missing", &report.missing),
     ] {
         if !files.is_empty() {
             line(name, &files.join(", "));

@@ -58,6 +58,7 @@ pub fn write(
         numbers.truncate(REPORTS_MAX);
     }
     let left_out = requested - numbers.len();
+    Unplaced::remove_left(folder);
     let beside = Unplaced::beside(folder)?;
     let folders = control.try_map(&numbers, |&number| {
         control.unmeasured(|control| {

@@ -55,22 +55,32 @@ pub struct VerifiedReport {
     pub different: Vec<String>,
     /// Those that were not compared.
     pub not_compared: Vec<String>,
+    /// Those that belong to the report and are gone from beside its page.
+    pub missing: Vec<String>,
 }
 
 impl VerifiedReport {
     /// Compares the files of a report that lie in `folder` with those `made` again; `None` where they cannot be
-    /// expected to be the same.
+    /// expected to be the same. A page without the files that it shows or names is no whole report; a verdict alone
+    /// may be kept alone.
     fn of(folder: &Path, made: Option<&[(String, Vec<u8>)]>) -> Self {
         let mut report = Self::default();
+        let has_page = folder.join(latchgate_report::REPORT_FILE).exists();
         for name in latchgate_report::names() {
-            let path = folder.join(&name);
-            if name == latchgate_report::VERDICT_FILE || !path.exists() {
+            if name == latchgate_report::VERDICT_FILE {
                 continue;
             }
+            let path = folder.join(&name);
             let made = made
                 .into_iter()
                 .flatten()
                 .find(|(of_made, _)| *of_made == name);
+            if !path.exists() {
+                if has_page && made.is_some() {
+                    report.missing.push(name);
+                }
+                continue;
+            }
             let list = match made {
                 None => &mut report.not_compared,
                 Some((_, bytes)) if fs::read(&path).is_ok_and(|found| found == *bytes) => {
@@ -287,7 +297,9 @@ pub fn verify(
     let report = report.unwrap_or_default();
     Ok(Verification {
         schema: "latchgate.verify/1".into(),
-        same: comparison.first.is_none() && report.different.is_empty(),
+        same: comparison.first.is_none()
+            && report.different.is_empty()
+            && report.missing.is_empty(),
         verdict: both(&|document| &document["verdict"]),
         version,
         report,

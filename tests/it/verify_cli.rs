@@ -428,4 +428,11 @@ fn cli_verify_compares_the_report_beside_the_verdict() {
         told["report"]["not_compared"],
         serde_json::json!(["report.pdf", "recording.path"])
     );
+    std::fs::remove_file(out.join("series.csv")).unwrap();
+    let told = verify(1);
+    assert_eq!(told["report"]["missing"], serde_json::json!(["series.csv"]));
+    // A verdict that is kept without its page lacks nothing.
+    std::fs::remove_file(out.join("report.html")).unwrap();
+    let told = verify(0);
+    assert_eq!(told["report"]["missing"], serde_json::json!([]));
 }

@@ -3,7 +3,7 @@
 
 use latchgate_recording::error::Error;
 use serde::Deserialize;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -101,11 +101,37 @@ pub(super) fn put(
     Ok(files.iter().map(|(name, _)| dir.join(name)).collect())
 }
 
+/// Beginning and end of the names of temporary folders.
+const UNPLACED_NAME: (&str, &str) = (".latchgate-", ".part");
+
 /// A temporary folder. Dropping it removes it, unless it was renamed into its place.
 #[derive(Debug)]
 pub struct Unplaced {
     parent: PathBuf,
     path: PathBuf,
+    /// Tells other processes that it is in use, where the file system has locks.
+    _lock: Lock,
+}
+
+/// A lock on a folder, which ends with its process or when it is dropped.
+#[derive(Debug)]
+enum Lock {
+    Ours(#[allow(dead_code, reason = "it holds the lock")] File),
+    /// Another process has it.
+    Theirs,
+    /// The file system has no locks on folders, or the folder is gone.
+    None,
+}
+
+fn lock(dir: &Path) -> Lock {
+    let Ok(file) = File::open(dir) else {
+        return Lock::None;
+    };
+    match file.try_lock() {
+        Ok(()) => Lock::Ours(file),
+        Err(TryLockError::WouldBlock) => Lock::Theirs,
+        Err(TryLockError::Error(_)) => Lock::None,
+    }
 }
 
 impl Drop for Unplaced {
@@ -133,8 +159,18 @@ impl Unplaced {
             let path = Self::unused(parent);
             match fs::create_dir(&path) {
                 Ok(()) => {
-                    let parent = parent.to_path_buf();
-                    return Ok(Self { parent, path });
+                    // Between the two steps another process may have taken it for one that was left.
+                    match lock(&path) {
+                        Lock::Theirs => continue,
+                        Lock::Ours(_) if !path.is_dir() => continue,
+                        lock => {
+                            return Ok(Self {
+                                parent: parent.to_path_buf(),
+                                path,
+                                _lock: lock,
+                            });
+                        }
+                    }
                 }
                 // Nothing is written into what already has that name; it may be another user's link.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
@@ -146,7 +182,31 @@ impl Unplaced {
     /// Returns a path that no other process of this machine uses.
     fn unused(parent: &Path) -> PathBuf {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        parent.join(format!(".latchgate-{}-{number}.part", std::process::id()))
+        let (begin, end) = UNPLACED_NAME;
+        parent.join(format!("{begin}{}-{number}{end}", std::process::id()))
+    }
+
+    /// Removes the temporary folders beside `dir` that processes left when they were killed, where locks tell that
+    /// none uses them.
+    pub fn remove_left(dir: &Path) {
+        let parent = match dir.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let (begin, end) = UNPLACED_NAME;
+        for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let is_named_so = name
+                .to_str()
+                .is_some_and(|name| name.starts_with(begin) && name.ends_with(end));
+            // Not what a link of that name leads to.
+            if !is_named_so || !entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+                continue;
+            }
+            if let Lock::Ours(_lock) = lock(&entry.path()) {
+                let _ = fs::remove_dir_all(entry.path());
+            }
+        }
     }
 
     /// Returns the path of the folder until it is placed.
@@ -178,6 +238,7 @@ impl Unplaced {
             let old = Self {
                 parent: self.parent.clone(),
                 path: Self::unused(&self.parent),
+                _lock: lock(dir),
             };
             match fs::rename(dir, &old.path) {
                 Ok(()) => {}

@@ -175,10 +175,10 @@ async function judged(body, step) {
   return new Promise((resolve, reject) => {
     const events = new EventSource(first.json.events);
     const end = (act) => (event) => { events.close(); act(JSON.parse(event.data)); };
-    events.addEventListener('progress', (event) => step(JSON.parse(event.data).part));
+    events.addEventListener('progress', (event) => step(JSON.parse(event.data)));
     events.addEventListener('done', end((data) => asked(data.verdict).then((answer) => resolve(answer.json), reject)));
     events.addEventListener('refused', end((data) => reject(new Error(data.problem.detail))));
-    events.onerror = () => step(null);
+    events.onerror = () => step({});
   });
 }
 
@@ -218,9 +218,12 @@ function question(form) {
     if (set.length) body.set = set;
     bar.hidden = false;
     try {
-      const document = await judged(body, (part) => { if (part === null || part === undefined) bar.removeAttribute('value'); else bar.value = part; });
+      const document = await judged(body, ({ part, first_answer: known }) => {
+        if (part === null || part === undefined) bar.removeAttribute('value'); else bar.value = part;
+        if (known) at('judging-known').textContent = `${known.verdict.toUpperCase()}. ${known.headline} Advice and report follow …`;
+      });
       location.href = `/verdicts/${document.report_id}`;
-    } finally { bar.hidden = true; }
+    } finally { bar.hidden = true; at('judging-known').textContent = ''; }
   });
 }
 

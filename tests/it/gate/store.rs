@@ -316,6 +316,12 @@ fn cli_kills_and_company_change_no_answer() {
             let _ = fs::remove_dir_all(yard.folder.path().join(".latchgate"));
         }
     }
+    let left = |name: &str| yard.folder.path().join(format!(".latchgate-{name}-0.part"));
+    for name in ["1", "2"] {
+        fs::create_dir_all(left(name).join("a")).unwrap();
+    }
+    let in_use = fs::File::open(left("2")).unwrap();
+    in_use.lock().unwrap();
     let mut company = yard
         .command(&["--out", "other"])
         .stdout(Stdio::null())
@@ -332,4 +338,10 @@ fn cli_kills_and_company_change_no_answer() {
         let path = yard.folder.path().join(folder).join("summary.json");
         assert_eq!(fs::read_to_string(path).unwrap(), expected, "{folder}");
     }
+    // What the killed ones left goes with the next; what is in use stays.
+    drop(finish(yard.command(&[])));
+    let entries = fs::read_dir(yard.folder.path()).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let parts: Vec<String> = names.filter(|name| name.ends_with(".part")).collect();
+    assert_eq!(parts, [".latchgate-2-0.part"]);
 }

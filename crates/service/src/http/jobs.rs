@@ -1,7 +1,7 @@
 //! Progress of questions, requested once or streamed.
 
 use crate::app::App;
-use crate::pool::Progress;
+use crate::pool::{FirstAnswer, Progress};
 use crate::problem::{Placed, Problem};
 use crate::store::JobState;
 use axum::Json;
@@ -29,13 +29,16 @@ pub(super) struct JobStanding {
     report_id: Option<String>,
     /// Where the verdict is, once it is done.
     verdict: Option<String>,
+    /// The verdict, where it is known before its advice and report.
+    first_answer: Option<FirstAnswer>,
     /// Why there is none, where it was refused.
     #[schema(value_type = Option<Object>)]
     problem: Option<Value>,
 }
 
 impl JobStanding {
-    fn of(job: &str, state: &JobState) -> Self {
+    fn of(job: &str, progress: &Progress) -> Self {
+        let state = &progress.state;
         let report_id = match state {
             JobState::Done { report_id } => Some(report_id.clone()),
             _ => None,
@@ -46,6 +49,7 @@ impl JobStanding {
             events: format!("/v1/jobs/{job}/events"),
             verdict: report_id.as_ref().map(|id| format!("/v1/verdicts/{id}")),
             report_id,
+            first_answer: progress.first_answer.clone(),
             problem: match state {
                 JobState::Refused { problem } => Some(problem.clone()),
                 _ => None,
@@ -55,9 +59,9 @@ impl JobStanding {
 }
 
 /// Answers that a question became a job.
-pub(super) fn accepted(job: &str, state: &JobState) -> Response {
+pub(super) fn accepted(job: &str, progress: &Progress) -> Response {
     let place = [(header::LOCATION, format!("/v1/jobs/{job}"))];
-    let standing = Json(JobStanding::of(job, state));
+    let standing = Json(JobStanding::of(job, progress));
     (StatusCode::ACCEPTED, place, standing).into_response()
 }
 
@@ -84,8 +88,13 @@ pub(super) async fn get(
     State(app): State<App>,
     Placed(id): Placed<String>,
 ) -> Result<Json<JobStanding>, Problem> {
+    let watched = app.crew.watch(&id);
     let state = state_of(&app, &id).await?;
-    Ok(Json(JobStanding::of(&id, &state)))
+    let mut progress = Progress::from(state);
+    if progress.state == JobState::Running {
+        progress.first_answer = watched.borrow().first_answer.clone();
+    }
+    Ok(Json(JobStanding::of(&id, &progress)))
 }
 
 /// Tells how far a job is as it goes: `progress` events with `part`, then one `done` or `refused`.
@@ -103,7 +112,7 @@ pub(super) async fn events(
     let watched = app.crew.watch(&id);
     // The job may have ended before it was watched.
     let state = state_of(&app, &id).await?;
-    let now = Progress { state, part: None };
+    let now = Progress::from(state);
     let steps = tokio_stream::once(now).chain(WatchStream::from_changes(watched));
     Ok(event_stream(steps.map(move |progress| {
         let event = event(&id, &progress);
@@ -129,7 +138,7 @@ pub(super) fn event_stream(events: impl Stream<Item = (Event, bool)> + Send + 's
 }
 
 fn event(id: &str, progress: &Progress) -> Event {
-    let mut data = json!(JobStanding::of(id, &progress.state));
+    let mut data = json!(JobStanding::of(id, progress));
     data["part"] = json!(progress.part);
     let name = match &progress.state {
         JobState::Done { .. } | JobState::Decided { .. } => "done",

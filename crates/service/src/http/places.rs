@@ -7,8 +7,9 @@ use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::task::AbortHandle;
 
-/// Number of connections without a place.
-pub(crate) const SPARE: usize = 32;
+/// Number of connections without a place: where hundreds of clients of one address connect again and again, each stays
+/// long enough to be answered.
+pub(crate) const SPARE: usize = 256;
 
 /// Number of places in use, by address.
 #[derive(Debug, Default)]

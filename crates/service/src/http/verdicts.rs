@@ -148,10 +148,18 @@ pub(super) async fn submit(
     if is_new {
         app.crew.ring();
     }
+    let running = watched.clone();
     match ended(&app, job, watched, wait).await? {
         JobState::Done { report_id } => answered(&app, &report_id).await,
         JobState::Refused { problem } => Err(jobs::problem_of(problem)),
-        state => Ok(jobs::accepted(&id, &state)),
+        state => {
+            let first_answer = running.borrow().first_answer.clone();
+            let progress = Progress {
+                first_answer,
+                ..state.into()
+            };
+            Ok(jobs::accepted(&id, &progress))
+        }
     }
 }
 

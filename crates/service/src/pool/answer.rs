@@ -1,6 +1,6 @@
 //! A child's answer to each order; the only code that reads an upload.
 
-use super::words::{Answer, How, Order};
+use super::words::{Answer, FirstAnswer, How, Order};
 use crate::problem::{Problem, for_http};
 use crate::store::{Summary, sha256_hex};
 use latchgate::pipeline::{
@@ -39,13 +39,14 @@ impl Worker {
             .retain(|(key, _)| held_ids.iter().any(|id| key.starts_with(id.as_str())));
     }
 
-    /// Answers an order about `source`, whose text `head` begins with.
+    /// Answers an order about `source`, whose text `head` begins with; `known` is told a verdict before its advice and
+    /// report are worked out.
     pub(super) fn answer(
         &mut self,
         order: &Order,
-        source: &Source,
-        head: &[u8],
+        (source, head): (&Source, &[u8]),
         control: &Control<'_>,
+        known: &dyn Fn(FirstAnswer),
     ) -> (Answer, Files) {
         let answered = match order {
             Order::Inspect { request, .. } => inspect(source, request, head, control),
@@ -54,7 +55,7 @@ impl Worker {
                 recording,
                 request,
                 design,
-            } => self.question(*how, recording, source, (request, design), control),
+            } => self.question(*how, (recording, source), (request, design), control, known),
             Order::Try { trial } => Ok((super::trials::attempt(*trial), Files::new())),
         };
         answered.unwrap_or_else(|problem| {
@@ -67,11 +68,13 @@ impl Worker {
     fn question(
         &mut self,
         how: How,
-        recording: &str,
-        source: &Source,
+        (recording, source): (&str, &Source),
         (request, design): (&Value, &Value),
         control: &Control<'_>,
+        known: &dyn Fn(FirstAnswer),
     ) -> Result<(Answer, Files), Problem> {
+        /// Part of the work that is done with the verdict, about; its advice takes the rest.
+        const VERDICT_PART: f64 = 0.2;
         let started = Instant::now();
         let mut stated = request.clone();
         if how == How::WhatIf
@@ -93,15 +96,28 @@ impl Worker {
         }
         let extras = Extras {
             filter_table: how == How::Judge,
-            preload_answer: how == How::Judge,
+            preload_answer: false,
             evidence: how != How::Decide,
         };
-        let mut outcome = match prepared {
-            Ok(prepared) => prepared.judge(&design, extras, control),
-            Err(refused) => refused.outcome(&design),
+        let verdict_part = if how == How::Judge { VERDICT_PART } else { 1.0 };
+        let (prepared, mut outcome) = match prepared {
+            Ok(prepared) => control.during(0.0, verdict_part, |control| {
+                (Some(prepared), prepared.judge(&design, extras, control))
+            }),
+            Err(refused) => (None, refused.outcome(&design)),
         };
         if outcome.refusal.is_some() {
             return Err(refusal(&outcome));
+        }
+        if let (How::Judge, Some(prepared)) = (how, prepared) {
+            known(FirstAnswer {
+                verdict: outcome.document.verdict.name().into(),
+                headline: for_http(&report::headline(&outcome.document)),
+            });
+            let advised = control.during(verdict_part, 1.0, |control| {
+                prepared.advise(&design, &mut outcome.document, control)
+            });
+            advised.map_err(|error| Problem::of_recording(&error))?;
         }
         if how == How::WhatIf {
             let answer = Answer::WhatIf {

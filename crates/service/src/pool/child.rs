@@ -2,7 +2,7 @@
 
 use super::answer::Worker;
 use super::frame;
-use super::words::{Answer, ChildMessage, Enclosed, Enclosure, OrderMessage};
+use super::words::{Answer, Beat, ChildMessage, Enclosed, Enclosure, FirstAnswer, OrderMessage};
 use crate::jail;
 use latchgate::pipeline::{Control, Source};
 use std::io::{self, BufReader, Read, Write};
@@ -64,8 +64,8 @@ pub fn work(memory_bytes: u64) -> io::Result<()> {
             .map_or(nothing, |recordings| {
                 (recordings.source.clone(), Arc::clone(&recordings.head))
             });
-        let (answer, files) = beating(&out, |control| {
-            worker.answer(&message.order, &source, &head, control)
+        let (answer, files) = beating(&out, |control, known| {
+            worker.answer(&message.order, (&source, &head), control, known)
         });
         deliver(&out, answer, &files, ids)?;
     }
@@ -80,8 +80,11 @@ fn say(out: &Mutex<io::Stdout>, message: &ChildMessage) -> io::Result<()> {
     out.flush()
 }
 
-/// Runs work while sending beats.
-fn beating<T>(out: &Mutex<io::Stdout>, work: impl FnOnce(&Control<'_>) -> T) -> T {
+/// Runs work while sending beats; the work hands over what answer it knows before its end.
+fn beating<T>(
+    out: &Mutex<io::Stdout>,
+    work: impl FnOnce(&Control<'_>, &dyn Fn(FirstAnswer)) -> T,
+) -> T {
     let last = Mutex::new(Instant::now());
     let proceed = |part: Option<f64>| {
         let Ok(mut last) = last.try_lock() else {
@@ -92,12 +95,25 @@ fn beating<T>(out: &Mutex<io::Stdout>, work: impl FnOnce(&Control<'_>) -> T) -> 
         }
         *last = Instant::now();
         // If a beat cannot be sent the parent has gone, so the work stops.
-        say(out, &ChildMessage::Beat { part }).is_ok()
+        let beat = Beat {
+            part,
+            first_answer: None,
+        };
+        say(out, &ChildMessage::Beat(beat)).is_ok()
     };
-    work(&Control {
+    let known = |answer: FirstAnswer| {
+        let beat = Beat {
+            part: None,
+            first_answer: Some(answer),
+        };
+        // A parent that has gone is noticed at the next beat.
+        let _ = say(out, &ChildMessage::Beat(beat));
+    };
+    let control = Control {
         threads: 1,
         proceed: &proceed,
-    })
+    };
+    work(&control, &known)
 }
 
 /// Sends an answer, then the bytes of its files. The work has ended: no beat can come between the two.

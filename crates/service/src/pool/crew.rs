@@ -3,7 +3,7 @@
 
 use super::orders::{HeldFirst, Orders};
 use super::slot::{ChildOptions, Delivered, Lost, Slot};
-use super::words::{Answer, How, Order};
+use super::words::{Answer, Beat, FirstAnswer, How, Order};
 use crate::clock::{now_ms, running_ms};
 use crate::jail::Jail;
 use crate::problem::Problem;
@@ -50,6 +50,18 @@ pub struct Progress {
     pub state: JobState,
     /// The part that is done, 0 to 1, if known.
     pub part: Option<f64>,
+    /// The verdict, where it is known before advice and report.
+    pub first_answer: Option<FirstAnswer>,
+}
+
+impl From<JobState> for Progress {
+    fn from(state: JobState) -> Self {
+        Self {
+            state,
+            part: None,
+            first_answer: None,
+        }
+    }
 }
 
 /// An order that waits for a place, with the channel for its answer.
@@ -263,10 +275,7 @@ impl Crew {
 
     /// Watches a job. The caller must read its state from the ledger afterwards, since it may have ended before.
     pub fn watch(&self, job: &str) -> watch::Receiver<Progress> {
-        let queued = || {
-            let (state, part) = (JobState::Queued, None);
-            watch::Sender::new(Progress { state, part })
-        };
+        let queued = || watch::Sender::new(JobState::Queued.into());
         let mut watched = locked(&self.shared.watched);
         watched.retain(|_, sender| sender.receiver_count() > 0);
         let sender = watched.entry(job.into()).or_insert_with(queued);
@@ -509,11 +518,12 @@ impl Shared {
         }
     }
 
-    fn tell(&self, job: &str, state: JobState, part: Option<f64>) {
+    fn tell(&self, job: &str, progress: impl Into<Progress>) {
+        let progress = progress.into();
         let mut watched = locked(&self.watched);
-        let ended = state.has_ended();
+        let ended = progress.state.has_ended();
         if let Some(sender) = watched.get(job) {
-            sender.send_replace(Progress { state, part });
+            sender.send_replace(progress);
             if ended {
                 watched.remove(job);
             }
@@ -522,7 +532,7 @@ impl Shared {
 
     /// Carries out a job and writes its outcome into the ledger.
     fn work(&self, slot: &mut Slot, job: &Job) {
-        self.tell(&job.id, JobState::Running, None);
+        self.tell(&job.id, JobState::Running);
         let outcome = self.answer(slot, job);
         let (id, attempt) = (&job.id, job.attempt);
         let made = match &outcome {
@@ -532,9 +542,11 @@ impl Shared {
             }
             _ => BTreeSet::new(),
         };
-        let done = |state| {
+        let done = |state: JobState| {
             self.counters.jobs_done.fetch_add(1, Ordering::Relaxed);
-            self.tell(id, state, Some(1.0));
+            let mut progress = Progress::from(state);
+            progress.part = Some(1.0);
+            self.tell(id, progress);
         };
         let written = match outcome {
             Ok(Answered::Judged(result)) => {
@@ -588,7 +600,7 @@ impl Shared {
         self.ledger.refuse(&job.id, job.attempt, &problem, lasts)?;
         self.counters.jobs_refused.fetch_add(1, Ordering::Relaxed);
         self.count_answer(verdict.as_deref().unwrap_or(""));
-        self.tell(&job.id, JobState::Refused { problem }, None);
+        self.tell(&job.id, JobState::Refused { problem });
         Ok(())
     }
 
@@ -614,7 +626,7 @@ impl Shared {
         let counts = cause == Cause::Recording;
         let not_before_ms = running_ms() + pause_ms(attempt);
         self.ledger.give_back(id, attempt, counts, not_before_ms)?;
-        self.tell(id, JobState::Queued, None);
+        self.tell(id, JobState::Queued);
         Ok(())
     }
 
@@ -636,8 +648,15 @@ impl Shared {
             design: question.design.clone(),
         };
         let mut lease_renewed = Instant::now();
-        let mut beat = |part: Option<f64>| {
-            self.tell(&job.id, JobState::Running, part);
+        let mut first_answer = None;
+        let mut beat = |beat: Beat| {
+            first_answer = beat.first_answer.or(first_answer.take());
+            let progress = Progress {
+                state: JobState::Running,
+                part: beat.part,
+                first_answer: first_answer.clone(),
+            };
+            self.tell(&job.id, progress);
             if lease_renewed.elapsed() > LEASE / 4 {
                 lease_renewed = Instant::now();
                 let lease = running_ms() + LEASE.as_millis() as i64;

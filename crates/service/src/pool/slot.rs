@@ -1,7 +1,7 @@
 //! The parent's side: one child, driven over its pipes under a deadline.
 
 use super::frame;
-use super::words::{Answer, ChildMessage, Enclosed, Enclosure, Order, OrderMessage};
+use super::words::{Answer, Beat, ChildMessage, Enclosed, Enclosure, Order, OrderMessage};
 use crate::jail::Jail;
 use crate::store::{Blobs, Manifest, StoreError, StoredFile};
 use std::fmt;
@@ -233,7 +233,7 @@ impl Slot {
         order: &Order,
         manifest: Option<&Manifest>,
         blobs: &dyn Blobs,
-        beat: &mut dyn FnMut(Option<f64>),
+        beat: &mut dyn FnMut(Beat),
     ) -> Result<Delivered, Lost> {
         let stands_back = order.stands_back();
         if !stands_back {
@@ -289,7 +289,7 @@ impl Slot {
         &mut self,
         running: &mut Running,
         blobs: &dyn Blobs,
-        beat: &mut dyn FnMut(Option<f64>),
+        beat: &mut dyn FnMut(Beat),
     ) -> Result<Delivered, NoAnswer> {
         let until = Instant::now() + self.options.order_time;
         loop {
@@ -298,11 +298,11 @@ impl Slot {
                 Some(ChildMessage::Hello { .. }) => {
                     return Err(NoAnswer::Odd("a second greeting".into()));
                 }
-                Some(ChildMessage::Beat { part }) => {
+                Some(ChildMessage::Beat(signs)) => {
                     let time_left = until.saturating_duration_since(Instant::now());
                     self.watchdog
                         .guard_again(time_left.min(self.options.silence));
-                    beat(part);
+                    beat(signs);
                 }
                 Some(ChildMessage::Answer {
                     answer,

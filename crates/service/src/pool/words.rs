@@ -140,14 +140,32 @@ pub(super) struct OrderMessage {
 pub(super) enum ChildMessage {
     /// The child is ready, in this jail.
     Hello { jail: Jail },
-    /// The child works; the part that is done, 0 to 1, if known.
-    Beat { part: Option<f64> },
+    /// The child works.
+    Beat(Beat),
     /// The answer, with the files that follow and the recordings that the child holds now.
     Answer {
         answer: Answer,
         files: Vec<Enclosed>,
         holds: Vec<String>,
     },
+}
+
+/// A sign that a child works on its order.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Beat {
+    /// The part that is done, 0 to 1, if known.
+    pub part: Option<f64>,
+    /// The verdict, once: advice and report follow.
+    pub first_answer: Option<FirstAnswer>,
+}
+
+/// A verdict that is known before its advice and report.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct FirstAnswer {
+    /// `pass`, `fail`, `undecided` or `unusable`.
+    pub verdict: String,
+    /// What the lever does, or what would decide it, in a sentence.
+    pub headline: String,
 }
 
 /// A child's answer.

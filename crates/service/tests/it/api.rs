@@ -432,6 +432,41 @@ fn cli_a_job_tells_its_steps() {
     );
 }
 
+/// The verdict of a question is told before its advice and report are there.
+#[test]
+fn verif_a_verdict_is_told_before_its_advice() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let id = client.upload("surviving.csv")["id"].clone();
+    let accepted = client.post("/v1/verdicts?wait=0", &json!({ "recording": id }));
+    let place = accepted.expect(202).json()["job"]
+        .as_str()
+        .unwrap()
+        .to_string();
+    let told = client
+        .get(&format!("/v1/jobs/{place}/events"))
+        .expect(200)
+        .text();
+    let steps = told.lines().filter_map(|line| line.strip_prefix("data: "));
+    let steps: Vec<Value> = steps
+        .map(|step| serde_json::from_str(step).unwrap())
+        .collect();
+    let known = steps.iter().find(|step| step["first_answer"].is_object());
+    let known = known.unwrap_or_else(|| panic!("{told}"));
+    assert_eq!(known["state"], "running");
+    let done = steps.last().unwrap();
+    let verdict = client
+        .get(done["verdict"].as_str().unwrap())
+        .expect(200)
+        .json();
+    assert_eq!(known["first_answer"]["verdict"], verdict["verdict"]);
+    assert!(verdict["preload_answer"].is_object(), "{verdict:#}");
+    let headline = known["first_answer"]["headline"].as_str().unwrap();
+    let listed = client.get("/v1/verdicts").expect(200).text();
+    assert!(listed.contains(headline), "{headline}: {listed}");
+}
+
 /// All that a page loads is small: the script below 40 kB, everything below 200 kB.
 #[test]
 fn tidy_the_page_is_small() {

@@ -447,6 +447,7 @@ fn question(designs: &[DesignChoice]) -> Markup {
         (fields::lever())
         p { button.primary { "Judge" } }
         progress id="judging" hidden aria-label="Judging" {}
+        p id="judging-known" role="status" {}
         p.error id="judging-told" role="alert" {}
     }
 }
