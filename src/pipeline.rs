@@ -20,7 +20,7 @@
 //! - `defaults`: settings that decide, held against the defaults;
 //! - `card`: a card to start from;
 //! - `candidates`: the channels to choose from where several could be meant;
-//! - `inspect`, `margin`, `spectrum`, `verify` with `compare`: the other answers.
+//! - `inspect`, `margin`, `spectrum`, `statics`, `verify` with `compare`: the other answers.
 //!
 //! # Examples
 //!
@@ -55,10 +55,10 @@ mod prepared;
 mod row;
 mod siblings;
 mod spectrum;
+mod statics;
 mod transfer;
 pub mod verify;
 
-pub(crate) use answer::run_block;
 pub use candidates::Offer;
 pub use card::card_for;
 pub(crate) use card::in_quotes;
@@ -66,7 +66,9 @@ pub use compare::{Difference, DifferenceKind};
 pub use inspect::{
     ChannelStatus, Choice, ListedChannel, ListedFile, ListedSeries, Listing, inspect, table_mapping,
 };
-pub use latchgate_document::design_file::{apply_override, design_from_bytes, design_from_json};
+pub use latchgate_document::design_file::{
+    apply_override, design_from_bytes, design_from_json, static_from_bytes as static_design,
+};
 pub use latchgate_document::identity::NUMBERS_REVISION;
 pub use latchgate_document::request::words_of;
 pub use latchgate_document::spectrum_document::{SpectrumDocument, SpectrumRequest};
@@ -94,6 +96,7 @@ pub use margin::{MarginOutcome, margin};
 pub use prepared::{Extras, Outcome, Prepared, Refused};
 pub use row::DecisionRow;
 pub use spectrum::spectrum;
+pub use statics::static_document;
 pub use verify::{Stored, Verification, VerifiedReport, verify};
 
 /// Reads, conditions, replays and decides: one recording, one design, one document.

@@ -92,7 +92,15 @@ pub(super) fn command(arguments: &ReplayCommand, common: &Common) -> Result<u8, 
             let advised = progress.watch(&step, common.thread_count(), |control| {
                 prepared.advise(&design, &mut outcome.document, control)
             });
-            advised.map_err(Failure::of_data)?;
+            if let Err(error) = advised {
+                if is_single_text && error.is_stopped() {
+                    output::talk(
+                        "latchgate: interrupted: the verdict stands, without advice and report",
+                    );
+                    return Ok(outcome.document.verdict.exit_code());
+                }
+                return Err(Failure::of_data(error));
+            }
         }
         judged.push(write_report(
             arguments,

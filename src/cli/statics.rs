@@ -3,12 +3,12 @@
 use super::failure::Failure;
 use super::options::Common;
 use super::output;
+use super::progress::Progress;
 use super::values::OutputFormat;
-use crate::pipeline::read_within;
+use crate::pipeline::{self, read_within};
 use clap::Args;
 use latchgate_document::design_document::DesignDocument;
-use latchgate_document::design_file::{apply_override, static_from_bytes};
-use latchgate_document::static_document::StaticDocument;
+use latchgate_document::design_file::{StaticDesign, apply_override, static_from_bytes};
 use latchgate_kernel::error::Error as OutOfRange;
 use latchgate_kernel::model::Design;
 use latchgate_recording::error::{Error, Place};
@@ -47,9 +47,9 @@ pub struct StaticArguments {
 
 /// Runs the command; returns the exit code.
 pub(super) fn command(arguments: &StaticArguments, common: &Common) -> Result<u8, Failure> {
-    let (lever, design_document, sha256) = lever(arguments, common)?;
+    let (design, sha256) = design(arguments, common)?;
     let question = question(arguments)?;
-    let nominal = lever.preload_torque_nm;
+    let nominal = design.lever.preload_torque_nm;
     if let Some(least) = question
         .spring_torque_min_nm
         .filter(|least| *least > nominal)
@@ -59,12 +59,12 @@ pub(super) fn command(arguments: &StaticArguments, common: &Common) -> Result<u8
             OutOfRange::out_of_range("--spring-torque-min [N m]", expected, least.to_string());
         return Err(Failure::Usage(Error::from(error)));
     }
-    let document = StaticDocument::of(
-        (&lever, design_document),
-        &question,
-        sha256,
-        crate::pipeline::run_block(),
-    );
+    let progress = Progress::new("static");
+    let document = progress.watch("static", common.thread_count(), |control| {
+        pipeline::static_document(design, &question, sha256, control)
+    });
+    drop(progress);
+    let document = document.map_err(Failure::of_data)?;
     let folder = (!arguments.no_report).then(|| {
         let name = latchgate_report::folder_name("static", &document.design, "");
         let default = || Path::new("reports/out").join(name);
@@ -123,11 +123,11 @@ fn parse_door(text: &str) -> Result<Door, String> {
     known.ok_or_else(|| "one of hinged, sliding, back".into())
 }
 
-/// Returns the lever, what part it is of, and the SHA-256 of its file.
-fn lever(
+/// Returns the design, and the SHA-256 of its file.
+fn design(
     arguments: &StaticArguments,
     common: &Common,
-) -> Result<(StaticLever, DesignDocument, Option<String>), Failure> {
+) -> Result<(StaticDesign, Option<String>), Failure> {
     let in_option = |error: Error| Failure::Usage(error.at(Place::file("--set")));
     let Some(path) = &arguments.design else {
         let mut design = Design::reference();
@@ -137,7 +137,12 @@ fn lever(
         design
             .validate()
             .map_err(|error| Failure::Usage(error.into()))?;
-        return Ok((StaticLever::from(&design), DesignDocument::default(), None));
+        let design = StaticDesign {
+            lever: StaticLever::from(&design),
+            document: DesignDocument::default(),
+            whole: Some(design),
+        };
+        return Ok((design, None));
     };
     let limits = common.limits().map_err(Failure::Usage)?;
     let file = path
@@ -145,7 +150,7 @@ fn lever(
         .map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let limit = ("settings_bytes", limits.settings_bytes);
     let bytes = read_within(path, &file, "read the design file", limit).map_err(Failure::Data)?;
-    let (lever, document) =
+    let design =
         static_from_bytes(&file, &bytes, &arguments.set, &limits).map_err(Failure::Data)?;
-    Ok((lever, document, Some(sha256(&bytes))))
+    Ok((design, Some(sha256(&bytes))))
 }

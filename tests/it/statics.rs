@@ -54,6 +54,44 @@ fn cli_what_the_design_does_not_state_is_said() {
     assert!(!whole.out.contains("Not stated"), "{}", whole.out);
 }
 
+/// A replay of the sled pulse stands beside the thresholds; where the two say different things, the reason does.
+#[test]
+fn cli_a_sled_pulse_is_replayed_beside_the_thresholds() {
+    let folder = Folder::new("static-sled");
+    let design = |preload: f64| {
+        format!(
+            "name = \"d\"\nbase = \"paper\"\n[lever]\npreload_torque_nm = {preload}\n\
+             [tolerance]\npreload_torque_nm = 0\nmass_kg = 0\n"
+        )
+    };
+    for (preload, holds, verdict, differs) in [
+        (4.0, true, "pass", false),
+        (2.95, true, "fail", true),
+        (2.0, false, "fail", false),
+    ] {
+        let file = folder.write("d.toml", design(preload));
+        let asked = ["static", &file, "--standard", "r11", "--no-report"];
+        let document = latchgate(&[&asked[..], &["--format", "json"]].concat()).document();
+        assert_eq!(document["answers"][0]["holds"], holds, "{preload}");
+        assert_eq!(document["sled"]["verdict"], verdict, "{preload}");
+        let text = latchgate(&asked).out;
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.contains("Replay of pulse:sled206-33g"), "{text}");
+        assert_eq!(text.contains("30 g at rest do not open it"), differs, "{text}");
+        let replayed = latchgate(&[
+            "replay",
+            "pulse:sled206-33g,opens-when=positive",
+            "--design",
+            &file,
+            "--no-report",
+            "--no-advice",
+            "--format",
+            "json",
+        ]);
+        assert_eq!(replayed.document()["verdict"], verdict);
+    }
+}
+
 /// The paper's lever, values at 200 bits: lift-off, J839, hold with the arm turned, least step.
 #[test]
 fn val_the_reference_levers_thresholds() {

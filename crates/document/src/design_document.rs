@@ -86,7 +86,7 @@ impl DesignDocument {
             ("Revision", revision),
             ("Drawing", drawing),
             ("Author", author),
-            ("Date of the numbers", date),
+            ("Date", date),
         ]
         .into_iter()
         .filter_map(|(name, value)| Some((name, value.as_deref()?)))

@@ -113,7 +113,7 @@ pub fn static_from_bytes(
     bytes: &[u8],
     overrides: &[String],
     limits: &Limits,
-) -> Result<(StaticLever, DesignDocument), Error> {
+) -> Result<StaticDesign, Error> {
     let place = Place::file(file);
     let text = String::from_utf8_lossy(bytes);
     let document = document_of(&text).map_err(|error| error.at(place.clone()))?;
@@ -162,7 +162,11 @@ pub fn static_from_bytes(
         let stiffness = lever.spring_stiffness_nm_per_rad;
         lever.preload_deviation_nm = scatter("preload_torque_nm", lever.preload_torque_nm);
         lever.stiffness_deviation_nm_per_rad = scatter("spring_stiffness_nm_per_rad", stiffness);
-        return Ok((lever, document));
+        return Ok(StaticDesign {
+            lever,
+            document,
+            whole: None,
+        });
     }
     let mut design = design_from_bytes(file, bytes, limits)?;
     if text
@@ -175,7 +179,22 @@ pub fn static_from_bytes(
         apply_override(&mut design, assignment)?;
     }
     design.validate()?;
-    Ok((StaticLever::from(&design), document))
+    Ok(StaticDesign {
+        lever: StaticLever::from(&design),
+        document,
+        whole: Some(design),
+    })
+}
+
+/// What a static calculation takes from a design file.
+#[derive(Debug, Clone)]
+pub struct StaticDesign {
+    /// The lever.
+    pub lever: StaticLever,
+    /// What part it is of.
+    pub document: DesignDocument,
+    /// The design, unless the file lacks what only a replay needs.
+    pub whole: Option<Design>,
 }
 
 /// Returns what a file says of its part; of a file that is refused by what reads the rest, nothing.

@@ -36,5 +36,11 @@ const PAGE: &str = include_str!("sheet/page.css");
 
 const PRINT: &str = include_str!("sheet/print.css");
 
+/// Rules that the static page adds: one sheet of paper.
+pub(super) const STATIC: &str = concat!(
+    include_str!("sheet/report.css"),
+    include_str!("sheet/static.css")
+);
+
 /// Rules that reports and comparisons add.
 pub(super) const REPORT: &str = include_str!("sheet/report.css");

@@ -6,9 +6,13 @@ use super::json;
 use super::terminal::{Look, fitted_table, wrapped};
 use latchgate_document::number::significant;
 use latchgate_document::static_document::{StaticDocument, StaticElement};
+use latchgate_kernel::model::linkage::Reduced;
+use latchgate_kernel::model::vector::Vector;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
-use latchgate_verdict::statics::{REQUIRED_G, Standard, StaticAnswer, StaticRow};
+use latchgate_verdict::statics::{
+    REQUIRED_G, SPRING_DEVIATIONS, Standard, StaticAnswer, StaticRow,
+};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -66,7 +70,28 @@ pub(crate) fn headlines(document: &StaticDocument) -> Vec<String> {
         };
         format!("{name}{door}: {says}; {opens}.{}", document.joined)
     };
-    document.answers.iter().map(sentence).collect()
+    let mut lines: Vec<String> = document.answers.iter().map(sentence).collect();
+    let spring = document.spring.deviations;
+    if let Some(fewer) = spring.filter(|deviations| *deviations < SPRING_DEVIATIONS) {
+        lines.push(format!(
+            "The spring counts {fewer} standard deviations below its nominal output, as asked; {SPRING_DEVIATIONS} unless asked."
+        ));
+    }
+    if let Some(sled) = &document.sled {
+        let any_direction = document
+            .answers
+            .iter()
+            .filter(|answer| answer.standard != Standard::Fmvss206);
+        let holds = any_direction.map(|answer| answer.holds).next();
+        lines.push(
+            sled.text(
+                holds
+                    .or(document.answers.first().map(|answer| answer.holds))
+                    .flatten(),
+            ),
+        );
+    }
+    lines
 }
 
 /// Returns a level, cut and not rounded, so that none is shown above its value.
@@ -99,8 +124,9 @@ fn cut(value: f64, digits: i32) -> f64 {
 }
 
 /// Heads of the columns of thresholds.
-pub(crate) const HEADS: [&str; 9] = [
+pub(crate) const HEADS: [&str; 10] = [
     "Direction",
+    "#s, r",
     "#Lifts off",
     "#SAE J839",
     "#gravity",
@@ -112,15 +138,22 @@ pub(crate) const HEADS: [&str; 9] = [
 ];
 
 /// Returns the cells of a row: thresholds, and margins as parts of the load.
-pub(crate) fn cells(row: &StaticRow) -> [String; 9] {
+pub(crate) fn cells(row: &StaticRow) -> [String; 10] {
     let level = |value: Option<f64>| match (value, row.share) {
         (Some(value), _) => g(value),
         (None, None) => "never".into(),
         (None, Some(_)) => "–".into(),
     };
     let part = |value: Option<f64>| value.map_or_else(|| "–".into(), part);
+    let parts = match (row.share, row.across) {
+        (Some(s), Some(r)) => format!("{s:.4}, {r:.4}").replace('-', "−"),
+        (Some(s), None) if s == 1.0 => "1".into(),
+        (Some(s), None) => format!("{s:.4}"),
+        (None, _) => "–".into(),
+    };
     [
         row.direction.name().into(),
+        parts,
         level(row.lift_off_g),
         level(row.j839_g),
         row.j839_with_gravity_g.map_or_else(|| "–".into(), g),
@@ -139,30 +172,86 @@ pub(crate) const FORMULAS: &str = "Lifts off T0/(m L s); SAE J839 (T0 + k0 φ*/2
     step with gravity's work if that is less, but no less than lifts off; of 30 g, interior: that over the load, 1 or more holds it.";
 
 /// Heads of the columns of a linkage.
-pub(crate) const LINKAGE_HEADS: [&str; 6] = [
+pub(crate) const LINKAGE_HEADS: [&str; 9] = [
     "Element",
-    "#Mass [kg]",
-    "#Ratio",
-    "#Spring T [N·m]",
-    "#Stiffness [N·m/rad]",
-    "#m·L [kg·m]",
+    "#Mass m [kg]",
+    "#Arm L [m]",
+    "#Spring",
+    "#k [N·m/rad]",
+    "#Ratio i",
+    "#i T [N·m]",
+    "#i² k [N·m/rad]",
+    "#i m L [kg·m]",
 ];
 
-/// Returns the cells of an element, reduced to the lever's pivot.
-pub(crate) fn element_cells(element: &StaticElement) -> [String; 6] {
+/// Returns the cells of the elements, as stated and reduced to the lever's pivot, with their sums last.
+pub(crate) fn linkage_rows(document: &StaticDocument) -> Vec<[String; 9]> {
+    let elements = document.linkage.iter();
+    let mut rows: Vec<[String; 9]> = elements.clone().map(element_cells).collect();
+    let reduced = || elements.clone().map(|element| &element.reduced);
+    let sum = |of: &dyn Fn(&Reduced) -> f64| plain(reduced().map(of).sum());
+    let vectors: Option<Vec<Vector>> = reduced().map(|own| own.unbalance_vector_kg_m).collect();
+    let unbalance = match vectors {
+        Some(vectors) => {
+            let zero = Vector([0.0; 3]);
+            vector(vectors.into_iter().fold(zero, Vector::plus))
+        }
+        None => sum(&|own| own.unbalance_kg_m),
+    };
+    rows.push([
+        "sum".into(),
+        sum(&|own| own.mass_kg),
+        String::new(),
+        String::new(),
+        String::new(),
+        String::new(),
+        sum(&|own| own.preload_torque_nm),
+        sum(&|own| own.spring_stiffness_nm_per_rad),
+        unbalance,
+    ]);
+    rows
+}
+
+fn vector(Vector(parts): Vector) -> String {
+    parts.map(|part| significant(part, 5)).join(", ")
+}
+
+fn element_cells(element: &StaticElement) -> [String; 9] {
     let StaticElement { element, reduced } = element;
-    let number = |value: f64| significant(value, 5);
-    let unbalance = match reduced.unbalance_vector_kg_m {
-        Some(vector) => vector.0.map(number).join(", "),
-        None => number(reduced.unbalance_kg_m),
+    let arm = match (element.arm_m, element.axis, element.center_of_mass) {
+        (Some(arm), ..) => plain(arm),
+        (None, Some(axis), Some(center)) => {
+            format!("axis {}; centre {}", vector(axis), vector(center))
+        }
+        _ => String::new(),
+    };
+    let of_force = format!(
+        "{} N × {} m",
+        plain(element.spring_force_n),
+        plain(element.spring_arm_m)
+    );
+    let of_torque = format!("{} N·m", plain(element.spring_torque_nm));
+    let spring = match (
+        element.spring_torque_nm == 0.0,
+        element.spring_force_n == 0.0,
+    ) {
+        (true, true) => "none".into(),
+        (true, false) => of_force,
+        (false, true) => of_torque,
+        (false, false) => format!("{of_torque} + {of_force}"),
     };
     [
         element.name.clone(),
-        number(element.mass_kg),
-        number(element.ratio),
-        number(reduced.preload_torque_nm),
-        number(reduced.spring_stiffness_nm_per_rad),
-        unbalance,
+        plain(element.mass_kg),
+        arm,
+        spring,
+        plain(element.spring_stiffness_nm_per_rad),
+        plain(element.ratio),
+        plain(reduced.preload_torque_nm),
+        plain(reduced.spring_stiffness_nm_per_rad),
+        reduced
+            .unbalance_vector_kg_m
+            .map_or_else(|| plain(reduced.unbalance_kg_m), vector),
     ]
 }
 
@@ -179,8 +268,13 @@ pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
         ),
     };
     let stated = document.document.stated().into_iter();
+    let stated: Vec<String> = stated
+        .map(|(name, value)| format!("{} {value}", name.to_lowercase()))
+        .collect();
     let mut facts: Vec<(&'static str, String)> = vec![("Design", design)];
-    facts.extend(stated.map(|(name, value)| (name, value.to_string())));
+    if !stated.is_empty() {
+        facts.push(("Document", stated.join(", ")));
+    }
     facts.push(("Door", document.door.name().into()));
     facts.push(("Spring", spring(document)));
     facts.push((
@@ -286,17 +380,15 @@ pub fn text(document: &StaticDocument, report: Option<&Path>, look: Look) -> Str
         }
     };
     if !document.linkage.is_empty() {
+        // What each element is by itself stands on the page.
         let mut rows: Vec<Vec<String>> = vec![plain(&LINKAGE_HEADS)];
-        rows.extend(
-            document
-                .linkage
-                .iter()
-                .map(|element| element_cells(element).to_vec()),
-        );
+        rows.extend(linkage_rows(document).into_iter().map(Vec::from));
+        rows.iter_mut().for_each(|row| drop(row.drain(2..5)));
         table(&mut out, rows);
     }
     let mut rows: Vec<Vec<String>> = vec![plain(&HEADS)];
     rows.extend(document.rows.iter().map(|row| cells(row).to_vec()));
+    rows.iter_mut().for_each(|row| drop(row.remove(1)));
     table(&mut out, rows);
     out.push('\n');
     for row in clauses(document) {

@@ -7,7 +7,7 @@ how long a what-if takes, what becomes of more than can be done.
 
 Prints figures; ends with 1 where one of them is beyond what docs/service.md states."""
 
-import http.client, json, os, pathlib, resource, subprocess, sys, tempfile, threading, time
+import http.client, json, os, pathlib, resource, statistics, subprocess, sys, tempfile, threading, time
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 PROGRAMS = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "target/release"
@@ -105,6 +105,31 @@ def of_a_verdict(count=60):
     check("ratio of the two", served / alone, 1.25, "")
 
 
+def of_a_first_answer(count=12):
+    service = Service()
+    recording = service.upload()
+    service.ask("POST", "/v1/verdicts?wait=60", question(recording, 9999))
+    answers, ends = [], []
+    for number in range(count):
+        began = time.monotonic()
+        status, headers, _ = service.ask("POST", "/v1/verdicts?wait=0", question(recording, 7000 + number))
+        assert status == 202, status
+        connection = http.client.HTTPConnection(service.address, timeout=120)
+        connection.request("GET", headers["Location"] + "/events")
+        known = None
+        for line in connection.getresponse():
+            if known is None and b'"first_answer":{' in line:
+                known = time.monotonic() - began
+            if line.startswith(b"event: done"):
+                break
+        connection.close()
+        answers.append(known)
+        ends.append(time.monotonic() - began)
+    service.end()
+    print(f"a verdict: its answer after {1e3 * statistics.median(answers):.0f} ms, advice and report after "
+          f"{1e3 * statistics.median(ends):.0f} ms (medians of {count})")
+
+
 def of_a_gate(count=300):
     designs = "".join(f'[[designs]]\nname = "d{number:03}"\nset = {{ "lever.preload_torque_nm" = {2 + number * 1e-3:.3f} }}\n'
                       for number in range(count))
@@ -200,6 +225,7 @@ def of_overload(seconds=15):
 
 
 of_a_verdict()
+of_a_first_answer()
 of_a_gate()
 of_a_what_if()
 of_overload()

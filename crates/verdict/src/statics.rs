@@ -268,8 +268,11 @@ impl Direction {
 pub struct StaticRow {
     /// The direction.
     pub direction: Direction,
-    /// The part of the acceleration that pushes the lever open [-].
+    /// The part of the acceleration that pushes the lever open, s [-].
     pub share: Option<f64>,
+    /// Its part from the pivot to the centre of mass, r, which pushes the lever open once it has turned [-]; `None` of
+    /// the worst direction, along the turned arm, and of a linkage.
+    pub across: Option<f64>,
     /// Leaves its stop: T0/(m L).
     pub lift_off_g: Option<f64>,
     /// By SAE J839: the spring's average, (T0 + k0 φ*/2)/(m L).
@@ -546,6 +549,7 @@ impl StaticLever {
         StaticRow {
             direction,
             share,
+            across: share.and(across),
             lift_off_g,
             j839_g,
             j839_with_gravity_g,

@@ -2,6 +2,7 @@
 //! left for an answer.
 
 use crate::support::{Folder, finish, program};
+use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -71,6 +72,37 @@ fn cli_ctrl_c_ends_every_command() {
     check_ended(&folder, &judged);
     // A recording that never ends: nobody writes to its standard input.
     check_ended(&folder, &["inspect", "-"]);
+}
+
+/// Once the verdict is printed, Ctrl-C ends the search for advice with the verdict's own code.
+#[test]
+fn cli_ctrl_c_after_a_printed_verdict_leaves_its_code() {
+    let folder = Folder::new("interrupt-late");
+    let path = format!("{}/signals/surviving.csv", env!("CARGO_MANIFEST_DIR"));
+    // Seconds of search, after a tenth of one for the verdict.
+    let mut child = program()
+        .args(["replay", &path])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut out = BufReader::new(child.stdout.take().unwrap());
+    let mut first = String::new();
+    out.read_line(&mut first).unwrap();
+    let asked = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(asked.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(first.contains("PASS"), "{first}");
+    assert_eq!(output.status.code(), Some(0), "{first}{said}");
+    assert!(
+        said.ends_with("latchgate: interrupted: the verdict stands, without advice and report\n"),
+        "{said}"
+    );
+    assert!(!folder.path().join("reports").exists());
 }
 
 /// Writes a recording of so many samples, and returns its path.

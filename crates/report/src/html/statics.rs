@@ -5,7 +5,7 @@ use crate::escape::terminal as line;
 use crate::page::PageFrame;
 use crate::sheet;
 use crate::statics::{
-    FORMULAS, HEADS, LINKAGE_HEADS, cells, clauses, element_cells, facts, headlines, word,
+    FORMULAS, HEADS, LINKAGE_HEADS, cells, clauses, facts, headlines, linkage_rows, word,
 };
 use latchgate_document::static_document::StaticDocument;
 use maud::html;
@@ -15,7 +15,7 @@ pub(crate) fn page(document: &StaticDocument) -> String {
     let frame = PageFrame {
         title: &format!("static · {} · latchgate", line(&document.design)),
         identity: "static",
-        style: sheet::REPORT,
+        style: sheet::STATIC,
         script: "",
     };
     let (tone, word) = word(document);
@@ -46,7 +46,7 @@ pub(crate) fn page(document: &StaticDocument) -> String {
                     table {
                         (heads(&LINKAGE_HEADS))
                         tbody {
-                            @for element in &document.linkage { (cells_row(&element_cells(element))) }
+                            @for row in linkage_rows(document) { (cells_row(&row)) }
                         }
                     }
                 }

@@ -1,11 +1,11 @@
 //! What survives: kills, a full disk, damaged files, the end of service.
 
 use crate::access::blobs;
-use crate::support::{Client, Folder, Service, signal, wait_for, without_run};
+use crate::support::{Client, Folder, PROGRAM, Service, signal, wait_for, without_run};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -214,6 +214,89 @@ fn verif_kills_of_the_service_lose_nothing() {
         expected.len()
     );
     assert!(ready < READY, "{ready:?}");
+}
+
+/// Killed while tokens are made, rotated and taken back, and the commands for it with the service, it lets nobody in
+/// whose token was taken back, keeps nobody out whose token was made, and loses no recording and no deletion.
+#[test]
+fn verif_kills_while_tokens_rotate_let_nobody_in() {
+    let folder = Folder::new();
+    let admin = folder.token("admin", "read,submit,delete");
+    let mut chance = Chance(3);
+    let mut acknowledged = Acknowledged::default();
+    let mut live: BTreeMap<u64, String> = BTreeMap::new();
+    let mut taken_back: Vec<String> = Vec::new();
+    let token_command = |action: &str, name: &str| {
+        let mut command = Command::new(PROGRAM);
+        command.args(["token", action, name]);
+        if action == "create" {
+            command.args(["--scopes", "read"]);
+        }
+        command.arg("--data").arg(folder.data());
+        let command = command.stdout(Stdio::piped()).stderr(Stdio::null());
+        command.spawn().unwrap()
+    };
+    let mut met = 0;
+    for round in 0..kills(6) {
+        let mut service = Service::start(&folder, &FAST);
+        let client = service.client().bearer(&admin);
+        acknowledged.check(&client, 20);
+        let status = |token: &str| service.client().bearer(token).get("/v1/limits").status;
+        for token in live.values() {
+            assert_eq!(status(token), 200, "round {round}");
+        }
+        for token in &taken_back {
+            assert_eq!(status(token), 401, "round {round}");
+        }
+        assert_eq!(service.client().get("/v1/limits").status, 401);
+        let hand = std::thread::spawn(move || load(&client, round, 0));
+        let commands = 2 + chance.below(6);
+        for number in 0..=commands {
+            let holder = chance.below(4);
+            let action = match live.contains_key(&holder) {
+                false => "create",
+                true if chance.below(3) == 0 => "revoke",
+                true => "rotate",
+            };
+            let mut command = token_command(action, &format!("holder-{holder}"));
+            let before = live.remove(&holder);
+            if number == commands {
+                // The last command and the service are killed at once; nobody said what became of it.
+                std::thread::sleep(Duration::from_millis(chance.below(30)));
+                service.child.kill().unwrap();
+                let _ = command.kill();
+            }
+            let output = command.wait_with_output().unwrap();
+            if !output.status.success() {
+                met += u64::from(number == commands);
+                // Whether it has a token is not known: from now on it has none.
+                let name = format!("holder-{holder}");
+                let gone = token_command("revoke", &name).wait_with_output().unwrap();
+                if gone.status.success() {
+                    taken_back.extend(before);
+                }
+                continue;
+            }
+            taken_back.extend(before);
+            if action != "revoke" {
+                let token = String::from_utf8(output.stdout).unwrap();
+                live.insert(holder, token.trim().to_string());
+            }
+        }
+        service.child.wait().unwrap();
+        acknowledged.extend(hand.join().unwrap());
+    }
+    let service = Service::start(&folder, &FAST);
+    acknowledged.check(&service.client().bearer(&admin), usize::MAX);
+    let whole = folder.run(&["fsck"]);
+    assert_eq!(whole.0, 0, "{}", whole.1);
+    println!(
+        "{} recordings and {} deletions acknowledged; {} tokens taken back, {} live, {met} commands killed at work",
+        acknowledged.recordings.len(),
+        acknowledged.deleted.len(),
+        taken_back.len(),
+        live.len()
+    );
 }
 
 /// Uploads and asks until nobody answers; returns what was acknowledged.

@@ -1,0 +1,75 @@
+//! Static thresholds, with a replay of the sled pulse beside them.
+
+use super::prepared::Extras;
+use super::{Control, Design, Limits, Request, answer, judge, pulse};
+use latchgate_document::design_file::StaticDesign;
+use latchgate_document::static_document::{SledBeside, StaticDocument};
+use latchgate_kernel::error::Error as KernelError;
+use latchgate_recording::error::Error;
+use latchgate_verdict::statics::StaticQuestion;
+use std::path::Path;
+
+/// The pulse of the sled test, and its word with the direction in which it opens.
+const SLED: [&str; 2] = ["pulse:sled206-33g", "pulse:sled206-33g,opens-when=positive"];
+
+/// Answers the standards for a design, and replays the sled pulse beside it where the design is whole.
+///
+/// # Examples
+///
+/// ```
+/// use latchgate::pipeline::{Control, Limits, static_design, static_document};
+///
+/// let file = b"base = \"paper\"\n[lever]\npreload_torque_nm = 5\n[tolerance]\npreload_torque_nm = 0\n";
+/// let design = static_design("strong.toml", file, &[], &Limits::default())?;
+/// let question = Default::default();
+/// let document = static_document(design, &question, None, &Control::unwatched(1))?;
+/// assert_eq!(document.answers[0].holds, Some(true));
+/// assert!(document.sled.is_some());
+/// # Ok::<(), latchgate::pipeline::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work.
+pub fn static_document(
+    design: StaticDesign,
+    question: &StaticQuestion,
+    design_sha256: Option<String>,
+    control: &Control<'_>,
+) -> Result<StaticDocument, Error> {
+    let whole = design.whole.as_ref();
+    let sled = whole.map(|whole| sled_beside(whole, control)).transpose()?;
+    Ok(StaticDocument::of(
+        (&design.lever, design.document),
+        question,
+        sled.flatten(),
+        design_sha256,
+        answer::run_block(),
+    ))
+}
+
+/// Replays the sled pulse along the direction that opens the lever; `None` where there is no verdict.
+fn sled_beside(design: &Design, control: &Control<'_>) -> Result<Option<SledBeside>, Error> {
+    let mut design = design.clone();
+    // As a lever without a stated direction the pulse has it along its way.
+    design.lever.axis = None;
+    design.lever.center_of_mass = None;
+    design.linkage.clear();
+    let outcome = judge(
+        &pulse::source_at(Path::new(SLED[1]))?,
+        &Request::default(),
+        &design,
+        Extras::default(),
+        &Limits::default(),
+        control,
+    );
+    if outcome.was_stopped() {
+        return Err(KernelError::Stopped.into());
+    }
+    Ok(outcome.refusal.is_none().then(|| SledBeside {
+        pulse: SLED[0].into(),
+        verdict: outcome.document.verdict,
+        headline: latchgate_report::headline(&outcome.document),
+        report_id: outcome.document.report_id,
+    }))
+}
