@@ -197,14 +197,22 @@ fn cli_words_of_pulses_have_one_form() {
 #[test]
 fn cli_a_wrong_word_is_refused_with_what_to_say() {
     for (word, told) in [
-        ("pulse:half-sine,peak=30g", "`duration`, for example"),
+        ("pulse:half-sine,peak=30g", "add for example duration=11ms"),
+        (
+            "pulse:half-sine,peak=30g,length=11ms",
+            "unknown key of this pulse `length`",
+        ),
         (
             "pulse:half-sine,peak=30,duration=11ms",
+            "found `30`; try peak=30g or peak=30m/s2",
+        ),
+        (
+            "pulse:half-sine,peak=30ft,duration=11ms",
             "an acceleration in g or m/s2",
         ),
         (
             "pulse:half-sine,peak=30g,duration=11",
-            "duration in s, ms or us",
+            "found `11`; try duration=11ms",
         ),
         (
             "pulse:half-sine,peak=0g,duration=11ms",

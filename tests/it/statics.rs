@@ -77,7 +77,11 @@ fn cli_a_sled_pulse_is_replayed_beside_the_thresholds() {
         let text = latchgate(&asked).out;
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(text.contains("Replay of pulse:sled206-33g"), "{text}");
-        assert_eq!(text.contains("30 g at rest do not open it"), differs, "{text}");
+        assert_eq!(
+            text.contains("30 g at rest do not open it"),
+            differs,
+            "{text}"
+        );
         let replayed = latchgate(&[
             "replay",
             "pulse:sled206-33g,opens-when=positive",

@@ -251,8 +251,21 @@ impl<'a> Keys<'a> {
     }
 
     fn needed(&mut self, key: &'static str, example: &str) -> Result<&'a str, Error> {
-        self.take(key)
-            .ok_or_else(|| malformed(&format!("`{key}`, for example {key}={example}"), "none"))
+        if let Some(value) = self.take(key) {
+            return Ok(value);
+        }
+        let is_known = |key: &str| {
+            let of_shapes = SHAPES.iter().flat_map(|(_, keys)| keys.iter());
+            of_shapes.chain(&COMMON).any(|known| *known == key)
+        };
+        Err(match self.0.iter().find(|(key, _)| !is_known(key)) {
+            Some((other, _)) => Error::unknown("key of this pulse", *other, &[key]),
+            None => Error::malformed(
+                format!("`{key}` of this pulse"),
+                "none",
+                format!("add for example {key}={example}"),
+            ),
+        })
     }
 
     fn time(&mut self, key: &'static str) -> Result<u64, Error> {
@@ -679,7 +692,16 @@ fn quantity(text: &str) -> (&str, &str) {
 
 fn acceleration(text: &str) -> Result<(f64, AccelerationUnit), Error> {
     let (value, unit) = quantity(text);
-    let (value, unit) = (number("peak", value)?, unit_of(unit)?);
+    let value = number("peak", value)?;
+    if unit.is_empty() {
+        let hint = format!("try peak={text}g or peak={text}m/s2");
+        return Err(Error::malformed(
+            "peak with its unit",
+            format!("`{}`", super::text::shown(text)),
+            hint,
+        ));
+    }
+    let unit = unit_of(unit)?;
     if value.abs() > 0.0 {
         Ok((value, unit))
     } else {
@@ -703,6 +725,15 @@ fn time_or_none(key: &'static str, text: &str) -> Result<u64, Error> {
         "ms" => 6,
         "us" => 3,
         _ if value.parse() == Ok(0.0) && unit.is_empty() => 9,
+        "" if number(key, value).is_ok() => {
+            let hint = format!("try {key}={text}ms");
+            let found = format!("`{}`", super::text::shown(text));
+            return Err(Error::malformed(
+                format!("{key} in s, ms or us"),
+                found,
+                hint,
+            ));
+        }
         _ => return Err(malformed(&format!("{key} in s, ms or us"), text)),
     };
     whole_ns(key, value, power)
