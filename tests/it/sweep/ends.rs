@@ -167,8 +167,8 @@ fn cli_a_recording_that_ends_its_process_is_passed_over_and_named() {
     );
 }
 
-/// The keys in the store decide: of another recording, card, design, setting or revision no decision is
-/// collected, its pairs are missing.
+/// The keys in the store decide: of another recording, card, design, setting, limit or revision no decision
+/// is collected, its pairs are missing.
 #[test]
 fn cli_nothing_is_collected_of_what_is_not_there_any_more() {
     let yard = SweepYard::new("changed", 4, 2, 0);
@@ -219,6 +219,9 @@ fn cli_nothing_is_collected_of_what_is_not_there_any_more() {
         assert_eq!(collect().code, code, "{change}");
         assert_eq!(yard.text("collected/summary.json"), summary, "{change}");
     }
+    let done = yard.collect(&["--limit", "text_bytes=100000000"]);
+    assert_eq!(done.code, 4, "{}", done.err);
+    assert!(done.out.contains(", 8 missing\n"), "{}", done.out);
     // The next share judges what changed, and the summary is that of one process.
     yard.recording(1, 99.0);
     let done = yard.part("1/1", &[]);
