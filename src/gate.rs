@@ -11,7 +11,6 @@
 //! - `store`: decisions kept for the next run and for collecting shares;
 //! - `run`: the decisions of all pairs;
 //! - `share`, `share_task`: one of several equal parts of a gate, and the process that judges it;
-//! - `submission`: recordings and designs as they were when shares were submitted;
 //! - `collect`: the shares of a gate as a store holds them;
 //! - `pairs`: the pairs of a gate, and their order;
 //! - `baseline`: changes since another summary;
@@ -39,7 +38,6 @@ pub mod schema;
 pub mod share;
 pub mod share_task;
 pub mod store;
-mod submission;
 pub mod summary;
 pub mod text;
 
@@ -51,8 +49,7 @@ pub use plan::Plan;
 pub use rule::{SummaryOptions, summarise};
 pub use run::{GateRun, JudgedRecording, run};
 pub use share::Share;
-pub use share_task::{ShareOutcome, ShareTask, judge_pair, judge_share};
+pub use share_task::{ShareOutcome, ShareTask, judge_share};
 pub use store::FOLDER as STORE_FOLDER;
 pub use store::{Store, share_bytes};
-pub use submission::Submission;
 pub use summary::GateSummary;

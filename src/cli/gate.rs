@@ -1,12 +1,8 @@
 //! `latchgate gate`: many recordings and designs, one exit code.
 //!
-//! - `engine`: the programs of a batch system, run with a time limit;
-//! - `slurm`: shares as job arrays of Slurm;
 //! - `supervise`: the worker process of a share, and the cause of its end;
-//! - `sweep`: the shares of a gate for a cluster: judging, submitting, watching and collecting.
+//! - `sweep`: the shares of a gate for a cluster: judging, watching and collecting.
 
-mod engine;
-mod slurm;
 mod supervise;
 pub mod sweep;
 
@@ -24,7 +20,7 @@ use latchgate_recording::{Limits, read_within};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
-use sweep::{Collected, SweepArguments, SweepCommand};
+use sweep::{SweepArguments, SweepCommand};
 
 /// Options of `gate`.
 #[derive(Debug, Clone, Args)]
@@ -125,7 +121,6 @@ pub(super) fn command(arguments: &GateArguments, common: &Common) -> Result<u8, 
         return list(&plan, common).map(|()| 0).map_err(Failure::Data);
     }
     let sweep = arguments.sweep.is_requested().then(|| SweepCommand {
-        gate: path,
         plan: &plan,
         store: &store_path,
         limits: &limits,
@@ -150,17 +145,10 @@ pub(super) fn command(arguments: &GateArguments, common: &Common) -> Result<u8, 
         no_worse: arguments.no_worse,
     };
     if let Some(sweep) = sweep {
-        let collected = sweep.collect(options);
-        if matches!(collected, Ok(Collected::SubmittedAgain)) {
-            // The next collecting job will keep the answer.
-            return Ok(COULD_NOT);
-        }
-        let collected = collected.and_then(|collected| match collected {
-            Collected::Summary(summary) => answer(arguments, common, &plan, *summary, &folder),
-            Collected::SubmittedAgain | Collected::Missing => Ok(COULD_NOT),
-        });
-        sweep.keep_answer(*collected.as_ref().unwrap_or(&COULD_NOT))?;
-        return collected;
+        return match sweep.collect(options)? {
+            Some(summary) => answer(arguments, common, &plan, summary, &folder),
+            None => Ok(COULD_NOT),
+        };
     }
     let store = match arguments.no_store {
         true => Store::unkept(),

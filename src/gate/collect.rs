@@ -4,9 +4,8 @@ use super::key::Key;
 use super::plan::Plan;
 use super::run::JudgedRecording;
 use super::share::Share;
-use super::share_task::ShareDone;
+use super::share_task::{self, ShareDone};
 use super::store::{self, DesignKey, StoredDecisions};
-use super::submission::Submission;
 use crate::pipeline::{Control, Limits};
 use latchgate_recording::error::{Error, Place};
 use serde::Serialize;
@@ -30,16 +29,12 @@ pub struct SweepStatus {
     /// Missing recordings that shares skip, since they were begun twice and never ended; a thousand
     /// at most.
     pub never_ended: Vec<String>,
-    /// Numbers of the shares of which something is missing; empty where the number of shares is not
-    /// known.
-    pub shares: Vec<u32>,
 }
 
 /// A gate and the store of its shares.
 #[derive(Debug)]
 pub struct Collection<'a> {
     plan: &'a Plan,
-    shares: Option<u32>,
     /// Files of shares that are marked as done, with their bytes.
     finished: BTreeMap<String, u64>,
     recordings: Vec<Key>,
@@ -48,18 +43,17 @@ pub struct Collection<'a> {
 }
 
 impl<'a> Collection<'a> {
-    /// Collects the pairs of a plan from a store: of recordings as they were submitted, or else as
-    /// they are now.
+    /// Collects the pairs of a plan from a store. The keys of recordings and designs are taken here,
+    /// so a decision of another content, design, setting or version is not found: its pair is missing.
     ///
     /// # Errors
     ///
-    /// [`latchgate_recording::error::ErrorKind::Malformed`] if the plan is no longer the one that was submitted, or two
-    /// decisions of a pair differ, [`latchgate_recording::error::ErrorKind::Io`] if the store cannot be read,
+    /// [`latchgate_recording::error::ErrorKind::Malformed`] if two decisions of a pair differ,
+    /// [`latchgate_recording::error::ErrorKind::Io`] if the store cannot be read,
     /// [`Stopped`](latchgate_kernel::error::Error::Stopped).
     pub fn of(
         plan: &'a Plan,
-        folder: &'a Path,
-        submission: Option<&Submission>,
+        folder: &Path,
         limits: &Limits,
         control: &Control<'_>,
     ) -> Result<Self, Error> {
@@ -71,26 +65,8 @@ impl<'a> Collection<'a> {
             );
             return Err(error.at(Place::path(folder)));
         }
-        let recordings = match submission {
-            Some(submission) => {
-                submission.check(plan)?;
-                let names = plan.recordings.iter().map(|recording| &recording.name);
-                names
-                    .filter_map(|name| submission.recording(name))
-                    .collect()
-            }
-            None => plan.recording_keys(limits, control)?,
-        };
-        let shares = submission.map(|submission| submission.shares);
-        let mut finished: BTreeMap<String, u64> = BTreeMap::new();
-        let count = shares.unwrap_or(0);
-        for number in 1..=count {
-            let share = Share { number, of: count };
-            for (name, length) in ShareDone::read(folder, share).files {
-                let longest = finished.entry(name).or_default();
-                *longest = length.max(*longest);
-            }
-        }
+        let recordings = plan.recording_keys(limits, control)?;
+        let finished = finished_files(plan, folder)?;
         let mut paths: BTreeSet<PathBuf> = store::files(folder)?.into_iter().collect();
         // A shared file system may open a file that it does not list yet.
         let named = finished.keys().map(|name| folder.join(name));
@@ -103,37 +79,11 @@ impl<'a> Collection<'a> {
         plan.check_agreement(recordings.iter().copied().enumerate(), &stored)?;
         Ok(Self {
             plan,
-            shares,
             finished,
             recordings,
             designs: plan.design_keys(),
             stored,
         })
-    }
-
-    /// Checks that the recordings are still those of the collection.
-    ///
-    /// # Errors
-    ///
-    /// [`latchgate_recording::error::ErrorKind::Malformed`] that names one that is not,
-    /// [`Stopped`](latchgate_kernel::error::Error::Stopped).
-    pub fn check_unchanged(&self, limits: &Limits, control: &Control<'_>) -> Result<(), Error> {
-        if self.shares.is_none() {
-            // Without a submission their keys were taken just now.
-            return Ok(());
-        }
-        let now = self.plan.recording_keys(limits, control)?;
-        let changed = now
-            .iter()
-            .zip(&self.recordings)
-            .position(|(now, submitted)| now != submitted);
-        if now.len() == self.recordings.len() && changed.is_none() {
-            return Ok(());
-        }
-        let name = changed.map_or("", |number| self.plan.recordings[number].name.as_str());
-        let expected = "the recording as it was submitted and judged";
-        let error = Error::malformed(expected, "another one", "submit the shares again");
-        Err(error.at(Place::file(name)))
     }
 
     /// Returns the damage to the store, one sentence each.
@@ -144,7 +94,6 @@ impl<'a> Collection<'a> {
     /// Returns what is done and what is missing.
     pub fn status(&self) -> SweepStatus {
         let mut status = SweepStatus::default();
-        let mut shares = BTreeSet::new();
         for (recording, key) in self.plan.recordings.iter().zip(&self.recordings) {
             let is_missing = |design: &&DesignKey| self.stored.row(*key, design).is_none();
             let missing = self.designs.iter().filter(is_missing).count();
@@ -153,8 +102,6 @@ impl<'a> Collection<'a> {
             if missing == 0 {
                 continue;
             }
-            let share = self.shares.map(|of| Share::number_of(&recording.name, of));
-            shares.extend(share);
             if status.missing_of.len() < NAMED_MAX {
                 status.missing_of.push((recording.name.clone(), missing));
             }
@@ -163,7 +110,6 @@ impl<'a> Collection<'a> {
             }
         }
         status.done = status.pairs - status.missing;
-        status.shares = shares.into_iter().collect();
         status
     }
 
@@ -177,7 +123,7 @@ impl<'a> Collection<'a> {
         late.map(|(name, _)| name.clone()).collect()
     }
 
-    /// Returns the decisions of each recording, in the plan's order, for [`super::hold`].
+    /// Returns the decisions of each recording, in the plan's order, for [`super::summarise`].
     ///
     /// # Errors
     ///
@@ -207,7 +153,20 @@ impl<'a> Collection<'a> {
     }
 }
 
-/// Returns the folder in which an engine's own output of a store is kept.
-pub fn engine_folder(store: &Path) -> PathBuf {
-    store.join("engine")
+/// Returns the files of shares that are marked as done, with their bytes. A mark that is listed tells
+/// the number of shares; the others are opened by name, since a shared file system may list a folder
+/// as it was some time ago.
+fn finished_files(plan: &Plan, folder: &Path) -> Result<BTreeMap<String, u64>, Error> {
+    let mut finished: BTreeMap<String, u64> = BTreeMap::new();
+    for of in share_task::divisions(folder)? {
+        let names = plan.recordings.iter().map(|recording| &recording.name);
+        let numbers: BTreeSet<u32> = names.map(|name| Share::number_of(name, of)).collect();
+        for number in numbers {
+            for (name, length) in ShareDone::read(folder, Share { number, of }).files {
+                let longest = finished.entry(name).or_default();
+                *longest = length.max(*longest);
+            }
+        }
+    }
+    Ok(finished)
 }

@@ -5,9 +5,10 @@
 //! a second judgement; a file too few would return the decision of another recording.
 
 use super::key::Key;
-use super::plan::PlannedRecording;
-use super::store::is_store;
-use crate::pipeline::{Design, Limits, NUMBERS_REVISION};
+use super::plan::{Plan, PlannedRecording};
+use super::store::{DesignKey, is_store};
+use crate::pipeline::{Control, Design, Limits, NUMBERS_REVISION};
+use latchgate_recording::error::Error;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -21,6 +22,31 @@ const READ_AT_ONCE: usize = 64 << 10;
 
 /// Depth of folders that are listed, the same as that of readers.
 const DEPTH_MAX: usize = 2;
+
+impl Plan {
+    /// Returns the keys of the designs, in order.
+    pub(super) fn design_keys(&self) -> Vec<DesignKey> {
+        let key = |design: &Design| DesignKey {
+            key: design_key(design),
+            threshold_rad: design.criterion.threshold_rad,
+        };
+        self.designs.iter().map(key).collect()
+    }
+
+    /// Returns the keys of the recordings, in order.
+    ///
+    /// # Errors
+    ///
+    /// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work.
+    pub(super) fn recording_keys(
+        &self,
+        limits: &Limits,
+        control: &Control<'_>,
+    ) -> Result<Vec<Key>, Error> {
+        let questions = Questions::new(limits);
+        control.try_map(&self.recordings, |recording| Ok(questions.key(recording)))
+    }
+}
 
 /// Computes the keys of recordings. Each folder is listed once.
 #[derive(Debug)]
@@ -187,11 +213,11 @@ fn hash(path: &Path) -> String {
 }
 
 /// Returns the key of a design.
-pub(super) fn design_key(design: &Design) -> Key {
+fn design_key(design: &Design) -> Key {
     Key::of(json!(design).to_string().as_bytes())
 }
 
 /// Writes bytes as lower-case hexadecimal digits.
-pub(super) fn hex(bytes: &[u8]) -> String {
+fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

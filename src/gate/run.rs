@@ -129,7 +129,7 @@ impl<'a> GateJudge<'a> {
         // The key was taken before the reading and is taken again after it: if both are equal, no
         // other program wrote in between.
         if Questions::new(self.limits).key(recording) != key {
-            return Err(changed(recording, "while it was read"));
+            return Err(changed(recording));
         }
         let (read, unread) = match &prepared {
             Ok(prepared) => (prepared.recording(), None),
@@ -192,12 +192,11 @@ fn facts(read: &RecordingBlock) -> ReadFacts {
     }
 }
 
-/// Returns the error for a recording that changed; `when` ends the sentence.
-pub(super) fn changed(recording: &PlannedRecording, when: &str) -> Error {
-    let found = format!("another one, or another card: its hash changed {when}");
-    let hint = "run or submit the gate again when no program writes there";
-    Error::malformed("the recording as it was", &found, hint)
-        .at(Place::file(recording.name.clone()))
+/// Returns the error for a recording that changed while it was read.
+fn changed(recording: &PlannedRecording) -> Error {
+    let found = "another one, or another card: its hash changed while it was read";
+    let hint = "run the gate again when no program writes there";
+    Error::malformed("the recording as it was", found, hint).at(Place::file(recording.name.clone()))
 }
 
 impl Plan {

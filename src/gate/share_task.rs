@@ -3,15 +3,15 @@
 use super::key::Key;
 use super::plan::{Plan, PlannedRecording};
 use super::question::Questions;
-use super::run::{Clock, GateJudge, changed};
+use super::run::{Clock, GateJudge};
 use super::share::Share;
 use super::store::{BEGUN_MAX, Store, StoredDecisions, make, name_of, put_in_place};
-use super::submission::Submission;
-use crate::pipeline::{Control, DecisionRow, Design, Limits, Prepared};
+use crate::pipeline::{Control, Limits};
 use latchgate_recording::error::{Error, ErrorKind, Place};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Settings of one share's process.
@@ -22,8 +22,6 @@ pub struct ShareTask<'a> {
     pub folder: &'a Path,
     /// Limits on input.
     pub limits: &'a Limits,
-    /// Recordings and designs as submitted, if the gate was.
-    pub submission: Option<&'a Submission>,
     /// Time since the process began.
     pub clock: Clock<'a>,
 }
@@ -56,30 +54,49 @@ impl ShareDone {
     }
 }
 
+/// Start of the name of a share's mark.
+const DONE: &str = "done";
+
 /// Returns the path of a share's mark.
 fn done_path(folder: &Path, share: Share) -> PathBuf {
-    folder.join(format!("done{}.json", share.label()))
+    folder.join(format!("{DONE}{}.json", share.label()))
+}
+
+/// Returns each number of shares of which a store lists a mark.
+///
+/// # Errors
+///
+/// [`ErrorKind::Io`] if the store cannot be listed.
+pub(super) fn divisions(folder: &Path) -> Result<BTreeSet<u32>, Error> {
+    let list = || -> io::Result<BTreeSet<u32>> {
+        let mut divisions = BTreeSet::new();
+        for entry in fs::read_dir(folder)? {
+            let name = entry?.file_name();
+            let name = name.to_string_lossy();
+            let share = Share::of_file(&name).filter(|_| name.starts_with(DONE));
+            divisions.extend(share.map(|share| share.of));
+        }
+        Ok(divisions)
+    };
+    list().map_err(|error| Error::io_at("list the store", folder, &error))
 }
 
 /// Judges the recordings of a share with every design; what is in the store is not judged again.
 ///
-/// A recording that changed since the submission is refused, and so is one that was begun twice and
-/// never ended, for it may end this process, too. The other recordings are judged.
+/// A recording that was begun twice and never ended is refused, for it may end this process, too.
+/// The other recordings are judged.
 ///
 /// # Errors
 ///
 /// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work; what is done is kept. [`ErrorKind::Io`] if the
-/// store cannot be read or written, [`ErrorKind::Malformed`] if the designs are not those that were
-/// submitted.
+/// store cannot be read or written, [`ErrorKind::Malformed`] if it holds two decisions of a pair that
+/// differ.
 pub fn judge_share(
     plan: &Plan,
     task: &ShareTask<'_>,
     control: &Control<'_>,
 ) -> Result<ShareOutcome, Error> {
     make(task.folder)?;
-    if let Some(submission) = task.submission {
-        submission.check(plan)?;
-    }
     let numbers = 0..plan.recordings.len();
     let numbers: Vec<usize> = numbers
         .filter(|&number| task.share.holds(&plan.recordings[number].name))
@@ -91,7 +108,6 @@ pub fn judge_share(
     let stored = store.decisions(keys.iter().copied(), Some(task.share))?;
     let judge = ShareJudge {
         plan,
-        task,
         store: &store,
         stored: &stored,
         judge: GateJudge::new(plan, task.limits, &store, task.clock),
@@ -122,7 +138,6 @@ pub fn judge_share(
 /// Data that the threads of a share have in common.
 struct ShareJudge<'a> {
     plan: &'a Plan,
-    task: &'a ShareTask<'a>,
     store: &'a Store,
     stored: &'a StoredDecisions,
     judge: GateJudge<'a>,
@@ -137,14 +152,6 @@ impl ShareJudge<'_> {
     ) -> Result<ShareOutcome, Error> {
         let recording = &self.plan.recordings[number];
         let mut outcome = ShareOutcome::default();
-        let submission = self.task.submission;
-        let submitted = submission.and_then(|submission| submission.recording(&recording.name));
-        if submitted.is_some_and(|submitted| submitted != key) {
-            outcome
-                .refused
-                .push(changed(recording, "since it was submitted"));
-            return Ok(outcome);
-        }
         let rows = self.judge.stored_rows(key, self.stored);
         outcome.stored = rows.iter().flatten().count();
         if outcome.stored == rows.len() {
@@ -190,23 +197,4 @@ fn mark_done(task: &ShareTask<'_>, store: &Store, stored: StoredDecisions) -> Re
         .map_err(Into::into)
         .and_then(|text| put_in_place(&path, &text))
         .map_err(|error| Error::io_at("write the store", &path, &error))
-}
-
-/// Judges one pair and keeps nothing, to measure its time.
-///
-/// # Errors
-///
-/// [`Stopped`](latchgate_kernel::error::Error::Stopped) if `control` ends the work.
-pub fn judge_pair(
-    recording: &PlannedRecording,
-    design: &Design,
-    limits: &Limits,
-    control: &Control<'_>,
-) -> Result<DecisionRow, Error> {
-    let source = recording.source();
-    match Prepared::open(&source, &recording.request, limits, control) {
-        Ok(prepared) => prepared.row(design, control),
-        Err(refused) if refused.error.is_stopped() => Err(refused.error),
-        Err(refused) => Ok(refused.row(design)),
-    }
 }

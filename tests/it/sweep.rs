@@ -3,14 +3,8 @@
 
 mod collected;
 mod ends;
-#[cfg(unix)]
-mod engines;
-#[cfg(unix)]
-mod slurm;
 
 use crate::support::{Done, Folder, finish, half_sine, program, table};
-use latchgate::gate::{GateFile, Plan, Submission};
-use latchgate::pipeline::{Control, Limits};
 use std::fs;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -100,16 +94,6 @@ impl SweepYard {
         {
             std::thread::sleep(Duration::from_millis(10));
         }
-    }
-
-    /// Takes in the gate as it lies there, as a submission does; returns its name.
-    fn submit(&self, shares: u32) -> String {
-        let limits = Limits::default();
-        let file = GateFile::from_toml("gate.toml", &self.text("gate.toml"), &limits).unwrap();
-        let plan = Plan::of("gate.toml", &file, self.folder.path(), &[], &limits).unwrap();
-        let submission = Submission::of(&plan, shares, &limits, &Control::default()).unwrap();
-        submission.keep(&self.path("store"), "gate.toml").unwrap();
-        submission.id()
     }
 }
 

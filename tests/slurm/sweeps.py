@@ -1,16 +1,13 @@
-"""Shares of a gate on a real Slurm, on Dask, and by a manifest of Kubernetes.
+"""Shares of a gate on a real Slurm, on Dask, and by a manifest of Kubernetes, each as docs/scale.md has it.
 
-Whatever is killed meanwhile, the collected table is that of one undisturbed process, byte for byte. The
-faults of the storm: LATCHGATE_STORM of them (40 unless it is set; of 200 each requeue costs two minutes, which Slurm waits), from
-LATCHGATE_SEED, which is printed. With LATCHGATE_LONG=1 and a release build what docs/scale.md states is measured, too.
-Run by tests/slurm/run.
+Whatever is killed meanwhile, the collected table is that of one undisturbed process, byte for byte. With
+LATCHGATE_LONG=1 and a release build what docs/scale.md states is measured, too. Run by tests/slurm/run.
 """
 
 import atexit
 import json
 import math
 import os
-import random
 import shutil
 import signal
 import socket
@@ -19,7 +16,6 @@ import sys
 import tempfile
 import time
 import unittest
-import urllib.request
 from pathlib import Path
 
 import yaml
@@ -27,10 +23,6 @@ import yaml
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 LATCHGATE = os.environ.get("LATCHGATE", str(ROOT / "target/debug/latchgate"))
-STORM = int(os.environ.get("LATCHGATE_STORM", "40"))
-SEED = int(os.environ.get("LATCHGATE_SEED", "7"))
-# An ordinary device that can be full; made by tests/slurm/run.
-SMALL_DISK = os.environ.get("LATCHGATE_SMALL_DISK")
 
 
 def shown(language):
@@ -44,8 +36,9 @@ BEGUN = []
 
 
 def begin(words, log, **options):
-    """Begins a process that ends with this one at the latest."""
-    process = subprocess.Popen([str(word) for word in words], stdin=subprocess.DEVNULL, stdout=log, stderr=log, **options)
+    """Begins a process that ends, with what it began, with this one at the latest."""
+    process = subprocess.Popen([str(word) for word in words], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                               start_new_session=True, **options)
     BEGUN.append(process)
     return process
 
@@ -61,7 +54,7 @@ def scratch(prefix):
 def end_all():
     for process in BEGUN:
         if process.poll() is None:
-            process.kill()
+            os.killpg(process.pid, signal.SIGKILL)
             process.wait()
 
 
@@ -151,30 +144,18 @@ class Cluster:
             subprocess.run([str(HERE / "cluster"), what, *map(str, words)], check=check, stdin=subprocess.DEVNULL,
                            stdout=log, stderr=log)
 
-    def pid(self, name):
-        return int((self.folder / f"run/{name}.id").read_text())
-
-    def kill(self, name):
-        try:
-            os.kill(self.pid(name), signal.SIGKILL)
-        except ProcessLookupError:
-            pass
-
-    def begin(self, name):
-        self.tool("daemon", self.folder, name)
-
-    def scripts(self):
-        """Processes of tasks: those that watch a share, and those that collect."""
-        found = []
+    def shares(self):
+        """Processes of tasks, by the number of their share: those that watch one."""
+        found = {}
         for folder in Path("/proc").glob("[0-9]*"):
             try:
                 words = (folder / "cmdline").read_bytes().split(b"\0")
                 environment = (folder / "environ").read_bytes()
             except OSError:
                 continue
-            own = f"SLURM_CONF={self.folder}".encode() in environment and b"SLURM_JOB_ID=" in environment
-            if own and b"gate" in words and b"--worker" not in words:
-                found.append(int(folder.name))
+            is_task = f"SLURM_CONF={self.folder}".encode() in environment and b"SLURM_JOB_ID=" in environment
+            if is_task and b"--part" in words and b"--worker" not in words:
+                found[words[words.index(b"--part") + 1].decode()] = int(folder.name)
         return found
 
     def end(self):
@@ -189,235 +170,57 @@ class OnSlurm(Sweep):
         cls.cluster = Cluster()
         cls.addClassCleanup(cls.cluster.end)
 
-    def test_shares_are_submitted_collected_and_waited_for(self):
-        fill(self.folder, 12, 6, 0)
+    def begin(self, shares, limits=""):
+        """Begins the script of docs/scale.md with so many shares; tasks run under the limits of who submits them."""
+        script = shown("bash")
+        self.assertIn("shares=200\n", script)
+        (self.folder / "sweep.sh").write_text(script.replace("shares=200\n", f"shares={shares}\n"))
+        with open(self.folder / "sweep.log", "w") as log:
+            return begin(["bash", "-c", f"{limits} exec bash sweep.sh"], log, cwd=self.folder, env=self.with_latchgate())
+
+    def printed(self):
+        """What script and tasks printed."""
+        return "\n".join(path.read_text() for path in [self.folder / "sweep.log", *sorted(self.folder.glob("share-*.out"))])
+
+    def share(self, sweep, other_than=None):
+        """Waits for a share that is judged; returns its number and its process."""
+        deadline = time.monotonic() + 120
+        while time.monotonic() < deadline and sweep.poll() is None:
+            for number, process in self.cluster.shares().items():
+                if number != other_than:
+                    return number, process
+            time.sleep(0.02)
+        self.fail("no share is judged:\n" + self.printed())
+
+    def test_a_killed_and_a_requeued_task(self):
+        fill(self.folder, 24, 20, 512)
         code, alone = self.undisturbed()
-        # More shares than an array holds.
-        done = self.gate("--store", "store", "--out", "out", "--submit", "slurm", "--parts", "25", "--wait", "--",
-                         "--partition=main")
-        self.assertEqual(done.returncode, code, done.stderr + self.printed())
-        self.assertEqual(self.table("out"), alone)
-        jobs = json.loads((self.folder / "store/engine/gate.toml.jobs.json").read_text())
-        self.assertEqual([offset for _, offset in jobs["arrays"]], [0, 20])
-        status = self.gate("--store", "store", "--status", "--format", "json")
-        standing = json.loads(status.stdout)
-        self.assertEqual((standing["done"], standing["missing"]), (72, 0))
-        # The job that collects may be ending still.
-        self.assertIsInstance(standing["engine"].pop("collecting"), bool)
-        self.assertEqual(standing["engine"], {"name": "slurm", "running": 0, "waiting": 0, "stuck": 0})
-        again = self.gate("--store", "store", "--resubmit")
-        self.assertIn("nothing is missing", again.stderr)
-
-    def serve(self):
-        """Starts a service that hands every gate of several pairs over; returns it and its address."""
-        serve = Path(LATCHGATE).with_name("latchgate-serve")
-        settings = ["engine_from_pairs=1", "engine_share_pairs=6", "engine_options=--partition=main"]
-        words = [serve, "--data", self.folder / "data", "--listen", "127.0.0.1:0", "--engine", "slurm"]
-        words += [word for setting in settings for word in ("--set", setting)]
-        with open(self.folder / "served", "a") as log:
-            service = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log, text=True)
-        BEGUN.append(service)
-        with service.stdout:
-            return service, service.stdout.readline().split()[2].rstrip("/,")
-
-    def test_the_service_hands_a_large_gate_over_and_finds_it_again(self):
-        fill(self.folder, 8, 3, 50)
-        # An upload is one file.
-        for card in (self.folder / "recordings").glob("*.toml"):
-            card.unlink()
-        service, address = self.serve()
-
-        def ask(path, body=None, kind="text/csv"):
-            request = urllib.request.Request(address + path, body, {"Content-Type": kind} if body else {})
-            with urllib.request.urlopen(request, timeout=60) as answer:
-                return json.load(answer)
-
-        for path in sorted((self.folder / "recordings").iterdir()):
-            ask(f"/v1/recordings?name={path.name}", path.read_bytes())
-        text = (self.folder / "gate.toml").read_text().replace("recordings/", "")
-        gate = ask("/v1/gates?name=large", text.encode(), "application/toml")
-        place = "/v1/gates/" + gate["id"]
-        seen = [ask(place)]
-        while seen[-1]["state"] == "running":
-            self.assertEqual(seen[-1]["engine"], "slurm")
-            if len(seen) == 3:
-                service.kill()
-                service.wait()
-                service, address = self.serve()
-            time.sleep(0.5)
-            seen.append(ask(place))
-        last = seen[-1]
-        self.assertEqual((last["state"], last["decided"]), ("done", 24), last)
-        self.assertGreater(len(seen), 3, "it was done before the service was killed")
-        alone = self.gate("--no-store", "--out", "alone-out")
-        self.assertEqual(last["exit_code"], alone.returncode, alone.stderr)
-        here = json.loads((self.folder / "alone-out/summary.json").read_text())
-        rows = [pair["row"] for pair in ask(place + "/summary.json")["pairs"]]
-        self.assertEqual(rows, [pair["row"] for pair in here["pairs"]])
-        service.terminate()
-        service.wait()
+        sweep = self.begin(6)
+        killed, process = self.share(sweep)
+        os.kill(process, signal.SIGKILL)
+        requeued, _ = self.share(sweep, other_than=killed)
+        tasks = call("squeue", "-h", "-r", "-t", "R", "-o", "%i %K").stdout.split()
+        tasks = dict(zip(tasks[1::2], tasks[::2]))
+        done = call("scontrol", "requeue", tasks[requeued.split("/")[0]])
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(sweep.wait(timeout=400), code, self.printed())
+        submitted = (self.folder / "sweep.log").read_text().count("Submitted batch job")
+        self.assertEqual(submitted, 2, self.printed())
+        self.assertEqual(self.collected(), (code, alone))
 
     def test_a_recording_that_aborts_is_named_and_the_others_are_judged(self):
         fill(self.folder, 4, 3, 0)
         rows = "".join(f"{k / 1e5 - 0.02:.5f},{k % 7}\n" for k in range(400_000))
         (self.folder / "recordings/r0001.csv").write_text("time_s,acc_y_g\n" + rows)
-        # The tasks run under the submitting shell's limits.
-        done = call("sh", "-c", f'ulimit -c 0; ulimit -v 60000; exec "{LATCHGATE}" gate gate.toml --reports none '
-                    "--store store --out out --submit slurm --parts 2 --wait", cwd=self.folder)
-        self.assertEqual(done.returncode, 4, done.stderr + self.printed())
+        sweep = self.begin(2, "ulimit -c 0; ulimit -v 60000;")
+        self.assertEqual(sweep.wait(timeout=400), 4, self.printed())
         printed = self.printed()
         self.assertIn("SIGABRT", printed)
         self.assertIn("recordings/r0001.csv: begun twice and never finished", printed)
         status = json.loads(self.gate("--store", "store", "--status", "--format", "json").stdout)
         self.assertEqual((status["done"], status["missing"]), (9, 3))
         self.assertEqual(status["never_ended"], ["recordings/r0001.csv"])
-        self.assertFalse((self.folder / "out").exists())
-
-    def test_what_never_comes_is_submitted_three_times_and_listed(self):
-        fill(self.folder, 4, 2, 0)
-        write = self.folder / "recordings/r0002.csv"
-        submitted = self.gate("--store", "store", "--submit", "slurm", "--parts", "4", "--", "--begin=now+3")
-        self.assertEqual(submitted.returncode, 0, submitted.stderr)
-        write.write_text(write.read_text().replace("0.0000,", "0.0000,-9", 1))
-        jobs = self.folder / "store/engine/gate.toml.jobs.json"
-        said, deadline = {}, time.monotonic() + 180
-        while not said and time.monotonic() < deadline:
-            time.sleep(0.5)
-            left = json.loads(jobs.read_text())
-            answer = jobs.with_name(f"gate.toml.answer-{left['answer']}.json")
-            if left["resubmits"] == 0 and answer.exists():
-                said = json.loads(answer.read_text())
-        self.assertEqual(said.get("exit_code"), 4, self.printed())
-        printed = self.printed()
-        self.assertIn("its hash changed since it was submitted", printed)
-        self.assertIn("recordings/r0002.csv: 2 pairs", printed)
-        self.assertEqual(printed.count("submitted again"), 3)
-        self.assertFalse((self.folder / "out").exists())
-
-    def printed(self):
-        return "\n".join(path.read_text() for path in sorted((self.folder / "store/engine").glob("*.out")))
-
-    def test_storm(self):
-        """Scripts, nodes, controllers and disks fail; the answer is that of a quiet day."""
-        print(f"storm: {STORM} faults, seed {SEED}", file=sys.stderr)
-        fill(self.folder, 200, 50, int(os.environ.get("LATCHGATE_MEMBERS", "128")))
-        code, alone = self.undisturbed()
-        if SMALL_DISK:
-            (self.folder / "store").symlink_to(tempfile.mkdtemp(dir=SMALL_DISK))
-        began = time.monotonic()
-        with open(self.folder / "wait.log", "w") as log:
-            sweep = begin(
-                [LATCHGATE, "gate", "gate.toml", "-vv", "--reports", "none", "--store", "store", "--out", "out",
-                 "--submit", "slurm", "--parts", "20", "--wait"], log, cwd=self.folder)
-        faults = Faults(self.cluster, self.folder, random.Random(SEED))
-        while sweep.poll() is None:
-            if faults.count < STORM:
-                faults.next()
-            faults.mend()
-            time.sleep(faults.random.uniform(0.1, 0.6))
-            self.assertLess(time.monotonic() - began, 300 + 30 * STORM, faults.told)
-        faults.end()
-        took = time.monotonic() - began
-        judged = self.printed().count("judged recording")
-        print(f"storm: {sum(faults.told.values())} faults, {faults.told}; {took:.0f} s; {judged} pairs judged for 10000; "
-              f"wait ended with {sweep.returncode}", file=sys.stderr)
-        rounds = 0
-        while json.loads(self.gate("--store", "store", "--status", "--format", "json").stdout)["missing"]:
-            # More was lost than three rounds mend: one more, as a person would.
-            rounds += 1
-            self.assertLess(rounds, 20)
-            again = self.gate("--store", "store", "--resubmit")
-            self.assertEqual(again.returncode, 0, again.stderr)
-            while call("squeue", "-h", "-t", "R,PD,CG").stdout.strip():
-                faults.mend()
-                time.sleep(0.5)
-        after, found = self.collected()
-        self.assertEqual(after, code)
-        self.assertEqual(found, alone, "the tables differ")
-        if rounds == 0:
-            self.assertEqual(sweep.returncode, code)
-        self.assertLessEqual(self.printed().count("judged recording"), 10_500)
-
-
-class Faults:
-    """Faults of a cluster, one after the other."""
-
-    KINDS = ["script"] * 5 + ["requeue"] * 2 + ["node", "controller", "drain", "disk"]
-
-    def __init__(self, cluster, folder, chance):
-        self.cluster, self.folder, self.random = cluster, folder, chance
-        self.count, self.told, self.down = 0, {}, {}
-
-    def next(self):
-        kind = self.random.choice(self.KINDS)
-        if getattr(self, kind)():
-            self.count += 1
-            self.told[kind] = self.told.get(kind, 0) + 1
-
-    def script(self):
-        scripts = self.cluster.scripts()
-        if scripts:
-            try:
-                os.kill(self.random.choice(scripts), signal.SIGKILL)
-            except ProcessLookupError:
-                return False
-        return bool(scripts)
-
-    def requeue(self):
-        tasks = call("squeue", "-h", "-t", "R", "-o", "%A").stdout.split()
-        return bool(tasks) and call("scontrol", "requeue", self.random.choice(tasks)).returncode == 0
-
-    def node(self):
-        name = self.random.choice(["n1", "n2"])
-        if name in self.down:
-            return False
-        self.cluster.kill(name)
-        self.down[name] = time.monotonic() + self.random.uniform(0, 10)
-        return True
-
-    def controller(self):
-        if "ctld" in self.down:
-            return False
-        self.cluster.kill("ctld")
-        self.down["ctld"] = time.monotonic() + self.random.uniform(0, 3)
-        return True
-
-    def drain(self):
-        name = self.random.choice(["n1", "n2"])
-        return call("scontrol", "update", f"nodename={name}", "state=drain", "reason=storm").returncode == 0
-
-    def disk(self):
-        if not SMALL_DISK:
-            return False
-        ballast = Path(SMALL_DISK) / "ballast"
-        with open(ballast, "wb") as file:
-            try:
-                while True:
-                    file.write(bytes(1 << 20))
-                    file.flush()
-            except OSError:
-                pass
-        time.sleep(0.5)
-        ballast.unlink()
-        return True
-
-    def mend(self, everything=False):
-        """What an administrator does: starts what is down, lets drained nodes work again."""
-        for name, until in list(self.down.items()):
-            if everything or time.monotonic() > until:
-                self.cluster.begin(name)
-                del self.down[name]
-        try:
-            nodes = call("sinfo", "-h", "-N", "-o", "%N %t", timeout=5).stdout.splitlines()
-        except subprocess.TimeoutExpired:
-            return
-        for line in nodes:
-            name, state = line.split()
-            if "drain" in state or state.startswith("drng"):
-                call("scontrol", "update", f"nodename={name}", "state=resume")
-
-    def end(self):
-        self.mend(everything=True)
+        self.assertFalse((self.folder / "reports").exists())
 
 
 class OnDask(Sweep):
@@ -501,9 +304,8 @@ class Interrupted(Sweep):
         for number in [signal.SIGTERM, signal.SIGHUP]:
             mark = f"LATCHGATE_MARK={os.getpid()}-{number}"
             with open(self.folder / "interrupted.log", "w") as log:
-                tests = begin([sys.executable, "-B", __file__, "OnSlurm.test_storm"], log, cwd=self.folder,
-                              env={**os.environ, **dict([mark.split("=")]), "TMPDIR": str(self.folder), "LATCHGATE_MEMBERS": "0",
-                                   "LATCHGATE_STORM": "0"})
+                tests = begin([sys.executable, "-B", __file__, "OnSlurm.test_a_killed_and_a_requeued_task"], log,
+                              cwd=self.folder, env={**os.environ, **dict([mark.split("=")]), "TMPDIR": str(self.folder)})
             deadline = time.monotonic() + 120
             # Not before shares are judged.
             while not {"slurmctld", "slurmd", "munged", "a share"} <= self.marked(mark):
@@ -523,10 +325,11 @@ class Interrupted(Sweep):
         found = set()
         for folder in Path("/proc").glob("[0-9]*"):
             try:
-                if mark.encode() in (folder / "environ").read_bytes():
+                environment = (folder / "environ").read_bytes()
+                if mark.encode() in environment:
                     words = (folder / "cmdline").read_bytes().split(b"\0")
-                    own = b"--part" in words and b"--submission" in words
-                    found.add("a share" if own else (folder / "comm").read_text().strip())
+                    is_share = b"--part" in words and b"SLURM_JOB_ID=" in environment
+                    found.add("a share" if is_share else (folder / "comm").read_text().strip())
             except OSError:
                 continue
         return found
@@ -557,6 +360,7 @@ class Figures(Sweep):
         fill(self.folder, 1000, 100, 0)
         gate, _ = self.cost("1000 x 100 nominal pairs, a gate", "--threads", "1", "--no-store", "--out", "a")
         share, _ = self.cost("the same as one share", "--threads", "1", "--store", "s", "--part", "1/1")
+        self.cost("again, from the store", "--threads", "1", "--store", "s", "--out", "c")
         self.cost("collected", "--store", "s", "--collect", "--out", "b")
         self.assertLessEqual(share, 1.1 * gate)
         for name in ["summary.json", "summary.csv", "summary.md"]:

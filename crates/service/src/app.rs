@@ -5,7 +5,6 @@ use crate::audit;
 use crate::auth::{Door, SessionTimes, Visitor};
 use crate::clock::now_ms;
 use crate::config::Config;
-use crate::engine::Engine;
 use crate::pool::Crew;
 use crate::problem::Problem;
 use crate::store::{
@@ -69,8 +68,6 @@ pub struct Parts {
     pub blobs: Arc<dyn Blobs>,
     /// Children.
     pub crew: Crew,
-    /// Last known state of the gates on a cluster.
-    pub engine: Engine,
     /// Tokens.
     pub door: Door,
     /// Rate limits by token.
@@ -133,7 +130,6 @@ impl Parts {
             {
                 deleted += 1;
                 audit::record("recording deleted", id, deleted_by, &from);
-                self.remove_copies(id);
             }
         }
         self.sweep()?;
@@ -158,15 +154,6 @@ impl Parts {
         blob.finish(&pulse.name)?;
         self.ledger.put_recording(pulse, owner, now_ms())?;
         Ok(())
-    }
-
-    /// Removes the copies of a recording in the folder that a cluster reads.
-    fn remove_copies(&self, id: &str) {
-        let engine = self.config.engine.as_ref();
-        let gates = engine.and_then(|engine| fs::read_dir(&engine.folder).ok());
-        for gate in gates.into_iter().flatten().flatten() {
-            let _ = fs::remove_dir_all(gate.path().join("recordings").join(id));
-        }
     }
 
     /// Removes the files of deleted recordings.
@@ -206,7 +193,6 @@ impl App {
             ledger: store.ledger,
             blobs: store.blobs,
             crew,
-            engine: Engine::default(),
             door: Door::new(times),
             of_tokens: Allowances::default(),
             of_addresses: Allowances::default(),

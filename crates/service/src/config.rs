@@ -161,37 +161,6 @@ pub const KEYS: &[Key] = &[
         "1000",
         "Requirements and exceptions that one gate may have.",
     ),
-    key("engine", "none", "What judges large gates: none, or slurm."),
-    key(
-        "engine_from_pairs",
-        "2000",
-        "Pairs of a gate beyond which it goes to the engine.",
-    ),
-    key(
-        "engine_share_pairs",
-        "20000",
-        "Pairs of one task of the engine, about.",
-    ),
-    key(
-        "engine_folder",
-        "",
-        "Folder that the engine's nodes see under the same name; `gates` in the data unless stated.",
-    ),
-    key(
-        "engine_program",
-        "",
-        "latchgate as the nodes call it; the one beside this program, or on the path, unless stated.",
-    ),
-    key(
-        "engine_options",
-        "",
-        "Options of sbatch with blanks between, for example --partition=short --time=04:00:00.",
-    ),
-    key(
-        "engine_s",
-        "600",
-        "Time in which a gate must be handed over, or found again [s].",
-    ),
     key(
         "rate_per_s",
         "200",
@@ -327,13 +296,6 @@ impl Layers {
             let value = (data.display().to_string(), Origin::Environment(from.into()));
             self.0.insert("data", value);
         }
-        let gates = Path::new(self.text("data")).join("gates");
-        for (name, place) in [("engine_folder", gates), ("engine_program", program())] {
-            if self.text(name).is_empty() {
-                let value = (place.display().to_string(), Origin::Default);
-                self.0.insert(name, value);
-            }
-        }
     }
 
     fn put(&mut self, name: &str, value: String, origin: Origin) -> Result<(), String> {
@@ -385,23 +347,6 @@ impl Layers {
     fn mebibytes(&self, name: &str, max: u64) -> Result<u64, String> {
         Ok(self.number(name, 1, max)? << 20)
     }
-}
-
-/// A cluster to which large gates go.
-#[derive(Debug, Clone)]
-pub struct EngineOptions {
-    /// Number of pairs beyond which a gate goes to the cluster.
-    pub from_pairs: u64,
-    /// Approximate number of pairs of one task.
-    pub share_pairs: u64,
-    /// Folder that the nodes see.
-    pub folder: PathBuf,
-    /// latchgate as the nodes call it.
-    pub program: PathBuf,
-    /// Options of sbatch.
-    pub words: Vec<String>,
-    /// Longest time of one call of the command line on a gate.
-    pub time: Duration,
 }
 
 /// Where requests come in.
@@ -526,8 +471,6 @@ pub struct Config {
     pub gate_pairs: u64,
     /// Requirements and exceptions of one gate.
     pub gate_rules: u64,
-    /// Cluster that judges large gates.
-    pub engine: Option<EngineOptions>,
     /// Requests of one token per second.
     pub rate_per_s: u64,
     /// Requests of one token at once.
@@ -556,7 +499,6 @@ impl Config {
             "" => return Err("no folder for the data: state `data`".into()),
             stated => PathBuf::from(stated),
         };
-        let engine = engine(layers)?;
         Ok(Self {
             listen: layers.value(
                 "listen",
@@ -600,7 +542,6 @@ impl Config {
             own_bytes: layers.mebibytes("own_mib", 1 << 40)?,
             gate_pairs: layers.number("gate_pairs", 1, 1 << 20)?,
             gate_rules: layers.number("gate_rules", 1, 1 << 20)?,
-            engine,
             rate_per_s: layers.number("rate_per_s", 1, 1 << 32)?,
             rate_burst: layers.number("rate_burst", 1, 1 << 32)?,
             free_bytes: layers.number("free_mib", 0, 1 << 40)? << 20,
@@ -632,28 +573,6 @@ fn proxies(layers: &Layers) -> Result<Vec<IpAddr>, String> {
     addresses.collect()
 }
 
-fn engine(layers: &Layers) -> Result<Option<EngineOptions>, String> {
-    match layers.text("engine") {
-        "none" => return Ok(None),
-        "slurm" => {}
-        other => return Err(format!("`engine` must be none or slurm, found `{other}`")),
-    }
-    let folder = std::path::absolute(layers.text("engine_folder"))
-        .map_err(|error| format!("`engine_folder`: {error}"))?;
-    Ok(Some(EngineOptions {
-        from_pairs: layers.number("engine_from_pairs", 0, 1 << 40)?,
-        share_pairs: layers.number("engine_share_pairs", 1, 1 << 40)?,
-        folder,
-        program: layers.text("engine_program").into(),
-        words: layers
-            .text("engine_options")
-            .split_whitespace()
-            .map(String::from)
-            .collect(),
-        time: layers.seconds("engine_s", 86_400)?,
-    }))
-}
-
 /// Returns the default folder of the data, and the environment variable that it comes from.
 fn default_data() -> Option<(PathBuf, &'static str)> {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
@@ -665,13 +584,4 @@ fn default_data() -> Option<(PathBuf, &'static str)> {
         .into_iter()
         .filter_map(|(name, below)| Some((PathBuf::from(set(name)?).join(below), name)));
     dirs.next()
-}
-
-/// Finds the program beside this one, or on the path.
-fn program() -> PathBuf {
-    let beside = std::env::current_exe().ok();
-    let beside = beside.map(|exe| exe.with_file_name("latchgate"));
-    beside
-        .filter(|path| path.is_file())
-        .unwrap_or_else(|| Path::new("latchgate").into())
 }

@@ -61,7 +61,7 @@ pub struct GateSubmission {
 pub struct PlannedGate {
     /// The gate.
     pub gate: StoredGate,
-    /// The question of each pair; none if a cluster judges it.
+    /// The question of each pair.
     pub pairs: Vec<Question>,
     /// Pulses among its recordings, which may not be kept yet.
     pub pulses: Vec<Manifest>,
@@ -114,25 +114,10 @@ pub fn planned(parts: &Parts, submission: GateSubmission) -> Result<PlannedGate,
         } else {
             date
         },
-        engine: None,
         created_ms: 0,
     };
     stored.id = sha256_hex(format!("{NUMBERS_REVISION}{}", json!(stored)).as_bytes());
     stored.created_ms = now_ms();
-    let engine = parts.config.engine.as_ref();
-    stored.engine = match parts.ledger.gate(&stored.id)? {
-        Some(stored_gate) => stored_gate.gate.engine,
-        None => engine
-            .filter(|engine| count > engine.from_pairs)
-            .map(|_| "slurm".into()),
-    };
-    if stored.engine.is_some() {
-        return Ok(PlannedGate {
-            gate: stored,
-            pairs: Vec::new(),
-            pulses,
-        });
-    }
     let pairs = (0..plan.recordings.len() * plan.designs.len())
         .map(|number| question(&stored, number, true))
         .collect();
@@ -390,8 +375,7 @@ fn baseline(parts: &Parts, id: &str) -> Result<Baseline, Problem> {
 pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding, Problem> {
     let gate = &standing.gate;
     let count = gate.recordings.len() * gate.designs.len();
-    let is_open = standing.outcome.is_none() && gate.engine.is_none();
-    if !is_open || standing.decided < count as u64 {
+    if standing.outcome.is_some() || standing.decided < count as u64 {
         return Ok(standing);
     }
     let jobs = parts.ledger.pairs(&gate.id)?;
@@ -400,7 +384,7 @@ pub fn settled(parts: &Parts, mut standing: GateStanding) -> Result<GateStanding
     }
     standing.outcome = Some(match no_decision(&jobs) {
         Some(problem) => end_without(parts, gate, &problem)?,
-        None => settle(parts, gate, decided_here(gate, &jobs))?,
+        None => settle(parts, gate, decisions(gate, &jobs))?,
     });
     Ok(standing)
 }
@@ -429,7 +413,7 @@ fn no_decision(jobs: &[Job]) -> Option<Problem> {
 }
 
 /// Ends a gate with a problem. Submitting it again has the remaining pairs judged.
-pub(crate) fn end_without(
+fn end_without(
     parts: &Parts,
     gate: &StoredGate,
     problem: &Problem,
@@ -445,16 +429,13 @@ pub(crate) fn end_without(
     Ok(outcome)
 }
 
-/// The decisions of a gate, recording by recording.
-pub(crate) type Decided = Vec<JudgedRecording>;
-
 /// Makes the outcome of a gate out of its decisions, and keeps it.
-pub(crate) fn settle(
+fn settle(
     parts: &Parts,
     gate: &StoredGate,
-    decided: Decided,
+    judged: Vec<JudgedRecording>,
 ) -> Result<GateOutcome, Problem> {
-    let (plan, summary) = summed_up(parts, gate, decided)?;
+    let (plan, summary) = summed_up(parts, gate, judged)?;
     let mut files = BTreeMap::new();
     let odd = |error: Error| Problem::of_recording(&error);
     let mut keep = |name: &str, bytes: Vec<u8>| -> Result<(), StoreError> {
@@ -532,7 +513,7 @@ fn settle_open(parts: &Parts) -> Result<bool, Problem> {
 fn summed_up(
     parts: &Parts,
     gate: &StoredGate,
-    judged: Decided,
+    judged: Vec<JudgedRecording>,
 ) -> Result<(Plan, GateSummary), Problem> {
     let limits = Limits::default();
     let file = GateFile::from_toml(&gate.name, &gate.text, &limits).map_err(bad_gate)?;
@@ -568,7 +549,7 @@ fn summed_up(
 }
 
 /// Collects the decisions of a gate from the jobs of its pairs.
-fn decided_here(gate: &StoredGate, jobs: &[Job]) -> Decided {
+fn decisions(gate: &StoredGate, jobs: &[Job]) -> Vec<JudgedRecording> {
     let mut judged = Vec::with_capacity(gate.recordings.len());
     for jobs in jobs.chunks(gate.designs.len()) {
         let rows: Vec<DecisionRow> = jobs.iter().zip(&gate.designs).map(row_of).collect();

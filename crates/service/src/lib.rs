@@ -2,7 +2,7 @@
 //!
 //! In reading order: `config` is the configuration, `http` answers requests, `auth` authorises them,
 //! `allowances` limits their rate, `supply` shares what is scarce, `turns` says whose turn it is, `audit` logs what people did, `app` is the shared state, `store` keeps recordings
-//! and answers, `gate` judges gates here and `cluster_gates` on a cluster (`engine` is their last known state), `pool`
+//! and answers, `gate` judges gates, `pool`
 //! has children read and judge in a `jail`, `problem` is the form of errors, `run` holds the commands.
 
 #![cfg(target_os = "linux")]
@@ -21,9 +21,7 @@ pub mod app;
 pub mod audit;
 pub mod auth;
 pub mod clock;
-pub mod cluster_gates;
 pub mod config;
-pub mod engine;
 pub mod gate;
 pub mod http;
 pub mod jail;

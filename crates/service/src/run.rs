@@ -13,7 +13,7 @@ use crate::clock::{now_ms, running_ms};
 use crate::config::{Config, Layers};
 use crate::pool::{Answer, ChildOptions, Crew, CrewOptions, Lost, Order, Slot, Trial, child_work};
 use crate::store::{self, Collected};
-use crate::{audit, cluster_gates, gate, http};
+use crate::{audit, gate, http};
 use clap::{Args, Parser, Subcommand};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::fmt::Display;
@@ -53,9 +53,6 @@ struct CommonOptions {
     /// Start where the kernel does not give the whole jail: recordings may then reach more
     #[arg(long, global = true)]
     without_jail: bool,
-    /// What judges large gates: none, or slurm; see `engine_from_pairs` [default: none]
-    #[arg(long, global = true, value_name = "ENGINE")]
-    engine: Option<String>,
     /// Any key of the configuration; see `config show`
     #[arg(long, global = true, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -181,11 +178,7 @@ fn layers(common: &CommonOptions) -> Result<Layers, String> {
             .ok_or_else(|| format!("--set takes KEY=VALUE, found `{assignment}`"))?;
         flags.push((key.trim().to_string(), value.trim().to_string()));
     }
-    for (name, value) in [
-        ("listen", &common.listen),
-        ("data", &common.data),
-        ("engine", &common.engine),
-    ] {
+    for (name, value) in [("listen", &common.listen), ("data", &common.data)] {
         if let Some(value) = value {
             flags.push((name.into(), value.clone()));
         }
@@ -312,7 +305,6 @@ async fn listen(app: App) -> Result<ExitCode, String> {
     tokio::spawn(reclaim(app.clone()));
     tokio::spawn(keep_store(app.clone()));
     tokio::spawn(gate::keep(app.clone()));
-    tokio::spawn(cluster_gates::keep(app.clone()));
     http::serve(app.clone(), listener, signals).await;
     // After this the ledger can be read without its log, for example from a read-only copy.
     if let Err(problem) = app.on_disk(|parts| parts.ledger.settle()).await {

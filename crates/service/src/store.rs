@@ -463,9 +463,6 @@ pub struct StoredGate {
     pub no_worse: bool,
     /// The day on which exceptions must still hold, `YYYY-MM-DD`.
     pub date: String,
-    /// The engine that judges it, where it is not judged here.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub engine: Option<String>,
     /// When it came [ms since 1970].
     pub created_ms: i64,
 }

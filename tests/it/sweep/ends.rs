@@ -1,7 +1,9 @@
 //! Shares whose process is ended, and recordings that are not what they were.
 
 use super::{SweepYard, told};
-use crate::support::{Done, Random, finish};
+use crate::support::{Done, Random, finish, program};
+use latchgate::pipeline::NUMBERS_REVISION;
+use sha2::{Digest, Sha256};
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -45,7 +47,7 @@ fn cli_a_share_that_is_terminated_keeps_what_is_done() {
     );
 }
 
-/// A process that does not hear that it is to end is ended before an engine's patience is.
+/// A process that does not hear that it is to end is ended before its batch system kills both.
 #[test]
 fn cli_a_process_that_is_deaf_is_ended() {
     let yard = SweepYard::new("deaf", 15, 16, 512);
@@ -165,55 +167,122 @@ fn cli_a_recording_that_ends_its_process_is_passed_over_and_named() {
     );
 }
 
+/// The keys in the store decide: of another recording, card, design, setting, limit or revision no decision
+/// is collected, its pairs are missing.
 #[test]
-fn cli_what_changed_since_the_submission_is_refused() {
+fn cli_nothing_is_collected_of_what_is_not_there_any_more() {
     let yard = SweepYard::new("changed", 4, 2, 0);
-    let id = yard.submit(1);
+    let collect = || {
+        let _ = fs::remove_dir_all(yard.path("collected"));
+        yard.collect(&[])
+    };
+    assert_eq!(yard.part("1/1", &[]).code, 0);
+    let code = collect().code;
+    assert_ne!(code, 4);
+    let summary = yard.text("collected/summary.json");
     let gate = yard.text("gate.toml");
-    yard.recording(1, 99.0);
-    let done = yard.part("1/1", &["--submission", &id]);
+    let file = yard.files().remove(0);
+    let lines = fs::read_to_string(&file).unwrap();
+    let card = "recordings/r0001.csv.toml";
+    let judged_peak_g = 4.0 + 30.0 / 4.0;
+    let set_gate =
+        |from: &str, to: &str| drop(yard.folder.write("gate.toml", gate.replace(from, to)));
+    let ranged = "synthetic = true\nrange_g = 1000\n";
+    let changes: [(&str, &dyn Fn(), usize); 6] = [
+        ("recording", &|| yard.recording(1, 99.0), 2),
+        ("card", &|| drop(yard.folder.write(card, ranged)), 2),
+        ("a new recording", &|| yard.recording(9, 5.0), 2),
+        ("design", &|| set_gate("0.6000", "0.7000"), 4),
+        ("setting", &|| set_gate("members = 0", "members = 1"), 8),
+        (
+            "revision",
+            &|| fs::write(&file, of_the_revision_before(&lines)).unwrap(),
+            8,
+        ),
+    ];
+    for (change, make, missing) in changes {
+        make();
+        let done = collect();
+        assert_eq!(done.code, 4, "{change}: {}", done.err);
+        assert!(
+            done.out.contains(&format!(", {missing} missing\n")),
+            "{change}: {}",
+            done.out
+        );
+        assert!(!yard.path("collected").exists(), "{change}");
+        // As it was, it is collected as it was.
+        yard.recording(1, judged_peak_g);
+        let _ = fs::remove_file(yard.path("recordings/r0009.csv"));
+        let _ = fs::remove_file(yard.path("recordings/r0009.csv.toml"));
+        yard.folder.write("gate.toml", &gate);
+        fs::write(&file, &lines).unwrap();
+        assert_eq!(collect().code, code, "{change}");
+        assert_eq!(yard.text("collected/summary.json"), summary, "{change}");
+    }
+    let done = yard.collect(&["--limit", "text_bytes=100000000"]);
     assert_eq!(done.code, 4, "{}", done.err);
-    assert!(done.err.contains("recordings/r0001.csv: "), "{}", done.err);
-    assert!(
-        done.err.contains("its hash changed since it was submitted"),
-        "{}",
-        done.err
+    assert!(done.out.contains(", 8 missing\n"), "{}", done.out);
+    // The next share judges what changed, and the summary is that of one process.
+    yard.recording(1, 99.0);
+    let done = yard.part("1/1", &[]);
+    assert_eq!(
+        (
+            told(&done, "pairs judged"),
+            told(&done, "in the store before")
+        ),
+        (2, 6)
     );
-    assert_eq!(told(&done, "pairs judged"), 6, "{}", done.err);
-    let collected = yard.collect(&[]);
-    assert_eq!(collected.code, 4);
-    assert!(
-        collected.out.contains("recordings/r0001.csv: 2 pairs"),
-        "{}",
-        collected.out
+    let whole = yard.gate(&["--no-store", "--out", "whole"]);
+    assert_eq!(collect().code, whole.code);
+    assert_eq!(
+        yard.text("collected/summary.json"),
+        yard.text("whole/summary.json")
     );
-    // A card is part of the recording.
-    yard.recording(1, 4.0 + 30.0 / 4.0);
-    yard.folder.write(
-        "recordings/r0001.csv.toml",
-        "synthetic = true\nrange_g = 1000\n",
+    // A design or recording that is gone from the gate is gone from its summary.
+    fs::remove_file(yard.path("recordings/r0001.csv")).unwrap();
+    let whole = yard.gate(&["--no-store", "--out", "fewer"]);
+    assert_eq!(collect().code, whole.code);
+    assert_eq!(
+        yard.text("collected/summary.json"),
+        yard.text("fewer/summary.json")
     );
-    assert_eq!(yard.part("1/1", &["--submission", &id]).code, 4);
-    yard.recording(1, 4.0 + 30.0 / 4.0);
-    assert_eq!(yard.part("1/1", &["--submission", &id]).code, 0);
-    // Of another design nothing is judged, and an older submission's tasks end.
-    yard.folder
-        .write("gate.toml", gate.replace("0.6000", "0.7000"));
-    let done = yard.part("1/1", &["--submission", &id]);
-    assert_eq!(done.code, 4);
-    assert!(
-        done.err.contains("design `d000` as it was submitted"),
-        "{}",
-        done.err
-    );
-    assert_eq!(yard.collect(&[]).code, 4);
-    yard.submit(1);
-    let done = yard.part("1/1", &["--submission", &id]);
-    assert!(
-        done.err.contains("the sweep was submitted again since"),
-        "{}",
-        done.err
-    );
+}
+
+/// Lines of a store with the revision before in each decision, sealed again.
+fn of_the_revision_before(lines: &str) -> String {
+    let now = format!("\"rev\":{NUMBERS_REVISION}");
+    let before = format!("\"rev\":{}", NUMBERS_REVISION - 1);
+    let sealed = |line: &str| {
+        let (body, _) = line.rsplit_once(",\"sum\"").unwrap();
+        let body = body.replace(&now, &before);
+        let digest = Sha256::digest(body.as_bytes());
+        let sum: String = digest[..8]
+            .iter()
+            .map(|byte| format!("{byte:02x}"))
+            .collect();
+        format!("{body},\"sum\":\"{sum}\"}}\n")
+    };
+    lines.lines().map(sealed).collect()
+}
+
+/// Whatever stands behind a `--`, a share is judged by one process and watched by one other.
+#[test]
+fn cli_a_share_is_watched_once() {
+    let yard = SweepYard::new("behind", 2, 2, 0);
+    let mut command = program();
+    command.current_dir(yard.folder.path());
+    command.args([
+        "gate",
+        "--store",
+        "store",
+        "--part",
+        "1/1",
+        "--",
+        "gate.toml",
+    ]);
+    let done = finish(&mut command);
+    assert_eq!(done.code, 0, "{}", done.err);
+    assert_eq!(told(&done, "pairs judged"), 4, "{}", done.err);
 }
 
 /// A process that cannot write ends with 4, and blames no recording for it.

@@ -4,7 +4,6 @@ use super::files;
 use super::jobs::Events;
 use crate::app::App;
 use crate::auth::Visitor;
-use crate::engine::EngineTasks;
 use crate::gate::{self, GateSubmission, PlannedGate};
 use crate::problem::{Placed, Problem, Queried, bounded};
 use crate::store::GateStanding;
@@ -46,7 +45,7 @@ pub(crate) struct GateEntry {
     pub(crate) id: String,
     /// Name.
     pub(crate) name: String,
-    /// `running`, `done`, or `failed` where a cluster has not judged it.
+    /// `running`, `done`, or `failed` where pairs were left undecided.
     pub(crate) state: String,
     /// Pairs of a recording and a design.
     pub(crate) pairs: u64,
@@ -54,10 +53,6 @@ pub(crate) struct GateEntry {
     pub(crate) decided: u64,
     /// What `latchgate gate` would end with, once it is done: 0 only if every pair is as required.
     pub(crate) exit_code: Option<u8>,
-    /// The cluster's engine, where one judges it.
-    pub(crate) engine: Option<String>,
-    /// What the engine's queue has of it, while it runs.
-    pub(crate) tasks: Option<EngineTasks>,
     /// Why it failed.
     #[schema(value_type = Option<Problem>)]
     pub(crate) problem: Option<Value>,
@@ -73,16 +68,12 @@ pub(crate) struct GateEntry {
 
 impl GateEntry {
     /// Says how far a gate is.
-    pub(crate) fn of(app: &App, standing: GateStanding) -> Self {
+    pub(crate) fn of(standing: GateStanding) -> Self {
         let GateStanding {
             gate,
-            mut decided,
+            decided,
             outcome,
         } = standing;
-        let mut tasks = None;
-        if gate.engine.is_some() && outcome.is_none() {
-            (decided, tasks) = app.engine.seen(&gate.id);
-        }
         let state = match &outcome {
             None => "running",
             Some(outcome) if outcome.problem.is_some() => "failed",
@@ -93,8 +84,6 @@ impl GateEntry {
         Self {
             files: files.collect(),
             state: state.into(),
-            engine: gate.engine,
-            tasks,
             problem: outcome.as_ref().and_then(|outcome| outcome.problem.clone()),
             pairs: (gate.recordings.len() * gate.designs.len()) as u64,
             decided,
@@ -167,7 +156,7 @@ pub(super) async fn submit(
         })
         .await?;
     app.crew.ring();
-    let entry = GateEntry::of(&app, find(&app, &id).await?);
+    let entry = GateEntry::of(find(&app, &id).await?);
     let status = match entry.exit_code {
         Some(_) => StatusCode::OK,
         None => StatusCode::ACCEPTED,
@@ -216,11 +205,7 @@ pub(crate) async fn listed(app: &App, part: GatePart) -> Result<GateList, Proble
         .on_disk(move |parts| parts.ledger.gates(part.cursor, limit))
         .await?;
     let (damaged, next) = (page.damaged.len(), page.next);
-    let gates = page
-        .entries
-        .into_iter()
-        .map(|standing| GateEntry::of(app, standing));
-    let gates = gates.collect();
+    let gates = page.entries.into_iter().map(GateEntry::of).collect();
     Ok(GateList {
         gates,
         next,
@@ -238,7 +223,7 @@ pub(super) async fn get(
     State(app): State<App>,
     Placed(id): Placed<String>,
 ) -> Result<Json<GateEntry>, Problem> {
-    Ok(Json(GateEntry::of(&app, find(&app, &id).await?)))
+    Ok(Json(GateEntry::of(find(&app, &id).await?)))
 }
 
 /// Tells how far a gate is as it goes: `progress` events, then one `done`.
@@ -253,7 +238,7 @@ pub(super) async fn events(
     State(app): State<App>,
     Placed(id): Placed<String>,
 ) -> Result<Events, Problem> {
-    let mut entry = GateEntry::of(&app, find(&app, &id).await?);
+    let mut entry = GateEntry::of(find(&app, &id).await?);
     let (sender, received) = tokio::sync::mpsc::channel(4);
     tokio::spawn(async move {
         loop {
@@ -271,7 +256,7 @@ pub(super) async fn events(
                     return;
                 }
                 match find(&app, &id).await {
-                    Ok(standing) => entry = GateEntry::of(&app, standing),
+                    Ok(standing) => entry = GateEntry::of(standing),
                     Err(_) => return,
                 }
             }

@@ -64,7 +64,7 @@ pub(super) fn put(
 }
 
 /// Puts pairs of a stored gate back in the queue that were refused for a reason that may pass. The
-/// outcome is then open again, and so is that of a gate that its engine did not judge. True if it is.
+/// outcome is then open again, and so is one without a summary. True if it is.
 fn reopen(
     connection: &Connection,
     gate: &StoredGate,

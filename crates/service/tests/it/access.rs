@@ -268,11 +268,6 @@ fn cli_the_configuration_shows_where_the_data_lie() {
     let text = shown("OTHER");
     let line = r#"data = "/srv/people/lab/.local/state/latchgate"  # environment HOME"#;
     assert!(text.contains(line), "{text}");
-    assert!(
-        text.contains(
-            r#"engine_folder = "/srv/people/lab/.local/state/latchgate/gates"  # default"#
-        )
-    );
 }
 
 #[test]

@@ -3,7 +3,6 @@
 use super::{layout, show};
 use crate::app::App;
 use crate::auth::Visitor;
-use crate::engine::EngineTasks;
 use crate::gate::{question, read};
 use crate::http::gates::{GateEntry, GatePart, find, listed};
 use crate::problem::{Placed, Problem, Queried};
@@ -134,23 +133,6 @@ fn outcome(gate: &GateEntry) -> Markup {
     }
 }
 
-/// Says what the cluster's queue has of a gate.
-fn queue(tasks: &EngineTasks) -> String {
-    let EngineTasks {
-        running,
-        waiting,
-        stuck,
-        error,
-        ..
-    } = tasks;
-    match error {
-        Some(error) => format!("The cluster could not be asked: {error}"),
-        None => {
-            format!("Tasks on the cluster: {running} running, {waiting} waiting, {stuck} stuck")
-        }
-    }
-}
-
 /// Shows a gate.
 pub(super) async fn page(
     State(app): State<App>,
@@ -161,14 +143,13 @@ pub(super) async fn page(
     let summary = summary(&app, &standing).await?;
     let names = |standing: &GateStanding| standing.gate.name.clone();
     let name = names(&standing);
-    let entry = GateEntry::of(&app, standing);
+    let entry = GateEntry::of(standing);
     let body = html! {
         h1 { "Gate “" (line(&name)) "” " code { (short(&id)) } }
         section.card.(if entry.exit_code == Some(0) { "pass" } else { "fail" }) aria-label="Outcome" {
             p.answer { (outcome(&entry)) }
             @if let Some(summary) = &summary { (counts(summary)) }
             @if let Some(problem) = &entry.problem { p { (problem["detail"].as_str().unwrap_or("")) } }
-            @if let Some(tasks) = &entry.tasks { p { (queue(tasks)) } }
         }
         @if entry.exit_code.is_none() {
             div id="gate-running" data-events=(format!("/v1/gates/{id}/events")) {
