@@ -204,7 +204,7 @@ fn cli_files_of_one_name_are_told_apart() {
     });
     let document = document(&[&files[0], &files[1], "--opens-when", "negative"]);
     let names = [0, 1].map(|index| document["recordings"][index]["name"].as_str().unwrap());
-    assert_eq!(names, ["push.csv −", "push.csv − (2)"]);
+    assert_eq!(names, ["push.csv acc_y_g −", "push.csv acc_y_g − (2)"]);
     let highest = [0, 1].map(|curve| document["spectrum_m_s2"][curve][0].as_f64().unwrap());
     assert!(highest[1] > 1.8 * highest[0], "{highest:?}");
 }
