@@ -11,7 +11,7 @@ use latchgate_kernel::model::vector::Vector;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
 use latchgate_verdict::statics::{
-    REQUIRED_G, SPRING_DEVIATIONS, Standard, StaticAnswer, StaticRow,
+    Direction, REQUIRED_G, SPRING_DEVIATIONS, Standard, StaticAnswer, StaticRow,
 };
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -147,7 +147,7 @@ pub(crate) fn cells(row: &StaticRow) -> [String; 10] {
     let part = |value: Option<f64>| value.map_or_else(|| "–".into(), part);
     let parts = match (row.share, row.across) {
         (Some(s), Some(r)) => format!("{s:.4}, {r:.4}").replace('-', "−"),
-        (Some(s), None) if s == 1.0 => "1".into(),
+        (Some(_), None) if row.direction == Direction::Space => "1".into(),
         (Some(s), None) => format!("{s:.4}"),
         (None, _) => "–".into(),
     };
