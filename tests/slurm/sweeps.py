@@ -46,7 +46,7 @@ def begin(words, log, **options):
 def scratch(prefix):
     """A folder that goes with this process at the latest."""
     folder = Path(tempfile.mkdtemp(prefix=prefix))
-    atexit.register(shutil.rmtree, folder, True)
+    atexit.register(removed, folder)
     return folder
 
 
@@ -94,12 +94,20 @@ def write_recording(folder, number, peak_g, rate_hz):
     (folder / f"recordings/r{number:04}.csv.toml").write_text("synthetic = true\n")
 
 
+def removed(folder):
+    """Removes a folder; a task that ends just now may still write into it."""
+    deadline = time.monotonic() + 30
+    while folder.exists() and time.monotonic() < deadline:
+        shutil.rmtree(folder, True)
+        time.sleep(0.1)
+
+
 class Sweep(unittest.TestCase):
     """A folder of its own for each test."""
 
     def setUp(self):
         self.folder = scratch("latchgate-sweep-")
-        self.addCleanup(shutil.rmtree, self.folder, True)
+        self.addCleanup(removed, self.folder)
 
     def gate(self, *words, **options):
         return call(LATCHGATE, "gate", "gate.toml", "--reports", "none", *words, cwd=self.folder, **options)
@@ -161,7 +169,7 @@ class Cluster:
     def end(self):
         if self.folder.exists():
             self.tool("stop", self.folder)
-            shutil.rmtree(self.folder, True)
+            removed(self.folder)
 
 
 class OnSlurm(Sweep):

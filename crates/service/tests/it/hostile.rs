@@ -379,7 +379,7 @@ fn cli_too_few_open_files_are_refused_at_start() {
     let text = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(4), "{text}");
     assert!(
-        text.contains("64 connections need 224 open files"),
+        text.contains("64 connections need 448 open files"),
         "{text}"
     );
 }
