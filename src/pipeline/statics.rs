@@ -9,8 +9,8 @@ use latchgate_recording::error::Error;
 use latchgate_verdict::statics::StaticQuestion;
 use std::path::Path;
 
-/// The pulse of the sled test, and its word with the direction in which it opens.
-const SLED: [&str; 2] = ["pulse:sled206-33g", "pulse:sled206-33g,opens-when=positive"];
+/// The pulse of the sled test.
+const SLED: &str = "pulse:sled206-33g";
 
 /// Answers the standards for a design, and replays the sled pulse beside it where the design is whole.
 ///
@@ -55,8 +55,10 @@ fn sled_beside(design: &Design, control: &Control<'_>) -> Result<Option<SledBesi
     design.lever.axis = None;
     design.lever.center_of_mass = None;
     design.linkage.clear();
+    // The static load is that of the lever alone.
+    design.catch = None;
     let outcome = judge(
-        &pulse::source_at(Path::new(SLED[1]))?,
+        &pulse::source_at(Path::new(&format!("{SLED},opens-when=positive")))?,
         &Request::default(),
         &design,
         Extras::default(),
@@ -67,9 +69,11 @@ fn sled_beside(design: &Design, control: &Control<'_>) -> Result<Option<SledBesi
         return Err(KernelError::Stopped.into());
     }
     Ok(outcome.refusal.is_none().then(|| SledBeside {
-        pulse: SLED[0].into(),
+        pulse: SLED.into(),
         verdict: outcome.document.verdict,
         headline: latchgate_report::headline(&outcome.document),
         report_id: outcome.document.report_id,
+        static_holds: None,
+        static_holds_nominally: false,
     }))
 }

@@ -58,30 +58,47 @@ fn cli_what_the_design_does_not_state_is_said() {
 #[test]
 fn cli_a_sled_pulse_is_replayed_beside_the_thresholds() {
     let folder = Folder::new("static-sled");
-    let design = |preload: f64| {
+    let slanted =
+        "axis = [0, 0, 1]\ncenter_of_mass = [-0.04596194077712559, -0.04596194077712559, 0]\n";
+    let design = |preload: f64, axis: &str, deviation: f64| {
         format!(
-            "name = \"d\"\nbase = \"paper\"\n[lever]\npreload_torque_nm = {preload}\n\
-             [tolerance]\npreload_torque_nm = 0\nmass_kg = 0\n"
+            "name = \"d\"\nbase = \"paper\"\n[lever]\npreload_torque_nm = {preload}\n{axis}\
+             [tolerance]\npreload_torque_nm = {deviation}\nmass_kg = 0\n"
         )
     };
-    for (preload, holds, verdict, differs) in [
-        (4.0, true, "pass", false),
-        (2.95, true, "fail", true),
-        (2.0, false, "fail", false),
+    let opens_later = "30 g at rest do not open it";
+    for (preload, axis, deviation, standard, holds, verdict, reason) in [
+        (4.0, "", 0.0, "r11", true, "pass", None),
+        (2.95, "", 0.0, "r11", true, "fail", Some(opens_later)),
+        (2.0, "", 0.0, "r11", false, "fail", None),
+        // Held along the axes, and not along the direction that the pulse has.
+        (2.2, slanted, 0.0, "206", true, "fail", None),
+        // Three of its deviations less would not hold it; few springs are that weak.
+        (
+            4.2,
+            "",
+            0.48,
+            "r11",
+            false,
+            "pass",
+            Some("counts every spring by its least output"),
+        ),
     ] {
-        let file = folder.write("d.toml", design(preload));
-        let asked = ["static", &file, "--standard", "r11", "--no-report"];
+        let file = folder.write("d.toml", design(preload, axis, deviation));
+        let asked = ["static", &file, "--standard", standard, "--no-report"];
         let document = latchgate(&[&asked[..], &["--format", "json"]].concat()).document();
         assert_eq!(document["answers"][0]["holds"], holds, "{preload}");
         assert_eq!(document["sled"]["verdict"], verdict, "{preload}");
         let text = latchgate(&asked).out;
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(text.contains("Replay of pulse:sled206-33g"), "{text}");
-        assert_eq!(
-            text.contains("30 g at rest do not open it"),
-            differs,
-            "{text}"
-        );
+        for sentence in [opens_later, "counts every spring by its least output"] {
+            assert_eq!(text.contains(sentence), reason == Some(sentence), "{text}");
+        }
+        assert!(!text.contains("A constant load opens it"), "{text}");
+        if !axis.is_empty() {
+            continue;
+        }
         let replayed = latchgate(&[
             "replay",
             "pulse:sled206-33g,opens-when=positive",

@@ -6,7 +6,9 @@ use latchgate_kernel::model::linkage::{LinkageElement, Reduced};
 use latchgate_kernel::model::vector::Vector;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_verdict::Answer;
-use latchgate_verdict::statics::{Door, StaticAnswer, StaticLever, StaticQuestion, StaticRow};
+use latchgate_verdict::statics::{
+    Door, Standard, StaticAnswer, StaticLever, StaticQuestion, StaticRow,
+};
 use serde::Serialize;
 
 /// What `latchgate static` answers.
@@ -88,15 +90,22 @@ pub struct SledBeside {
     pub headline: String,
     /// `report_id` of the replay.
     pub report_id: String,
+    /// Whether the static load is held in any direction, the one that the pulse has among them.
+    pub static_holds: Option<bool>,
+    /// Whether it is by the nominal spring.
+    pub static_holds_nominally: bool,
 }
 
 impl SledBeside {
     /// Says what the replay found, and why where that is the other of what the static load says.
-    pub fn text(&self, holds: Option<bool>) -> String {
-        let why = match (holds, self.verdict) {
+    pub fn text(&self) -> String {
+        let why = match (self.static_holds, self.verdict) {
             (Some(true), Answer::Fail) => {
                 " 30 g at rest do not open it: the pulse rises above 30 g and comes within milliseconds, so that the \
                  lever's speed carries it on."
+            }
+            (Some(false), Answer::Pass) if self.static_holds_nominally => {
+                " The static load counts every spring by its least output; the replay lets a small share of them open."
             }
             (Some(false), Answer::Pass) => {
                 " A constant load opens it: the pulse ends before the lever has come to its limit."
@@ -133,6 +142,19 @@ impl StaticDocument {
         let least = lever.with_least_spring(question);
         let counted = least.as_ref().unwrap_or(lever);
         let rows = lever.rows_at_least(question);
+        let in_any_direction = StaticQuestion {
+            standard: Some(Standard::UnR11),
+            ..*question
+        };
+        let holds = |rows: &[StaticRow], is_stated: bool| {
+            let answers = StaticLever::answers(&in_any_direction, rows, is_stated);
+            answers.first().and_then(|answer| answer.holds)
+        };
+        let sled = sled.map(|sled| SledBeside {
+            static_holds: holds(&rows, least.is_some()),
+            static_holds_nominally: holds(&lever.rows(), true) == Some(true),
+            ..sled
+        });
         let spring = SpringOutput {
             stated: least.is_some(),
             deviations: (least.is_some() && question.spring_torque_min_nm.is_none())

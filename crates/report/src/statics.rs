@@ -78,18 +78,7 @@ pub(crate) fn headlines(document: &StaticDocument) -> Vec<String> {
         ));
     }
     if let Some(sled) = &document.sled {
-        let any_direction = document
-            .answers
-            .iter()
-            .filter(|answer| answer.standard != Standard::Fmvss206);
-        let holds = any_direction.map(|answer| answer.holds).next();
-        lines.push(
-            sled.text(
-                holds
-                    .or(document.answers.first().map(|answer| answer.holds))
-                    .flatten(),
-            ),
-        );
+        lines.push(sled.text());
     }
     lines
 }
