@@ -138,15 +138,6 @@ fn cli_a_lever_beside_a_catch_has_no_place() {
 fn cli_an_unusable_recording_is_an_error_unless_it_is_left_out() {
     let folder = Folder::new("spectrum-unusable");
     let empty = folder.write("empty.csv", "");
-    let done = spectrum(&[SHORT, &empty, "--no-report"]);
-    assert_eq!(done.code, 4);
-    assert!(
-        done.err
-            .starts_with("latchgate: empty.csv: the file is empty"),
-        "{}",
-        done.err
-    );
-    assert_eq!(done.out, "");
     let document = document(&[SHORT, &empty, "--leave-out-unusable"]);
     assert_eq!(document["recordings"].as_array().unwrap().len(), 1);
     let left = &document["left_out"][0];
@@ -178,8 +169,11 @@ fn cli_an_unusable_recording_is_an_error_unless_it_is_left_out() {
 fn cli_a_bad_file_is_told_before_the_first_curve() {
     let folder = Folder::new("spectrum-order");
     let empty = folder.write("empty.csv", "");
-    let done = spectrum(&[SHORT, &empty, "--limit", "work=1000", "--no-report"]);
-    assert_eq!(done.code, 4);
+    let little_work = ["--limit", "work=1000", "--no-report"];
+    let alone = spectrum(&[&[SHORT][..], &little_work].concat());
+    assert!(alone.err.contains("work"), "{}", alone.err);
+    let done = spectrum(&[&[SHORT, &empty][..], &little_work].concat());
+    assert_eq!((done.code, &*done.out), (4, ""));
     assert!(
         done.err
             .starts_with("latchgate: empty.csv: the file is empty"),

@@ -290,6 +290,7 @@ fn verif_kills_while_tokens_rotate_let_nobody_in() {
     acknowledged.check(&service.client().bearer(&admin), usize::MAX);
     let whole = folder.run(&["fsck"]);
     assert_eq!(whole.0, 0, "{}", whole.1);
+    assert!(!taken_back.is_empty() && !live.is_empty());
     println!(
         "{} recordings and {} deletions acknowledged; {} tokens taken back, {} live, {met} commands killed at work",
         acknowledged.recordings.len(),
