@@ -11,24 +11,29 @@
 use latchgate::cli::pdf;
 use latchgate::document::json;
 use latchgate::gate::{self, GateFile, Plan, Store, SummaryOptions, files, summary::GateSummary};
-use latchgate::pipeline::units::AccelerationUnit;
+use latchgate::pipeline::units::{AccelerationUnit, TimeUnit};
 use latchgate::pipeline::{
     self, Control, Design, Error, ErrorKind, Extras, Limits, MarginRequest, Outcome, Prepared,
     Request, Source, SpectrumRequest, Stored, apply_override, design_from_bytes, read_within,
 };
-use latchgate::report;
+use latchgate::report::angle::KnownPeak;
+use latchgate::report::terminal::{Look, PIPED};
+use latchgate::report::{self, text};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use std::ffi::OsString;
 use std::fmt::{Display, Write as _};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, OnceLock};
 use std::thread;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
+pyo3::import_exception!(latchgate._errors, MissingFile);
 pyo3::import_exception!(latchgate._errors, NotJudged);
 
 /// How often a wish to stop is looked for.
@@ -41,7 +46,10 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<Judged>()?;
     module.add_class::<Lever>()?;
     module.add_function(wrap_pyfunction!(inspect, module)?)?;
+    module.add_function(wrap_pyfunction!(keywords, module)?)?;
     module.add_function(wrap_pyfunction!(margin, module)?)?;
+    module.add_function(wrap_pyfunction!(peak_text, module)?)?;
+    module.add_function(wrap_pyfunction!(restored, module)?)?;
     module.add_function(wrap_pyfunction!(rows, module)?)?;
     module.add_function(wrap_pyfunction!(run_gate, module)?)?;
     module.add_function(wrap_pyfunction!(spectrum, module)?)?;
@@ -60,6 +68,7 @@ impl Lever {
         let limits = Limits::default();
         let mut design = match (file, text) {
             (Some(path), _) => {
+                check_exists(&path)?;
                 let name = path.file_name().unwrap_or_default().to_string_lossy();
                 let most = ("settings_bytes", limits.settings_bytes);
                 read_within(&path, &name, "read the design file", most)
@@ -86,9 +95,11 @@ impl Lever {
 }
 
 /// An answer, with what it takes to draw it, to verify it and to write its report.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "latchgate._native")]
 struct Judged {
     source: Source,
+    /// The bytes of the recording where it is no file.
+    bytes: Option<Arc<[u8]>>,
     request: Request,
     design: Design,
     outcome: Outcome,
@@ -109,7 +120,8 @@ impl Judged {
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let began = Instant::now();
-        let (source, request) = (source(&path, bytes)?, request(settings)?);
+        let bytes: Option<Arc<[u8]>> = bytes.map(Into::into);
+        let (source, request) = (source(&path, bytes.clone())?, request(settings)?);
         let design = checked(&request, lever)?;
         // A question of nominal runs alone wants its answer soon: without the filter table.
         let extras = Extras {
@@ -120,6 +132,7 @@ impl Judged {
         outcome.document.run.elapsed_s = began.elapsed().as_secs_f64();
         Ok(Self {
             source,
+            bytes,
             request,
             design,
             outcome,
@@ -127,19 +140,53 @@ impl Judged {
         })
     }
 
+    /// The answer with its question, for pickle: [`restored`] takes it. What a report draws is left out,
+    /// since it can be made again.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
+        let path = match &self.source {
+            Source::File(path) => path.clone().into_os_string(),
+            source => source.name().into(),
+        };
+        let question = (
+            serde_json::to_string(&self.request.stated()).map_err(wrong)?,
+            serde_json::to_string(&self.design).map_err(wrong)?,
+        );
+        let restored = py.import("latchgate._native")?.getattr("restored")?;
+        Ok((
+            restored,
+            (path, self.bytes(py), question, self.document(py)),
+        ))
+    }
+
+    /// The bytes of the recording where it is no file.
+    fn bytes<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyBytes>> {
+        self.bytes.as_ref().map(|bytes| PyBytes::new(py, bytes))
+    }
+
+    /// The recording's file name.
+    #[getter]
+    fn name(&self) -> String {
+        self.source.name()
+    }
+
     /// The document, as the command line writes it.
     fn document<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         PyBytes::new(py, json::render(&self.outcome.document).as_bytes())
     }
 
-    /// The terminal's text.
+    /// The terminal's text, with what to type next in Python.
     fn text(&self) -> String {
-        self.outcome.to_string()
+        let look = Look {
+            width: Some(PIPED),
+            worded: in_python,
+            ..Look::default()
+        };
+        text::render(&self.outcome.document, None, look)
     }
 
     /// The sentence that says what the verdict means.
     fn headline(&self) -> String {
-        report::headline(&self.outcome.document).replace('\u{a0}', " ")
+        with_keywords(&report::headline(&self.outcome.document)).replace('\u{a0}', " ")
     }
 
     /// Signal and trajectories by column.
@@ -216,6 +263,55 @@ impl Judged {
         })?;
         Ok(json::render(&verification))
     }
+
+    /// Says how far the verdict is from changing, as [`margin`].
+    fn margin(
+        &self,
+        py: Python<'_>,
+        counterweight_radius: Option<f64>,
+        threads: Option<usize>,
+    ) -> PyResult<String> {
+        let mut entries = self.request.stated();
+        if let Some(radius) = counterweight_radius {
+            entries.insert("counterweight_radius".into(), radius.into());
+        }
+        let request = MarginRequest::try_from(entries).map_err(bad_setting)?;
+        margin_of(py, &self.source, &request, &self.design, threads)
+    }
+}
+
+/// What is pickled of an answer: path or name, bytes, settings and design as JSON, document.
+type Pickled<'py> = (
+    OsString,
+    Option<Bound<'py, PyBytes>>,
+    (String, String),
+    Bound<'py, PyBytes>,
+);
+
+/// Returns an answer that was pickled, as it was given.
+#[pyfunction]
+fn restored(
+    path: PathBuf,
+    bytes: Option<Vec<u8>>,
+    settings_design: (String, String),
+    document: &[u8],
+) -> PyResult<Judged> {
+    let (settings, design) = settings_design;
+    let bytes: Option<Arc<[u8]>> = bytes.map(Into::into);
+    Ok(Judged {
+        // The file may be gone, or on another machine: the answer stands without it.
+        source: named_source(&path, bytes.clone())?,
+        bytes,
+        request: request(&settings)?,
+        design: serde_json::from_str(&design).map_err(wrong)?,
+        outcome: Outcome {
+            document: serde_json::from_slice(document).map_err(wrong)?,
+            evidence: None,
+            refusal: None,
+            offers: Vec::new(),
+        },
+        drawn: OnceLock::new(),
+    })
 }
 
 impl Judged {
@@ -287,18 +383,27 @@ fn inspect(
 fn margin(
     py: Python<'_>,
     path: PathBuf,
-    bytes: Option<Vec<u8>>,
     settings: &str,
     lever: &Lever,
     threads: Option<usize>,
 ) -> PyResult<String> {
-    let began = Instant::now();
-    let source = source(&path, bytes)?;
+    let source = source(&path, None)?;
     let request = MarginRequest::try_from(entries(settings)?).map_err(bad_setting)?;
     request.replay.check().map_err(wrong)?;
     let design = checked(&request.replay, lever)?;
+    margin_of(py, &source, &request, &design, threads)
+}
+
+fn margin_of(
+    py: Python<'_>,
+    source: &Source,
+    request: &MarginRequest,
+    design: &Design,
+    threads: Option<usize>,
+) -> PyResult<String> {
+    let began = Instant::now();
     let outcome = watched(py, threads, |control| {
-        pipeline::margin(&source, &request, &design, &Limits::default(), control)
+        pipeline::margin(source, request, design, &Limits::default(), control)
     })?;
     let mut document = outcome.document;
     document.run.elapsed_s = began.elapsed().as_secs_f64();
@@ -336,9 +441,14 @@ fn spectrum(
         .iter()
         .map(|lever| checked(&request.replay, lever.get()))
         .collect::<PyResult<_>>()?;
+    let source_of = if leave_out_unusable {
+        named_source
+    } else {
+        source
+    };
     let sources: Vec<Source> = recordings
         .iter()
-        .map(|path| source(path, None))
+        .map(|path| source_of(path, None))
         .collect::<PyResult<_>>()?;
     let mut document = watched(py, threads, |control| {
         pipeline::spectrum(&sources, &request, &designs, &Limits::default(), control)
@@ -364,7 +474,7 @@ fn rows(
         .collect::<PyResult<_>>()?;
     let sources: Vec<Source> = recordings
         .iter()
-        .map(|path| source(path, None))
+        .map(|path| named_source(path, None))
         .collect::<PyResult<_>>()?;
     let rows = watched(py, threads, |control| {
         control.try_map(&sources, |source| {
@@ -385,6 +495,14 @@ fn rows(
     Ok((request.members, text))
 }
 
+/// Returns a peak [rad] as the terminal shows it in a table.
+#[pyfunction]
+fn peak_text(peak: f64, uncertainty: Option<f64>, threshold: f64, opens: bool) -> String {
+    KnownPeak::of(peak, uncertainty, threshold, opens)
+        .short()
+        .replace('\u{a0}', " ")
+}
+
 /// Runs a gate; returns its summary as JSON. With a store what was judged before is not judged again, with
 /// a folder the files of the gate are written there.
 #[pyfunction]
@@ -402,10 +520,7 @@ fn run_gate(
         None => Store::unkept(),
         Some(folder) => Store::open(&folder, "").map_err(|error| not_judged(&error))?,
     };
-    let date = date.unwrap_or_else(|| {
-        let since = SystemTime::now().duration_since(UNIX_EPOCH);
-        gate::file::day(since.map_or(0, |since| since.as_secs() / 86_400) as i64)
-    });
+    let date = date.unwrap_or_else(pipeline::calendar::today);
     if !gate::file::is_day(&date) {
         return Err(wrong(format!(
             "date: expected a day as YYYY-MM-DD, found {date:?}"
@@ -421,7 +536,7 @@ fn run_gate(
         let summary: GateSummary = gate::summarise(&plan, run.recordings, asked);
         if let Some(folder) = &out {
             let reports = files::Reports::Failing;
-            files::write(folder, &plan, &summary, reports, &limits, control)?;
+            files::write(folder, (&plan, &store), &summary, reports, &limits, control)?;
         }
         let mut text = Vec::new();
         summary.write_json(&mut text)?;
@@ -431,6 +546,7 @@ fn run_gate(
 }
 
 fn plan(path: &Path, limits: &Limits) -> PyResult<Plan> {
+    check_exists(path)?;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let most = ("settings_bytes", limits.settings_bytes);
     let shown = path.display().to_string();
@@ -453,26 +569,48 @@ fn plan(path: &Path, limits: &Limits) -> PyResult<Plan> {
         })
 }
 
-/// Returns a table of two columns, time [s] and acceleration, each number in the fewest digits that read
-/// back. The arrays are read where they lie.
+/// Slowest rate at which times without a stated unit pass for seconds [Hz]: no crash recording is slower.
+const SLOWEST_HZ: f64 = 250.0;
+
+/// Returns a table of two columns, time and acceleration, each number in the fewest digits that read
+/// back. The arrays are read where they lie. The time is in seconds unless its unit is stated; where that
+/// makes no crash recording, the head leaves the unit out, so that the reader of the table doubts it.
 #[pyfunction]
 fn table<'py>(
     py: Python<'py>,
-    time_s: PyReadonlyArray1<'py, f64>,
+    time: PyReadonlyArray1<'py, f64>,
     values: PyReadonlyArray1<'py, f64>,
     unit: Option<&str>,
+    time_unit: Option<&str>,
 ) -> PyResult<Bound<'py, PyBytes>> {
-    let unit = unit.map(|unit| {
-        AccelerationUnit::from_spelling(unit).ok_or_else(|| {
+    let (time, values) = (time.as_array(), values.as_array());
+    let span = time
+        .last()
+        .zip(time.first())
+        .map(|(last, first)| last - first);
+    let is_slow = span.is_some_and(|span| span * SLOWEST_HZ > (time.len() - 1) as f64);
+    let mut text = String::from("time");
+    if let Some(unit) = time_unit {
+        let known = TimeUnit::from_spelling(unit).ok_or_else(|| {
+            let known = "s, ms, us, ns, min, h, day, 10us";
+            wrong(format!(
+                "the time unit `{unit}` is not known; known: {known}"
+            ))
+        })?;
+        text += &format!(" [{known}]");
+    } else if !is_slow {
+        text += " [s]";
+    }
+    text += ",acceleration";
+    if let Some(unit) = unit {
+        let known = AccelerationUnit::from_spelling(unit).ok_or_else(|| {
             let known = AccelerationUnit::ALL.map(|(_, name)| name).join(", ");
-            PyValueError::new_err(format!("the unit `{unit}` is not known; known: {known}"))
-        })
-    });
-    let mut text = match unit.transpose()? {
-        Some(unit) => format!("time [s],acceleration [{}]\n", unit.name()),
-        None => "time [s],acceleration\n".to_string(),
-    };
-    for (time, value) in time_s.as_array().iter().zip(values.as_array()) {
+            wrong(format!("the unit `{unit}` is not known; known: {known}"))
+        })?;
+        text += &format!(" [{}]", known.name());
+    }
+    text.push('\n');
+    for (time, value) in time.iter().zip(values) {
         // Writing into a String cannot fail.
         let _ = writeln!(text, "{time:?},{value:?}");
     }
@@ -518,8 +656,31 @@ fn watched<T: Send>(
     }
 }
 
+/// As [`named_source`], of a file that is there.
+fn source(path: &Path, bytes: Option<Arc<[u8]>>) -> PyResult<Source> {
+    let source = named_source(path, bytes)?;
+    if let Source::File(path) = &source {
+        check_exists(path)?;
+    }
+    Ok(source)
+}
+
+/// Refuses a path that names nothing, with the folder in which it was looked for.
+fn check_exists(path: &Path) -> PyResult<()> {
+    match path.metadata() {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let shown = path.display().to_string();
+            let folder = std::env::current_dir().ok().filter(|_| path.is_relative());
+            let folder = folder.map_or(String::new(), |folder| format!(" in {}", folder.display()));
+            let text = format!("{shown}: there is no such file{folder}");
+            Err(MissingFile::new_err((text, Vec::<String>::new(), shown)))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Returns what a path names, a file or a pulse by its word, or the bytes of a file of that name.
-fn source(path: &Path, bytes: Option<Vec<u8>>) -> PyResult<Source> {
+fn named_source(path: &Path, bytes: Option<Arc<[u8]>>) -> PyResult<Source> {
     match bytes {
         Some(bytes) => Ok(Source::bytes(path.to_string_lossy(), bytes)),
         None => pipeline::pulse::source_at(path).map_err(|error| not_judged(&error)),
@@ -544,13 +705,13 @@ fn checked(request: &Request, lever: &Lever) -> PyResult<Design> {
 /// A keyword that there is none of is another error than a value that a setting does not take.
 fn bad_setting(error: Error) -> PyErr {
     match error.kind() {
-        ErrorKind::UnknownName { .. } => PyTypeError::new_err(error.to_string()),
+        ErrorKind::UnknownName { .. } => PyTypeError::new_err(with_keywords(&error.to_string())),
         _ => wrong(error),
     }
 }
 
 fn wrong(error: impl Display) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    PyValueError::new_err(with_keywords(&error.to_string()))
 }
 
 /// Says why there is no answer, with the channels to choose from where several could be meant.
@@ -564,5 +725,109 @@ fn not_judged(error: &Error) -> PyErr {
         }
         _ => Vec::new(),
     };
-    NotJudged::new_err((error.to_string(), candidates))
+    NotJudged::new_err((with_keywords(&error.to_string()), candidates))
+}
+
+/// Returns a text with Python's keywords.
+#[pyfunction]
+fn keywords(text: &str) -> String {
+    with_keywords(text)
+}
+
+/// Returns a text of the terminal with what to type next in Python.
+fn in_python(text: &str) -> String {
+    with_keywords(text)
+        .replace("latchgate margin searches", "result.margin() searches")
+        .replace("-v tells them", "result.findings has them")
+}
+
+/// Writes settings with values as Python's keywords: ``the setting `filter` = none`` becomes
+/// `filter="none"`. A setting without a value keeps its name, which is the keyword.
+fn with_keywords(text: &str) -> String {
+    const NAMED: &str = concat!("the setting ", '`');
+    let mut written = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, named)) = rest.split_once(NAMED) {
+        written += before;
+        match named.split_once("` = ") {
+            Some((key, stated)) if !key.contains('`') => {
+                let (value, after) = first_value(key, stated);
+                written += &format!("{key}={}", python_value(key, &value));
+                rest = after;
+            }
+            _ => {
+                written += NAMED;
+                rest = named;
+            }
+        }
+    }
+    written += rest;
+    // A keyword is stated once.
+    written.replace("}, set={", ", ")
+}
+
+/// Splits a text behind the value at its start, which is quoted as for a shell, or ends with its word.
+fn first_value<'a>(key: &str, text: &'a str) -> (String, &'a str) {
+    if let Some(quote) = text.chars().next().filter(|c| ['\'', '"'].contains(c)) {
+        let mut value = String::new();
+        let mut rest = &text[1..];
+        while let Some((part, after)) = rest.split_once(quote) {
+            value += part;
+            // An apostrophe within apostrophes.
+            let Some(further) = after.strip_prefix("\\''") else {
+                return (value, after);
+            };
+            value.push('\'');
+            rest = further;
+        }
+    }
+    let end = match key {
+        // A channel's name may hold blanks; it ends its sentence.
+        "radial_channel" => text.find(". ").unwrap_or(text.len()),
+        _ => text
+            .find(|c: char| c.is_whitespace() || c == ';' || c == ')')
+            .unwrap_or(text.len()),
+    };
+    let word = &text[..end];
+    // The decimal mark is a word of one.
+    let value = match word.len() {
+        1 => word,
+        _ => word.trim_end_matches(['.', ',', ':']),
+    };
+    (value.into(), &text[value.len()..])
+}
+
+/// Returns a value as Python writes it for a keyword; what a person fills in stays bare.
+fn python_value(key: &str, value: &str) -> String {
+    const FILLED_IN: [&str; 9] = [
+        "NAME",
+        "HZ",
+        "S",
+        "UNIT",
+        "DIR",
+        "VALUE",
+        "START",
+        "END",
+        "TOPIC:FIELD",
+    ];
+    let one = |value: &str| {
+        let is_bare = FILLED_IN.contains(&value) || value == "…" || value.parse::<f64>().is_ok();
+        if is_bare {
+            value.to_string()
+        } else {
+            serde_json::Value::from(value).to_string()
+        }
+    };
+    let several = |mark: &str, between: &str| {
+        let values: Vec<String> = value.split(mark).map(one).collect();
+        values.join(between)
+    };
+    match (key, value.split_once('=')) {
+        ("set" | "limit", Some((name, value))) => format!("{{{}: {}}}", one(name), one(value)),
+        ("window" | "bias", _) if value.contains("..") => format!("({})", several("..", ", ")),
+        ("accepted_remarks", _) => format!("[{}]", one(value)),
+        ("accept", _) if value.contains(',') => format!("[{}]", several(",", ", ")),
+        ("sensitivity", _) => one(value),
+        _ => several("|", "|"),
+    }
 }

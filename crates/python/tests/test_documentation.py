@@ -56,7 +56,10 @@ def test_the_pages_examples_run(tmp_path, monkeypatch, capsys):
         results[block] = names["result"]
     assert {result.verdict for result in results.values()} == {"fail"}
     assert names["not_passed"] == ["signals/burst.csv"] * 3
-    assert "'sill acc y [g]', 'b-pillar acc y [g]'" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "'sill acc y [g]', 'b-pillar acc y [g]'" in printed
+    tables = re.findall(r"```text\n(.*?)```", text, re.DOTALL)
+    assert tables and all(table in printed for table in tables)
     # Of one signal there is one answer, whoever reads the file.
     read_here = lg.replay("crash.tdms", opens_when="negative").peak
     for reader in ("TdmsFile", "MDF"):

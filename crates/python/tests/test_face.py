@@ -1,6 +1,9 @@
 """What a result offers, what is refused and how, and that a question can be left."""
 
+import copy
 import datetime
+import math
+import multiprocessing
 import pickle
 import signal
 import subprocess
@@ -8,7 +11,7 @@ import sys
 import textwrap
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import latchgate as lg
 import numpy as np
@@ -32,12 +35,188 @@ def fail():
 
 def test_a_result_says_what_its_document_says(fail):
     assert fail.verdict == "fail"
-    assert fail.opens["first_s"] == pytest.approx(0.0144, abs=5e-5)
-    assert fail.peak == fail.data["nominal"]["peak_angle_rad"]
-    assert fail.why[0]["code"] and fail.findings[0]["severity"]
+    assert fail.opens.first_s == pytest.approx(0.0144, abs=5e-5)
+    assert vars(fail.opens) == fail.data["opens"]
+    assert [vars(reason) for reason in fail.why] == fail.data["why"]
+    for finding, entry in zip(fail.findings, fail.data["findings"], strict=True):
+        assert vars(finding) == {"needs_word": False, **entry}
     assert str(fail).startswith("✗ FAIL  The lever opens at 14.4 ms")
     assert repr(fail) == "<latchgate.Result fail: The lever opens at 14.4 ms (soft stop, negative acceleration).>"
-    assert lg.replay(SIGNALS / "surviving.csv", members=0).opens is None
+    stays = lg.replay(SIGNALS / "surviving.csv", members=0)
+    assert stays.opens is None and stays.peak == stays.data["nominal"]["peak_angle_rad"]
+
+
+def test_beyond_90_degrees_there_is_no_peak(fail):
+    assert fail.data["nominal"]["peak_angle_rad"] > math.pi / 2
+    assert fail.peak is None and fail.opens is not None
+    limited = lg.replay(BURST, opens_when="negative", members=0, set={"lever.preload_torque_nm": 5})
+    assert limited.opens is not None and limited.peak == limited.data["nominal"]["peak_angle_rad"]
+
+
+COPIES = [copy.copy, copy.deepcopy, lambda answer: pickle.loads(pickle.dumps(answer))]
+
+
+@pytest.mark.parametrize("copied", COPIES)
+def test_answers_are_copied_and_pickled(copied, fail, tmp_path):
+    arrays = lg.judge(T, np.sin(300 * T), unit="g", members=0, opens_when="both", name="sine.csv")
+    pulse = lg.replay(SLED, members=0, design={"name": "stiff", "base": "paper", "lever": {"preload_torque_nm": 5}})
+    question = {"bias": "none", "window": (-0.01, 0.06), "transfer": "0.8..1.25", "accept": ["axis"], "limit": {"work": 10**9}}
+    stated = lg.replay(BURST, set={"lever.mass_kg": 0.12}, members=0, **question)
+    for result in (fail, arrays, pulse, stated):
+        again = copied(result)
+        assert (again.document, str(again), repr(again)) == (result.document, str(result), repr(result))
+        assert again.verify()["same"]
+        for name, values in result.series.items():
+            assert np.array_equal(copied(again).series[name], values), name
+    assert copied(arrays).save_csv(tmp_path).name == "sine.csv"
+    margins = [{**answer.margin(counterweight_radius=0.04), "run": None} for answer in (pulse, copied(pulse))]
+    assert margins[0] == margins[1]
+    gate = lg.Gate(SIGNALS.parent / "docs/gate/gate.toml")
+    for answer in (lg.sweep([BURST], members=0), gate, gate.run(), lg.spectrum(SLED)):
+        assert repr(copied(answer)) == repr(answer)
+
+
+def test_a_pickled_result_stands_without_its_file(tmp_path):
+    file = tmp_path / "burst.csv"
+    file.write_bytes(BURST.read_bytes())
+    result = lg.replay(file, members=0)
+    kept = pickle.dumps(result)
+    file.unlink()
+    again = pickle.loads(kept)
+    assert (again.verdict, str(again)) == (result.verdict, str(result))
+    with pytest.raises(lg.NotJudged, match="burst.csv"):
+        again.series
+
+
+def judged(path):
+    return lg.replay(path, members=0)
+
+
+def test_other_processes_hand_results_over():
+    paths = [BURST, SIGNALS / "surviving.csv"]
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        results = list(pool.map(judged, paths))
+    for path, result in zip(paths, results, strict=True):
+        assert but_run(result.document) == but_run(judged(path).document)
+
+
+def test_print_shows_what_the_terminal_shows_with_pythons_remedies(latchgate, tmp_path):
+    undeclared = tmp_path / "undeclared.csv"
+    a = np.where((T > 0) & (T < 0.011), -30 * np.sin(np.pi * T / 0.011), 0.0)
+    table = np.column_stack([T, a])
+    np.savetxt(undeclared, table, delimiter=",", header="time,acceleration [g]", comments="")
+    for path in (BURST, undeclared):
+        result = lg.replay(path, members=0)
+        shown = " ".join(str(result).split())
+        assert "result.margin() searches" in shown and "result.findings has them" in shown
+        assert "latchgate" not in shown and "--" not in shown
+        shown = shown.replace("result.margin() searches", "latchgate margin searches")
+        shown = shown.replace("result.findings has them", "-v tells them")
+        shown = shown.replace('opens_when="negative"|"positive"|"both", transfer="LO..HI", accept="noise"', "TOGETHER")
+        shown = shown.replace("the setting `opens_when`", "--opens-when")
+        printed = latchgate("replay", path, "--members", "0", "--no-report", "--no-advice").decode()
+        options = "--opens-when negative|positive|both --transfer LO..HI --accept noise"
+        assert shown == " ".join(printed.split()).replace(options, "TOGETHER")
+    assert 'State together: opens_when="negative"|"positive"|"both", transfer="LO..HI"' in result.why[1].text
+    assert "the setting `opens_when` = negative" in result.data["why"][1]["text"]
+
+
+KEYWORDS = [
+    ("the setting `filter` = none.", 'filter="none".'),
+    ("the setting `window` = -0.01..0.06. If", "window=(-0.01, 0.06). If"),
+    ("the setting `bias` = START..END, or", "bias=(START, END), or"),
+    ("the setting `rate_hz` = HZ; the setting `members` = 0)", "rate_hz=HZ; members=0)"),
+    ("state the setting `time_unit` = s|ms, or", 'state time_unit="s"|"ms", or'),
+    ("the setting `sensitivity` = '20 g/V')", 'sensitivity="20 g/V")'),
+    ("the setting `decimal` = . or the setting `decimal` = , ; the", 'decimal="." or decimal="," ; the'),
+    ("the setting `accept` = clock,noise.", 'accept=["clock", "noise"].'),
+    ("the setting `accepted_remarks` = 'it'\\''s \"so\"', or", 'accepted_remarks=["it\'s \\"so\\""], or'),
+    ('the setting `accepted_remarks` = "as is", or', 'accepted_remarks=["as is"], or'),
+    ("the setting `radial_channel` = sill acc x [g].", 'radial_channel="sill acc x [g]".'),
+    ("the setting `limit` = work=1000. Or", 'limit={"work": 1000}. Or'),
+    (
+        "the setting `set` = tolerance.mass_kg=VALUE, the setting `set` = lever.mass_kg=0.1",
+        'set={"tolerance.mass_kg": VALUE, "lever.mass_kg": 0.1}',
+    ),
+    ("the setting `unit`, or the setting `rate_hz` = 9.", "the setting `unit`, or rate_hz=9."),
+    ("the setting `unit", "the setting `unit"),
+]
+
+
+@pytest.mark.parametrize("text, expected", KEYWORDS)
+def test_settings_are_spelt_as_keywords(text, expected):
+    from latchgate._native import keywords
+
+    assert keywords(text) == expected
+
+
+@pytest.mark.parametrize("times, question", [(1e3, {}), (1, {"window": (0, 60)})])
+def test_times_in_milliseconds_are_suspected_aloud(times, question, tmp_path):
+    table = np.column_stack([times * T, np.sin(300 * T)])
+    file = tmp_path / "times.csv"
+    np.savetxt(file, table, delimiter=",", header="time,sill acc y [g]", comments="")
+    asked = [lambda: lg.replay(file, members=0, **question), lambda: lg.judge(*table.T, unit="g", members=0, **question)]
+    for ask in asked:
+        with pytest.warns(UserWarning, match=r'time_unit="s"\|"ms"|window=\(0, 0.06\)') as told:
+            ask()
+        assert told[0].filename == __file__
+
+
+def test_arrays_have_the_unit_of_time_that_is_stated(recwarn, tmp_path):
+    a = np.where((T > 0) & (T < 0.011), -30 * np.sin(np.pi * T / 0.011), 0.0)
+    seconds = lg.judge(T, a, unit="g", members=0, opens_when="negative")
+    for times, unit in ((1e3, "ms"), (1e5, "10 us")):
+        result = lg.judge(times * T, a, unit="g", time_unit=unit, members=0, opens_when="negative", name=f"{times}.csv")
+        assert result.opens.first_s == pytest.approx(seconds.opens.first_s, rel=1e-9)
+        assert [finding.code for finding in result.findings] == [finding.code for finding in seconds.findings]
+        saved = lg.replay(result.save_csv(tmp_path), members=0, opens_when="negative")
+        assert but_run(saved.document) == but_run(result.document)
+    assert not recwarn.list
+    with pytest.raises(ValueError, match="the time unit `fortnight` is not known"):
+        lg.judge(T, a, unit="g", time_unit="fortnight")
+    with pytest.raises(lg.NotJudged, match="0.01 Hz"):
+        lg.judge(1e6 * T, a, unit="g")
+
+
+def test_a_missing_file_is_named_with_its_path(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    absent = tmp_path / "absent.csv"
+    asked = [
+        lambda: lg.replay(absent),
+        lambda: lg.inspect(absent),
+        lambda: lg.margin(absent),
+        lambda: lg.spectrum([BURST, absent]),
+        lambda: lg.replay(BURST, design=absent),
+        lambda: lg.Gate(absent).run(),
+    ]
+    for ask in asked:
+        with pytest.raises(FileNotFoundError) as raised:
+            ask()
+        error = raised.value
+        assert isinstance(error, lg.NotJudged) and error.filename == str(absent)
+        assert str(error) == f"{absent}: there is no such file"
+        again = pickle.loads(pickle.dumps(error))
+        assert (str(again), again.filename, again.errno) == (str(error), error.filename, error.errno)
+    with pytest.raises(FileNotFoundError, match=f"^absent.csv: there is no such file in {tmp_path}$"):
+        lg.replay("absent.csv")
+
+
+def test_a_sweep_is_shown_as_a_table():
+    stiff = {"name": "<stiff>", "base": "paper", "lever": {"preload_torque_nm": 5}}
+    sweep = lg.sweep([BURST, "absent.csv"], [None, stiff], members=0)
+    lines = [line.split(maxsplit=3) for line in str(sweep).splitlines()]
+    assert str(sweep).splitlines()[0].split() == ["recording", "design", "verdict", "largest", "angle", "reason"]
+    assert [line[:3] for line in lines[1:]] == [
+        [str(BURST), "paper", "fail"],
+        [str(BURST), "<stiff>", "fail"],
+        ["absent.csv", "paper", "unusable"],
+        ["absent.csv", "<stiff>", "unusable"],
+    ]
+    assert lines[1][3].split("  ")[0] == "> 90°" and "input-refused" in lines[3][3]
+    shown = sweep._repr_html_()
+    assert shown.count("<tr>") == 5 and "&lt;stiff&gt;" in shown and "&gt; 90°" in shown
+    many = lg.sweep(["absent.csv"] * 70, members=0)
+    assert len(str(many).splitlines()) == 62 and "10 more rows" in str(many) and "10 more rows" in many._repr_html_()
 
 
 def test_nothing_is_true_or_false(fail, tmp_path):
@@ -58,7 +237,7 @@ def test_a_result_is_compared_by_its_verdict(fail):
 def test_where_a_setting_decides_the_first_line_says_so():
     question = {"set": {"criterion.threshold_rad": 0.02}, "window": (0.1, 0.2), "members": 0}
     result = lg.replay(SIGNALS / "surviving.csv", **question)
-    assert result.why[0]["code"] == "setting-decides"
+    assert result.why[0].code == "setting-decides"
     assert repr(result).startswith("<latchgate.Result pass: By the setting `window` the answer is pass, by the defaults it is fail.")
 
 
@@ -68,7 +247,7 @@ def test_an_unusable_recording_is_an_answer_without_a_peak():
     assert (result.verdict, result.peak) == ("unusable", None)
     with pytest.raises(lg.NotJudged, match="unusable"):
         result.opens
-    assert any(finding["severity"] == "blocking" for finding in result.findings)
+    assert any(finding.severity == "blocking" for finding in result.findings)
 
 
 def test_series_are_the_files_columns(fail, latchgate, tmp_path):
@@ -154,7 +333,7 @@ WRONG = [
     (ValueError, {"set": {"lever.mas_kg": 1}}, "did you mean `lever.mass_kg`?"),
     (ValueError, {"set": {"lever.mass_kg": -1}}, "mass"),
     (ValueError, {"design": {"levers": {}}}, "did you mean `lever`?"),
-    (lg.NotJudged, {"design": "absent.toml"}, "absent.toml: cannot read the design file"),
+    (lg.NotJudged, {"design": SIGNALS}, "cannot read the design file"),
     (lg.NotJudged, {"channel": "nine"}, "no channel `nine`; the recording holds"),
 ]
 

@@ -7,7 +7,8 @@ evidence, whether the door stays shut.
     'fail'
 
 Angles are in rad, times in s, accelerations in m/s² unless a unit is stated. Keywords are those of the
-command line with ``_`` for ``-``: see :class:`Settings`. What cannot be judged raises :class:`NotJudged`.
+command line with ``_`` for ``-``: see :class:`Settings`. What cannot be judged raises :class:`NotJudged`; a file
+that is missing raises one that is a FileNotFoundError, too.
 Any number of threads may ask at once; Ctrl-C ends a question.
 """
 
@@ -16,6 +17,7 @@ from __future__ import annotations
 import datetime
 import json
 import os
+import warnings
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -23,16 +25,19 @@ from . import _native
 from ._errors import NotJudged
 from ._native import __version__
 from ._question import Design, MarginSettings, Path, Settings, columns, file_name, lever, settings_json
-from ._result import GateResult, Result, Spectrum, Sweep
+from ._result import Finding, GateResult, Opening, Reason, Result, Spectrum, Sweep
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 __all__ = [
+    "Finding",
     "Gate",
     "GateResult",
     "MarginSettings",
     "NotJudged",
+    "Opening",
+    "Reason",
     "Result",
     "Settings",
     "Spectrum",
@@ -79,19 +84,24 @@ def judge(
 ) -> Result:
     """Judges arrays, as the table of two columns that :meth:`Result.save_csv` writes: ``judge(t, a, unit="g")``.
 
-    :param t: time [s] from first contact; or a pandas.Series whose index is that time.
+    :param t: time [s] from first contact; or a pandas.Series whose index is that time. ``time_unit="ms"`` states
+        another unit.
     :param a: acceleration in the unit that is stated; doubles are read where they lie.
     :param name: the file name that the document bears, without a folder.
     :param settings: see :class:`Settings`. ``unit`` is never guessed: state it, or for volts and counts
         ``sensitivity``. The other parameters are as for :func:`replay`.
     """
     time, values = columns(t, a)
-    # The table's head states it, as that of a file would.
-    unit = settings.pop("unit", None)
+    # The table's head states both, as that of a file would.
+    unit, time_unit = settings.pop("unit", None), settings.pop("time_unit", None)
     if unit is None and "sensitivity" not in settings:
         raise TypeError('judge takes the unit of a: unit="g", or sensitivity="20 g/V"')
-    table = _native.table(time, values, unit)
+    table = _native.table(time, values, unit, time_unit)
     return _judge(file_name(name), table, design, set, threads, settings)
+
+
+#: Findings of times that seem to be in another unit: nothing else that an answer says is of use then.
+_SUSPECTED_TIMES = {"time-unit-implausible", "window-in-milliseconds"}
 
 
 def _judge(
@@ -102,12 +112,15 @@ def _judge(
     threads: int | None,
     settings: Mapping[str, Any],
 ) -> Result:
-    asked, judged_lever = settings_json(settings), lever(design, changes)
-    native = _native.Judged(path, table, asked, judged_lever, threads)
+    native = _native.Judged(path, table, settings_json(settings), lever(design, changes), threads)
     files: list[Path] = [] if table is not None else [path, f"{path}.toml"]
     if design is not None and not isinstance(design, Mapping):
         files.append(design)
-    return Result(native, (path, table, asked, judged_lever), files)
+    result = Result(native, files)
+    for finding in result.findings:
+        if finding.code in _SUSPECTED_TIMES:
+            warnings.warn(finding.text, stacklevel=3)
+    return result
 
 
 def inspect(path: Path, *, threads: int | None = None, **settings: Unpack[Settings]) -> dict[str, Any]:
@@ -128,7 +141,7 @@ def margin(
 
     The parameters are those of :func:`replay`. It takes seconds to minutes.
     """
-    text = _native.margin(path, None, settings_json(settings), lever(design, set), threads)
+    text = _native.margin(path, settings_json(settings), lever(design, set), threads)
     document: dict[str, Any] = json.loads(text)
     return document
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Iterable
 
 
@@ -22,3 +24,11 @@ class NotJudged(ValueError):
 
     def __str__(self) -> str:
         return self.message
+
+
+class MissingFile(NotJudged, FileNotFoundError):
+    """There is no file of that name: a FileNotFoundError with its ``filename``."""
+
+    def __init__(self, message: str, candidates: Iterable[str] = (), filename: str | None = None) -> None:
+        super().__init__(message, candidates)
+        self.errno, self.strerror, self.filename = errno.ENOENT, os.strerror(errno.ENOENT), filename

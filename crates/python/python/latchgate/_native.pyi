@@ -1,10 +1,25 @@
+import builtins
 import os
-from typing import final
+from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["SETTINGS", "Judged", "Lever", "__version__", "inspect", "margin", "rows", "run_gate", "spectrum", "table"]
+__all__ = [
+    "SETTINGS",
+    "Judged",
+    "Lever",
+    "__version__",
+    "inspect",
+    "keywords",
+    "margin",
+    "peak_text",
+    "restored",
+    "rows",
+    "run_gate",
+    "spectrum",
+    "table",
+]
 
 __version__: str
 SETTINGS: list[str]
@@ -16,15 +31,18 @@ class Lever:
 
 @final
 class Judged:
+    name: str
     def __new__(
         cls,
         path: str | os.PathLike[str],
-        bytes: bytes | None,
+        bytes: builtins.bytes | None,
         settings: str,
         lever: Lever,
         threads: int | None,
     ) -> Judged: ...
-    def document(self) -> bytes: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+    def bytes(self) -> builtins.bytes | None: ...
+    def document(self) -> builtins.bytes: ...
     def text(self) -> str: ...
     def headline(self) -> str: ...
     def series(self) -> dict[str, npt.NDArray[np.float64]]: ...
@@ -32,15 +50,18 @@ class Judged:
     def page(self) -> str: ...
     def report(self, folder: str | os.PathLike[str], with_pdf: bool) -> None: ...
     def verify(self, folder: str | os.PathLike[str] | None, threads: int | None) -> str: ...
+    def margin(self, counterweight_radius: float | None, threads: int | None) -> str: ...
 
 def inspect(path: str | os.PathLike[str], settings: str, threads: int | None) -> str: ...
-def margin(
+def keywords(text: str) -> str: ...
+def margin(path: str | os.PathLike[str], settings: str, lever: Lever, threads: int | None) -> str: ...
+def peak_text(peak: float, uncertainty: float | None, threshold: float, opens: bool) -> str: ...
+def restored(
     path: str | os.PathLike[str],
     bytes: bytes | None,
-    settings: str,
-    lever: Lever,
-    threads: int | None,
-) -> str: ...
+    settings_design: tuple[str, str],
+    document: bytes,
+) -> Judged: ...
 def rows(
     recordings: list[str | os.PathLike[str]], settings: str, levers: list[Lever], threads: int | None
 ) -> tuple[int, str]: ...
@@ -60,5 +81,8 @@ def spectrum(
     threads: int | None,
 ) -> str: ...
 def table(
-    time_s: npt.NDArray[np.float64], values: npt.NDArray[np.float64], unit: str | None
+    time: npt.NDArray[np.float64],
+    values: npt.NDArray[np.float64],
+    unit: str | None,
+    time_unit: str | None,
 ) -> bytes: ...

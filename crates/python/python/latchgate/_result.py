@@ -5,14 +5,16 @@ from __future__ import annotations
 import functools
 import html
 import json
+import math
 import os
 import pathlib
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from . import _native
 from ._errors import NotJudged
-from ._question import MarginSettings, Path, settings_json
+from ._question import Path
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,6 +34,45 @@ _CURVES: dict[str, dict[str, Any]] = {
 _MARKS = {"crossing": "#b3261e", "bad": "#b3261e", "peak": "#b45309", "contact": "0.5"}
 
 
+@dataclass(frozen=True)
+class Reason:
+    """A reason for the verdict."""
+
+    code: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something odd in the data, from ``at_s`` [s] on if that is stated."""
+
+    code: str
+    severity: Literal["blocking", "warning", "info"]
+    text: str
+    at_s: float | None
+    #: A pass needs a person's word on it.
+    needs_word: bool = False
+
+
+@dataclass(frozen=True)
+class Opening:
+    """When the lever opens [s]: first the nominal one, then one in twenty, half and all but one in twenty of the
+    varied ones that open; None where none does or none was asked."""
+
+    first_s: float | None
+    p05_s: float | None
+    p50_s: float | None
+    p95_s: float | None
+    #: Stop and sign of the acceleration with which it opens.
+    model: Literal["soft", "rigid"]
+    opens_when: Literal["negative", "positive"]
+    #: How many varied levers were asked, and how many of them open.
+    members: int
+    exceeded: int
+    #: What differs between them.
+    varied: str | None = None
+
+
 class Result:
     """The answer for one recording and one lever.
 
@@ -39,14 +80,8 @@ class Result:
     answers, so compare ``result.verdict``.
     """
 
-    def __init__(
-        self,
-        native: _native.Judged,
-        question: tuple[Path, bytes | None, str, _native.Lever],
-        files: list[Path],
-    ) -> None:
+    def __init__(self, native: _native.Judged, files: list[Path]) -> None:
         self._native = native
-        self._question = question
         self._files = files
         self._folder: pathlib.Path | None = None
         #: The command line's JSON document, byte for byte but for its block ``run``.
@@ -64,32 +99,30 @@ class Result:
         return cast(Verdict, self.data["verdict"])
 
     @property
-    def why(self) -> list[dict[str, Any]]:
-        """The reasons, the weightiest first: ``code`` and ``text``."""
-        why: list[dict[str, Any]] = self.data["why"]
-        return why
+    def why(self) -> list[Reason]:
+        """The reasons, the weightiest first."""
+        return [Reason(**_spelt(reason)) for reason in self.data["why"]]
 
     @property
-    def findings(self) -> list[dict[str, Any]]:
-        """What is odd in the data, the gravest first: ``code``, ``severity``, ``text``, ``at_s`` [s]."""
-        findings: list[dict[str, Any]] = self.data["findings"]
-        return findings
+    def findings(self) -> list[Finding]:
+        """What is odd in the data, the gravest first."""
+        return [Finding(**_spelt(finding)) for finding in self.data["findings"]]
 
     @property
-    def opens(self) -> dict[str, Any] | None:
-        """When the lever opens [s]: ``first_s`` of the nominal lever, ``p05_s``, ``p50_s`` and ``p95_s`` of the
-        varied ones, with ``model`` and ``opens_when``; None where none opens. Of an unusable recording nobody
-        knows: that raises :class:`NotJudged`."""
+    def opens(self) -> Opening | None:
+        """When the lever opens; None where none does. Of an unusable recording nobody knows: that raises
+        :class:`NotJudged`."""
         if self.verdict == "unusable":
             raise NotJudged(f"whether the lever opens is not known, the recording is unusable: {self._headline()}")
-        opens: dict[str, Any] | None = self.data["opens"]
-        return opens
+        opens = self.data["opens"]
+        return None if opens is None else Opening(**opens)
 
     @property
     def peak(self) -> float | None:
-        """Largest angle of the nominal lever [rad]; None where nothing can be said of it."""
+        """Largest angle of the nominal lever [rad]; None where nothing can be said of it, as beyond 90°, where
+        only :attr:`opens` counts."""
         nominal = self.data["nominal"]
-        if self.verdict == "unusable" or nominal is None:
+        if self.verdict == "unusable" or nominal is None or nominal["peak_angle_rad"] > math.pi / 2:
             return None
         return float(nominal["peak_angle_rad"])
 
@@ -169,30 +202,24 @@ class Result:
     def margin(self, *, counterweight_radius: float | None = None, threads: int | None = None) -> dict[str, Any]:
         """Returns how far the verdict is from changing, as :func:`latchgate.margin` does.
         ``counterweight_radius`` is its distance from the pivot [m]."""
-        path, table, settings, lever = self._question
-        asked: MarginSettings = json.loads(settings)
-        if counterweight_radius is not None:
-            asked["counterweight_radius"] = counterweight_radius
-        text = _native.margin(path, table, settings_json(asked), lever, threads)
-        margin: dict[str, Any] = json.loads(text)
+        margin: dict[str, Any] = json.loads(self._native.margin(counterweight_radius, threads))
         return margin
 
     def save_csv(self, folder: Path = ".") -> pathlib.Path:
         """Writes the arrays that were judged into a folder, as the table of two columns of which
         :attr:`document` speaks, and returns its path. A file that is there is not replaced: FileExistsError."""
-        name, table, _, _ = self._question
+        table = self._native.bytes()
         if table is None:
             raise ValueError("the result is that of a file, not of arrays: the file is there")
-        path = pathlib.Path(folder) / name
+        path = pathlib.Path(folder) / self._native.name
         with path.open("xb") as file:
             file.write(table)
         return path
 
     def _headline(self) -> str:
         """The sentence that says what the verdict means; where a setting decides, that comes first."""
-        first = self.why[0] if self.why else {}
-        by_setting = f"{first['text']} " if first.get("code") == "setting-decides" else ""
-        return by_setting + self._native.headline()
+        decides = [reason.text + " " for reason in self.why[:1] if reason.code == "setting-decides"]
+        return "".join(decides) + self._native.headline()
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, str):
@@ -215,6 +242,11 @@ class Result:
         # As high as its page where a notebook lets it ask, else with a bar to scroll.
         fit = "this.style.height=this.contentDocument.documentElement.scrollHeight+'px'"
         return f'<iframe srcdoc="{page}" onload="{fit}" style="width:100%;height:900px;border:0"></iframe>'
+
+
+def _spelt(entry: dict[str, Any]) -> dict[str, Any]:
+    """Returns an entry of the document with Python's keywords in its text."""
+    return {**entry, "text": _native.keywords(entry["text"])}
 
 
 class Record(dict[str, Any]):
@@ -253,9 +285,39 @@ class Sweep(_Table):
 
     A row has ``recording``, ``design``, ``verdict``, ``reason`` (``code``, ``text``), ``report_id``, and in
     radians ``threshold_rad``, ``peak_angle_rad``, ``uncertainty_rad``, ``coast_peak_angle_rad``; ``members``
-    is the largest number of varied levers, 0 where the nominal lever alone was judged, and ``share`` bounds the part of them that open. A recording that cannot be read has rows that say
-    ``unusable`` with the code ``input-refused``.
+    is the largest number of varied levers, 0 where the nominal lever alone was judged, and ``share`` bounds the part
+    of them that open. A recording that cannot be read has rows that say ``unusable`` with the code ``input-refused``.
+    Printed and in a notebook it is a table; beyond 90° that has no angle, as everywhere.
     """
+
+    #: Rows of the table that is shown.
+    _SHOWN = 60
+
+    def _cells(self) -> list[list[str]]:
+        cells = [["recording", "design", "verdict", "largest angle", "reason"]]
+        for row in self.rows[: self._SHOWN]:
+            peak = row["peak_angle_rad"]
+            if peak is None:
+                angle = ""
+            else:
+                angle = _native.peak_text(peak, row["uncertainty_rad"], row["threshold_rad"], row["verdict"] == "fail")
+            cells.append([row["recording"], row["design"], row["verdict"], angle, row["reason"]["code"]])
+        return cells
+
+    def _more(self) -> str:
+        more = len(self) - self._SHOWN
+        return f"{more} more rows: to_pandas() has all" if more > 0 else ""
+
+    def __repr__(self) -> str:
+        cells = self._cells()
+        widths = [max(map(len, column)) for column in zip(*cells)]
+        lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in cells]
+        return "\n".join([*lines, self._more()]).rstrip()
+
+    def _repr_html_(self) -> str:
+        head, *rows = [[html.escape(cell) for cell in row] for row in self._cells()]
+        lines = [f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in rows]
+        return f"<table><tr><th>{'</th><th>'.join(head)}</th></tr>{''.join(lines)}</table>{self._more()}"
 
 
 class GateResult(_Table):
