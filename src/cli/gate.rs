@@ -15,11 +15,12 @@ use crate::gate::files::Reports;
 use crate::gate::{self, Baseline, ERRORS_MAX, GateFile, GateSummary, Plan, Store, SummaryOptions};
 use crate::pipeline::Request;
 use clap::{Args, ValueEnum};
+use latchgate_document::calendar;
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::{Limits, read_within};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::Instant;
 use sweep::{SweepArguments, SweepCommand};
 
 /// Options of `gate`.
@@ -137,7 +138,7 @@ pub(super) fn command(arguments: &GateArguments, common: &Common) -> Result<u8, 
         .transpose()
         .map_err(Failure::Data)?;
     check_baseline(arguments, &folder)?;
-    let date = arguments.date.clone().unwrap_or_else(today);
+    let date = arguments.date.clone().unwrap_or_else(calendar::today);
     let options = SummaryOptions {
         date: &date,
         baseline: baseline.as_ref(),
@@ -146,7 +147,13 @@ pub(super) fn command(arguments: &GateArguments, common: &Common) -> Result<u8, 
     };
     if let Some(sweep) = sweep {
         return match sweep.collect(options)? {
-            Some(summary) => answer(arguments, common, &plan, summary, &folder),
+            Some(summary) => answer(
+                arguments,
+                common,
+                (&plan, &Store::unkept()),
+                summary,
+                &folder,
+            ),
             None => Ok(COULD_NOT),
         };
     }
@@ -174,7 +181,7 @@ pub(super) fn command(arguments: &GateArguments, common: &Common) -> Result<u8, 
     let cached: usize = run.recordings.iter().map(|judged| judged.cached).sum();
     let summary = gate::summarise(&plan, run.recordings, options);
     let judged = summary.counts.pairs;
-    let code = answer(arguments, common, &plan, summary, &folder);
+    let code = answer(arguments, common, (&plan, &store), summary, &folder);
     if plan.part {
         output::talk(&format!(
             "latchgate: judged the {judged} chosen of {pairs_in_gate} pairs; the gate's answer needs all"
@@ -191,7 +198,7 @@ pub(super) fn command(arguments: &GateArguments, common: &Common) -> Result<u8, 
 fn answer(
     arguments: &GateArguments,
     common: &Common,
-    plan: &Plan,
+    (plan, store): (&Plan, &Store),
     mut summary: GateSummary,
     folder: &Path,
 ) -> Result<u8, Failure> {
@@ -208,7 +215,7 @@ fn answer(
     };
     let progress = Progress::new("reports").that_keeps();
     let written = progress.watch("reports", common.thread_count(), |control| {
-        gate::files::write(folder, plan, &summary, reports, &limits, control)
+        gate::files::write(folder, (plan, store), &summary, reports, &limits, control)
     });
     drop(progress);
     if let Err(error) = &written {
@@ -410,11 +417,4 @@ fn default_folder(gate: &Path) -> PathBuf {
         .file_stem()
         .map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     Path::new("reports/out").join(format!("gate-{stem}"))
-}
-
-/// Returns the present day, UTC, `YYYY-MM-DD`.
-fn today() -> String {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    let days = now.map_or(0, |since| since.as_secs() / 86_400) as i64;
-    gate::file::day(days)
 }

@@ -36,42 +36,60 @@ pub struct StaticRequirement {
 }
 
 impl StaticRequirement {
-    /// Reads a load, or a table of `g` and `standard`.
-    fn of(value: &toml::Value) -> Option<Self> {
+    /// Reads a load, or a table of `g`, `standard` and `door`; names what is none of them.
+    fn of(value: &toml::Value) -> Result<Self, String> {
         let number = |value: &toml::Value| {
             let level = value
                 .as_float()
                 .or(value.as_integer().map(|level| level as f64));
-            level.filter(|level| level.is_finite() && *level > 0.0)
+            let level = level.filter(|level| level.is_finite() && *level > 0.0);
+            level.ok_or_else(|| shown(value))
         };
-        if let Some(load_g) = number(value) {
-            return Some(Self {
-                load_g,
+        let Some(table) = value.as_table() else {
+            return Ok(Self {
+                load_g: number(value)?,
                 standard: Standard::SaeJ839,
                 door: Door::default(),
             });
+        };
+        let known = ["g", "standard", "door"];
+        if let Some(key) = table.keys().find(|key| !known.contains(&key.as_str())) {
+            return Err(format!("the key `{key}`"));
         }
-        let table = value.as_table()?;
-        let load_g = number(table.get("g")?)?;
-        let word = |key: &str| Some(table.get(key)?.as_str()?.to_ascii_lowercase());
+        let word = |key: &str| {
+            let text = table.get(key).ok_or_else(|| format!("no `{key}`"))?;
+            let word = text
+                .as_str()
+                .ok_or_else(|| format!("{} for `{key}`", shown(text)))?;
+            Ok::<_, String>(word.to_ascii_lowercase())
+        };
+        let load_g = number(table.get("g").ok_or("no `g`")?)?;
         let standard = word("standard")?;
-        let standard = Standard::ALL
-            .into_iter()
-            .find(|own| own.word() == standard)?;
+        let of_word = Standard::ALL.into_iter().find(|own| own.word() == standard);
+        let standard = of_word.ok_or_else(|| format!("the standard `{standard}`"))?;
         let door = match table.contains_key("door") {
             true => {
                 let door = word("door")?;
-                Door::ALL.into_iter().find(|own| own.word() == door)?
+                let of_word = Door::ALL.into_iter().find(|own| own.word() == door);
+                of_word.ok_or_else(|| format!("the door `{door}`"))?
             }
             false => Door::default(),
         };
-        let known = ["g", "standard", "door"];
-        let all_known = table.keys().all(|key| known.contains(&key.as_str()));
-        all_known.then_some(Self {
+        Ok(Self {
             load_g,
             standard,
             door,
         })
+    }
+}
+
+/// Returns a number or text as it is written, of anything else its type.
+fn shown(value: &toml::Value) -> String {
+    match value {
+        toml::Value::Integer(number) => format!("`{number}`"),
+        toml::Value::Float(number) => format!("`{number}`"),
+        toml::Value::String(text) => format!("`{text}`"),
+        other => with_article(other.type_str()),
     }
 }
 
@@ -231,18 +249,18 @@ impl FileReading<'_> {
                         Err(error) => self.errors.push(error.at(place)),
                     }
                 }
-                (REQUIRE_STATIC, value) => {
-                    gate.require_static = StaticRequirement::of(&value);
-                    if gate.require_static.is_none() {
+                (REQUIRE_STATIC, value) => match StaticRequirement::of(&value) {
+                    Ok(required) => gate.require_static = Some(required),
+                    Err(found) => {
                         let place = self.place_of(REQUIRE_STATIC, None);
                         let error = Error::malformed(
                             "a load in g, above 0, alone or with a standard, 206, r11 or j839, and a door, hinged, sliding or back",
-                            with_article(value.type_str()),
+                            found,
                             "write require_static_g = 30, or { g = 30, standard = \"206\", door = \"hinged\" }",
                         );
                         self.errors.push(error.at(place));
                     }
-                }
+                },
                 (kind, value) if TABLES.contains(&kind) => {
                     for (number, entry) in self.entries(kind, value) {
                         if self.errors.len() >= ERRORS_MAX {
@@ -480,7 +498,18 @@ fn flatten(prefix: &str, table: toml::Table, assignments: &mut Vec<String>) -> R
             toml::Value::Table(inner) => flatten(&format!("{name}."), inner, assignments)?,
             toml::Value::Integer(number) => assignments.push(format!("{name}={number}")),
             toml::Value::Float(number) => assignments.push(format!("{name}={number}")),
-            other => return Err(wrong(&name, "a number without quotes", &other)),
+            toml::Value::String(share)
+                if name.starts_with("tolerance.") && share.trim_end().ends_with('%') =>
+            {
+                assignments.push(format!("{name}={share}"));
+            }
+            other => {
+                let expected = match name.starts_with("tolerance.") {
+                    true => "a number without quotes, or a share such as \"5 %\"",
+                    false => "a number without quotes",
+                };
+                return Err(wrong(&name, expected, &other));
+            }
         }
     }
     Ok(())
@@ -515,23 +544,6 @@ pub fn is_day(text: &str) -> bool {
     date.is_ok_and(|date| date.date.is_some() && date.time.is_none())
 }
 
-/// Returns the date of a day that is counted from 1970-01-01.
-pub fn day(days: i64) -> String {
-    // Years begin in March here, so that the day a leap year adds comes last (Hinnant,
-    // "chrono-compatible low-level date algorithms", civil_from_days).
-    let days = days + 719_468;
-    let era = days.div_euclid(146_097);
-    let day_of_era = days.rem_euclid(146_097);
-    let year_of_era =
-        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    let year = year_of_era + era * 400 + i64::from(month <= 2);
-    format!("{year:04}-{month:02}-{day:02}")
-}
-
 fn wrong(key: &str, expected: &str, value: &toml::Value) -> Error {
     let found = match value {
         toml::Value::String(text) => format!("\"{text}\""),
@@ -546,21 +558,4 @@ fn wrong(key: &str, expected: &str, value: &toml::Value) -> Error {
 
 fn unknown(key: &str, known: &[&str]) -> Error {
     Error::unknown("key", key, known)
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn val_days_of_the_calendar() {
-        for (days, expected) in [
-            (0, "1970-01-01"),
-            (789, "1972-02-29"),
-            (11_016, "2000-02-29"),
-            (20_779, "2026-11-22"),
-            (47_540, "2100-02-28"),
-            (47_541, "2100-03-01"),
-        ] {
-            assert_eq!(super::day(days), expected);
-        }
-    }
 }

@@ -2,13 +2,14 @@
 
 use super::pairs::Pair;
 use super::plan::Plan;
+use super::store::{Advised, Store};
 use super::summary::{GateSummary, unwritten};
 use super::{junit, markdown, page};
 use crate::pipeline::{Control, Extras, Limits, Prepared};
 use latchgate_kernel::error::Error as KernelError;
 use latchgate_recording::error::{Error, Place};
 use latchgate_report::Unplaced;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
@@ -33,7 +34,8 @@ pub enum Reports {
 }
 
 /// Writes `summary.json`, `summary.csv`, `junit.xml`, `summary.md` and `index.html` into a folder, and the full
-/// reports below it; returns how many of these were left out.
+/// reports below it; returns how many of these were left out. What a report searches beside its verdict is kept in the
+/// store, so that it is searched once.
 ///
 /// The folder is made beside and put in place at the end, so that it holds the files of one run.
 ///
@@ -42,7 +44,7 @@ pub enum Reports {
 /// [`ErrorKind::Io`] if something cannot be written, [`Stopped`](latchgate_kernel::error::Error::Stopped).
 pub fn write(
     folder: &Path,
-    plan: &Plan,
+    (plan, store): (&Plan, &Store),
     summary: &GateSummary,
     reports: Reports,
     limits: &Limits,
@@ -60,14 +62,18 @@ pub fn write(
     let left_out = requested - numbers.len();
     Unplaced::remove_left(folder);
     let beside = Unplaced::beside(folder)?;
+    let rows = numbers
+        .iter()
+        .map(|number| &*summary.pairs[*number].row.report_id);
+    let known = store.advised(&rows.collect())?;
     let folders = control.try_map(&numbers, |&number| {
         control.unmeasured(|control| {
             let control = control.with_threads(1);
             write_report(
                 beside.path(),
-                plan,
-                number,
+                (plan, number),
                 &summary.pairs[number],
+                (store, &known),
                 limits,
                 &control,
             )
@@ -102,9 +108,9 @@ pub fn write(
 /// Writes the full report of a pair; returns its folder, relative to `folder`.
 fn write_report(
     folder: &Path,
-    plan: &Plan,
-    number: usize,
+    (plan, number): (&Plan, usize),
     pair: &Pair,
+    (store, known): (&Store, &BTreeMap<String, Advised>),
     limits: &Limits,
     control: &Control<'_>,
 ) -> Result<String, Error> {
@@ -113,12 +119,16 @@ fn write_report(
     let source = recording.source();
     let extras = Extras {
         filter_table: true,
-        preload_answer: true,
+        preload_answer: false,
         evidence: true,
     };
-    let outcome = match Prepared::open(&source, &recording.request, limits, control) {
-        Ok(prepared) => prepared.judge(design, extras, control),
-        Err(refused) => refused.outcome(design),
+    let (prepared, mut outcome) = match Prepared::open(&source, &recording.request, limits, control)
+    {
+        Ok(prepared) => {
+            let outcome = prepared.judge(design, extras, control);
+            (Some(prepared), outcome)
+        }
+        Err(refused) => (None, refused.outcome(design)),
     };
     if outcome.was_stopped() {
         return Err(KernelError::Stopped.into());
@@ -130,6 +140,23 @@ fn write_report(
             "run the gate again when no program writes there",
         );
         return Err(error.at(Place::file(pair.recording.as_str())));
+    }
+    let prepared = prepared.filter(|_| outcome.refusal.is_none());
+    let document = &mut outcome.document;
+    match (known.get(&document.report_id), prepared) {
+        (Some(advised), _) => {
+            document.preload_answer.clone_from(&advised.preload);
+            document.restitution_answer.clone_from(&advised.restitution);
+        }
+        (None, Some(prepared)) => {
+            prepared.advise(design, document, control)?;
+            let advised = Advised {
+                preload: document.preload_answer.clone(),
+                restitution: document.restitution_answer.clone(),
+            };
+            store.put_advised(&document.report_id, &advised)?;
+        }
+        (None, None) => {}
     }
     let id: String = pair.row.report_id.chars().take(12).collect();
     let report_folder = format!("{REPORTS}/{id}");

@@ -3,7 +3,7 @@
 use super::plan::is_recording;
 use crate::pipeline::{Control, Limits, Prepared, Request, Source, in_quotes};
 use latchgate_recording::error::{Error, Place};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -164,6 +164,12 @@ fn transfer_line(waiting: &[String]) -> String {
     )
 }
 
+/// True of a curve of NHTSA's EV5 format, `v07292.146`.
+fn is_curve(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    !extension.is_empty() && extension.chars().all(|letter| letter.is_ascii_digit())
+}
+
 fn name_below(path: &Path, folder: &Path) -> String {
     let relative = path.strip_prefix(folder).unwrap_or(path);
     let parts: Vec<_> = relative
@@ -191,7 +197,18 @@ impl Listed {
             paths.push(entry.map_err(failed)?.path());
         }
         paths.sort();
+        // A header beside its curves holds no other channel than they do.
+        let of_curves: BTreeSet<PathBuf> = paths
+            .iter()
+            .filter(|path| is_curve(path))
+            .map(|path| path.with_extension(""))
+            .collect();
         for path in paths {
+            let extension = path.extension().unwrap_or_default();
+            if extension.eq_ignore_ascii_case("ev5") && of_curves.contains(&path.with_extension(""))
+            {
+                continue;
+            }
             let hidden = path
                 .file_name()
                 .is_some_and(|name| name.to_string_lossy().starts_with('.'));

@@ -131,10 +131,12 @@ fn statics(plan: &Plan) -> Vec<StaticStanding> {
         let answers = StaticLever::answers(&question, &rows, is_stated);
         let answer = answers.first();
         let least = answer.and_then(|answer| answer.opens_at_g);
+        let apart_g = answer.and_then(|answer| answer.apart_g);
         // A level that is none holds nothing; of a lever that nothing opens there is none either.
         let never_opens =
             answer.is_some_and(|answer| least.is_none() && answer.holds != Some(false));
-        let is_held = never_opens || least.is_some_and(|least| least >= required.load_g);
+        let stays = |level: Option<f64>| level.is_none_or(|level| level >= required.load_g);
+        let is_held = (never_opens || least.is_some()) && stays(least) && stays(apart_g);
         StaticStanding {
             design: design.name.clone(),
             standard: required.standard,
@@ -143,6 +145,7 @@ fn statics(plan: &Plan) -> Vec<StaticStanding> {
             required_g: required.load_g,
             holds: is_stated && is_held,
             spring_stated: is_stated,
+            apart_g,
         }
     };
     plan.designs.iter().map(standing).collect()

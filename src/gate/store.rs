@@ -8,6 +8,7 @@
 //! ```text
 //! {"rec":"8f0c…","des":"52a1…","rev":16,"id":"…","is":"fail","why":"…","lim":0.1,"peak":0.31,"u":0.002,"sum":"…"}
 //! {"note":"reason","why":"…","code":"…","text":"…","sum":"…"}
+//! {"note":"advised","id":"…","advised":{"preload":{…},"restitution":null},"sum":"…"}
 //! ```
 //!
 //! Each line ends with a checksum of the text before it. A line with a wrong checksum is ignored,
@@ -18,6 +19,7 @@ use super::share::Share;
 use crate::pipeline::{Answer, DecisionRow, NUMBERS_REVISION, Reason};
 use latchgate_kernel::range::Range;
 use latchgate_recording::error::Error;
+use latchgate_verdict::margin::Advice;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
@@ -39,6 +41,9 @@ const CACHE_TAG: &str = "Signature: 8a477f597d28d172789f06886806bc55\n\
 
 /// Longest line that is read [bytes]; a row takes 400, a reason what its text takes.
 const LINE_MAX: u64 = 64 << 10;
+
+/// Beginning of the line of a search.
+const ADVISED: &[u8] = br#"{"note":"advised","#;
 
 /// Interval after which appended lines are synced to the disk. A sync per line would cost more than
 /// the decision; a power cut loses the lines since the last sync.
@@ -92,6 +97,17 @@ enum Note {
     Read { rec: Key, read: ReadFacts },
     /// A reason to which later rows of the file refer.
     Reason { why: String, reason: Reason },
+    /// What was searched for the report of a verdict.
+    Advised { id: String, advised: Advised },
+}
+
+/// What a report says beside its verdict, which takes longer to search than the verdict.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Advised {
+    /// The preload from which on the recording passes.
+    pub(super) preload: Option<Advice>,
+    /// The restitution up to which it does.
+    pub(super) restitution: Option<Advice>,
 }
 
 /// Facts of a recording that was read.
@@ -235,6 +251,48 @@ impl Store {
                 .map_err(|error| unwritable(&file.path, &error))?;
         }
         Ok(())
+    }
+
+    /// Keeps what was searched for a report, by `report_id`.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::put_read`].
+    pub(super) fn put_advised(&self, id: &str, advised: &Advised) -> Result<(), Error> {
+        let (id, advised) = (id.into(), advised.clone());
+        self.append(&mut self.lock_file(), &Note::Advised { id, advised }, true)
+    }
+
+    /// Returns what is kept of the searches for these reports.
+    ///
+    /// # Errors
+    ///
+    /// [`latchgate_recording::error::ErrorKind::Io`] if a file cannot be read.
+    pub(super) fn advised(&self, ids: &BTreeSet<&str>) -> Result<BTreeMap<String, Advised>, Error> {
+        let mut kept = BTreeMap::new();
+        let files = self.folder.as_deref().map(files).transpose()?;
+        for path in files.unwrap_or_default() {
+            let unread = |error: io::Error| Error::io_at("read the store", &path, &error);
+            let mut file = BufReader::new(File::open(&path).map_err(unread)?);
+            let mut line = Vec::new();
+            loop {
+                line.clear();
+                // A line that is too long ends without its end, and is none.
+                let read = file.by_ref().take(LINE_MAX).read_until(b'\n', &mut line);
+                if read.map_err(unread)? == 0 {
+                    break;
+                }
+                if !line.starts_with(ADVISED) {
+                    continue;
+                }
+                if let Some(Line::Note(Note::Advised { id, advised })) = Line::parse(&line)
+                    && ids.contains(&*id)
+                {
+                    kept.insert(id, advised);
+                }
+            }
+        }
+        Ok(kept)
     }
 
     /// Notes that a recording is begun.
@@ -421,6 +479,8 @@ impl StoredDecisions {
                 Some(Line::Note(Note::Ended { rec })) => {
                     begun.remove(&rec);
                 }
+                // Reports ask for it by themselves.
+                Some(Line::Note(Note::Advised { .. })) => {}
                 None => damaged += 1,
             }
         }

@@ -92,6 +92,8 @@ pub struct StaticStanding {
     pub holds: bool,
     /// False of a design that does not state how far its spring scatters: it holds nothing.
     pub spring_stated: bool,
+    /// What opens it if the elements of a linkage that are not pinned part [g].
+    pub apart_g: Option<f64>,
 }
 
 impl StaticStanding {
@@ -105,7 +107,15 @@ impl StaticStanding {
             required_g,
             holds,
             spring_stated,
+            apart_g,
         } = self;
+        let apart = match apart_g.filter(|apart| apart < required_g) {
+            Some(apart) => format!(
+                "; its elements apart at {}: state pinned = true of those that cannot part",
+                latchgate_report::statics::g(apart)
+            ),
+            None => String::new(),
+        };
         let holds = if *holds { "holds" } else { "does not hold" };
         let level = match opens_at_g {
             Some(level) => format!("opens at {}", latchgate_report::statics::g(*level)),
@@ -118,7 +128,7 @@ impl StaticStanding {
             }
         };
         format!(
-            "{design} {holds} {required_g} g ({}; {}): {level} {spring}",
+            "{design} {holds} {required_g} g ({}; {}): {level} {spring}{apart}",
             standard.name(),
             door.name()
         )

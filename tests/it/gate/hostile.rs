@@ -172,6 +172,15 @@ fn cli_two_meanings_are_errors() {
     check(&yard, &twice, &[], 4, "one design named `paper`");
     let other = format!("{STANDS}[[recordings]]\nfiles = \"p*.csv\"\nopens_when = \"positive\"\n");
     check(&yard, &other, &[], 4, "`pass.csv` with one setting");
+    // A tolerance may be a share, nothing else may.
+    let share = |key: &str| {
+        STANDS.replace(
+            "name = \"paper\"",
+            &format!("set = {{ \"{key}\" = \"5 %\" }}"),
+        )
+    };
+    check(&yard, &share("tolerance.mass_kg"), &[], 0, "as required");
+    check(&yard, &share("lever.mass_kg"), &[], 4, "without quotes");
     // The same twice is one.
     let same = format!(
         "{STANDS}[[recordings]]\nfiles = \"p*.csv\"\nopens_when = \"negative\"\nmembers = 128\n"

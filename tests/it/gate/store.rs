@@ -46,6 +46,43 @@ fn cli_a_second_run_takes_every_decision_from_the_store() {
     assert!(!yard.folder.path().join("kept/.gitignore").exists());
 }
 
+/// The preload that a report advises is searched once: the next run takes it from the store.
+#[test]
+fn cli_a_second_run_searches_no_advice() {
+    let yard = Yard::new("advised");
+    let gate = "[[recordings]]\nfiles = \"fail.csv\"\nopens_when = \"negative\"\nmembers = 0\n\
+                [[designs]]\nname = \"paper\"\n";
+    let advised = || -> String {
+        let report = fs::read_dir(yard.out("reports"))
+            .unwrap()
+            .next()
+            .unwrap()
+            .unwrap();
+        let text = fs::read_to_string(report.path().join("verdict.json")).unwrap();
+        let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+        document["preload_answer"]["text"].as_str().unwrap().into()
+    };
+    let notes = || -> usize {
+        let kept = files(&yard)
+            .into_iter()
+            .map(|file| fs::read_to_string(file).unwrap());
+        kept.map(|text| text.matches("\"advised\"").count() / 2)
+            .sum()
+    };
+    yard.gate(gate, &["--reports", "failing"]);
+    let first = advised();
+    assert_eq!(notes(), 1);
+    yard.gate(gate, &["--reports", "failing"]);
+    assert_eq!((advised(), notes()), (first.clone(), 1));
+    // A damaged line is no advice: it is searched again.
+    let file = files(&yard).remove(0);
+    let text = fs::read_to_string(&file).unwrap();
+    let spoilt: String = first.chars().rev().collect();
+    fs::write(&file, text.replace(&first, &spoilt)).unwrap();
+    yard.gate(gate, &["--reports", "failing"]);
+    assert_eq!((advised(), notes()), (first, 2));
+}
+
 /// What the laboratory says of a file belongs to the question: a card changes the pair's name.
 #[test]
 fn cli_a_card_is_part_of_what_is_cached() {
