@@ -144,6 +144,10 @@ fn design(
         };
         return Ok((design, None));
     };
+    for assignment in &arguments.set {
+        // What no design takes is wrong on the command line, whatever the file holds.
+        apply_override(&mut Design::reference(), assignment).map_err(in_option)?;
+    }
     let limits = common.limits().map_err(Failure::Usage)?;
     let file = path
         .file_name()

@@ -176,6 +176,10 @@ fn cli_words_of_pulses_have_one_form() {
             "pulse:polyline,points=0:0/0.5:-100/1:0,unit=m/s2,rate=20000Hz,tail=200ms,opens-when=both",
         ),
         (
+            "pulse:triangle,peak=-20 G,duration=1 MS",
+            "pulse:triangle,peak=-20g,duration=1ms,rate=20000Hz,tail=200ms,opens-when=both",
+        ),
+        (
             "pulse:triangle,peak=-20g,duration=1ms",
             "pulse:triangle,peak=-20g,duration=1ms,rate=20000Hz,tail=200ms,opens-when=both",
         ),

@@ -674,7 +674,9 @@ fn unit_of(text: &str) -> Result<AccelerationUnit, Error> {
         AccelerationUnit::StandardGravity,
         AccelerationUnit::MetrePerSecondSquared,
     ];
-    let unit = units.into_iter().find(|unit| unit.name() == text);
+    let unit = units
+        .into_iter()
+        .find(|unit| unit.name().eq_ignore_ascii_case(text));
     unit.ok_or_else(|| malformed("an acceleration in g or m/s2", text))
 }
 
@@ -687,7 +689,8 @@ fn quantity(text: &str) -> (&str, &str) {
         .char_indices()
         .find(is_unit)
         .map_or(text.len(), |(index, _)| index);
-    text.split_at(end)
+    let (number, unit) = text.split_at(end);
+    (number.trim_end(), unit)
 }
 
 fn acceleration(text: &str) -> Result<(f64, AccelerationUnit), Error> {
@@ -720,7 +723,7 @@ fn time_ns(key: &'static str, text: &str) -> Result<u64, Error> {
 /// Reads a time [ns].
 fn time_or_none(key: &'static str, text: &str) -> Result<u64, Error> {
     let (value, unit) = quantity(text);
-    let power = match unit {
+    let power = match &*unit.to_ascii_lowercase() {
         "s" => 9,
         "ms" => 6,
         "us" => 3,

@@ -11,7 +11,7 @@ use latchgate_kernel::model::vector::Vector;
 use latchgate_kernel::units::STANDARD_GRAVITY;
 use latchgate_recording::error::Error;
 use latchgate_verdict::statics::{
-    Direction, REQUIRED_G, SPRING_DEVIATIONS, Standard, StaticAnswer, StaticRow,
+    Direction, NotShown, REQUIRED_G, SPRING_DEVIATIONS, Standard, StaticAnswer, StaticRow,
 };
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -42,9 +42,11 @@ pub(crate) fn word(document: &StaticDocument) -> (&'static str, &'static str) {
     if all.clone().any(|holds| holds == Some(false)) {
         return ("fail", "DOES NOT HOLD 30 g");
     }
-    match all.all(|holds| holds == Some(true)) {
-        true => ("pass", "HOLDS 30 g"),
-        false => ("undecided", "SPRING NOT STATED"),
+    let not_shown = document.answers.iter().find_map(|answer| answer.not_shown);
+    match not_shown {
+        None if all.all(|holds| holds == Some(true)) => ("pass", "HOLDS 30 g"),
+        Some(NotShown::Spring) => ("undecided", "SPRING NOT STATED"),
+        _ => ("undecided", "NOT SHOWN TO HOLD 30 g"),
     }
 }
 
@@ -55,9 +57,19 @@ pub(crate) fn headlines(document: &StaticDocument) -> Vec<String> {
         let says = match answer.holds {
             Some(true) => format!("holds {REQUIRED_G} g"),
             Some(false) => format!("does not hold {REQUIRED_G} g"),
-            None => format!(
-                "not shown: {REQUIRED_G} g is held by the nominal spring, whose least output is not stated"
-            ),
+            None => match answer.not_shown {
+                Some(NotShown::Joined) => format!(
+                    "not shown: {REQUIRED_G} g is held only while its elements stay joined; apart they open at {}. State \
+                     pinned = true of those that cannot part",
+                    answer.apart_g.map_or_else(String::new, g)
+                ),
+                Some(NotShown::Axis) => {
+                    "not shown: no axis is stated, and the worst direction does not hold it".into()
+                }
+                Some(NotShown::Spring) | None => format!(
+                    "not shown: {REQUIRED_G} g is held by the nominal spring, whose least output is not stated"
+                ),
+            },
         };
         let opens = match answer.opens_at_g {
             Some(level) => format!("opens at {} ({})", g(level), answer.direction.name()),
@@ -68,7 +80,7 @@ pub(crate) fn headlines(document: &StaticDocument) -> Vec<String> {
             Standard::Fmvss206 => format!(", {}", document.door.name()),
             Standard::UnR11 | Standard::SaeJ839 => String::new(),
         };
-        format!("{name}{door}: {says}; {opens}.{}", document.joined)
+        format!("{name}{door}: {says}; {opens}.")
     };
     let mut lines: Vec<String> = document.answers.iter().map(sentence).collect();
     let spring = document.spring.deviations;
@@ -113,7 +125,7 @@ fn cut(value: f64, digits: i32) -> f64 {
 }
 
 /// Heads of the columns of thresholds.
-pub(crate) const HEADS: [&str; 10] = [
+pub(crate) const HEADS: [&str; 12] = [
     "Direction",
     "#s, r",
     "#Lifts off",
@@ -121,13 +133,15 @@ pub(crate) const HEADS: [&str; 10] = [
     "#gravity",
     "#Held",
     "#Step",
+    "#Apart",
+    "#counts",
     "#nominal",
     "#of 30 g",
     "#interior",
 ];
 
 /// Returns the cells of a row: thresholds, and margins as parts of the load.
-pub(crate) fn cells(row: &StaticRow) -> [String; 10] {
+pub(crate) fn cells(row: &StaticRow) -> [String; 12] {
     let level = |value: Option<f64>| match (value, row.share) {
         (Some(value), _) => g(value),
         (None, None) => "never".into(),
@@ -148,6 +162,8 @@ pub(crate) fn cells(row: &StaticRow) -> [String; 10] {
         row.j839_with_gravity_g.map_or_else(|| "–".into(), g),
         level(row.hold_g),
         level(row.step_g),
+        row.apart_g.map_or_else(|| "–".into(), g),
+        level(row.counts_g),
         level(row.nominal_g),
         part(row.margin),
         part(row.margin_interior),
@@ -158,7 +174,8 @@ pub(crate) fn cells(row: &StaticRow) -> [String; 10] {
 pub(crate) const FORMULAS: &str = "Lifts off T0/(m L s); SAE J839 (T0 + k0 φ*/2)/(m L s), with gravity less by what 1 g \
     pushes open; held (T0 + k0 φ*)/(m L (s cos φ* + r sin φ*)); step (T0 φ* + k0 φ*²/2)/(m L (s sin φ* + r (1 − cos φ*))); \
     s and r: parts of the acceleration that open along and across the way. What counts is SAE J839 with gravity, or the \
-    step with gravity's work if that is less, but no less than lifts off; of 30 g, interior: that over the load, 1 or more holds it.";
+    step if that is less, less the part of its work that 1 g does, but no less than lifts off, less the part of 1 g that opens; \
+    of 30 g, interior: that over the load, 1 or more holds it.";
 
 /// Heads of the columns of a linkage.
 pub(crate) const LINKAGE_HEADS: [&str; 9] = [
@@ -202,7 +219,7 @@ pub(crate) fn linkage_rows(document: &StaticDocument) -> Vec<[String; 9]> {
 }
 
 fn vector(Vector(parts): Vector) -> String {
-    parts.map(|part| significant(part, 5)).join(", ")
+    parts.map(plain).join(", ")
 }
 
 fn element_cells(element: &StaticElement) -> [String; 9] {
@@ -278,7 +295,8 @@ pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
         "Unbalance m·L",
         match (document.mass_kg, document.center_of_mass_m) {
             (Some(mass), Some(arm)) => {
-                format!("{} kg × {} m = {unbalance} kg·m", number(mass), number(arm))
+                let arm = number(arm.abs());
+                format!("{} kg × {arm} m = {unbalance} kg·m", number(mass))
             }
             _ => format!("{unbalance} kg·m"),
         },
@@ -292,6 +310,10 @@ pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
             significant(torque_left_nm / STANDARD_GRAVITY, 5)
         ),
     ));
+    if let Some([axis, center]) = document.axis_and_center {
+        let text = format!("axis {}; from the pivot {} m", vector(axis), vector(center));
+        facts.push(("Centre of mass", text));
+    }
     if let Some(opening) = document.opening {
         let [x, y, z] = opening.0.map(|part| significant(part, 4));
         facts.push(("Opens towards", format!("X {x}, Y {y}, Z {z}")));
@@ -301,9 +323,9 @@ pub(crate) fn facts(document: &StaticDocument) -> Vec<(&'static str, String)> {
 
 /// Returns a number without digits that nobody stated.
 fn plain(value: f64) -> String {
-    significant(value, 7)
-        .parse::<f64>()
-        .map_or_else(|_| significant(value, 7), |value| value.to_string())
+    let rounded = format!("{value:.6e}").parse::<f64>();
+    let shown = rounded.map_or_else(|_| value.to_string(), |value| value.to_string());
+    shown.replace('-', "−")
 }
 
 /// Says what is stated of the spring, and by which output the rows are.

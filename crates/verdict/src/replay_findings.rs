@@ -66,6 +66,7 @@ pub(super) fn replay_findings(
 ) -> Vec<Finding> {
     let mut findings = implausible(design);
     findings.extend(scatter_unstated(design));
+    findings.extend(linkage_may_part(design));
     findings.extend(mechanism::finding(design));
     if policy.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
@@ -117,8 +118,24 @@ pub(super) fn replay_findings(
     findings
 }
 
+/// Share of a value below which a stated standard deviation is one that no production keeps [-].
+const SCATTER_LOW: f64 = 1e-4;
+
 /// Returns the numbers of the design that no latch has; what rests on them comes after.
 pub(crate) fn implausible(design: &Design) -> Vec<Finding> {
+    let scattered = design.tolerance.iter().filter_map(|(key, tolerance)| {
+        let known = design.parameters().find(|known| known.tolerance_key() == key)?;
+        let value = design.value(known);
+        let share = tolerance.deviation(value) / value.abs();
+        (share > 0.0 && share < SCATTER_LOW).then(|| {
+            let text = format!(
+                "The design's tolerance.{key} is {tolerance}, less than {} % of the value; no production keeps that. \
+                 Check the design file; 0 says that the value is not varied.",
+                short(100.0 * SCATTER_LOW, 3)
+            );
+            Finding::warning("design-implausible", text)
+        })
+    });
     let of_each = design.implausible();
     of_each
         .map(|(parameter, value)| {
@@ -140,6 +157,7 @@ pub(crate) fn implausible(design: &Design) -> Vec<Finding> {
                 ),
             )
         })
+        .chain(scattered)
         .collect()
 }
 
@@ -163,6 +181,28 @@ fn scatter_unstated(design: &Design) -> Option<Finding> {
             format!(
                 "The design does not state {}: how far levers made by it differ. A pass needs it; 0 states that they do not.",
                 named.join(" and ")
+            ),
+        )
+        .needing_word()
+    })
+}
+
+/// Returns the finding of a linkage of which elements can part: a replay moves all of them as one lever.
+fn linkage_may_part(design: &Design) -> Option<Finding> {
+    let of_linkage = design.linkage.iter();
+    let names: Vec<String> = of_linkage
+        .filter(|element| !element.pinned)
+        .map(|element| format!("`{}`", element.name))
+        .collect();
+    // One of them is the lever that the others are pinned to.
+    (names.len() > 1).then(|| {
+        Finding::warning(
+            "linkage-may-part",
+            format!(
+                "The replay moves {} as one lever; of elements that are only pushed one can stay while another flies \
+                 off. A pass needs `pinned = true` in the design's [[linkage]] for every element that cannot part, all \
+                 but one at least.",
+                names.join(", ")
             ),
         )
         .needing_word()

@@ -133,12 +133,28 @@ impl Default for StaticQuestion {
 pub struct StaticAnswer {
     /// The standard.
     pub standard: Standard,
-    /// Whether the load is held; `None` where it would be by the nominal spring, whose least output nobody states.
+    /// Whether the load is held; `None` where that is not shown.
     pub holds: Option<bool>,
+    /// Why it is not shown.
+    pub not_shown: Option<NotShown>,
     /// The least of what counts over the rows that it asks for [g]; `None` where nothing opens.
     pub opens_at_g: Option<f64>,
     /// In which of them.
     pub direction: Direction,
+    /// The least over the same rows if the elements of a linkage that are not pinned part [g]; `None` where none would.
+    pub apart_g: Option<f64>,
+}
+
+/// Why a load that the rows hold is not shown to be held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NotShown {
+    /// It would be by the nominal spring, whose least output nobody states.
+    Spring,
+    /// It is while the elements of a linkage stay joined, and not if they part.
+    Joined,
+    /// No axis is stated, and the worst direction does not hold it.
+    Axis,
 }
 
 /// What a static calculation needs of a lever.
@@ -168,6 +184,8 @@ pub struct StaticLever {
     pub not_stated: Vec<&'static str>,
     /// In which direction the unbalance moves as it opens, in the vehicle's axes.
     pub opening: Option<Vector>,
+    /// Axis [-] and the way from the pivot to the centre of mass [m] of a single lever, where they are stated.
+    pub axis_and_center: Option<[Vector; 2]>,
     /// From the pivot to the centre of mass, of a single lever with an axis.
     radial: Option<Vector>,
     /// The elements that it was reduced from.
@@ -286,21 +304,14 @@ pub struct StaticRow {
     /// What counts: by J839, with gravity where that is told, or the step if that is less, which cannot be less than
     /// lifts the lever off.
     pub counts_g: Option<f64>,
-    /// The same by the nominal spring.
+    /// What counts if the elements of a linkage that are not pinned part; `None` where none would.
+    pub apart_g: Option<f64>,
+    /// What counts by the nominal spring.
     pub nominal_g: Option<f64>,
     /// `counts_g` over 30 g.
     pub margin: Option<f64>,
     /// `counts_g` over the load of interior doors in this direction.
     pub margin_interior: Option<f64>,
-}
-
-impl StaticRow {
-    /// True if the row's load does not open the latch.
-    pub fn holds(&self, required_g: f64) -> bool {
-        // A number that is none holds nothing.
-        self.counts_g
-            .is_none_or(|counts| counts.is_finite() && counts >= required_g)
-    }
 }
 
 impl From<&Design> for StaticLever {
@@ -331,6 +342,10 @@ impl From<&Design> for StaticLever {
             opening: vector
                 .and_then(Vector::direction)
                 .or(directions.map(|directions| directions.tangential)),
+            axis_and_center: lever
+                .axis
+                .zip(lever.center_of_mass)
+                .map(<[Vector; 2]>::from),
             radial: directions.map(|directions| directions.radial),
             linkage: design.linkage.clone(),
             has_catch: design.catch.is_some(),
@@ -389,6 +404,7 @@ impl StaticLever {
             modified: Vec::new(),
             not_stated: Vec::new(),
             opening: reduced.unbalance_vector_kg_m.and_then(Vector::direction),
+            axis_and_center: None,
             radial: None,
             linkage,
             has_catch: false,
@@ -437,19 +453,30 @@ impl StaticLever {
                     // Without a stated direction the worst one answers for the axes.
                     own = rows.iter().collect();
                 }
-                // A number that is none holds nothing.
-                let level = |row: &StaticRow| row.counts_g.map_or(f64::INFINITY, not_nan);
+                let is_axis_stated = rows.len() > 1;
+                let level = |row: &StaticRow| row.counts_g.map_or(f64::INFINITY, finite);
+                let apart = own.iter().filter_map(|row| row.apart_g).map(finite);
+                let apart_g = apart.reduce(f64::min);
                 let worst = own
                     .into_iter()
                     .reduce(|a, b| if level(b) <= level(a) * TIE { b } else { a });
                 let least = worst.map_or(f64::NEG_INFINITY, level);
-                let holds = match (least >= REQUIRED_G, is_stated) {
-                    (true, false) => None,
-                    (holds, _) => Some(holds),
+                let holds = least >= REQUIRED_G;
+                let not_shown = match holds {
+                    true if apart_g.is_some_and(|apart| apart < REQUIRED_G) => {
+                        Some(NotShown::Joined)
+                    }
+                    true if !is_stated => Some(NotShown::Spring),
+                    false if standard == Standard::Fmvss206 && !is_axis_stated => {
+                        Some(NotShown::Axis)
+                    }
+                    _ => None,
                 };
                 StaticAnswer {
                     standard,
-                    holds,
+                    holds: not_shown.is_none().then_some(holds),
+                    not_shown,
+                    apart_g,
                     opens_at_g: least.is_finite().then_some(least),
                     direction: worst.map_or(Direction::Space, |row| row.direction),
                 }
@@ -534,6 +561,7 @@ impl StaticLever {
         };
         let [hold_g, step_g] = match (direction, share) {
             (Direction::Space, _) => self.worst_hold_and_step(per_g),
+            (_, Some(_)) if !self.linkage.is_empty() => [None, self.linkage_step(acceleration)],
             (_, Some(share)) => {
                 across.map_or([None; 2], |across| self.hold_and_step(per_g, share, across))
             }
@@ -542,6 +570,12 @@ impl StaticLever {
         // Along a direction fixed to the vehicle the arm may turn towards it, and a step opens sooner.
         let by_j839 = j839_with_gravity_g.or(j839_g);
         let step_opens_g = self.step_with_gravity_g(per_g, step_g, share, lift_off_g);
+        // Elements by their arms turn by angles whose work is not told: what lifts them off counts.
+        let is_by_arms = !self.linkage.is_empty() && opening.is_none();
+        let step_opens_g = match is_by_arms {
+            true => lift_off_g.map(|level| (level - opens_by.unwrap_or(0.0)).max(0.0)),
+            false => step_opens_g,
+        };
         let counts_g = match (by_j839, step_opens_g) {
             (Some(level), Some(step)) if step < level => Some(step),
             (level, _) => level,
@@ -556,6 +590,7 @@ impl StaticLever {
             hold_g,
             step_g,
             counts_g,
+            apart_g: self.apart_g(direction, acceleration),
             nominal_g: counts_g,
             margin: counts_g.map(|counts| counts / REQUIRED_G),
             margin_interior: counts_g
@@ -579,6 +614,9 @@ impl StaticLever {
         let across = self.radial.map_or(0.0, |Vector([_, _, down])| down);
         let (sine, cosine) = libm::sincos(self.threshold_rad);
         let pushed = match self.opening {
+            Some(_) if !self.linkage.is_empty() => {
+                self.linkage_moved_kg_m()?.0[2] / self.unbalance_kg_m
+            }
             Some(_) => along * sine + across * (1.0 - cosine),
             // Along the arm that it turns to.
             None => 2.0 * libm::sin(0.5 * self.threshold_rad),
@@ -596,11 +634,93 @@ impl StaticLever {
         (work, self.preload_torque_nm + stiffness * angle)
     }
 
+    /// Returns the masses of a linkage times the ways of their centres at the limit angle, added up [kg m].
+    fn linkage_moved_kg_m(&self) -> Option<Vector> {
+        let moved = self.linkage.iter();
+        let moved: Option<Vec<Vector>> = moved
+            .map(|element| element.moved_kg_m(self.threshold_rad))
+            .collect();
+        Some(moved?.into_iter().fold(Vector::default(), Vector::plus))
+    }
+
+    /// Returns the step that brings a linkage to its limit angle: along `acceleration`, or in the worst direction.
+    fn linkage_step(&self, acceleration: Option<Vector>) -> Option<f64> {
+        let (work, _) = self.work_and_torque();
+        let moved = self.linkage_moved_kg_m()?;
+        let pushed = acceleration.map_or_else(|| moved.length(), |along| -along.dot(moved));
+        (pushed > 1e-12 * moved.length()).then(|| work / (STANDARD_GRAVITY * pushed))
+    }
+
+    /// Returns what a row counts if the elements of a linkage that the acceleration presses shut part from the others,
+    /// with their springs: by what stays, its spring's average, and gravity where that opens. The worst direction is
+    /// looked for among those of each element, the axes, and 4000 others.
+    fn apart_g(&self, direction: Direction, acceleration: Option<Vector>) -> Option<f64> {
+        if self.linkage.is_empty() {
+            return None;
+        }
+        let nominal = Reduced::of(&self.linkage).ok()?;
+        let part = |counted: f64, nominal: f64| {
+            if nominal > 0.0 {
+                counted / nominal
+            } else {
+                0.0
+            }
+        };
+        let of_torque = part(self.preload_torque_nm, nominal.preload_torque_nm);
+        let of_stiffness = part(
+            self.spring_stiffness_nm_per_rad,
+            nominal.spring_stiffness_nm_per_rad,
+        );
+        let level = |along: Option<Vector>| {
+            let staying = Reduced::staying(&self.linkage, along)?;
+            if staying.unbalance_kg_m <= 0.0 {
+                return None;
+            }
+            let torque = of_torque * staying.preload_torque_nm
+                + 0.5 * of_stiffness * staying.spring_stiffness_nm_per_rad * self.threshold_rad;
+            let of_gravity = match staying.unbalance_vector_kg_m {
+                Some(Vector([_, _, down])) => down,
+                None => staying.unbalance_kg_m,
+            };
+            let gravity = STANDARD_GRAVITY * of_gravity.max(0.0);
+            Some(((torque - gravity) / (STANDARD_GRAVITY * staying.unbalance_kg_m)).max(0.0))
+        };
+        let Some(opening) = self.opening else {
+            return level(None);
+        };
+        let tried: Vec<Vector> = match direction {
+            Direction::Plane => (0..720)
+                .map(|step| {
+                    let (sine, cosine) =
+                        libm::sincos(f64::from(step) * std::f64::consts::PI / 360.0);
+                    Vector([cosine, sine, 0.0])
+                })
+                .collect(),
+            Direction::Space => {
+                let own = self.linkage.iter();
+                let own =
+                    own.filter_map(|element| element.reduced().unbalance_vector_kg_m?.direction());
+                let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector);
+                let both = own
+                    .chain(axes)
+                    .chain([opening])
+                    .flat_map(|along| [along, along.times(-1.0)]);
+                both.chain(evenly(4000)).collect()
+            }
+            _ => acceleration.into_iter().collect(),
+        };
+        tried
+            .into_iter()
+            .filter_map(|along| level(Some(along)))
+            .reduce(f64::min)
+    }
+
     /// Returns hold and step in the direction that is worst for each: along the turned arm, and along the arm
-    /// at half the limit angle. Of a linkage, whose elements turn by different angles, there are none.
+    /// at half the limit angle. Of a linkage, whose elements turn by different angles, there is no hold, and a step
+    /// where their axes are stated.
     fn worst_hold_and_step(&self, per_g: f64) -> [Option<f64>; 2] {
         if !self.linkage.is_empty() {
-            return [None; 2];
+            return [None, self.linkage_step(None)];
         }
         let (work, torque) = self.work_and_torque();
         let arm = 2.0 * libm::sin(0.5 * self.threshold_rad);
@@ -619,14 +739,26 @@ impl StaticLever {
     }
 }
 
+/// Returns so many directions, evenly over the sphere (the spiral of Fibonacci).
+fn evenly(count: u32) -> impl Iterator<Item = Vector> {
+    /// The golden angle [rad].
+    const GOLDEN: f64 = 2.399_963_229_728_653;
+    (0..count).map(move |index| {
+        let height = 1.0 - (2.0 * f64::from(index) + 1.0) / f64::from(count);
+        let (sine, cosine) = libm::sincos(GOLDEN * f64::from(index));
+        let radius = libm::sqrt(1.0 - height * height);
+        Vector([radius * cosine, radius * sine, height])
+    })
+}
+
 /// Levels this close are one: the row of the worst direction is named.
 const TIE: f64 = 1.0 + 1e-9;
 
-/// The number, or one that holds nothing in place of what is none.
-fn not_nan(value: f64) -> f64 {
-    if value.is_nan() {
-        f64::NEG_INFINITY
-    } else {
+/// The number, or one that holds nothing in place of what is none or too large for one.
+fn finite(value: f64) -> f64 {
+    if value.is_finite() {
         value
+    } else {
+        f64::NEG_INFINITY
     }
 }

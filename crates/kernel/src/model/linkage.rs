@@ -41,6 +41,14 @@ pub struct LinkageElement {
     /// Moment of inertia about its own pivot [kg m²]; a static calculation needs none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moment_of_inertia_kg_m2: Option<f64>,
+    /// It cannot part from the lever in either sense, as by a pin or teeth; an element that is only pushed can.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub pinned: bool,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature of serde")]
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 fn one() -> f64 {
@@ -133,6 +141,18 @@ impl LinkageElement {
         }
     }
 
+    /// Returns its mass times the way of its centre of mass when the lever has turned by `angle` [kg m]; `None` of one
+    /// by its arm.
+    pub fn moved_kg_m(&self, angle: f64) -> Option<Vector> {
+        let (axis, center) = (self.axis?.direction()?, self.center_of_mass?);
+        let (sine, cosine) = libm::sincos(self.ratio * angle);
+        let along = axis.cross(center);
+        let way = along
+            .times(sine)
+            .plus(axis.cross(along).times(1.0 - cosine));
+        Some(way.times(self.mass_kg))
+    }
+
     /// Reduces it to the lever's pivot: T = i (T_j + F_j r_j), k = i² k_j, m·L = i m_j L_j, I = i² I_j.
     pub fn reduced(&self) -> Reduced {
         let ratio = self.ratio;
@@ -220,22 +240,36 @@ impl Reduced {
         Ok(sum)
     }
 
-    /// Returns the unbalance of the elements that the acceleration opens alone, without those that balance
-    /// them [kg m]; `None` where none does.
-    pub fn unbalanced_kg_m(elements: &[LinkageElement]) -> Option<f64> {
-        let sum = Self::of(elements).ok()?;
-        let opening = sum.unbalance_vector_kg_m.and_then(Vector::direction);
-        let sign = sum.unbalance_kg_m.signum();
-        let along = elements.iter().map(|element| {
-            let reduced = element.reduced();
-            match opening.zip(reduced.unbalance_vector_kg_m) {
-                Some((opening, own)) => opening.dot(own),
-                None => sign * reduced.unbalance_kg_m,
+    /// Adds up what stays together under an acceleration of the base along `along`, of elements by vectors, or the one
+    /// that opens, of elements by arms: all but those that it presses shut and that are not pinned. `None` where all
+    /// stay.
+    pub fn staying(elements: &[LinkageElement], along: Option<Vector>) -> Option<Self> {
+        /// Part of an element's unbalance that counts as none.
+        const NOTHING: f64 = 1e-9;
+        let mut sum = Self {
+            unbalance_vector_kg_m: along.map(|_| Vector::default()),
+            ..Self::default()
+        };
+        let mut parts = false;
+        for element in elements {
+            let own = element.reduced();
+            let (pushed, size) = match along.zip(own.unbalance_vector_kg_m) {
+                Some((along, own)) => (-along.dot(own), own.length()),
+                None => (own.unbalance_kg_m, own.unbalance_kg_m.abs()),
+            };
+            // An element without an unbalance is pushed by nothing and presses by its spring alone.
+            if !element.pinned && size > 0.0 && pushed <= NOTHING * size {
+                parts = true;
+                continue;
             }
-        });
-        let parts: Vec<f64> = along.collect();
-        let balances = parts.iter().any(|part| *part < 0.0);
-        balances.then(|| parts.iter().filter(|part| **part > 0.0).sum())
+            sum.mass_kg += own.mass_kg;
+            sum.preload_torque_nm += own.preload_torque_nm;
+            sum.spring_stiffness_nm_per_rad += own.spring_stiffness_nm_per_rad;
+            sum.unbalance_kg_m += pushed;
+            let vectors = sum.unbalance_vector_kg_m.zip(own.unbalance_vector_kg_m);
+            sum.unbalance_vector_kg_m = vectors.map(|(all, own)| all.plus(own));
+        }
+        parts.then_some(sum)
     }
 
     /// Returns the lever that a replay takes; `None` where an element states no moment of inertia.
