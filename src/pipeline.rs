@@ -73,7 +73,7 @@ pub use latchgate_document::identity::NUMBERS_REVISION;
 pub use latchgate_document::request::words_of;
 pub use latchgate_document::spectrum_document::{SpectrumDocument, SpectrumRequest};
 pub use latchgate_document::{
-    Document, MarginDocument, MarginRequest, PolaritySource, Request, blocks,
+    Document, MarginDocument, MarginRequest, PolaritySource, Request, blocks, calendar,
 };
 pub use latchgate_kernel::error::Error as KernelError;
 pub use latchgate_kernel::model::Design;

@@ -2,7 +2,7 @@
 
 use super::values::{
     ColorArgument, LogSettings, MethodArgument, ModelArgument, OutputFormat, Resample, ValueWords,
-    parse_limit, parse_log, parse_resample, words_shown,
+    parse_limit, parse_log, parse_name, parse_resample, words_shown,
 };
 use clap::Args;
 use latchgate_document::request::{
@@ -357,6 +357,9 @@ pub struct ReplayCommand {
     /// Leave out the search for the preload that would pass, which takes longer than the verdict
     #[arg(help_heading = "Output", long)]
     pub no_advice: bool,
+    /// Who made the report, for its last page
+    #[arg(help_heading = "Output", long, value_name = "NAME", value_parser = parse_name)]
+    pub by: Option<String>,
     /// Open the report
     #[arg(help_heading = "Output", long, conflicts_with = "no_report")]
     pub open: bool,

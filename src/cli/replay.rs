@@ -79,7 +79,15 @@ pub(super) fn command(arguments: &ReplayCommand, common: &Common) -> Result<u8, 
         if outcome.was_stopped() {
             return Err(Failure::Interrupted);
         }
-        outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
+        let run = &mut outcome.document.run;
+        run.elapsed_s = started.elapsed().as_secs_f64();
+        run.by.clone_from(&arguments.by);
+        let design_file = arguments
+            .replay
+            .design
+            .as_ref()
+            .and_then(|file| file.file_name());
+        run.design_file = design_file.map(|name| name.to_string_lossy().into_owned());
         if is_single_text {
             // The answer comes before the search for advice, which takes longer.
             progress::wipe();

@@ -212,6 +212,19 @@ pub(super) fn parse_date(text: &str) -> Result<String, String> {
     }
 }
 
+/// Reads a name that a page shows on one line.
+pub(super) fn parse_name(text: &str) -> Result<String, String> {
+    /// Most letters of a name.
+    const LETTERS: usize = 100;
+    let name = text.trim();
+    match name.is_empty() || name.chars().count() > LETTERS || name.contains(char::is_control) {
+        true => Err(format!(
+            "expected a name of 1 to {LETTERS} letters on one line"
+        )),
+        false => Ok(name.into()),
+    }
+}
+
 pub(super) fn parse_limit(text: &str) -> Result<String, String> {
     Limits::default()
         .set(text)

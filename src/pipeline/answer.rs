@@ -3,8 +3,8 @@
 use latchgate_document::blocks::{
     ConditioningBlock, Document, InPlaneBlock, RecordingBlock, RunBlock, TransferBlock,
 };
-use latchgate_document::identity;
 use latchgate_document::request::{PolaritySource, Request};
+use latchgate_document::{calendar, identity};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::STANDARD_GRAVITY;
@@ -87,6 +87,7 @@ impl RecordingFacts {
                 self.recording.opens_when_source = PolaritySource::Pulse;
             }
         }
+        self.doubt_synthetic(channel);
         self.test = self.card.test.clone().or(channel.stated.test.clone());
         let is_pulse = channel.pulse.is_some();
         let axis = latchgate_recording::axis_of(channel).filter(|_| !is_pulse);
@@ -103,6 +104,25 @@ impl RecordingFacts {
         block.start_s = Some(channel.start_s);
         block.end_s = Some(channel.time_s(channel.values.len().saturating_sub(1)));
         Ok(())
+    }
+
+    /// Judges as measured what a card calls synthetic though its file names the place of a sensor.
+    fn doubt_synthetic(&mut self, channel: &Channel) {
+        // Whoever writes a table by formula may name its columns by any code.
+        let is_table = self.recording.format.as_deref() == Some("csv");
+        let names_a_place = !is_table && latchgate_recording::place_of(channel).is_some();
+        let place = channel.stated.location.as_ref();
+        let place = place.or(names_a_place.then_some(&channel.name));
+        let Some(place) = place.filter(|_| self.card.synthetic && channel.pulse.is_none()) else {
+            return;
+        };
+        self.card.synthetic = false;
+        let text = format!(
+            "the card calls the recording synthetic, and the file names the place of a sensor, `{place}`. It is judged \
+             as measured. Remove `synthetic = true` from the card, or the place from the file"
+        );
+        self.findings
+            .push(Finding::warning("synthetic-contradicted", text));
     }
 
     /// Returns the place that the card states of this channel.
@@ -194,11 +214,14 @@ fn in_plane(
     })
 }
 
-/// Returns the version of this program, with the time it took left open.
+/// Returns the version of this program and the day, with the time it took left open.
 pub(crate) fn run_block() -> RunBlock {
     RunBlock {
         version: env!("CARGO_PKG_VERSION").into(),
         numbers_revision: Some(identity::NUMBERS_REVISION),
+        date: Some(calendar::date_of_run()),
+        by: None,
+        design_file: None,
         elapsed_s: 0.0,
     }
 }

@@ -251,7 +251,7 @@ pub fn verify(
     limits: &Limits,
     control: &Control<'_>,
 ) -> Result<Verification, Error> {
-    let outcome = judge(
+    let mut outcome = judge(
         source,
         request,
         &stored.design,
@@ -291,6 +291,10 @@ pub fn verify(
         && stored.file() == outcome.document.recording.file
         && !within
         && version.stored == version.now;
+    // Day and maker are those of the run that wrote the files.
+    if let Ok(run) = serde_json::from_value(before["run"].clone()) {
+        outcome.document.run = run;
+    }
     let made =
         is_same_page.then(|| latchgate_report::files(&outcome.document, outcome.evidence.as_ref()));
     let report = folder.map(|folder| VerifiedReport::of(folder, made.as_deref()));

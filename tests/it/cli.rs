@@ -9,8 +9,8 @@ mod settings;
 mod slips;
 
 use crate::support::{
-    Done, Folder, advised, data, fed, finish, half_sine, latchgate, program, signal_file, table,
-    weak, without_run,
+    Done, Folder, data, fed, finish, half_sine, latchgate, program, signal_file, table, weak,
+    without_run,
 };
 use serde_json::Value;
 use std::fs;
@@ -46,6 +46,8 @@ fn cli_every_answer_has_its_exit_code() {
         "negative",
         "--transfer",
         "1",
+        "--accept",
+        "noise",
     ];
     check_verdict(&told, 0, "pass");
     check_verdict(&["replay", &held, "--opens-when", "positive"], 1, "fail");

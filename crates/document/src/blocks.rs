@@ -124,7 +124,7 @@ pub struct InPlaneBlock {
     pub peak_time_s: Option<f64>,
 }
 
-/// Version and time of the run; the only block that may differ between two runs.
+/// Version, day, maker and time of the run; the only block that may differ between two runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunBlock {
     /// latchgate's version.
@@ -132,6 +132,12 @@ pub struct RunBlock {
     /// Revision of the numbers, [`crate::identity::NUMBERS_REVISION`]; `None` in documents of
     /// versions that counted none.
     pub numbers_revision: Option<u32>,
+    /// Day of the run, UTC, `YYYY-MM-DD`.
+    pub date: Option<String>,
+    /// Who made it, as stated.
+    pub by: Option<String>,
+    /// Name of the design file, where there is one.
+    pub design_file: Option<String>,
     /// Time the run took [s].
     pub elapsed_s: f64,
 }

@@ -25,10 +25,18 @@ pub struct AngleText {
 
 impl KnownPeak {
     /// Sorts a peak by its error: an error as large as the peak itself is not shown. Where peak and error stay
-    /// below the threshold, they are shown as a bound. `opens` is true if the lever certainly opens.
+    /// below the threshold, their sum is shown beside the peak. `opens` is true if the lever certainly opens.
     pub fn of(peak_rad: f64, error_rad: Option<f64>, threshold_rad: f64, opens: bool) -> Self {
         if peak_rad > FRAC_PI_2 {
             return Self::Beyond;
+        }
+        let error_or_none = error_rad.unwrap_or(0.0);
+        // A soft stop holds the lever a little below its surface, where no angle is worth a figure.
+        if peak_rad <= 0.0 && peak_rad + error_or_none <= 0.0 {
+            return Self::Within(AngleText {
+                degrees: "0°".into(),
+                radians: "0\u{00A0}rad".into(),
+            });
         }
         // An error is shown rounded up, by a tenth at most.
         let large = error_rad.filter(|error| 1.1 * error >= peak_rad.abs() && *error > 0.0);
@@ -42,8 +50,9 @@ impl KnownPeak {
         if upper_rad <= threshold_rad {
             // Rounded up, since it is a bound.
             let bound = upper_rad * (1.0 + 5e-3);
+            let (peak, bound_deg) = (peak_rad.max(0.0).to_degrees(), bound.to_degrees());
             return Self::Within(AngleText {
-                degrees: format!("at most {}°", trimmed(bound.to_degrees(), 3)),
+                degrees: format!("{}°, at most {}°", trimmed(peak, 2), trimmed(bound_deg, 3)),
                 radians: format!("{}\u{00A0}rad", trimmed(bound, 3)),
             });
         }

@@ -1,8 +1,8 @@
 //! `report.html`: one file that opens offline, in light and dark, and prints on A4.
 //!
 //! The page fetches nothing and is complete without its script, which adds cursors and zoom to the
-//! first plot. Page one has verdict, event, findings, test and design; page two the certainty of the
-//! verdict. The rest is folded; print shows what was unfolded.
+//! first plot. Page one has verdict, event, findings and what was judged; page two the lever, the certainty of the
+//! verdict, its limits and the lines to sign on. The rest is folded; print shows what was unfolded.
 //!
 //! `card` is the head of the page, `results` what the runs say, `ensemble` the varied levers,
 //! `sources` the inputs; `margin` is the page of margins, `spectrum` that of latch response spectra, `statics` that of static thresholds, `overlay` that of two verdicts.
@@ -84,12 +84,12 @@ fn block(id: &str, kind: &str, text: &str) -> Markup {
     html! { script type=(kind) id=(id) { (PreEscaped(text)) } }
 }
 
-/// Returns the first page: verdict, event, findings, test and design.
+/// Returns the first page: verdict, event, findings, and what was judged.
 fn first_page(document: &Document, figures: &[Figure], name: &str) -> Markup {
     let event = figures.iter().find(|drawing| drawing.name == plot::EVENT);
     html! {
         (deciding(document, event, name))
-        (judged(document))
+        (asked(document))
     }
 }
 
@@ -114,8 +114,16 @@ pub fn first_block(document: &Document, series: Option<&SampledSeries>) -> Marku
     }
 }
 
-/// Returns what was judged: test, channel, direction, filter, the lever, and lines to sign on.
+/// Returns what was judged: test, channel, direction, filter, and the lever.
 pub fn judged(document: &Document) -> Markup {
+    html! {
+        (asked(document))
+        (sources::lever(&document.design))
+    }
+}
+
+/// Returns what was judged without the lever's numbers.
+fn asked(document: &Document) -> Markup {
     sources::judged(
         &document.test,
         &document.recording,
@@ -140,18 +148,19 @@ fn all_findings(document: &Document) -> Markup {
     fold("all-findings", "All findings", &results::findings(document))
 }
 
-/// Returns the second page: the certainty of the answer.
+/// Returns the second page: the lever, the certainty of the answer, its limits, and the lines to sign on.
 fn second_page(document: &Document) -> Markup {
     html! {
         div.second {
+            (sources::lever(&document.design))
             // Results of faulty samples mean nothing.
             @if document.verdict != Answer::Unusable {
                 (results::budget(document))
-                (ensemble::ensemble(document))
-                (ensemble::filters(document))
+                (ensemble::share(document))
             }
             (results::sled(document))
             (sources::limits(document))
+            (sources::record(document))
         }
     }
 }
@@ -177,6 +186,8 @@ fn appendix(document: &Document, evidence: Option<&Evidence>, figures: &[Figure]
             (fold("reasons", "Why", &card::why(document)))
             @if document.verdict != Answer::Unusable {
                 (fold("runs", "Runs compared", &results::runs(document)))
+                (fold("ensemble", "Levers and readings by stop", &ensemble::ensemble(document)))
+                (fold("filters", "After each filter, the nominal lever alone", &ensemble::filters(document)))
                 (fold("impacts", "Impacts of the nominal run", &results::impacts(document)))
                 (fold("inputs", "What the peak is sensitive to", &ensemble::sensitivity(document, drivers)))
             }

@@ -64,7 +64,12 @@ pub(super) fn advised(answer: &Margin) -> String {
 
 /// Returns the kind of change: where passes begin or end.
 pub(super) fn direction(answer: &Margin) -> &'static str {
-    let above = answer.at().is_some_and(|at| at > answer.present);
+    // A change at the present value itself lies on the side that the answer leaves open.
+    let at = answer.at().filter(|at| *at != answer.present);
+    let towards_fail = !answer.quantity.is_safer_above();
+    let above = at.map_or(answer.passes_at_present == towards_fail, |at| {
+        at > answer.present
+    });
     match (answer.passes_at_present, above) {
         (true, true) => "no pass above",
         (true, false) => "no pass below",

@@ -95,6 +95,11 @@ pub(super) fn is_isolated_pass(document: &Document) -> bool {
 pub(super) fn restitution(document: &Document) -> Option<String> {
     let advice = document.restitution_answer.as_ref()?;
     let tried = advice.tried;
+    let present = document.design.stop.restitution;
+    if advice.safe_from.is_some() && !advice.covers(Quantity::Restitution, present) {
+        // A sentence for other restitutions would deny this pass.
+        return Some(advice.text.clone());
+    }
     Some(match (advice.safe_from, advice.does_not) {
         (Some(_), None) => format!("Passes at all {tried} restitutions tried from 0 to 1"),
         (Some(from), _) => format!(

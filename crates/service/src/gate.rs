@@ -96,7 +96,7 @@ pub fn planned(parts: &Parts, submission: GateSubmission) -> Result<PlannedGate,
             let text = format!("date: a day such as 2027-03-31, found `{date}`");
             return Err(Problem::bad_request(text));
         }
-        None => file::day(now_ms().div_euclid(86_400_000)),
+        None => latchgate::pipeline::calendar::day(now_ms().div_euclid(86_400_000)),
     };
     let mut stored = StoredGate {
         id: String::new(),

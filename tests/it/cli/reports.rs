@@ -578,13 +578,16 @@ fn cli_the_reference_report_of_the_burst_is_reproduced() {
     let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/burst");
     let folder = Folder::new("reference");
     let made = folder.path().join("burst");
-    let done = advised(&[
-        "replay",
-        &signal_file("burst.csv"),
-        "--out",
-        made.to_str().unwrap(),
-    ]);
+    // The stored report is of the first day of 2026.
+    let done = finish(
+        program()
+            .env("SOURCE_DATE_EPOCH", "1767225600")
+            .args(["replay", &signal_file("burst.csv"), "--out"])
+            .arg(&made),
+    );
     assert_eq!(done.code, 1, "{}", done.err);
+    let page = fs::read_to_string(made.join("report.html")).unwrap();
+    assert!(page.contains("2026-01-01"));
     if std::env::var_os("LATCHGATE_RENEW").is_some() {
         for name in REPORT_FILES {
             fs::copy(made.join(name), stored.join(name)).unwrap();
@@ -608,5 +611,55 @@ fn cli_the_reference_report_of_the_burst_is_reproduced() {
             "reports/burst/{name} differs, first in line {}; run LATCHGATE_RENEW=1 cargo test --test it cli_the_reference_report and look at the difference",
             first.map_or(0, |index| index + 1)
         );
+    }
+}
+
+/// The last page names who made the report, of which design file, on which day, and what the recording was.
+#[test]
+fn cli_a_report_names_its_maker() {
+    let folder = Folder::new("maker");
+    let design = folder.write("my-latch.toml", "base = \"paper\"\n");
+    let out = folder.path().join("out");
+    let done = finish(
+        program()
+            .env("SOURCE_DATE_EPOCH", "951782400")
+            .args([
+                "replay",
+                &signal_file("burst.csv"),
+                "--no-advice",
+                "--design",
+                &design,
+            ])
+            .args(["--by", " E. Muster & Co ", "--out"])
+            .arg(&out),
+    );
+    assert_eq!(done.code, 1, "{}", done.err);
+    let page = fs::read_to_string(out.join("report.html")).unwrap();
+    let verdict = out.join("verdict.json");
+    let document: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(&verdict).unwrap()).unwrap();
+    let sha256 = document["recording"]["sha256"].as_str().unwrap();
+    for text in [
+        "E. Muster &amp; Co<",
+        "my-latch.toml",
+        "2000-02-29",
+        "Clopper",
+        sha256,
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+    let (record, sign) = (
+        page.find("id=\"record\"").unwrap(),
+        page.find("Signature").unwrap(),
+    );
+    let appendix = page.find("id=\"appendix\"").unwrap();
+    assert!(record < sign && sign < appendix);
+    // Another day repeats the page of the day on which it was written.
+    let verified = latchgate(&["verify", verdict.to_str().unwrap()]);
+    assert_eq!(verified.code, 0, "{}{}", verified.out, verified.err);
+    let long = "n".repeat(101);
+    for name in ["", "two\nlines", &long] {
+        let done = latchgate(&["replay", "x.csv", "--by", name]);
+        assert_eq!(done.code, 2, "{name:?}");
     }
 }

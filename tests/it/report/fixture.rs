@@ -499,6 +499,9 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
         run: RunBlock {
             version: "0.1.0".into(),
             numbers_revision: Some(1),
+            date: Some("2026-03-01".into()),
+            by: Some("A. Maker <QA>".into()),
+            design_file: Some("my-latch.toml".into()),
             elapsed_s: 0.012_345,
         },
     };

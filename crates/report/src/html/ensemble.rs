@@ -15,22 +15,37 @@ use latchgate_verdict::what_if::Change;
 use latchgate_verdict::wording::{filter_name, percent, percent_bound};
 use maud::{Markup, html};
 
+/// Returns the share of levers that open, with the bounds that the rule counts.
+pub(super) fn share(document: &Document) -> Markup {
+    let Some(shown) = &document.ensemble else {
+        return html! {};
+    };
+    html! {
+        section #share {
+            h2 { (words::capital(shown.varied.members())) }
+            (gauge(every(document)))
+            p.sum { (line(&share_sentence(shown))) }
+        }
+    }
+}
+
+/// Returns the ensembles of a document.
+fn every(document: &Document) -> &[Ensemble] {
+    match document.ensembles.is_empty() {
+        true => document.ensemble.as_slice(),
+        false => &document.ensembles,
+    }
+}
+
 /// Returns the ensemble of each stop and opening direction.
 pub(super) fn ensemble(document: &Document) -> Markup {
     let Some(shown) = &document.ensemble else {
         return html! {};
     };
-    let ensembles = if document.ensembles.is_empty() {
-        std::slice::from_ref(shown)
-    } else {
-        &document.ensembles
-    };
+    let ensembles = every(document);
     html! {
         // A phone scrolls the table sideways; the tab index lets keys scroll it too.
-        section #ensemble tabindex="0" {
-            h2 { (words::capital(shown.varied.members())) }
-            (gauge(ensembles))
-            p.sum { (line(&share_sentence(shown))) }
+        section #ensembles tabindex="0" {
             table.ensembles {
                 (heads(&[
                     "Stop and sign",
@@ -291,8 +306,7 @@ pub(super) fn filters(document: &Document) -> Markup {
     }
     columns.push("Remark");
     html! {
-        section #filters {
-            h2 { "After each filter, the nominal lever alone" }
+        section {
             table.filters {
                 (heads(&columns))
                 tbody {

@@ -2,7 +2,7 @@
 
 use super::markup::{channel_and_design, code_fact, figure, heads};
 use super::results::NO_FINDINGS;
-use super::sources::judged;
+use super::sources::{judged, lever, signature};
 use crate::escape::terminal as line;
 use crate::margin_words::{advised, bracket, change, direction, headline, titled, without_advice};
 use crate::page::PageFrame;
@@ -37,6 +37,7 @@ pub(crate) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
                     }
                     (card(document))
                     (judged(&document.test, recording, &document.design, document.conditioning.as_ref(), document.transfer.as_ref(), &[]))
+                    (lever(&document.design))
                     @if usable {
                         (answers(document))
                         (boundaries(document))
@@ -52,6 +53,7 @@ pub(crate) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
                                 (code_fact("Settings", &words::settings(&document.request)))
                             }
                         }
+                        (signature())
                     }
                 }
     };

@@ -72,6 +72,11 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
     let verdict = answer.map_or(ABSENT, |answer| answer.answer.name());
     let number = |value: f64| significant(value, DIGITS);
     let degrees = |radians: f64| words::degrees_cell(radians, DIGITS);
+    // What cannot be computed is told with three digits nowhere.
+    let known = |text: String| match words::has_figure(document, run) {
+        true => text,
+        false => "not known".into(),
+    };
     let ms = |seconds: f64| milliseconds(seconds, DIGITS);
     let optional = |value: Option<String>| value.unwrap_or_else(|| "none".into());
     let error =
@@ -82,8 +87,8 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
     let moving = if run.moving_at_end { "yes" } else { "no" };
     let work = &run.work;
     [
-        ("Verdict alone", verdict.into()),
-        ("Peak angle [°]", degrees(run.peak_angle_rad)),
+        ("Answer of this run", verdict.into()),
+        ("Peak angle [°]", known(degrees(run.peak_angle_rad))),
         ("Time of the peak [ms]", ms(run.peak_time_s)),
         (
             "Margin, limit − peak [°]",
@@ -91,7 +96,7 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
             if run.peak_angle_rad > FRAC_PI_2 {
                 "none".into()
             } else {
-                degrees(margin)
+                known(degrees(margin))
             },
         ),
         ("Uncertainty U of the peak [°]", error(uncertainty)),
@@ -230,7 +235,7 @@ pub(super) fn budget(document: &Document) -> Markup {
         section #budget {
             h2 { "How sure is the largest angle" }
             table.budget {
-                (heads(&["Part", "What was changed", "#Change of the peak [°]", "Against the margin"]))
+                (heads(&["Part", "What was changed", "#Change [°]", "Against the distance to the limit"]))
                 tbody {
                     @for part in words::budget(document) {
                         tr {

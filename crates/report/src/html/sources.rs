@@ -27,6 +27,7 @@ pub(super) fn judged(
     transfer: Option<&TransferBlock>,
     together: &[SiblingBlock],
 ) -> Markup {
+    let has_facts = !words::test_facts(test).is_empty();
     html! {
         section #judged {
             h2 { "What was judged" }
@@ -34,12 +35,13 @@ pub(super) fn judged(
                 table.facts {
                     tbody {
                         @for (name, value) in words::test_facts(test) { (fact(name, &value)) }
-                        (fact("File", &recording.file))
-                        @if let Some(channel) = &recording.channel { (fact("Channel", channel)) }
+                        // Without facts of a test the first column is that of the file.
+                        @if !has_facts { (file(recording)) }
                     }
                 }
                 table.facts {
                     tbody {
+                        @if has_facts { (file(recording)) }
                         (fact("Design", &words::design(design)))
                         (fact("Opening direction", &words::direction(recording)))
                         @if let Some(place) = sensor_place(recording, transfer) { (fact("Sensor's place", &place)) }
@@ -51,14 +53,55 @@ pub(super) fn judged(
                     }
                 }
             }
-            (lever(design))
-            div.sign { span { "Checked by" } span { "Date" } span { "Signature" } }
+        }
+    }
+}
+
+fn file(recording: &RecordingBlock) -> Markup {
+    html! {
+        (fact("File", &recording.file))
+        @if let Some(channel) = &recording.channel { (fact("Channel", channel)) }
+    }
+}
+
+/// Returns the lines to sign on.
+pub(super) fn signature() -> Markup {
+    html! { div.sign { span { "Checked by" } span { "Date" } span { "Signature" } } }
+}
+
+/// Returns what tells this verdict from any other: the rule, the files, the run.
+pub(super) fn record(document: &Document) -> Markup {
+    let (recording, run) = (&document.recording, &document.run);
+    let revision = run.numbers_revision;
+    let revision = revision.map_or_else(String::new, |revision| format!(", numbers {revision}"));
+    html! {
+        section #record {
+            h2 { "Decision rule and record" }
+            p.statement.rule { (line(&document.decision_rule)) }
+            div.sides {
+                table.facts {
+                    tbody {
+                        (code_fact("SHA-256 of the recording", recording.sha256.as_deref().unwrap_or("not read")))
+                        @if let Some(sha256) = &recording.card_sha256 { (code_fact("SHA-256 of its card", sha256)) }
+                        (code_fact("Report", &document.report_id))
+                    }
+                }
+                table.facts {
+                    tbody {
+                        (fact("Design file", run.design_file.as_deref().unwrap_or("none")))
+                        (fact("Program", &format!("latchgate {}{revision}", run.version)))
+                        (fact("Date of the run", run.date.as_deref().unwrap_or(ABSENT)))
+                        (fact("Made by", run.by.as_deref().unwrap_or("not stated")))
+                    }
+                }
+            }
+            (signature())
         }
     }
 }
 
 /// Returns the lever's numbers.
-fn lever(design: &Design) -> Markup {
+pub(super) fn lever(design: &Design) -> Markup {
     let numbers: Vec<_> = design
         .parameters()
         .filter(|parameter| !matches!(parameter.slot, Slot::InputScale | Slot::InputBias))
@@ -66,7 +109,8 @@ fn lever(design: &Design) -> Markup {
     let is_unstated =
         |parameter: &DesignParameter| design.not_stated.iter().any(|key| key == parameter.name);
     html! {
-        h3 { "Lever" }
+        section #lever {
+        h2 { "Lever" }
         div.sides {
             @for half in numbers.chunks(numbers.len().div_ceil(2)) {
                 table.facts {
@@ -95,6 +139,7 @@ fn lever(design: &Design) -> Markup {
         p.note {
             "± is one standard deviation."
             @if numbers.iter().any(|parameter| is_unstated(parameter)) { " * not stated: the value of the paper's example." }
+        }
         }
     }
 }
@@ -166,7 +211,7 @@ fn conditioning_facts(block: &ConditioningBlock) -> Markup {
         @if let Some(magnitude) = magnitude(block.peak_g, block.peak_time_s) {
             (fact("Largest magnitude as used", &magnitude))
         }
-        (fact("Full scale, by the card", &or("not stated", range)))
+        @if let Some(range) = range { (fact("Full scale, by the card", &range)) }
         @if block.synthetic {
             (fact("Made by a formula, by the card", "yes: clipping and dead sensors were not looked for"))
         }
@@ -307,7 +352,7 @@ pub(super) fn design(document: &Document) -> Markup {
     }
 }
 
-/// Returns all that a repetition of the verdict needs, and its decision step by step.
+/// Returns all that a repetition of the verdict needs.
 pub(super) fn provenance(document: &Document) -> Markup {
     let request = &document.request;
     let settings = words::settings(request);
@@ -336,7 +381,6 @@ pub(super) fn provenance(document: &Document) -> Markup {
         ),
     };
     html! {
-        p.statement { (line(&document.decision_rule)) }
         pre { (settings.join("\n")) }
         table.facts {
             tbody {
@@ -346,8 +390,6 @@ pub(super) fn provenance(document: &Document) -> Markup {
                 (fact("Initial state", &state))
                 (fact("Ensemble asked for", &ensemble))
                 (fact("Standard gravity", &format!("{}\u{00A0}m/s², exact", exact(STANDARD_GRAVITY))))
-                (fact("latchgate", &format!("version {}", document.run.version)))
-                (code_fact("Report", &document.report_id))
                 (code_fact("Verify", "latchgate verify verdict.json"))
                 (fact("All digits", &format!("verdict.json beside this report, {}", document.schema)))
             }

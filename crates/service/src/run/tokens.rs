@@ -6,7 +6,7 @@ use crate::auth::{OF_PROXY, Scope, Secret};
 use crate::clock::now_ms;
 use crate::store::{Ledger, StoreError, StoredToken};
 use clap::Subcommand;
-use latchgate::gate::file::day;
+use latchgate::pipeline::calendar::day;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;

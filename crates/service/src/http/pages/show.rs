@@ -38,7 +38,7 @@ pub(super) fn angle(radians: Option<f64>) -> String {
 /// Shows an instant in UTC, to the minute.
 pub(super) fn instant(ms: i64) -> Markup {
     let minutes = ms.div_euclid(60_000);
-    let day = latchgate::gate::file::day(minutes.div_euclid(1440));
+    let day = latchgate::pipeline::calendar::day(minutes.div_euclid(1440));
     let minute = minutes.rem_euclid(1440);
     let time = format!("{:02}:{:02}", minute / 60, minute % 60);
     html! { time datetime=(format!("{day}T{time}Z")) { (day) " " (time) } }
