@@ -3,6 +3,7 @@
 use super::prepared::Prepared;
 use latchgate_document::request::Request;
 use latchgate_kernel::model::Design;
+use latchgate_kernel::model::criterion::Criterion;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::Method;
 use latchgate_recording::Finding;
@@ -75,6 +76,17 @@ fn departures(request: &Request, design: &Design) -> Vec<Departure> {
         |_, design| {
             design.criterion.threshold_rad = design.default_threshold_rad();
             design.criterion.raised_from_rad = None;
+        },
+    );
+    let usual = Criterion::default();
+    let looser = design.criterion.open_share > usual.open_share;
+    note(
+        looser || design.criterion.confidence < usual.confidence,
+        "the design's `criterion.open_share` and `criterion.confidence`".into(),
+        |_, design| {
+            let (own, usual) = (&mut design.criterion, Criterion::default());
+            own.open_share = own.open_share.min(usual.open_share);
+            own.confidence = own.confidence.max(usual.confidence);
         },
     );
     found

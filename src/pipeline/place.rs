@@ -83,32 +83,42 @@ pub(super) fn findings(facts: &RecordingFacts, channel: &Channel) -> Vec<Finding
     findings
 }
 
-/// Returns what is to be said of a channel that is known not to be lateral, for a lever.
+/// Returns what is to be said of a channel that is known not to be lateral, for a lever, and of one whose axis nothing
+/// tells though a person tells how its place moves.
 pub(super) fn axis_finding(facts: &RecordingFacts, design: &Design) -> Option<Finding> {
-    let axis = facts.axis.filter(|axis| *axis != 'Y')?;
-    if facts.card.synthetic || fits(design, axis) {
+    let accepted = facts.request.accepts(&facts.card, AcceptedWord::Axis);
+    if facts.card.synthetic {
+        return None;
+    }
+    let Some(axis) = facts.axis else {
+        let is_told = facts.request.transfer(&facts.card).is_some();
+        return (is_told && !accepted).then(|| {
+            let text = "nothing says along which axis the channel is: the answer is that of a lever which this \
+                        channel turns";
+            Finding::warning("axis-unknown", text)
+        });
+    };
+    if axis == 'Y' || fits(design, axis) {
         return None;
     }
     let text = format!(
         "the channel is along {axis}, not along the lateral axis Y, and the design states no axis that makes {axis} \
          the way of its centre of mass"
     );
-    Some(
-        match facts.request.accepts(&facts.card, AcceptedWord::Axis) {
-            true => Finding::info(
-                "axis-accepted",
-                format!("{text}. A person has accepted the axis"),
-            ),
-            false => {
-                let text = format!(
-                    "{text}. No factor mends an axis. If this channel is the one that turns the lever, a pass needs \
+    Some(match accepted {
+        true => Finding::info(
+            "axis-accepted",
+            format!("{text}. A person has accepted the axis"),
+        ),
+        false => {
+            let text = format!(
+                "{text}. No factor mends an axis. If this channel is the one that turns the lever, a pass needs \
                  {} = axis",
-                    Setting::Accept
-                );
-                Finding::warning("axis", text).needing_word()
-            }
-        },
-    )
+                Setting::Accept
+            );
+            Finding::warning("axis", text).needing_word()
+        }
+    })
 }
 
 /// True if a design's centre of mass moves along an axis, X, Y or Z.

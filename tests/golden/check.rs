@@ -16,6 +16,7 @@ use std::path::Path;
 /// short formula.
 const LEFT_ASIDE: &[&str] = &[
     "axis-accepted",
+    "axis-unknown",
     "band-empty",
     "beyond-geometry",
     "clock-accepted",

@@ -83,8 +83,7 @@ fn cli_margin_writes_its_report() {
     ]);
     assert_eq!(done.code, 0, "{}", done.err);
     assert!(
-        done.out
-            .starts_with("✓ PASS  Stays shut down to a preload of "),
+        done.out.starts_with("✓ PASS  Passes down to a preload of "),
         "{}",
         done.out
     );

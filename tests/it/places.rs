@@ -44,12 +44,14 @@ fn range(text: &str) -> Option<TransferRange> {
     Some(TransferRange::from_text(text).unwrap())
 }
 
-const CODES: [&str; 6] = [
+const CODES: [&str; 8] = [
     "place",
     "place-overridden",
     "transfer-low",
     "axis",
     "axis-accepted",
+    "axis-unknown",
+    "synthetic-contradicted",
     "needs-word",
 ];
 
@@ -765,4 +767,45 @@ fn verif_an_advice_holds_at_every_factor() {
     let (low, high) = (preload("0.8"), preload("0.9"));
     assert!(low < high, "{low} {high}");
     assert!((preload("0.8..0.9") - high).abs() < 1e-12);
+}
+
+/// A person who tells how a place moves has not told the axis: it is said, and accepting the axis answers it.
+#[test]
+fn verif_an_axis_that_nothing_tells_is_said() {
+    let text = table(push).replace("acc_y_g", "acceleration_g");
+    let source = Source::bytes("a.csv", text.as_bytes());
+    let request = Request {
+        channel: Some("acceleration_g".into()),
+        transfer: range("1"),
+        ..asking()
+    };
+    check(
+        &judged(&source, &request),
+        Answer::Pass,
+        &["axis-unknown"],
+        "no axis",
+    );
+    let accepting = Request {
+        accepted: vec![latchgate::pipeline::AcceptedWord::Axis],
+        ..request.clone()
+    };
+    check(&judged(&source, &accepting), Answer::Pass, &[], "accepted");
+    let formula = Source::bytes("a.csv", text.as_bytes()).with_card(*b"synthetic = true");
+    check(&judged(&formula, &request), Answer::Pass, &[], "a formula");
+}
+
+/// A card that calls a sensor's recording synthetic lifts nothing: neither place, nor axis, nor noise.
+#[test]
+fn verif_a_sensor_in_the_file_is_not_synthetic() {
+    let folder = Folder::new("places-synthetic");
+    let path = mme(&folder, "11SILBLE0000ACYA");
+    folder.write("11SILBLE0000ACYA.001.toml", "synthetic = true");
+    let outcome = judged(&Source::File(path.into()), &asking());
+    check(
+        &outcome,
+        Answer::Undecided,
+        &["place", "synthetic-contradicted"],
+        "a sill",
+    );
+    assert!(!outcome.document.conditioning.unwrap().synthetic);
 }

@@ -1,7 +1,7 @@
 //! Guards what a pass claims of levers: a lever stated whole, a scatter stated, a share only where something varies,
 //! and the share that the design allows.
 
-use crate::support::{Done, Folder, latchgate, signal_file};
+use crate::support::{Done, Folder, advised, latchgate, signal_file};
 use serde_json::Value;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -20,7 +20,7 @@ mass_kg = 0.1475
 center_of_mass_m = 0.065
 ";
 
-const STATED: &str = "[tolerance]\npreload_torque_nm = 0\nmass_kg = 0\n";
+const STATED: &str = "[tolerance]\npreload_torque_nm = 0\nmass_kg = 0\nrestitution = 0\n";
 const NO_INPUT: &str = "[input]\nscale = 0\nbias_g = 0\n";
 const SLED: &str = "pulse:sled206-33g,opens-when=positive";
 
@@ -133,6 +133,25 @@ fn cli_what_was_not_stated_is_marked() {
     assert_eq!(verified.code, 0, "{}{}", verified.out, verified.err);
 }
 
+/// A table of tolerances that names two of them leaves the restitution's as it is, marked as not stated.
+#[test]
+fn cli_tolerances_that_are_stated_take_no_others_away() {
+    let tolerances = "[tolerance]\npreload_torque_nm = 0\nmass_kg = 0\n";
+    let design = format!("{EXAMPLE}{tolerances}");
+    let judged = document(SLED, &design, &["--members", "128"]);
+    assert_eq!(judged["design"]["tolerance"]["restitution"], 0.02);
+    let not_stated = judged["design"]["not_stated"].to_string();
+    assert!(not_stated.contains("tolerance.restitution"), "{not_stated}");
+    let own = format!("{design}restitution = 0.05\n");
+    let judged = document(SLED, &own, &["--members", "128"]);
+    assert_eq!(judged["design"]["tolerance"]["restitution"], 0.05);
+    let not_stated = judged["design"]["not_stated"].to_string();
+    assert!(
+        !not_stated.contains("tolerance.restitution"),
+        "{not_stated}"
+    );
+}
+
 /// A pass waits for the scatter of preload and unbalance, with an ensemble or without; 0 is a statement, a fail waits
 /// for nothing, and the paper's lever gives no tolerances away.
 #[test]
@@ -223,6 +242,23 @@ fn cli_a_lost_quiet_stretch_gains_no_pass() {
         folder.write("cut.csv", from(0.0)),
         folder.write("short.csv", from(-0.003)),
     );
+    // Quiet samples that somebody filled with zeros, all of them or nine of ten.
+    let filled = |kept: i32| {
+        let fill = |(number, line): (usize, &str)| {
+            let (time, _) = line.split_once(',').unwrap_or((line, ""));
+            let is_quiet = time.parse().is_ok_and(|time: f64| time < -1e-3 + 1e-9);
+            let is_kept = (number as i32) < kept;
+            match is_quiet && !is_kept {
+                true => format!("{time},0\n"),
+                false => format!("{line}\n"),
+            }
+        };
+        text.lines().enumerate().map(fill).collect::<String>()
+    };
+    let (zero, mostly) = (
+        folder.write("zero.csv", filled(0)),
+        folder.write("mostly.csv", filled(25)),
+    );
     let accept = ["--accept", "noise"];
     for (file, more, code, said) in [
         (whole.to_str().unwrap(), &[][..], 3, "noise"),
@@ -234,6 +270,10 @@ fn cli_a_lost_quiet_stretch_gains_no_pass() {
         ),
         (&short, &[], 3, "noise"),
         (&short, &accept, 3, "noise"),
+        (&zero, &[], 3, "--accept noise"),
+        // Nine of ten zeros still show how far what is left decides.
+        (&mostly, &[], 3, "noise-unknown"),
+        (&mostly, &accept, 3, "noise"),
         (&cut, &[], 3, "--accept noise"),
         (&cut, &accept, 0, "PASS"),
     ] {
@@ -280,7 +320,7 @@ fn cli_without_scatter_there_is_no_share_of_levers() {
     );
 
     // The rigid stop has its restitution alone: a scatter of the soft one's numbers varies no lever there.
-    let radius = format!("{EXAMPLE}{STATED}restitution = 0\nradius_m = 0.01\n");
+    let radius = format!("{EXAMPLE}{STATED}radius_m = 0.01\n");
     for (stop, varied) in [("rigid", "readings"), ("soft", "levers-and-readings")] {
         let found = self::document(&surviving, &radius, &["--model", stop]);
         assert_eq!(
@@ -306,7 +346,9 @@ fn cli_without_scatter_there_is_no_share_of_levers() {
         "{flat}"
     );
     assert!(
-        flat.contains("preload torque ±5 %; reading: scale ±1 %, bias ±0.1 g"),
+        flat.contains(
+            "preload torque ±5 %, restitution of the stop ±0.02; reading: scale ±1 %, bias ±0.1 g"
+        ),
         "{flat}"
     );
 }
@@ -414,4 +456,61 @@ fn cli_the_open_share_is_the_designs() {
         &["--members", "128"],
     );
     assert!(codes(&loose["findings"]).contains(&"design-implausible"));
+}
+
+/// A share so small that the first look cannot show it is searched for with as many levers as show it.
+#[test]
+fn cli_the_advice_is_held_to_the_share_of_the_design() {
+    let tolerances = "[tolerance]\npreload_torque_nm = \"1 %\"\nmass_kg = \"1 %\"\n";
+    let design = format!("{EXAMPLE}{tolerances}[criterion]\nopen_share = 0.01\n");
+    let burst = signal_file("burst.csv");
+    let folder = Folder::new("scatter-advice");
+    let file = folder.write("d.toml", &design);
+    let out = folder.path().join("out");
+    let out = out.to_str().unwrap();
+    advised(&["replay", &burst, "--design", &file, "--out", out]);
+    let stored = std::fs::read_to_string(folder.path().join("out/verdict.json")).unwrap();
+    let judged: Value = serde_json::from_str(&stored).unwrap();
+    let least = judged["preload_answer"]["safe_from"].as_f64();
+    let least = least.unwrap_or_else(|| panic!("{}", judged["preload_answer"]));
+    let set = format!("lever.preload_torque_nm={least}");
+    let judged = document(&burst, &design, &["--set", &set]);
+    assert_eq!(judged["verdict"], "pass", "{}", judged["why"]);
+    let members = &judged["ensemble"]["members"];
+    assert!(
+        members.as_u64().is_none_or(|members| members >= 437),
+        "{members}"
+    );
+}
+
+/// What no production keeps is no scatter.
+#[test]
+fn cli_a_scatter_too_small_for_any_production_is_said() {
+    for (share, is_said) in [
+        ("1e-12", true),
+        ("\"0.001 %\"", true),
+        ("0", false),
+        ("\"0.1 %\"", false),
+    ] {
+        let design = format!("{EXAMPLE}[tolerance]\npreload_torque_nm = 0\nmass_kg = {share}\n");
+        let judged = document(SLED, &design, &["--members", "0"]);
+        let findings = judged["findings"].to_string();
+        let said = findings.contains("tolerance.mass_kg is");
+        assert_eq!(said, is_said, "{share}: {findings}");
+    }
+}
+
+/// A design as a document holds it states its lever whole too.
+#[test]
+fn regress_a_lever_in_a_document_is_whole() {
+    let whole = serde_json::to_value(latchgate::pipeline::Design::reference()).unwrap();
+    latchgate::pipeline::design_from_json(&whole).unwrap();
+    let mut half = whole.clone();
+    half["lever"].as_object_mut().unwrap().remove("mass_kg");
+    let error = latchgate::pipeline::design_from_json(&half).unwrap_err();
+    assert!(error.contains("mass_kg"), "{error}");
+    let mut none = whole;
+    none.as_object_mut().unwrap().remove("lever");
+    let error = latchgate::pipeline::design_from_json(&none).unwrap_err();
+    assert!(error.contains("preload_torque_nm"), "{error}");
 }

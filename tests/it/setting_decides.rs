@@ -79,6 +79,12 @@ fn cli_a_setting_that_turns_a_fail_into_a_pass_is_named() {
     decides(opening, &["--window=-0.04..0.001"], "`window`");
     let raised = ["--set", "criterion.threshold_rad=0.9"];
     decides(opening, &raised, "`criterion.threshold_rad`");
+    // A share that a pass allows beyond the default is a setting like the limit angle.
+    let most = |time: f64| 0.5 * opening(time);
+    let strict = replayed(&folder, most, &[]);
+    assert_ne!(strict.code, 0, "{}", strict.out);
+    let loose = ["--set", "criterion.open_share=0.9"];
+    decides(most, &loose, "`criterion.open_share`");
     // What both say alike is no news.
     let agreed = replayed(&folder, |time| 0.3 * opening(time), &["--filter", "cfc180"]);
     assert_eq!(agreed.code, 0);

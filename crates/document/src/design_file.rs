@@ -71,14 +71,25 @@ pub fn design_from_bytes(file: &str, bytes: &[u8], limits: &Limits) -> Result<De
     Ok(design)
 }
 
-/// Reads the design of a verdict document.
+/// Reads the design of a verdict document, which states its lever whole.
 ///
 /// # Errors
 ///
-/// Says which key is wrong, and how.
+/// Says which key is wrong or missing, and how.
 pub fn design_from_document(design: &serde_json::Value) -> Result<Design, String> {
-    serde_path_to_error::deserialize(design.clone())
-        .map_err(|error| format!("{}: {}", error.path(), error.inner()))
+    let read: Design = serde_path_to_error::deserialize(design.clone())
+        .map_err(|error| format!("{}: {}", error.path(), error.inner()))?;
+    let lever = design.get("lever");
+    let missing: Vec<&str> = lever_keys()
+        .filter(|key| lever.is_none_or(|lever| lever.is_object() && lever.get(key).is_none()))
+        .collect();
+    if !missing.is_empty() {
+        let missing = missing.join(", ");
+        return Err(format!(
+            "lever: expected every number of it, found none of {missing}"
+        ));
+    }
+    Ok(read)
 }
 
 /// Reads the tables of a design file as JSON has them, or the design of a verdict document, which has the key
@@ -248,7 +259,8 @@ fn stem(file: &str) -> String {
 }
 
 /// Reads the text of a design file. A lever is stated whole, or `base = "paper"` gives it the values of the
-/// paper's example; other keys that are absent take the reference design's values, tolerances none.
+/// paper's example; other keys that are absent take the reference design's values, and of the tolerances that of the
+/// restitution alone.
 ///
 /// # Errors
 ///
@@ -340,6 +352,14 @@ fn lever_stated(table: &toml::Table, text: &str) -> Result<(), Error> {
     ))
 }
 
+/// Lists the keys of a lever's numbers.
+fn lever_keys() -> impl Iterator<Item = &'static str> {
+    let of_lever = PARAMETERS
+        .iter()
+        .filter(|parameter| matches!(parameter.slot, Slot::Lever(_)));
+    of_lever.map(DesignParameter::key)
+}
+
 /// Returns true if a file states a number, or what it follows from.
 fn states(table: &toml::Table, parameter: &DesignParameter) -> bool {
     let (section, key) = parameter.name.split_once('.').unwrap_or_default();
@@ -355,7 +375,9 @@ fn not_stated(table: &toml::Table) -> Vec<String> {
         let is_reduced = has_linkage && matches!(parameter.slot, Slot::Lever(_));
         !is_reduced && !states(table, parameter)
     });
-    let of_tolerance = (!table.contains_key("tolerance")).then_some("tolerance.restitution");
+    let tolerance = table.get("tolerance").and_then(toml::Value::as_table);
+    let states_restitution = tolerance.is_some_and(|own| own.contains_key("restitution"));
+    let of_tolerance = (!states_restitution).then_some("tolerance.restitution");
     let names = unstated.map(|parameter| parameter.name);
     names.chain(of_tolerance).map(String::from).collect()
 }
@@ -442,10 +464,6 @@ fn put_section(
     entries: &toml::Table,
     text: &str,
 ) -> Result<(), Error> {
-    if section == "tolerance" {
-        // A file that names its tolerances names all of them.
-        design.tolerance.clear();
-    }
     for (key, value) in entries {
         if section == "catch" && key == "reversible" {
             continue;

@@ -262,7 +262,7 @@ fn rule_of_shares(answer: Answer, own: &Ensemble, named: &[&Ensemble]) -> (&'sta
         ),
         Answer::Undecided if named.iter().all(|ensemble| few_cross(ensemble)) => (
             "few-members-cross",
-            format!("A pass allows {pass} %, and asks for more than that"),
+            format!("A pass allows {pass} %, which is met: other reasons keep it undecided"),
         ),
         Answer::Undecided | Answer::Unusable => (
             "members-cross",

@@ -201,6 +201,16 @@ fn all_equal(samples: &[f64]) -> Option<bool> {
     Some(samples.iter().all(|value| same(*value, *first)))
 }
 
+/// Tells whether one value stands on end for more than half of some samples.
+fn is_mostly_held(samples: &[f64]) -> bool {
+    let (mut longest, mut run) = (0, 1);
+    for pair in samples.windows(2) {
+        run = if same(pair[0], pair[1]) { run + 1 } else { 1 };
+        longest = longest.max(run);
+    }
+    2 * longest > samples.len()
+}
+
 /// How far samples lie from a level at most.
 fn reach(samples: &[f64], level: f64) -> f64 {
     let distances = samples.iter().map(|value| (value - level).abs());
@@ -230,18 +240,27 @@ fn noise_unknown(facts: &SignalFacts<'_>, is_accepted: bool) -> Option<Finding> 
     };
     let how = match facts.noise {
         None if all_equal(&facts.samples[..count]) == Some(true) => "are all equal",
+        _ if is_mostly_held(&facts.samples[..count]) => {
+            "hold one value for more than half of the time"
+        }
         Some(noise) if !noise.is_explained() => {
             "repeat one value for longer than their spread explains"
         }
         _ if count < QUIET_SAMPLES => return Some(noise_short(count)),
         _ => return None,
     };
+    let text =
+        format!("the {count} samples before the event {how}, so the channel's noise is unknown");
+    if is_accepted {
+        let text = format!("{text}. A person has accepted that");
+        return Some(Finding::info("noise-accepted", text));
+    }
     let text = format!(
-        "the {count} samples before the event {how}, so the channel's noise is unknown. Held, filled \
-         and cut stretches were checked by shape and long runs alone. If a formula made the \
-         signal, write `synthetic = true` in the card"
+        "{text}. Held, filled and cut stretches were checked by shape and long runs alone. If a formula made the \
+         signal, write `synthetic = true` in the card. If the channel has no other noise, a pass needs the setting \
+         `accept` = noise"
     );
-    Some(Finding::warning("noise-unknown", text))
+    Some(Finding::warning("noise-unknown", text).needing_word())
 }
 
 /// Says that nothing shows the noise. A recording that loses its quiet stretch must not gain a pass by it.

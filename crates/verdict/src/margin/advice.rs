@@ -67,7 +67,7 @@ impl Advice {
             (Some(from), true) if self.covers(quantity, present) => {
                 let direction = if above { "down to" } else { "up to" };
                 format!(
-                    "Stays shut {direction} {article} {title} of {} (now {}; {tried})",
+                    "Passes {direction} {article} {title} of {} (now {}; {tried})",
                     shown(from),
                     number(present)
                 )

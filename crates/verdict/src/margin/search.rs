@@ -4,6 +4,7 @@ use super::quantity::{GridBounds, Quantity, between, within_cell};
 use super::{Advice, Basis, Boundary, Change, Margin, MarginOptions, NominalAnswer, Scan};
 use crate::assess::assess_again;
 use crate::conditioning::{self, Conditioned};
+use crate::ensemble::bounds::{LOOKS, members_needed};
 use crate::faults::Faults;
 use crate::in_plane;
 use crate::meter::Meter;
@@ -12,6 +13,7 @@ use crate::runs::{RunDetail, RunSetup};
 use crate::usable_span::{SampleSpan, window_samples};
 use crate::{Answer, AssessDetail, AssessExtras, Assessment, DrawnRuns, Polarity, Policy};
 use latchgate_kernel::model::Design;
+use latchgate_kernel::model::criterion::Criterion;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::replay::RunOutcome;
 use latchgate_kernel::units::{STANDARD_GRAVITY, plain};
@@ -21,10 +23,6 @@ use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-
-/// Members that a search asks at most: a pass at the first look is one of any larger ensemble, which
-/// looks at the same members first.
-const MEMBERS_ASKED: u32 = 128;
 
 /// Values of a grid that the rule is asked at side by side, whatever the threads.
 const SIDE_BY_SIDE: usize = 8;
@@ -44,6 +42,14 @@ const NOMINAL_WIDTH: f64 = 1e-12;
 
 /// Halvings after which a bracket is as narrow as numbers are.
 const HALVINGS: usize = 64;
+
+/// Returns the members that a search asks at most: those of the first look that can show a share small enough for a
+/// pass, which any larger ensemble looks at first.
+fn members_asked(criterion: Criterion) -> u32 {
+    let needed = members_needed(criterion.open_share, criterion.confidence);
+    let look = LOOKS.into_iter().find(|look| *look >= needed);
+    look.unwrap_or(needed)
+}
 
 /// How far the nominal levers are from a pass and from a fail at one value [rad].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -228,7 +234,7 @@ impl<'a> MarginSearch<'a> {
         let fresh = ReadingCache::default();
         let (conditioned, readings) = scaled(conditioned, scale, readings, &fresh);
         let policy = Policy {
-            members: policy.members.min(MEMBERS_ASKED),
+            members: policy.members.min(members_asked(design.criterion)),
             ..policy.clone()
         };
         let extras = AssessExtras {
@@ -394,7 +400,13 @@ impl<'a> MarginSearch<'a> {
             return format!("the search {range} ended at the limit `work`");
         }
         if self.passes_at_present() {
-            return format!("{whose} is a pass at every value {range}");
+            return match advice.does_not {
+                None => format!("{whose} is a pass at every value tried {range}"),
+                Some(value) => format!(
+                    "{whose} is a pass at every value of the first search {range}, but the whole rule is none at {}",
+                    quantity.shown(value)
+                ),
+            };
         }
         let why = advice.reason.as_ref();
         let why = why.map_or_else(String::new, |why| format!(": {why}"));

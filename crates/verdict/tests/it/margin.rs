@@ -681,9 +681,12 @@ fn verif_a_recording_of_rest_has_no_margin() {
     for answer in &found.answers {
         assert!(answer.change.is_none());
         let reason = answer.reason.as_deref().unwrap();
-        assert!(reason.contains("a pass at every value from"), "{reason}");
         assert!(
-            answer.advice.text.starts_with("Stays shut "),
+            reason.contains("a pass at every value tried from"),
+            "{reason}"
+        );
+        assert!(
+            answer.advice.text.starts_with("Passes "),
             "{}",
             answer.advice.text
         );
@@ -815,7 +818,7 @@ fn verif_the_advice_moves_with_no_present_value() {
         let kind = match (passes, found.covers(Quantity::Preload, preload_nm)) {
             (false, false) => "A preload of ",
             (false, true) => " values of the preload from ",
-            (true, true) => "Stays shut down to a preload of ",
+            (true, true) => "Passes down to a preload of ",
             (true, false) => "Isolated pass, do not design to it: a preload of ",
         };
         assert!(found.text.contains(kind), "{}", found.text);
