@@ -1,6 +1,7 @@
 //! The command line: arguments in, data to stdout, messages to stderr, an exit code out.
 //!
 //! - `args`: the command line as a whole: options of every command, and the commands;
+//! - `clock`: the day of a run;
 //! - `compare`: `latchgate compare`: two verdicts side by side, as far as they differ;
 //! - `design`: the design of a command line: a file, or the paper's, with overrides;
 //! - `failure`: the reasons for which a command ends without an answer;
@@ -32,6 +33,7 @@
 )]
 
 pub mod args;
+pub mod clock;
 pub mod compare;
 mod design;
 mod failure;

@@ -6,6 +6,7 @@
 mod supervise;
 pub mod sweep;
 
+use super::clock;
 use super::failure::{COULD_NOT, Failure};
 use super::options::Common;
 use super::output;
@@ -15,7 +16,6 @@ use crate::gate::files::Reports;
 use crate::gate::{self, Baseline, ERRORS_MAX, GateFile, GateSummary, Plan, Store, SummaryOptions};
 use crate::pipeline::Request;
 use clap::{Args, ValueEnum};
-use latchgate_document::calendar;
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::{Limits, read_within};
 use std::collections::BTreeSet;
@@ -138,7 +138,7 @@ pub(super) fn command(arguments: &GateArguments, common: &Common) -> Result<u8, 
         .transpose()
         .map_err(Failure::Data)?;
     check_baseline(arguments, &folder)?;
-    let date = arguments.date.clone().unwrap_or_else(calendar::today);
+    let date = arguments.date.clone().unwrap_or_else(clock::today);
     let options = SummaryOptions {
         date: &date,
         baseline: baseline.as_ref(),

@@ -6,6 +6,7 @@ mod answer;
 
 pub use answer::message;
 
+use super::clock;
 use super::design::requested_design;
 use super::failure::Failure;
 use super::inputs::Inputs;
@@ -81,6 +82,7 @@ pub(super) fn command(arguments: &ReplayCommand, common: &Common) -> Result<u8, 
         }
         let run = &mut outcome.document.run;
         run.elapsed_s = started.elapsed().as_secs_f64();
+        run.date = Some(clock::date_of_run());
         run.by.clone_from(&arguments.by);
         let design_file = arguments
             .replay

@@ -98,7 +98,7 @@ enum Note {
     /// A reason to which later rows of the file refer.
     Reason { why: String, reason: Reason },
     /// What was searched for the report of a verdict.
-    Advised { id: String, advised: Advised },
+    Advised { id: String, advised: Box<Advised> },
 }
 
 /// What a report says beside its verdict, which takes longer to search than the verdict.
@@ -259,7 +259,7 @@ impl Store {
     ///
     /// As [`Self::put_read`].
     pub(super) fn put_advised(&self, id: &str, advised: &Advised) -> Result<(), Error> {
-        let (id, advised) = (id.into(), advised.clone());
+        let (id, advised) = (id.into(), Box::new(advised.clone()));
         self.append(&mut self.lock_file(), &Note::Advised { id, advised }, true)
     }
 
@@ -288,7 +288,7 @@ impl Store {
                 if let Some(Line::Note(Note::Advised { id, advised })) = Line::parse(&line)
                     && ids.contains(&*id)
                 {
-                    kept.insert(id, advised);
+                    kept.insert(id, *advised);
                 }
             }
         }

@@ -3,8 +3,8 @@
 use latchgate_document::blocks::{
     ConditioningBlock, Document, InPlaneBlock, RecordingBlock, RunBlock, TransferBlock,
 };
+use latchgate_document::identity;
 use latchgate_document::request::{PolaritySource, Request};
-use latchgate_document::{calendar, identity};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::signal::Signal;
 use latchgate_kernel::units::STANDARD_GRAVITY;
@@ -214,12 +214,12 @@ fn in_plane(
     })
 }
 
-/// Returns the version of this program and the day, with the time it took left open.
+/// Returns the version of this program; day, maker and time are the caller's to tell.
 pub(crate) fn run_block() -> RunBlock {
     RunBlock {
         version: env!("CARGO_PKG_VERSION").into(),
         numbers_revision: Some(identity::NUMBERS_REVISION),
-        date: Some(calendar::date_of_run()),
+        date: None,
         by: None,
         design_file: None,
         elapsed_s: 0.0,

@@ -763,9 +763,12 @@ fn sled(word: &str, more: &[&str]) -> Value {
     latchgate(&[&fixed, more].concat()).document()["sled206"].clone()
 }
 
+/// Pulse, mass of the weight [kg], direction that opens, release and crossing [s], peak [rad].
+type WeightedCase = (&'static str, f64, &'static str, f64, Option<f64>, f64);
+
 /// The paper's lever with a weight [kg] fixed 0.03 m behind its pivot, on sled pulses: release and crossing [s], peak
 /// [rad], by a Taylor integrator of order 34 at 200 bits. With 0.35 kg the weight overbalances it.
-const WEIGHTED: [(&str, f64, &str, f64, Option<f64>, f64); 6] = [
+const WEIGHTED: [WeightedCase; 6] = [
     (
         "sled206-lower",
         0.0,

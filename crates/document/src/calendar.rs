@@ -1,7 +1,5 @@
 //! Days of the calendar, by UTC.
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
 /// Returns the date of a day that is counted from 1970-01-01.
 pub fn day(days: i64) -> String {
     // Years begin in March here, so that the day a leap year adds comes last (Hinnant,
@@ -17,24 +15,6 @@ pub fn day(days: i64) -> String {
     let month = if month < 10 { month + 3 } else { month - 9 };
     let year = year_of_era + era * 400 + i64::from(month <= 2);
     format!("{year:04}-{month:02}-{day:02}")
-}
-
-/// Returns the present day, `YYYY-MM-DD`.
-pub fn today() -> String {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    day(now.map_or(0, |since| since.as_secs() / 86_400) as i64)
-}
-
-/// Returns the day that a document says it was made on: the present one, or that of the variable `SOURCE_DATE_EPOCH`,
-/// by which builds that must come out the same state one.
-///
-/// # Source
-///
-/// SOURCE_DATE_EPOCH specification, reproducible-builds.org.
-pub fn date_of_run() -> String {
-    let stated = std::env::var("SOURCE_DATE_EPOCH").ok();
-    let seconds = stated.and_then(|text| text.parse::<u64>().ok());
-    seconds.map_or_else(today, |seconds| day((seconds / 86_400) as i64))
 }
 
 #[cfg(test)]

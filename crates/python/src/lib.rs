@@ -8,7 +8,7 @@
     reason = "a door of its own: it tells how long an answer took, and has today's date"
 )]
 
-use latchgate::cli::pdf;
+use latchgate::cli::{clock, pdf};
 use latchgate::document::json;
 use latchgate::gate::{self, GateFile, Plan, Store, SummaryOptions, files, summary::GateSummary};
 use latchgate::pipeline::units::{AccelerationUnit, TimeUnit};
@@ -129,7 +129,8 @@ impl Judged {
             ..Extras::default()
         };
         let mut outcome = judged(py, threads, &source, &request, &design, extras)?;
-        outcome.document.run.elapsed_s = began.elapsed().as_secs_f64();
+        let run = &mut outcome.document.run;
+        (run.elapsed_s, run.date) = (began.elapsed().as_secs_f64(), Some(clock::date_of_run()));
         Ok(Self {
             source,
             bytes,
@@ -520,7 +521,7 @@ fn run_gate(
         None => Store::unkept(),
         Some(folder) => Store::open(&folder, "").map_err(|error| not_judged(&error))?,
     };
-    let date = date.unwrap_or_else(pipeline::calendar::today);
+    let date = date.unwrap_or_else(clock::today);
     if !gate::file::is_day(&date) {
         return Err(wrong(format!(
             "date: expected a day as YYYY-MM-DD, found {date:?}"

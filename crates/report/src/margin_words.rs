@@ -65,7 +65,7 @@ pub(super) fn advised(answer: &Margin) -> String {
 /// Returns the kind of change: where passes begin or end.
 pub(super) fn direction(answer: &Margin) -> &'static str {
     // A change at the present value itself lies on the side that the answer leaves open.
-    let at = answer.at().filter(|at| *at != answer.present);
+    let at = answer.at().filter(|at| (*at - answer.present).abs() > 0.0);
     let towards_fail = !answer.quantity.is_safer_above();
     let above = at.map_or(answer.passes_at_present == towards_fail, |at| {
         at > answer.present

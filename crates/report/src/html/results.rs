@@ -253,11 +253,21 @@ pub(super) fn budget(document: &Document) -> Markup {
                     }
                     tr.nominal {
                         th { "U" }
-                        td { "what the rule counts: the first two and the noise" }
+                        td { "what the rule counts: the first two and the noise (" (stop_and_sign(run.model, run.opens_when)) ")" }
                         td.number { (counted.map_or_else(|| ABSENT.into(), |error| words::degrees_cell(error, 3))) }
                         @if is_beyond || counted.is_none() { td { (ABSENT) } }
                         @else if counted.is_some_and(|error| error >= margin) { td.above { "as large or larger" } }
                         @else { td { "smaller" } }
+                    }
+                    @for other in words::judged_runs(document) {
+                        @if (other.model, other.opens_when) != (run.model, run.opens_when) {
+                            tr {
+                                th { "U" }
+                                td { "the same (" (stop_and_sign(other.model, other.opens_when)) ")" }
+                                td.number { (words::uncertainty(document, other).map_or_else(|| ABSENT.into(), |error| words::degrees_cell(error, 3))) }
+                                td {}
+                            }
+                        }
                     }
                 }
             }

@@ -1,6 +1,7 @@
 //! A child's answer to each order; the only code that reads an upload.
 
 use super::words::{Answer, FirstAnswer, How, Order};
+use crate::clock::now_ms;
 use crate::problem::{Problem, for_http};
 use crate::store::{Summary, sha256_hex};
 use latchgate::pipeline::{
@@ -126,7 +127,9 @@ impl Worker {
             };
             return Ok((answer, Files::new()));
         }
-        outcome.document.run.elapsed_s = started.elapsed().as_secs_f64();
+        let today = pipeline::calendar::day(now_ms().div_euclid(86_400_000));
+        let run = &mut outcome.document.run;
+        (run.elapsed_s, run.date) = (started.elapsed().as_secs_f64(), Some(today));
         let answer = Answer::Verdict {
             report_id: outcome.document.report_id.clone(),
             summary: Box::new(summary(&outcome.document)),
