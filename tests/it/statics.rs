@@ -164,6 +164,28 @@ fn verif_elements_that_balance_hold_nothing_that_falls_when_they_part() {
     }
 }
 
+/// Numbers that no element of a latch has are said, with an inertia or without.
+#[test]
+fn cli_elements_of_another_world_are_warned_of() {
+    let folder = Folder::new("static-elements");
+    for (mass_kg, arm_m, said) in [
+        (0.05, 0.03, None),
+        (50.0, 0.03, Some("The mass of element `pawl` is 50 kg")),
+        (0.05, -30.0, Some("The arm of element `handle` is 30 m")),
+    ] {
+        let design = format!(
+            "[tolerance]\npreload_torque_nm = 0\n\
+             [[linkage]]\nname = \"pawl\"\nmass_kg = {mass_kg}\narm_m = 0.03\nspring_torque_nm = 5\n\
+             [[linkage]]\nname = \"handle\"\nmass_kg = 0.01\narm_m = {arm_m}\n"
+        );
+        let notes = thresholds(&folder, &design)["notes"].to_string();
+        match said {
+            Some(said) => assert!(notes.contains(said), "{notes}"),
+            None => assert!(!notes.contains("Check the design file"), "{notes}"),
+        }
+    }
+}
+
 /// One body, as a lever and as a linkage of one element, has the same steps and the same answer.
 #[test]
 fn verif_a_linkage_of_one_element_is_that_lever() {

@@ -194,6 +194,28 @@ pub struct StaticLever {
     pub has_catch: bool,
 }
 
+/// Returns what no latch has of the elements of a linkage, a sentence each.
+fn implausible_elements(linkage: &[LinkageElement]) -> Vec<String> {
+    /// Largest mass of an element [kg] and largest distance of its centre of mass [m], as of a lever.
+    const LARGEST: [f64; 2] = [5.0, 0.5];
+    let of_each = linkage.iter().flat_map(|element| {
+        let arm_m = element.arm_m.map(f64::abs);
+        let distance_m = arm_m.or(element.center_of_mass.map(Vector::length));
+        let numbers = [("mass", element.mass_kg, "kg"), ("arm", distance_m.unwrap_or(0.0), "m")];
+        let beyond = numbers.into_iter().zip(LARGEST);
+        beyond.filter_map(|((what, value, unit), largest)| {
+            (value > largest).then(|| {
+                format!(
+                    "The {what} of element `{}` is {value} {unit}; an element of a latch has up to {largest} {unit}. \
+                     Check the design file.",
+                    element.name
+                )
+            })
+        })
+    });
+    of_each.collect()
+}
+
 /// What a row asks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -333,6 +355,7 @@ impl From<&Design> for StaticLever {
             implausible: implausible(design)
                 .into_iter()
                 .map(|finding| finding.text)
+                .chain(implausible_elements(&design.linkage))
                 .collect(),
             unbalance_kg_m: lever.unbalance_kg_m(),
             // A limit that was raised, or that no latch can bear, makes no latch of one that opens.
@@ -398,7 +421,7 @@ impl StaticLever {
             spring_stiffness_nm_per_rad: reduced.spring_stiffness_nm_per_rad,
             stiffness_deviation_nm_per_rad: None,
             mass_and_arm: None,
-            implausible: Vec::new(),
+            implausible: implausible_elements(&linkage),
             unbalance_kg_m: reduced.unbalance_kg_m.abs(),
             threshold_rad: threshold_rad.min(std::f64::consts::FRAC_PI_2),
             modified: Vec::new(),
