@@ -203,14 +203,13 @@ fn implausible_elements(linkage: &[LinkageElement]) -> Vec<String> {
         let distance_m = arm_m.or(element.center_of_mass.map(Vector::length));
         let numbers = [("mass", element.mass_kg, "kg"), ("arm", distance_m.unwrap_or(0.0), "m")];
         let beyond = numbers.into_iter().zip(LARGEST);
-        beyond.filter_map(|((what, value, unit), largest)| {
-            (value > largest).then(|| {
-                format!(
-                    "The {what} of element `{}` is {value} {unit}; an element of a latch has up to {largest} {unit}. \
-                     Check the design file.",
-                    element.name
-                )
-            })
+        let beyond = beyond.filter(|((_, value, _), largest)| value > largest);
+        beyond.map(|((what, value, unit), largest)| {
+            format!(
+                "The {what} of element `{}` is {value} {unit}; an element of a latch has up to {largest} {unit}. Check \
+                 the design file.",
+                element.name
+            )
         })
     });
     of_each.collect()
