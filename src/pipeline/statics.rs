@@ -1,7 +1,7 @@
 //! Static thresholds, with a replay of the sled pulse beside them.
 
 use super::prepared::Extras;
-use super::{Control, Design, Limits, Request, answer, judge, pulse};
+use super::{Answer, Control, Design, Limits, Request, answer, judge, pulse};
 use latchgate_document::design_file::StaticDesign;
 use latchgate_document::static_document::{SledBeside, StaticDocument};
 use latchgate_kernel::error::Error as KernelError;
@@ -50,6 +50,8 @@ pub fn static_document(
 
 /// Replays the sled pulse along the direction that opens the lever; `None` where there is no verdict.
 fn sled_beside(design: &Design, control: &Control<'_>) -> Result<Option<SledBeside>, Error> {
+    let unpinned = design.linkage.iter().filter(|element| !element.pinned);
+    let may_part = unpinned.count() > 1;
     let mut design = design.clone();
     // As a lever without a stated direction the pulse has it along its way.
     design.lever.axis = None;
@@ -68,10 +70,18 @@ fn sled_beside(design: &Design, control: &Control<'_>) -> Result<Option<SledBesi
     if outcome.was_stopped() {
         return Err(KernelError::Stopped.into());
     }
+    let (mut verdict, mut headline) = (
+        outcome.document.verdict,
+        latchgate_report::headline(&outcome.document),
+    );
+    if may_part && verdict == Answer::Pass {
+        verdict = Answer::Undecided;
+        headline = format!("Its elements may part, which no replay follows. Joined: {headline}");
+    }
     Ok(outcome.refusal.is_none().then(|| SledBeside {
         pulse: SLED.into(),
-        verdict: outcome.document.verdict,
-        headline: latchgate_report::headline(&outcome.document),
+        verdict,
+        headline,
         report_id: outcome.document.report_id,
         static_holds: None,
         static_holds_nominally: false,

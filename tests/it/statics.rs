@@ -161,6 +161,17 @@ fn verif_elements_that_balance_hold_nothing_that_falls_when_they_part() {
         let text = latchgate(&["static", &file, "--no-report"]).out;
         assert!(text.starts_with("STATIC  NOT SHOWN TO HOLD 30 g"), "{text}");
         assert!(text.contains("pinned = true"), "{text}");
+        // Nor does a replay of the sled pulse pass beside it.
+        let whole = |pinned: bool| {
+            let stop = "[lever]\npivot_damping_nm_s_per_rad = 1e-4\n[stop]\nrestitution = 0.7\n\
+                        stiffness_n_per_m = 1e7\ndamping_n_s_per_m = 100\nradius_m = 0.05\n";
+            let elements = design(vectors, pinned);
+            let elements = elements.replace("nm = 0\n", "nm = 0\ncenter_of_mass_m = 0\n");
+            elements.replace("mass_kg = ", "moment_of_inertia_kg_m2 = 2e-3\nmass_kg = ") + stop
+        };
+        let sled = |pinned: bool| thresholds(&folder, &whole(pinned))["sled"].clone();
+        assert_eq!(sled(false)["verdict"], "undecided", "{}", sled(false));
+        assert_eq!(sled(true)["verdict"], "pass", "{}", sled(true));
     }
 }
 

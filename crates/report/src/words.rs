@@ -855,7 +855,7 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 7] {
         },
         BudgetRow {
             name: "bias",
-            meaning: "one standard error more and less bias, the larger change of the two",
+            meaning: "a standard error more and less bias, the larger change",
             value: bias,
             absent: unless(unbiased, "no bias was removed"),
         },

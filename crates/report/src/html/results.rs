@@ -231,6 +231,10 @@ pub(super) fn budget(document: &Document) -> Markup {
     // Beyond a quarter turn the size of the peak means nothing, and so do its parts.
     let is_beyond = run.peak_angle_rad > FRAC_PI_2;
     let counted = words::uncertainty(document, run);
+    let of = |run: &Run| match document.polarities.len() {
+        0 | 1 => words::stop(run.model).to_string(),
+        _ => stop_and_sign(run.model, run.opens_when),
+    };
     html! {
         section #budget {
             h2 { "How sure is the largest angle" }
@@ -253,7 +257,7 @@ pub(super) fn budget(document: &Document) -> Markup {
                     }
                     tr.nominal {
                         th { "U" }
-                        td { "what the rule counts: the first two and the noise (" (stop_and_sign(run.model, run.opens_when)) ")" }
+                        td { "the first two and the noise: what the rule counts (" (of(run)) ")" }
                         td.number { (counted.map_or_else(|| ABSENT.into(), |error| words::degrees_cell(error, 3))) }
                         @if is_beyond || counted.is_none() { td { (ABSENT) } }
                         @else if counted.is_some_and(|error| error >= margin) { td.above { "as large or larger" } }
@@ -263,7 +267,7 @@ pub(super) fn budget(document: &Document) -> Markup {
                         @if (other.model, other.opens_when) != (run.model, run.opens_when) {
                             tr {
                                 th { "U" }
-                                td { "the same (" (stop_and_sign(other.model, other.opens_when)) ")" }
+                                td { "the same (" (of(other)) ")" }
                                 td.number { (words::uncertainty(document, other).map_or_else(|| ABSENT.into(), |error| words::degrees_cell(error, 3))) }
                                 td {}
                             }
