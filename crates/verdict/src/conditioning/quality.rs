@@ -257,8 +257,16 @@ fn noise_unknown(facts: &SignalFacts<'_>, is_accepted: bool) -> Option<Finding> 
     }
     let text = format!(
         "{text}. Held, filled and cut stretches were checked by shape and long runs alone. If a formula made the \
-         signal, write `synthetic = true` in the card. If the channel has no other noise, a pass needs the setting \
-         `accept` = noise"
+         signal, write `synthetic = true` in the card"
+    );
+    // As silent after the event as before it is a formula's signal, or one of a coarse recorder; noise after a silence
+    // shows that the silence is none.
+    let after = &facts.samples[facts.samples.len().saturating_sub(count).max(count)..];
+    if is_mostly_held(after) {
+        return Some(Finding::warning("noise-unknown", text));
+    }
+    let text = format!(
+        "{text}. If the channel has no other noise, a pass needs the setting `accept` = noise"
     );
     Some(Finding::warning("noise-unknown", text).needing_word())
 }
