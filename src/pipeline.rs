@@ -73,7 +73,7 @@ pub use latchgate_document::identity::NUMBERS_REVISION;
 pub use latchgate_document::request::words_of;
 pub use latchgate_document::spectrum_document::{SpectrumDocument, SpectrumRequest};
 pub use latchgate_document::{
-    Document, MarginDocument, MarginRequest, PolaritySource, Request, blocks, calendar,
+    Document, MarginDocument, MarginRequest, PolaritySource, Request, blocks,
 };
 pub use latchgate_kernel::error::Error as KernelError;
 pub use latchgate_kernel::model::Design;
@@ -82,6 +82,7 @@ pub use latchgate_kernel::model::stop::StopModel;
 pub use latchgate_kernel::parallel::Control;
 pub use latchgate_kernel::replay::{Method, Run};
 pub use latchgate_kernel::units;
+pub use latchgate_recording::calendar;
 pub use latchgate_recording::card::{AcceptedWord, CardPolarity};
 pub use latchgate_recording::csv::TableMapping;
 pub use latchgate_recording::error::{Error, ErrorKind};

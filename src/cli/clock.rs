@@ -1,6 +1,6 @@
 //! The day of a run, which no library asks for.
 
-use latchgate_document::calendar::day;
+use latchgate_recording::calendar::day;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Returns the present day, UTC, `YYYY-MM-DD`.

@@ -7,12 +7,10 @@
 //! - `request`: settings, by the names that options, keys and form fields share;
 //! - `design_file`: designs from TOML, and overrides of their numbers;
 //! - `blocks`: the document of a verdict, block by block; `margin_document`: that of a margin; `static_document`: that of static thresholds; `spectrum_document`: that of latch response spectra;
-//! - `calendar`: the day of a run;
 //! - `json`: documents as JSON; `number`: numbers as people read them;
 //! - `identity`: `report_id`, the hash that names a question.
 
 pub mod blocks;
-pub mod calendar;
 pub mod design_document;
 pub mod design_file;
 pub mod identity;

@@ -39,6 +39,7 @@
 //!   text tables.
 
 mod archive;
+pub mod calendar;
 pub mod card;
 mod channel_name;
 mod code;

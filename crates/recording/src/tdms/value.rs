@@ -1,5 +1,6 @@
 //! Numbers, texts and instants as TDMS stores them, in either byte order.
 
+use crate::calendar::civil;
 use crate::error::Error;
 use encoding_rs::WINDOWS_1252;
 
@@ -158,18 +159,10 @@ impl Instant {
     /// Returns the day and the time of day in UTC, to the second; `None` of no year with four digits.
     fn date(self) -> Option<String> {
         const DAY_S: i64 = 86_400;
-        // Days from 1 March of year 0, so that a leap day ends its year.
-        let days = self.seconds.div_euclid(DAY_S) + 695_361;
+        /// Days from the first of 1904, from which TDMS counts, to that of 1970.
+        const TO_1970: i64 = 24_107;
+        let (year, month, day) = civil(self.seconds.div_euclid(DAY_S) - TO_1970);
         let clock = self.seconds.rem_euclid(DAY_S);
-        let era = days.div_euclid(146_097);
-        let day_of_era = days.rem_euclid(146_097);
-        let year_of_era =
-            (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
-        let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-        let month_from_march = (5 * day_of_year + 2) / 153;
-        let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
-        let month = (month_from_march + 2) % 12 + 1;
-        let year = year_of_era + 400 * era + i64::from(month <= 2);
         let (hour, minute, second) = (clock / 3600, clock / 60 % 60, clock % 60);
         (1000..10_000)
             .contains(&year)

@@ -2,6 +2,7 @@
 
 use super::number_format::NumberFormat;
 use super::{MEND, SheetPass};
+use crate::calendar;
 use crate::csv::{Sheet, SheetMarks, column_letters};
 use crate::error::{Error, Place};
 use crate::{Finding, Limits, remarks};
@@ -395,29 +396,11 @@ fn stamp(days: f64, epoch: Epoch, has_time: bool, is_elapsed: bool) -> Option<St
         Epoch::Of1900 if day == 60 => return None,
         Epoch::Of1900 => day + EPOCH_1900 + i64::from(day < 60),
     };
-    let (year, month, date) = civil(since_1970);
-    let date = format!("{year:04}-{month:02}-{date:02}");
+    let date = calendar::day(since_1970);
     Some(match !has_time && of_day == 0 {
         true => date,
         false => format!("{date} {}", clock(0)),
     })
-}
-
-/// Returns year, month and day of the Gregorian calendar, by days since 1970.
-///
-/// # Source
-///
-/// H. Hinnant, "chrono-Compatible Low-Level Date Algorithms", `civil_from_days`.
-fn civil(days: i64) -> (i64, i64, i64) {
-    let days = days + 719_468;
-    let era = days.div_euclid(146_097);
-    let of_era = days.rem_euclid(146_097);
-    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year + year / 4 - year / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    (year + era * 400 + i64::from(month <= 2), month, day)
 }
 
 #[cfg(test)]
