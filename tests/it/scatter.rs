@@ -228,15 +228,7 @@ fn cli_a_lost_quiet_stretch_gains_no_pass() {
         "--model",
         "rigid",
     ];
-    let alone = [
-        "--members",
-        "0",
-        "--velocity-change",
-        "0.0055",
-        "--transfer",
-        "1",
-        "--no-report",
-    ];
+    let alone = ["--members", "0", "--transfer", "1", "--no-report"];
     let asked = [&asked[..], &alone].concat();
     let (cut, short) = (
         folder.write("cut.csv", from(0.0)),
@@ -255,9 +247,17 @@ fn cli_a_lost_quiet_stretch_gains_no_pass() {
         };
         text.lines().enumerate().map(fill).collect::<String>()
     };
-    let (zero, mostly) = (
+    // As many at the end, so that the record is silent on both sides of a noisy event.
+    let ends: Vec<String> = filled(0).lines().map(String::from).collect();
+    let (kept, end) = ends.split_at(ends.len() - 260);
+    let end = end
+        .iter()
+        .map(|line| format!("{},0", line.split_once(',').unwrap().0));
+    let ends: Vec<String> = kept.iter().cloned().chain(end).collect();
+    let (zero, mostly, ends) = (
         folder.write("zero.csv", filled(0)),
         folder.write("mostly.csv", filled(25)),
+        folder.write("ends.csv", ends.join("\n")),
     );
     let accept = ["--accept", "noise"];
     for (file, more, code, said) in [
@@ -271,13 +271,17 @@ fn cli_a_lost_quiet_stretch_gains_no_pass() {
         (&short, &[], 3, "noise"),
         (&short, &accept, 3, "noise"),
         (&zero, &[], 3, "--accept noise"),
+        (&ends, &[], 3, "--accept noise"),
         // Nine of ten zeros still show how far what is left decides.
         (&mostly, &[], 3, "noise-unknown"),
         (&mostly, &accept, 3, "noise"),
         (&cut, &[], 3, "--accept noise"),
         (&cut, &accept, 0, "PASS"),
     ] {
-        let done = latchgate(&[&["replay", file], &asked[..], more].concat());
+        // Without what its ends held a record has another change of velocity.
+        let change = if file == ends { "0.00225" } else { "0.0055" };
+        let change = ["--velocity-change", change];
+        let done = latchgate(&[&["replay", file], &asked[..], &change, more].concat());
         assert_eq!(done.code, code, "{file} {more:?}: {}", done.out);
         assert!(done.out.contains(said), "{file} {more:?}: {}", done.out);
     }

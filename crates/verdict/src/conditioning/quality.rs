@@ -259,10 +259,11 @@ fn noise_unknown(facts: &SignalFacts<'_>, is_accepted: bool) -> Option<Finding> 
         "{text}. Held, filled and cut stretches were checked by shape and long runs alone. If a formula made the \
          signal, write `synthetic = true` in the card"
     );
-    // As silent after the event as before it is a formula's signal, or one of a coarse recorder; noise after a silence
-    // shows that the silence is none.
-    let after = &facts.samples[facts.samples.len().saturating_sub(count).max(count)..];
-    if is_mostly_held(after) {
+    // A formula's signal is silent on both sides and smooth between; noise beside a silence shows that the silence was
+    // made.
+    let rest = &facts.samples[count..];
+    let end = &rest[rest.len().saturating_sub(count)..];
+    if is_mostly_held(end) && !turns_like_noise(rest, 2.0 * facts.quantum) {
         return Some(Finding::warning("noise-unknown", text));
     }
     let text = format!(
