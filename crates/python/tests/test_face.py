@@ -112,10 +112,10 @@ def test_print_shows_what_the_terminal_shows_with_pythons_remedies(latchgate, tm
         assert "latchgate" not in shown and "--" not in shown
         shown = shown.replace("result.margin() searches", "latchgate margin searches")
         shown = shown.replace("result.findings has them", "-v tells them")
-        shown = shown.replace('opens_when="negative"|"positive"|"both", transfer="LO..HI", accept="noise"', "TOGETHER")
+        shown = shown.replace('opens_when="negative"|"positive"|"both", transfer="LO..HI"', "TOGETHER")
         shown = shown.replace("the setting `opens_when`", "--opens-when")
         printed = latchgate("replay", path, "--members", "0", "--no-report", "--no-advice").decode()
-        options = "--opens-when negative|positive|both --transfer LO..HI --accept noise"
+        options = "--opens-when negative|positive|both --transfer LO..HI"
         assert shown == " ".join(printed.split()).replace(options, "TOGETHER")
     assert 'State together: opens_when="negative"|"positive"|"both", transfer="LO..HI"' in result.why[1].text
     assert "the setting `opens_when` = negative" in result.data["why"][1]["text"]

@@ -43,7 +43,15 @@ fn cli_the_page_of_a_verdict_is_the_first_block_of_its_report() {
         assert!(page.contains(block), "{name}: the first block");
         let data = |page: &str| between(page, "id=\"event-data\">", "</script>").to_string();
         assert_eq!(data(&page), data(&report), "{name}");
-        assert!(page.contains("Checked by"), "{name}: lines to sign on");
+        // What is signed is the report: its lines stand below rule, hash and limits.
+        assert!(
+            report.contains("Checked by") && !page.contains("Checked by"),
+            "{name}"
+        );
+        assert!(
+            page.contains(&format!("/v1/verdicts/{id}/report.html")),
+            "{name}"
+        );
         assert!(page.contains("UTC by <strong>local</strong>"), "{name}");
         let series = format!("data-from=\"/v1/verdicts/{id}/series.csv\"");
         assert!(page.contains(&series), "{name}: samples to read off");
