@@ -22,7 +22,7 @@ pub fn decision_rule(criterion: &Criterion) -> String {
 (3) Otherwise, for each stop and polarity that counts, by the nominal run and an ensemble, which is looked at after {looks} members (or at the setting `members`) with one-sided Clopper-Pearson bounds of p, each at confidence 1 - {error}/{count}; members that could not be followed count against either answer: \
 pass, if the upper bound of p, those that exceed the threshold only in the coast after the last judged sample counted as well, is at most {pass} % and the nominal peak angle plus U and the nominal coast's peak angle plus its own error, never less than U, are at or below the threshold, and at most {OPENING_DRAWS_MAX} of {PASS_DRAWS} draws of the recorded noise opens the lever, unless the method states no error that can be trusted; \
 fail, if the lower bound of p is at least {nearly_all} %, or the nominal peak angle minus U exceeds the threshold and the lower bound of p exceeds {fail_share_with_nominal} %; \
-undecided, if neither holds at the last look. \
+undecided, if neither holds at the last look, or earlier where the nominal run forbids a pass and the upper bound of p is below what a fail needs. \
 {JOINED}"
     )
 }
