@@ -77,8 +77,8 @@ pub enum Command {
     Gate(GateArguments),
     /// Rerun a verdict and compare: same numbers or a clear difference
     ///
-    /// The verdict holds the request, the design and the file name. Every key but the elapsed time
-    /// is compared, every number to its last digit. Exit codes: 0 same, 1 different, 4 could not.
+    /// The verdict holds the request, the design and the file name. Every key but those of
+    /// the run is compared, every number to its last digit. Exit codes: 0 same, 1 different, 4 could not.
     Verify(VerifyArguments),
     /// Show what differs between two to eight verdicts; exit code 0 same, 1 different
     Compare(CompareArguments),

@@ -5,6 +5,7 @@ use super::{Answer, Control, Design, Limits, Request, answer, judge, pulse};
 use latchgate_document::design_file::StaticDesign;
 use latchgate_document::static_document::{SledBeside, StaticDocument};
 use latchgate_kernel::error::Error as KernelError;
+use latchgate_kernel::model::linkage::parting;
 use latchgate_recording::error::Error;
 use latchgate_verdict::statics::StaticQuestion;
 use std::path::Path;
@@ -50,8 +51,7 @@ pub fn static_document(
 
 /// Replays the sled pulse along the direction that opens the lever; `None` where there is no verdict.
 fn sled_beside(design: &Design, control: &Control<'_>) -> Result<Option<SledBeside>, Error> {
-    let unpinned = design.linkage.iter().filter(|element| !element.pinned);
-    let may_part = unpinned.count() > 1;
+    let may_part = !parting(&design.linkage).is_empty();
     let mut design = design.clone();
     // As a lever without a stated direction the pulse has it along its way.
     design.lever.axis = None;
@@ -82,6 +82,7 @@ fn sled_beside(design: &Design, control: &Control<'_>) -> Result<Option<SledBesi
         pulse: SLED.into(),
         verdict,
         headline,
+        may_part,
         report_id: outcome.document.report_id,
         static_holds: None,
         static_holds_nominally: false,

@@ -80,9 +80,8 @@ pub fn design_from_document(design: &serde_json::Value) -> Result<Design, String
     let read: Design = serde_path_to_error::deserialize(design.clone())
         .map_err(|error| format!("{}: {}", error.path(), error.inner()))?;
     let lever = design.get("lever");
-    let missing: Vec<&str> = lever_keys()
-        .filter(|key| lever.is_none_or(|lever| lever.is_object() && lever.get(key).is_none()))
-        .collect();
+    let states = |key: &str| lever.is_some_and(|lever| lever.get(key).is_some());
+    let missing: Vec<&str> = lever_keys().filter(|key| !states(key)).collect();
     if !missing.is_empty() {
         let missing = missing.join(", ");
         return Err(format!(

@@ -87,6 +87,8 @@ pub struct SledBeside {
     pub verdict: Answer,
     /// What the lever does, or what would decide it, in a sentence.
     pub headline: String,
+    /// Elements of the linkage may part, which the replay does not follow.
+    pub may_part: bool,
     /// `report_id` of the replay.
     pub report_id: String,
     /// Whether the static load is held in any direction, as the replay's pulse has it.
@@ -103,7 +105,7 @@ impl SledBeside {
                 " 30 g at rest do not open it: the pulse rises above 30 g and comes within milliseconds, so that the \
                  lever's speed carries it on."
             }
-            (Some(true), Answer::Undecided) => {
+            (Some(true), Answer::Undecided) if !self.may_part => {
                 " The static load counts the spring's scatter alone, not that of mass, arm, stop and pulse."
             }
             (Some(false), Answer::Pass) if self.static_holds_nominally => {

@@ -745,6 +745,7 @@ fn in_python(text: &str) -> String {
 /// Writes settings with values as Python's keywords: ``the setting `filter` = none`` becomes
 /// `filter="none"`. A setting without a value keeps its name, which is the keyword.
 fn with_keywords(text: &str) -> String {
+    // In one piece it would read as a setting's name that is not closed.
     const NAMED: &str = concat!("the setting ", '`');
     let mut written = String::with_capacity(text.len());
     let mut rest = text;

@@ -6,6 +6,7 @@ use super::policy::{Polarity, Policy};
 use super::runs::ROUNDING_PART;
 use super::wording::{degrees, instant};
 use latchgate_kernel::model::Design;
+use latchgate_kernel::model::linkage::parting;
 use latchgate_kernel::model::parameters::Slot;
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::range::{Range, Window};
@@ -189,13 +190,11 @@ fn scatter_unstated(design: &Design) -> Option<Finding> {
 
 /// Returns the finding of a linkage of which elements can part: a replay moves all of them as one lever.
 fn linkage_may_part(design: &Design) -> Option<Finding> {
-    let of_linkage = design.linkage.iter();
-    let names: Vec<String> = of_linkage
-        .filter(|element| !element.pinned)
+    let parting = parting(&design.linkage).into_iter();
+    let names: Vec<String> = parting
         .map(|element| format!("`{}`", element.name))
         .collect();
-    // One of them is the lever that the others are pinned to.
-    (names.len() > 1).then(|| {
+    (!names.is_empty()).then(|| {
         Finding::warning(
             "linkage-may-part",
             format!(

@@ -55,6 +55,17 @@ fn one() -> f64 {
     1.0
 }
 
+/// Returns the elements that may part from one another: those that are not pinned, if they are several. One that is
+/// not is the lever that the others are pinned to.
+pub fn parting(linkage: &[LinkageElement]) -> Vec<&LinkageElement> {
+    let unpinned: Vec<_> = linkage.iter().filter(|element| !element.pinned).collect();
+    if unpinned.len() > 1 {
+        unpinned
+    } else {
+        Vec::new()
+    }
+}
+
 /// What an element, or all of them, comes to about the lever's pivot.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Reduced {

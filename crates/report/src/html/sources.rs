@@ -110,36 +110,36 @@ pub(super) fn lever(design: &Design) -> Markup {
         |parameter: &DesignParameter| design.not_stated.iter().any(|key| key == parameter.name);
     html! {
         section #lever {
-        h2 { "Lever" }
-        div.sides {
-            @for half in numbers.chunks(numbers.len().div_ceil(2)) {
-                table.facts {
-                    tbody {
-                        @for parameter in half {
-                            @let unit = if parameter.unit == "1" { String::new() } else { parameter.unit.replace(' ', "·") };
-                            @let is_scattered = design.deviation(parameter).is_some_and(|deviation| deviation > 0.0);
-                            @let tolerance = design.tolerance.get(parameter.tolerance_key()).filter(|_| is_scattered);
-                            tr {
-                                th {
-                                    (parameter.what)
-                                    @if is_unstated(parameter) { "\u{00A0}*" }
-                                }
-                                td {
-                                    (exact(design.value(parameter)))
-                                    @if let Some(Tolerance::Deviation(deviation)) = tolerance { " ± " (exact(*deviation)) }
-                                    "\u{00A0}" (unit)
-                                    @if let Some(share @ Tolerance::Share(_)) = tolerance { " ± " (share) }
+            h2 { "Lever" }
+            div.sides {
+                @for half in numbers.chunks(numbers.len().div_ceil(2)) {
+                    table.facts {
+                        tbody {
+                            @for parameter in half {
+                                @let unit = if parameter.unit == "1" { String::new() } else { parameter.unit.replace(' ', "·") };
+                                @let is_scattered = design.deviation(parameter).is_some_and(|deviation| deviation > 0.0);
+                                @let tolerance = design.tolerance.get(parameter.tolerance_key()).filter(|_| is_scattered);
+                                tr {
+                                    th {
+                                        (parameter.what)
+                                        @if is_unstated(parameter) { "\u{00A0}*" }
+                                    }
+                                    td {
+                                        (exact(design.value(parameter)))
+                                        @if let Some(Tolerance::Deviation(deviation)) = tolerance { " ± " (exact(*deviation)) }
+                                        "\u{00A0}" (unit)
+                                        @if let Some(share @ Tolerance::Share(_)) = tolerance { " ± " (share) }
+                                    }
                                 }
                             }
                         }
                     }
                 }
             }
-        }
-        p.note {
-            "± is one standard deviation."
-            @if numbers.iter().any(|parameter| is_unstated(parameter)) { " * not stated: the value of the paper's example." }
-        }
+            p.note {
+                "± is one standard deviation."
+                @if numbers.iter().any(|parameter| is_unstated(parameter)) { " * not stated: the value of the paper's example." }
+            }
         }
     }
 }
