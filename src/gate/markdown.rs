@@ -22,7 +22,7 @@ const MATRIX_DESIGNS_MAX: usize = 20;
 const NAME_MAX: usize = 120;
 
 /// Largest number of characters of a sentence.
-const TEXT_MAX: usize = 400;
+const TEXT_MAX: usize = 800;
 
 /// Largest number of annotations: GitHub Actions shows ten a step.
 const ANNOTATIONS_MAX: usize = 10;

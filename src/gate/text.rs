@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 const LISTED: usize = 20;
 
 /// Largest number of characters of a pair's description.
-const TEXT_MAX: usize = 240;
+const TEXT_MAX: usize = 800;
 
 /// Returns the summary: the answer, then problems and pairs, the worst first, then the counts.
 pub fn render(summary: &GateSummary, folder: Option<&str>) -> String {

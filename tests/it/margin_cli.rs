@@ -228,7 +228,9 @@ fn cli_a_replay_leaves_a_long_search_to_margin() {
         arguments.extend(further);
         let done = advised(&arguments);
         assert_eq!(done.code, 0, "{limit}: {}", done.err);
-        let left = done.out.contains("latchgate margin searches for a preload");
+        let left = done
+            .out
+            .contains("latchgate margin searches for the preloads");
         assert_eq!(left, !expected, "{limit}: {}", done.out);
         assert_eq!(
             done.out.contains("values tried"),

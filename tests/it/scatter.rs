@@ -82,16 +82,21 @@ fn cli_a_lever_is_stated_whole() {
     let set = ["--set", "lever.mass_kg=0.1475"];
     let own = ["replay", SLED, "--design", &only, "--no-report"];
     assert_eq!(latchgate(&[&own[..], &set].concat()).code, 4);
-    for base in ["\"papers\"", "\"\""] {
-        let file = folder.write("odd.toml", format!("base = {base}\n"));
+    for (text, expected) in [
+        (
+            "base = \"papers\"\n",
+            "odd.toml:1: expected \"paper\" for `base`",
+        ),
+        ("base = \"\"\n", "odd.toml:1: expected \"paper\" for `base`"),
+        (
+            "[lever]\nbase = \"paper\"\n",
+            "odd.toml:2: expected `base` above the tables",
+        ),
+    ] {
+        let file = folder.write("odd.toml", text);
         let done = latchgate(&["replay", SLED, "--design", &file, "--no-report"]);
         assert_eq!(done.code, 4);
-        assert!(
-            done.err
-                .contains("odd.toml:1: expected \"paper\" for `base`"),
-            "{}",
-            done.err
-        );
+        assert!(done.err.contains(expected), "{}", done.err);
     }
 }
 

@@ -467,6 +467,14 @@ fn put_section(
         if section == "catch" && key == "reversible" {
             continue;
         }
+        if section == "lever" && key == BASE {
+            let error = Error::malformed(
+                "`base` above the tables",
+                "one in [lever]",
+                "move the line above the first table",
+            );
+            return Err(error.at(Place::of_key(text, Some(section), key)));
+        }
         if section == "lever" && matches!(key.as_str(), "axis" | "center_of_mass") {
             let vector = vector(key, value)
                 .map_err(|error| error.at(Place::of_key(text, Some(section), key)))?;

@@ -76,7 +76,7 @@ pub fn afterwards(
     } else if document.verdict != Answer::Unusable {
         out.line(
             "advice",
-            "latchgate margin searches for a preload that passes",
+            "latchgate margin searches for the preloads that pass",
         );
     }
     for (index, text) in (document.sled206.iter().flat_map(SledCheck::sentences)).enumerate() {

@@ -5,7 +5,7 @@
 //! standard error high.
 //!
 //! - A stretch below 200 samples gets one order for every twenty, and a spectrum that does not fall towards
-//!   low frequencies: what four periods in the stretch could not show is held at the upper bound, at 97.5 %, of
+//!   low frequencies: what four periods in the stretch could not show is held at the upper bound, at 99.5 %, of
 //!   the largest value up to there, and at least at what the standard error of the stretch's mean says of
 //!   frequency zero.
 //! - Rounding to the recorder's step is white, and no noise has less of it than step/√12.
@@ -29,9 +29,9 @@ pub const ORDER_MAX: usize = 14;
 /// Periods that a short stretch must hold to show a frequency.
 const PERIODS: f64 = 4.0;
 
-/// Times the power that so many periods show which is not exceeded in 97.5 % of cases: 8/χ², of eight degrees of
+/// Times the power that so many periods show which is not exceeded in 99.5 % of cases: 8/χ², of eight degrees of
 /// freedom.
-const POWER_TIMES: f64 = 8.0 / 2.1797;
+const POWER_TIMES: f64 = 8.0 / 1.3444;
 
 /// A stationary noise: an autoregression, and beside it what the stretch cannot show.
 #[derive(Debug, Clone, PartialEq)]
