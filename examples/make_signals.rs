@@ -47,6 +47,7 @@ pub(crate) fn all() -> Result<Vec<File>, Box<dyn Error>> {
     for recording in [
         burst(),
         half_sine(),
+        sill(),
         sled(),
         surviving(),
         burst_imu()?,
@@ -235,6 +236,74 @@ fn half_sine() -> Recording {
         notes: "A half-sine: a(t) = -30 g sin(pi t/D), 0 <= t <= D = 11 ms, else 0.\n\
                 Noise of 0.03 g rms, seed 12.\n"
             .into(),
+        bytes: table("time (s),acceleration y (g)", grid, &samples, 4),
+    }
+}
+
+/// Scale that brings the largest sample of the sill's pulse to 60 g.
+const SILL_SCALE: f64 = 1.376;
+
+/// Tones of a struck sill: start [s], frequency [Hz], decay [s], amplitude [g].
+const SILL_TONES: [(f64, f64, f64, f64); 5] = [
+    (0.001, 95.0, 0.018, 16.0),
+    (0.004, 212.0, 0.012, 18.0),
+    (0.012, 347.0, 0.010, 17.0),
+    (0.021, 148.0, 0.016, 15.0),
+    (0.030, 520.0, 0.008, 8.0),
+];
+
+/// Two overlapping pushes, under which the structure rings.
+pub(crate) fn sill_g(t: f64) -> f64 {
+    let haversine = |start_s: f64, duration_s: f64| {
+        let share = (t - start_s) / duration_s;
+        match (0.0..=1.0).contains(&share) {
+            true => 0.5 * (1.0 - libm::cos(2.0 * PI * share)),
+            false => 0.0,
+        }
+    };
+    let tones = SILL_TONES.iter().filter(|tone| t > tone.0);
+    let tones = tones.map(|(start_s, frequency_hz, decay_s, amplitude_g)| {
+        let since_s = t - start_s;
+        let rises = 1.0 - libm::exp(-since_s / 0.0008);
+        let tone = libm::sin(2.0 * PI * frequency_hz * since_s);
+        amplitude_g * tone * rises * libm::exp(-since_s / decay_s)
+    });
+    let pushes = 26.0 * haversine(0.0, 0.026) + 20.0 * haversine(0.014, 0.050);
+    -SILL_SCALE * (pushes + tones.sum::<f64>())
+}
+
+fn sill() -> Recording {
+    let grid = Grid {
+        rate_hz: 10_000,
+        first: -400,
+        last: 1600,
+    };
+    let samples = grid.sample(sill_g, 0.05, 18);
+    let tones = SILL_TONES
+        .iter()
+        .map(|(start_s, frequency_hz, decay_s, amplitude_g)| {
+            format!(
+                "{} ms, {frequency_hz} Hz, {} ms, {amplitude_g} g\n",
+                1e3 * start_s,
+                1e3 * decay_s
+            )
+        });
+    Recording {
+        name: "sill_60g.csv",
+        channel: "acceleration y (g)",
+        unit: "g",
+        rate_hz: grid.rate_hz,
+        range_g: 500,
+        synthetic: true,
+        velocity_change_m_s: None,
+        notes: format!(
+            "A pulse like that of a struck door sill: two pushes, under which the structure rings.\n\
+             a(t) = -{SILL_SCALE} (26 g h(t, 0, 26 ms) + 20 g h(t, 14 ms, 50 ms) + sum of tones), h(t, t0, D) = (1 - cos(2 pi (t - t0)/D))/2\n\
+             for 0 <= t - t0 <= D, else 0; each tone from its start t0 on A (1 - exp(-(t - t0)/0.8 ms)) exp(-(t - t0)/tau) sin(2 pi f (t - t0)),\n\
+             t0, f, tau, A:\n{}\
+             Noise of 0.05 g rms, seed 18.\n",
+            tones.collect::<String>()
+        ),
         bytes: table("time (s),acceleration y (g)", grid, &samples, 4),
     }
 }

@@ -129,9 +129,9 @@ impl Stored {
     /// ```
     /// use latchgate::pipeline::Stored;
     ///
-    /// let text = std::fs::read("reports/burst/verdict.json").unwrap();
+    /// let text = std::fs::read("reports/sill/verdict.json").unwrap();
     /// let stored = Stored::from_json(&text)?;
-    /// assert_eq!(stored.file(), "burst.csv");
+    /// assert_eq!(stored.file(), "sill_60g.csv");
     /// assert!(Stored::from_json(b"{}").is_err());
     /// # Ok::<(), latchgate_recording::error::Error>(())
     /// ```

@@ -98,6 +98,7 @@ fn tidy_cards_of_the_signals_say_all_that_a_card_can_say() {
     let lateral = "acceleration y (g)";
     check_card("burst.csv", lateral, 20_000.0, true);
     check_card("half_sine_30g_11ms.csv", lateral, 10_000.0, true);
+    check_card("sill_60g.csv", lateral, 10_000.0, true);
     check_card("sled_30g_30ms.csv", lateral, 10_000.0, true);
     // Without the key, clipping and dead sensors are looked for, also in a damaged copy.
     check_card("surviving.csv", lateral, 10_000.0, false);
@@ -156,6 +157,7 @@ fn val_signals_have_the_peaks_and_the_quiet_ends_their_cards_state() {
         (0.0053, 0.0057),
         0.03,
     );
+    check_shape("sill_60g.csv", (-60.2, -59.8), (0.01, 0.03), 0.05);
     check_shape("sled_30g_30ms.csv", (-33.1, -33.0), (0.023, 0.056), 0.03);
     check_shape("surviving.csv", (-5.1, -4.9), (0.0045, 0.0055), 0.02);
 }

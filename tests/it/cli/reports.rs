@@ -570,19 +570,19 @@ fn cli_the_same_input_gives_the_same_bytes() {
     }
 }
 
-/// `reports/burst/` is what `latchgate replay signals/burst.csv` writes, byte for byte but for
+/// `reports/sill/` is what `latchgate replay signals/sill_60g.csv` writes, byte for byte but for
 /// the run block. `LATCHGATE_RENEW=1 cargo test --test it cli_the_reference_report` renews it;
 /// renewing is a commit of its own.
 #[test]
-fn cli_the_reference_report_of_the_burst_is_reproduced() {
-    let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/burst");
+fn cli_the_reference_report_is_reproduced() {
+    let stored = Path::new(env!("CARGO_MANIFEST_DIR")).join("reports/sill");
     let folder = Folder::new("reference");
-    let made = folder.path().join("burst");
+    let made = folder.path().join("sill");
     // The stored report is of the first day of 2026.
     let done = finish(
         program()
             .env("SOURCE_DATE_EPOCH", "1767225600")
-            .args(["replay", &signal_file("burst.csv"), "--out"])
+            .args(["replay", &signal_file("sill_60g.csv"), "--out"])
             .arg(&made),
     );
     assert_eq!(done.code, 1, "{}", done.err);
@@ -608,7 +608,7 @@ fn cli_the_reference_report_of_the_burst_is_reproduced() {
             .position(|(new, old)| new != old);
         assert!(
             new == old,
-            "reports/burst/{name} differs, first in line {}; run LATCHGATE_RENEW=1 cargo test --test it cli_the_reference_report and look at the difference",
+            "reports/sill/{name} differs, first in line {}; run LATCHGATE_RENEW=1 cargo test --test it cli_the_reference_report and look at the difference",
             first.map_or(0, |index| index + 1)
         );
     }
