@@ -143,8 +143,10 @@ fn verif_a_pass_waits_unless_the_sensor_is_at_door_or_latch() {
                 .unwrap();
             let page = String::from_utf8_lossy(page);
             let said = match text {
-                "1" => "factor 1 to the latch, stated by option",
-                _ => "factor 0.5 to 2 to the latch, stated by option; 31 judged",
+                "1" => "factor 1 to the latch, stated for this run",
+                _ => {
+                    "factor 0.5 to 2 to the latch, stated for this run; 31 judged: pass at 0.5 to 2;"
+                }
             };
             assert!(page.contains(said), "{path}: {said}");
         }

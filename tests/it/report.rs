@@ -388,8 +388,17 @@ fn verif_an_undecided_verdict_names_the_remedy_that_decides() {
     answer.uncertainty_rad = Some(3.9 * distance_rad);
     let neither = headline(document);
     assert!(
-        neither.contains("The errors of the largest angle"),
+        neither.contains("The largest angle is not known"),
         "{neither}"
+    );
+    // Each by itself: what lies between the samples on one stop, the noise on the other.
+    let answer = &mut document.answers[last];
+    answer.interpolation_error_rad = Some(0.2 * distance_rad);
+    answer.uncertainty_rad = Some(2.1 * distance_rad);
+    let both = headline(&document);
+    assert!(
+        both.contains("What lies between the samples is not known, and the noise hides the answer"),
+        "{both}"
     );
 }
 

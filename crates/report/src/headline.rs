@@ -207,7 +207,7 @@ fn remedy_of_error(document: &Document) -> String {
         .collect();
     let remedy = match parts.as_slice() {
         [Some(first), rest @ ..] if rest.iter().all(|part| *part == Some(*first)) => first,
-        _ => return format!("The errors of the largest angle reach the limit angle: {FARTHER}"),
+        several => return several_errors(document, several),
     };
     match remedy {
         LargestPart::Interpolation => {
@@ -218,6 +218,39 @@ fn remedy_of_error(document: &Document) -> String {
         }
         LargestPart::Numerical => format!("Impacts amplify the smallest errors: {FARTHER}"),
     }
+}
+
+/// Says what hides the answer where stops and opening directions have different largest parts, or one has none that
+/// hides it alone: then how well the largest angle is known.
+fn several_errors(document: &Document, parts: &[Option<LargestPart>]) -> String {
+    let causes = [
+        (
+            LargestPart::Interpolation,
+            "what lies between the samples is not known",
+        ),
+        (LargestPart::Noise, "the noise hides the answer"),
+        (
+            LargestPart::Numerical,
+            "impacts amplify the smallest errors",
+        ),
+    ];
+    if parts.is_empty() || parts.contains(&None) {
+        let error_rad = document
+            .answers
+            .iter()
+            .filter_map(|one| one.uncertainty_rad);
+        let error_rad = error_rad.fold(0.0, f64::max);
+        let known = match error_rad > std::f64::consts::FRAC_PI_2 {
+            true => "not known at all".to_string(),
+            false => format!("known to ±{}° only", trimmed(error_rad.to_degrees(), 2)),
+        };
+        return format!("The largest angle is {known}: {FARTHER}");
+    }
+    let found = causes
+        .into_iter()
+        .filter(|(part, _)| parts.contains(&Some(*part)));
+    let found: Vec<&str> = found.map(|(_, words)| words).collect();
+    words::capital(&format!("{}: {FARTHER}", found.join(", and ")))
 }
 
 /// Returns the largest part of a run's error, if without it the error does not reach the limit angle.

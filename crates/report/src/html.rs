@@ -9,6 +9,7 @@
 //! `markup` holds what they share, `sheet` is the style.
 
 mod card;
+mod conditions;
 mod ensemble;
 mod margin;
 mod markup;
@@ -156,7 +157,7 @@ fn second_page(document: &Document) -> Markup {
             // Results of faulty samples mean nothing.
             @if document.verdict != Answer::Unusable {
                 (results::budget(document))
-                (ensemble::share(document))
+                (conditions::conditions(document))
             }
             (results::sled(document))
             (sources::limits(document))

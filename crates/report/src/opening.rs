@@ -48,7 +48,7 @@ pub fn span(opens: &Opening) -> Option<OpeningSpan> {
     (end_s - start_s > longest).then_some(OpeningSpan { start_s, end_s })
 }
 
-/// Returns when the lever opens: `opens at 14.4 ms`, `opens between 77 and 104 ms (9 of 10 varied levers in that span)`, or
+/// Returns when the lever opens: `opens at 14.4 ms`, `opens between 77 and 104 ms (90 % of the varied levers)`, or
 /// how many varied levers do where the nominal one does not.
 ///
 /// `verb` is `opens` or `may open`.
@@ -60,13 +60,13 @@ pub fn sentence(opens: &Opening, verb: &str) -> String {
     match span(opens) {
         Some(_) if opens.exceeded < opens.members => {
             format!(
-                "{verb} {} (9 of 10 {} that open)",
+                "{verb} {} (90\u{00A0}% of the {} that open)",
                 instant(opens),
                 members(opens)
             )
         }
         Some(_) => format!(
-            "{verb} {} (9 of 10 {} in that span)",
+            "{verb} {} (90\u{00A0}% of the {})",
             instant(opens),
             members(opens)
         ),
@@ -202,9 +202,9 @@ mod tests {
 
     #[test]
     fn verif_an_instant_has_the_digits_that_its_spread_deserves() {
-        let spread = "opens between 77 and 104 ms (9 of 10 varied levers in that span)";
+        let spread = "opens between 77 and 104 ms (90 % of the varied levers)";
         check_opening([77.3, 90.0, 103.2], 128, spread, "77 … 104 ms");
-        let some = "opens between 77 and 104 ms (9 of 10 varied levers that open)";
+        let some = "opens between 77 and 104 ms (90 % of the varied levers that open)";
         check_opening([77.3, 90.0, 103.2], 100, some, "77 … 104 ms");
         check_opening([14.36, 14.4, 14.44], 128, "opens at 14.4 ms", "14.4 ms");
         // 0.1 ms is itself the smallest power of ten that is not below the spread.
@@ -214,7 +214,7 @@ mod tests {
         check_opening(
             [-0.2, 0.4, 0.9],
             128,
-            "opens between −0.2 and 0.9 ms (9 of 10 varied levers in that span)",
+            "opens between −0.2 and 0.9 ms (90 % of the varied levers)",
             "−0.2 … 0.9 ms",
         );
     }

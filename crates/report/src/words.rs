@@ -178,17 +178,28 @@ pub(super) fn directions(document: &Document) -> Vec<DirectionRow> {
     document.polarities.iter().map(row).collect()
 }
 
-/// Returns the sign of the recorded acceleration that opens, and the source that says so.
+/// Returns where something was stated, of the word that a document has for it.
+pub(super) fn stated(source: &str) -> &str {
+    match source {
+        "option" => "for this run",
+        "card" => "in the card",
+        "pulse" => "with the pulse",
+        "undeclared" => "nowhere",
+        other => other,
+    }
+}
+
+/// Returns the sign of the recorded acceleration that opens, and where that is stated.
 pub(super) fn direction(recording: &RecordingBlock) -> String {
     match &recording.opens_when {
         Some(CardPolarity::Both) => format!(
-            "both signs judged, the worse counts; declared by {}",
-            recording.opens_when_source.name()
+            "both signs judged, the worse counts; declared {}",
+            stated(recording.opens_when_source.name())
         ),
         Some(declared) => format!(
-            "opens on {} acceleration, declared by {}",
+            "opens on {} acceleration, declared {}",
             declared.name(),
-            recording.opens_when_source.name()
+            stated(recording.opens_when_source.name())
         ),
         None => "not declared; both signs were judged".into(),
     }
@@ -580,6 +591,7 @@ pub(super) fn opens(polarity: OpensWhen) -> &'static str {
 /// Returns the opening direction, the source that declares it, and the sign with which the recording enters the model.
 pub(super) fn polarity_sentence(document: &Document) -> String {
     let source = document.recording.opens_when_source.name();
+    let place = stated(source);
     let Some(nominal) = &document.nominal else {
         return "Nothing was replayed.".into();
     };
@@ -589,15 +601,15 @@ pub(super) fn polarity_sentence(document: &Document) -> String {
     }
     if document.polarities.len() > 1 {
         return format!(
-            "Both opening directions were requested (by {source}) and judged. The worse counts."
+            "Both opening directions were requested {place} and judged. The worse counts."
         );
     }
     match nominal.opens_when {
         OpensWhen::Negative => format!(
-            "Negative recorded acceleration opens the lever (declared by {source}). It enters the model as it is."
+            "Negative recorded acceleration opens the lever (declared {place}). It enters the model as it is."
         ),
         OpensWhen::Positive => format!(
-            "Positive recorded acceleration opens the lever (declared by {source}). It enters the model with its sign changed."
+            "Positive recorded acceleration opens the lever (declared {place}). It enters the model with its sign changed."
         ),
     }
 }

@@ -88,7 +88,7 @@ fn key_figures(document: &Document) -> Markup {
             } @else if document.verdict == Answer::Undecided {
                 (item("Opens", "not known", "the nominal lever stays"))
             } @else {
-                (item("Opens", "not", "in the judged window"))
+                (item("Opens", "no", "in the judged window"))
             }
             (varied_levers(document))
         }

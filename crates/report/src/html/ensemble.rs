@@ -15,22 +15,8 @@ use latchgate_verdict::what_if::Change;
 use latchgate_verdict::wording::{filter_name, percent, percent_bound};
 use maud::{Markup, html};
 
-/// Returns the share of levers that open, with the bounds that the rule counts.
-pub(super) fn share(document: &Document) -> Markup {
-    let Some(shown) = &document.ensemble else {
-        return html! {};
-    };
-    html! {
-        section #share {
-            h2 { (words::capital(shown.varied.members())) }
-            (gauge(every(document)))
-            p.sum { (line(&share_sentence(shown))) }
-        }
-    }
-}
-
 /// Returns the ensembles of a document.
-fn every(document: &Document) -> &[Ensemble] {
+pub(super) fn every(document: &Document) -> &[Ensemble] {
     match document.ensembles.is_empty() {
         true => document.ensemble.as_slice(),
         false => &document.ensembles,
@@ -46,6 +32,8 @@ pub(super) fn ensemble(document: &Document) -> Markup {
     html! {
         // A phone scrolls the table sideways; the tab index lets keys scroll it too.
         section #ensembles tabindex="0" {
+            (gauge(ensembles))
+            p.sum { (line(&share_sentence(shown))) }
             table.ensembles {
                 (heads(&[
                     "Stop and sign",

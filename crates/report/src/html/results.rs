@@ -257,21 +257,11 @@ pub(super) fn budget(document: &Document) -> Markup {
                     }
                     tr.nominal {
                         th { "U" }
-                        td { "the first two and the noise: what the rule counts (" (of(run)) ")" }
+                        td { "the first two and the noise (" (of(run)) ")" }
                         td.number { (counted.map_or_else(|| ABSENT.into(), |error| words::degrees_cell(error, 3))) }
                         @if is_beyond || counted.is_none() { td { (ABSENT) } }
                         @else if counted.is_some_and(|error| error >= margin) { td.above { "as large or larger" } }
                         @else { td { "smaller" } }
-                    }
-                    @for other in words::judged_runs(document) {
-                        @if (other.model, other.opens_when) != (run.model, run.opens_when) {
-                            tr {
-                                th { "U" }
-                                td { "the same (" (of(other)) ")" }
-                                td.number { (words::uncertainty(document, other).map_or_else(|| ABSENT.into(), |error| words::degrees_cell(error, 3))) }
-                                td {}
-                            }
-                        }
                     }
                 }
             }

@@ -42,7 +42,7 @@ pub(super) fn judged(
                 table.facts {
                     tbody {
                         @if has_facts { (file(recording)) }
-                        (fact("Design", &words::design(design)))
+                        (fact("Design", &with_unstated(design)))
                         (fact("Opening direction", &words::direction(recording)))
                         @if let Some(place) = sensor_place(recording, transfer) { (fact("Sensor's place", &place)) }
                         @if let Some(each) = siblings(together) { (fact("Channels judged", &each)) }
@@ -54,6 +54,16 @@ pub(super) fn judged(
                 }
             }
         }
+    }
+}
+
+/// Returns the design with the number of its values that nobody stated.
+fn with_unstated(design: &Design) -> String {
+    let name = words::design(design);
+    match design.not_stated.len() {
+        0 => name,
+        _ if design.repeats_reference() => name,
+        count => format!("{name}; {count} values not stated, taken from the paper's example"),
     }
 }
 
@@ -73,11 +83,13 @@ pub(super) fn signature() -> Markup {
 pub(super) fn record(document: &Document) -> Markup {
     let (recording, run) = (&document.recording, &document.run);
     let revision = run.numbers_revision;
-    let revision = revision.map_or_else(String::new, |revision| format!(", numbers {revision}"));
+    let revision = revision.map_or_else(String::new, |revision| {
+        format!(", numbers revision {revision}")
+    });
     html! {
         section #record {
             h2 { "Decision rule and record" }
-            p.statement.rule { (line(&document.decision_rule)) }
+            div.statement.rule { @for part in parts(&document.decision_rule) { p { (line(part)) } } }
             div.sides {
                 table.facts {
                     tbody {
@@ -90,7 +102,7 @@ pub(super) fn record(document: &Document) -> Markup {
                     tbody {
                         (fact("Design file", run.design_file.as_deref().unwrap_or("none")))
                         (fact("Program", &format!("latchgate {}{revision}", run.version)))
-                        (fact("Date of the run", run.date.as_deref().unwrap_or(ABSENT)))
+                        (fact("Run on", run.date.as_deref().unwrap_or(ABSENT)))
                         (fact("Made by", run.by.as_deref().unwrap_or("not stated")))
                     }
                 }
@@ -98,6 +110,21 @@ pub(super) fn record(document: &Document) -> Markup {
             (signature())
         }
     }
+}
+
+/// Returns the numbered parts of a rule, what stands before the first at the front.
+fn parts(rule: &str) -> Vec<&str> {
+    let (mut parts, mut rest) = (Vec::new(), rule);
+    for number in 1.. {
+        let Some(start) = rest.find(&format!("({number}) ")) else {
+            break;
+        };
+        let (before, after) = rest.split_at(start);
+        parts.push(before.trim());
+        rest = after;
+    }
+    parts.push(rest.trim());
+    parts
 }
 
 /// Returns the lever's numbers.
@@ -148,7 +175,7 @@ pub(super) fn lever(design: &Design) -> Markup {
 pub(super) fn recording(document: &Document) -> Markup {
     let recording = &document.recording;
     let unit = match (&recording.unit, &recording.unit_source) {
-        (Some(unit), Some(source)) => format!("{}, stated by: {source}", unit.name()),
+        (Some(unit), Some(source)) => format!("{}, stated: {}", unit.name(), words::stated(source)),
         (Some(unit), None) => unit.name().to_string(),
         _ => ABSENT.to_string(),
     };
@@ -385,7 +412,7 @@ pub(super) fn provenance(document: &Document) -> Markup {
         table.facts {
             tbody {
                 (fact("Stop model asked for", request.model.name()))
-                (fact("Sign that opens, stated by", document.recording.opens_when_source.name()))
+                (fact("Sign that opens, declared", words::stated(document.recording.opens_when_source.name())))
                 (fact("Judged window", &or("the whole record", window)))
                 (fact("Initial state", &state))
                 (fact("Ensemble asked for", &ensemble))

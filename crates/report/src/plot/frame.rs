@@ -240,6 +240,9 @@ impl Frame {
 
     /// Draws a second scale at the right: `factor` turns values of the left one into its own.
     pub fn right_scale(&self, canvas: &mut Canvas, factor: f64, title: &str) {
+        /// Width of a figure of a tick's label, and what is left free beside the widest label.
+        const FIGURE: f64 = 8.5;
+        const FREE: f64 = 16.0;
         let lettering = self.lettering;
         let axis = Axis::linear(
             self.y.low() * factor,
@@ -247,8 +250,10 @@ impl Frame {
             self.bottom,
             self.top,
         );
+        let mut figures = 0;
         for tick in axis.ticks(lettering.spacing_right, 0.0) {
             let y = axis.place(tick.value);
+            figures = figures.max(tick.label.chars().count());
             self.tick(canvas, Point::new(self.right, y), 1.0, 0.0);
             let label_x = self.right + lettering.label_beside;
             let label_point = Point::new(label_x, y + lettering.label_drop);
@@ -260,7 +265,8 @@ impl Frame {
             );
         }
         let middle = f64::midpoint(self.top, self.bottom);
-        canvas.upward_text("", Point::new(WIDTH - 8.0, middle), title);
+        let beside = self.right + lettering.label_beside + FIGURE * figures as f64 + FREE;
+        canvas.upward_text("", Point::new(beside.min(WIDTH - 8.0), middle), title);
     }
 
     /// Draws the frame; it comes after the curves.

@@ -60,7 +60,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         name: NAME,
         title: format!("Spread of the {members_word}"),
         legend: vec![
-            LegendEntry::new(Sample::Patch(ribbon), "9 of 10 members at each instant"),
+            LegendEntry::new(Sample::Patch(ribbon), "90 % of the members at each instant"),
             LegendEntry::line("median", "median"),
             LegendEntry::line(run, "nominal run"),
             LegendEntry::line("limit", "limit"),
