@@ -6,9 +6,9 @@ use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
     Census, CheckedFiles, Deletion, GateOutcome, GateStanding, Job, LastRows, Ledger,
-    ListedRecording, Load, Manifest, Page, Question, RecordingFilter, Remake, ResultFilter,
-    StoreError, StoredDesign, StoredGate, StoredRecording, StoredResult, StoredSession,
-    StoredToken, deletions, gates, jobs, needed, recordings, results, tokens,
+    ListedRecording, Load, Manifest, Page, Question, QueuePlace, RecordingFilter, Remake,
+    ResultFilter, StoreError, StoredDesign, StoredGate, StoredRecording, StoredResult,
+    StoredSession, StoredToken, deletions, gates, jobs, needed, recordings, results, tokens,
 };
 use crate::turns::Turns;
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
@@ -558,6 +558,10 @@ impl Ledger for SqliteLedger {
         self.write(|connection| {
             Ok(connection.pragma_update(None, "user_version", schema::VERSION)?)
         })
+    }
+
+    fn place(&self, id: &str) -> Result<Option<QueuePlace>, StoreError> {
+        self.read(|connection| jobs::place(connection, id))
     }
 
     fn load(&self, owner: &str) -> Result<Load, StoreError> {
