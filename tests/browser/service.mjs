@@ -227,7 +227,8 @@ async function walk(colorScheme) {
   await boxes.nth(1).check();
   await page.getByRole('button', { name: 'Compare the chosen ones' }).click();
   await page.waitForSelector('#event .live');
-  assert.match(await page.locator('h1').innerText(), /^Preload torque .* → .*; all else equal: /);
+  // The list has the newest first, the comparison the oldest.
+  assert.match(await page.locator('h1').innerText(), /^Preload torque 2\.5\sN·m → 1\.25\sN·m; all else equal: /);
   await page.locator('#differences summary').click();
   const keys = await page.locator('.differences code').allInnerTexts();
   assert(keys.includes('design.lever.preload_torque_nm') && !keys.includes('design.lever.mass_kg'), keys.join());

@@ -109,6 +109,13 @@ fn cli_the_comparison_is_that_of_the_command_line() {
     let page = client.get(&format!("/compare?id={a}&id={b}")).expect(200);
     assert!(page.text().contains(written));
     assert!(page.text().contains(&format!("/compare?id={b}&amp;id={a}")));
+    // The list names the newest first, and its comparison goes from the oldest on.
+    let chosen = client.get(&format!("/compare?sort=oldest&id={b}&id={a}"));
+    assert!(chosen.expect(200).text().contains(written));
+    let turned = client.get(&format!("/compare?id={b}&id={a}")).expect(200);
+    assert!(!turned.text().contains(written));
+    let list = client.get("/").text();
+    assert!(list.contains("<input type=\"hidden\" name=\"sort\" value=\"oldest\">"));
     let one = client.get(&format!("/compare?id={a}")).expect(400);
     let none = client.get("/compare").expect(200);
     for page in [one, none] {
