@@ -374,12 +374,30 @@ async function signing() {
   await closed.stop();
 }
 
+// The header stays in its place from page to page, with a scrollbar and without.
+async function steady() {
+  const window = await launched({ ignoreDefaultArgs: ['--hide-scrollbars'] });
+  const page = await window.newPage({ viewport: { width: 1400, height: 900 } });
+  const { verdicts } = await (await page.request.get(`${base}/v1/verdicts`)).json();
+  const [one, other] = verdicts;
+  const [places, lengths] = [new Set(), new Set()];
+  for (const address of ['/', `/verdicts/${one.report_id}`, `/recordings/${one.recording}`, `/compare?id=${one.report_id}&id=${other.report_id}`, '/recordings', '/gates', '/designs', '/compare', '/login', '/nowhere']) {
+    await page.goto(`${base}${address}`);
+    places.add(await page.evaluate(() => JSON.stringify(['.brand', '.top nav', 'main'].map((part) => { const { left, width } = document.querySelector(part).getBoundingClientRect(); return [left, width]; }))));
+    lengths.add(await page.evaluate(() => document.documentElement.scrollHeight > innerHeight));
+  }
+  assert.equal(places.size, 1, [...places].join('\n'));
+  assert.equal(lengths.size, 2, 'some pages scroll, some do not');
+  await window.close();
+}
+
 let failed = false;
 try {
   for (const scheme of ['light', 'dark']) {
     await walk(scheme);
     process.stdout.write(`${scheme}: as it should be\n`);
   }
+  await steady();
   await signing();
   process.stdout.write('signing in and out: as it should be\n');
 } catch (error) {
