@@ -1,4 +1,4 @@
-// The page of the service as a browser shows it: upload, channel, verdict, cursors, link,
+// The page of the service as a browser shows it: a sample, upload, channel, verdict, cursors, link,
 // download, what-if, compare, paper, phone, signing in and out; in light and dark, checked for accessibility,
 // without any request elsewhere.
 //
@@ -102,6 +102,29 @@ async function mapped(page, colorScheme) {
   assert.match(await page.locator('#mapping').innerText(), /time in Zeit \[ms\], in s/);
   assert.match(await page.locator('#channels tbody tr:visible').first().innerText(), /10\.00 Hz/);
   assert.equal(await page.locator('#channels tbody tr:visible').count(), 6);
+}
+
+// An empty service offers a sample: one click leads to its verdict, and what is done meanwhile is said in words.
+async function sampled(colorScheme) {
+  const empty = await started();
+  const page = await (await browser.newContext({ colorScheme, viewport: { width: 1200, height: 900 } })).newPage();
+  await page.goto(empty.address);
+  assert.equal(await page.locator('form.filters').count(), 0);
+  await look(page, `${colorScheme}-home-empty`);
+  // The job's events are held back, so that the page waits as long as it is looked at.
+  let release;
+  const held = new Promise((resolve) => { release = resolve; });
+  await page.route('**/events', async (route) => { await held; await route.continue(); });
+  await page.getByRole('button', { name: 'Judge the sample' }).click();
+  await page.waitForFunction(() => /^[2-9] s so far\.$/.test(document.querySelector('#judging [role=timer]').textContent));
+  assert.match(await page.locator('#judging [role=status]').innerText(), /^(Waits in the queue behind 1 other|Is next in the queue|Begins|Reads the recording|Judges the levers)\.$/);
+  await look(page, `${colorScheme}-waiting`);
+  release();
+  await page.waitForURL(/verdicts/, { timeout: 120_000 });
+  await page.goto(empty.address);
+  assert.equal(await page.getByRole('button', { name: 'Judge the sample' }).count(), 0);
+  await page.close();
+  await empty.stop();
 }
 
 async function walk(colorScheme) {
@@ -394,6 +417,7 @@ async function steady() {
 let failed = false;
 try {
   for (const scheme of ['light', 'dark']) {
+    await sampled(scheme);
     await walk(scheme);
     process.stdout.write(`${scheme}: as it should be\n`);
   }
