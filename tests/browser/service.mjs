@@ -379,7 +379,6 @@ async function signing() {
   const closed = await started();
   const token = String(execFileSync(serviceProgram, ['token', 'create', 'lab', '--scopes', 'read,submit', '--data', closed.data])).match(/lg_[0-9a-f]+/)[0];
   const page = await browser.newPage();
-  await page.waitForTimeout(1100);
   await page.goto(closed.address);
   await page.locator('input[name=token]').fill('lg_wrong');
   await page.getByRole('button', { name: 'Sign in' }).click();

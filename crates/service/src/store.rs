@@ -757,6 +757,8 @@ pub trait Ledger: Send + Sync {
     /// Keeps the outcome of a gate.
     fn end_gate(&self, id: &str, outcome: &GateOutcome) -> Result<(), StoreError>;
 
+    /// Returns a number that differs from the one before if anything was written since, by whomever.
+    fn change(&self) -> Result<i64, StoreError>;
     /// Keeps a token and returns its number. Removes those whose rows do not fit their hashes.
     fn put_token(&self, token: &StoredToken) -> Result<i64, StoreError>;
     /// Revokes a token at once, with its sessions, or lets it end at `ends_ms`.

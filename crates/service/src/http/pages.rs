@@ -283,7 +283,7 @@ async fn login(
     let signed_in = app
         .on_disk(move |parts| {
             let presented = Presented::Token(token);
-            let recognition = parts.door.look(&*parts.ledger, Some(&presented))?;
+            let recognition = parts.door.look_anew(&*parts.ledger, &presented)?;
             let session = match &recognition {
                 Recognition::Known(Visitor {
                     token: Some(token), ..
