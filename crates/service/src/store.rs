@@ -928,7 +928,7 @@ pub trait Blobs: Send + Sync {
     fn placing(&self) -> &RwLock<()>;
     /// Removes a blob, if it exists, and returns once that is on the disk.
     fn remove(&self, sha256: &str) -> Result<(), StoreError>;
-    /// Returns the bytes of all blobs: those that the last [`Blobs::collect`] found, with what came and went since.
+    /// Returns the bytes of all blobs: those that lay there at the start, with what came and went since.
     fn stored_bytes(&self) -> u64;
     /// Returns what is free on the blobs' disk.
     fn free(&self) -> Result<Free, StoreError>;

@@ -532,6 +532,11 @@ fn verif_a_blob_is_its_hash() {
             .count(),
         0
     );
+    // The next process counts what lies there.
+    let again = BlobFolder::open(&folder.0).unwrap();
+    assert_eq!((blobs.stored_bytes(), again.stored_bytes()), (10, 10));
+    again.remove(&file.sha256).unwrap();
+    assert_eq!(again.stored_bytes(), 0);
     assert!(matches!(
         blobs.open("../../etc/passwd"),
         Err(StoreError::Damaged { .. })
