@@ -29,8 +29,9 @@ export function latchgate(folder, code, ...words) {
 }
 
 // Starts the browser; it reaches no other host.
-export function launched() {
+export function launched(options = {}) {
   return chromium.launch({
+    ...options,
     executablePath: process.env.CHROMIUM,
     args: ['--no-sandbox', '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1'],
   });

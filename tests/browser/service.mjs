@@ -1,4 +1,4 @@
-// The page of the service as a browser shows it: upload, channel, verdict, cursors, link,
+// The page of the service as a browser shows it: a sample, upload, channel, verdict, cursors, link,
 // download, what-if, compare, paper, phone, signing in and out; in light and dark, checked for accessibility,
 // without any request elsewhere.
 //
@@ -102,6 +102,29 @@ async function mapped(page, colorScheme) {
   assert.match(await page.locator('#mapping').innerText(), /time in Zeit \[ms\], in s/);
   assert.match(await page.locator('#channels tbody tr:visible').first().innerText(), /10\.00 Hz/);
   assert.equal(await page.locator('#channels tbody tr:visible').count(), 6);
+}
+
+// An empty service offers a sample: one click leads to its verdict, and what is done meanwhile is said in words.
+async function sampled(colorScheme) {
+  const empty = await started();
+  const page = await (await browser.newContext({ colorScheme, viewport: { width: 1200, height: 900 } })).newPage();
+  await page.goto(empty.address);
+  assert.equal(await page.locator('form.filters').count(), 0);
+  await look(page, `${colorScheme}-home-empty`);
+  // The job's events are held back, so that the page waits as long as it is looked at.
+  let release;
+  const held = new Promise((resolve) => { release = resolve; });
+  await page.route('**/events', async (route) => { await held; await route.continue(); });
+  await page.getByRole('button', { name: 'Judge the sample' }).click();
+  await page.waitForFunction(() => /^[2-9] s so far\.$/.test(document.querySelector('#judging [role=timer]').textContent));
+  assert.match(await page.locator('#judging [role=status]').innerText(), /^(Waits in the queue behind 1 other|Is next in the queue|Begins|Reads the recording|Judges the levers)\.$/);
+  await look(page, `${colorScheme}-waiting`);
+  release();
+  await page.waitForURL(/verdicts/, { timeout: 120_000 });
+  await page.goto(empty.address);
+  assert.equal(await page.getByRole('button', { name: 'Judge the sample' }).count(), 0);
+  await page.close();
+  await empty.stop();
 }
 
 async function walk(colorScheme) {
@@ -227,7 +250,8 @@ async function walk(colorScheme) {
   await boxes.nth(1).check();
   await page.getByRole('button', { name: 'Compare the chosen ones' }).click();
   await page.waitForSelector('#event .live');
-  assert.match(await page.locator('h1').innerText(), /^Preload torque .* → .*; all else equal: /);
+  // The list has the newest first, the comparison the oldest.
+  assert.match(await page.locator('h1').innerText(), /^Preload torque 2\.5\sN·m → 1\.25\sN·m; all else equal: /);
   await page.locator('#differences summary').click();
   const keys = await page.locator('.differences code').allInnerTexts();
   assert(keys.includes('design.lever.preload_torque_nm') && !keys.includes('design.lever.mass_kg'), keys.join());
@@ -355,7 +379,6 @@ async function signing() {
   const closed = await started();
   const token = String(execFileSync(serviceProgram, ['token', 'create', 'lab', '--scopes', 'read,submit', '--data', closed.data])).match(/lg_[0-9a-f]+/)[0];
   const page = await browser.newPage();
-  await page.waitForTimeout(1100);
   await page.goto(closed.address);
   await page.locator('input[name=token]').fill('lg_wrong');
   await page.getByRole('button', { name: 'Sign in' }).click();
@@ -373,12 +396,31 @@ async function signing() {
   await closed.stop();
 }
 
+// The header stays in its place from page to page, with a scrollbar and without.
+async function steady() {
+  const window = await launched({ ignoreDefaultArgs: ['--hide-scrollbars'] });
+  const page = await window.newPage({ viewport: { width: 1400, height: 900 } });
+  const { verdicts } = await (await page.request.get(`${base}/v1/verdicts`)).json();
+  const [one, other] = verdicts;
+  const [places, lengths] = [new Set(), new Set()];
+  for (const address of ['/', `/verdicts/${one.report_id}`, `/recordings/${one.recording}`, `/compare?id=${one.report_id}&id=${other.report_id}`, '/recordings', '/gates', '/designs', '/compare', '/login', '/nowhere']) {
+    await page.goto(`${base}${address}`);
+    places.add(await page.evaluate(() => JSON.stringify(['.brand', '.top nav', 'main'].map((part) => { const { left, width } = document.querySelector(part).getBoundingClientRect(); return [left, width]; }))));
+    lengths.add(await page.evaluate(() => document.documentElement.scrollHeight > innerHeight));
+  }
+  assert.equal(places.size, 1, [...places].join('\n'));
+  assert.equal(lengths.size, 2, 'some pages scroll, some do not');
+  await window.close();
+}
+
 let failed = false;
 try {
   for (const scheme of ['light', 'dark']) {
+    await sampled(scheme);
     await walk(scheme);
     process.stdout.write(`${scheme}: as it should be\n`);
   }
+  await steady();
   await signing();
   process.stdout.write('signing in and out: as it should be\n');
 } catch (error) {

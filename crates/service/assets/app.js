@@ -163,23 +163,60 @@ function designForm(form) {
 
 function pairButton(button) {
   button.addEventListener('click', async () => {
-    button.disabled = true; at('pair-told').textContent = 'It is judged …';
-    try { location.href = `/verdicts/${(await judged(JSON.parse(button.dataset.asking), () => {})).report_id}`; } catch (error) { at('pair-told').textContent = worded(error.message); button.disabled = false; }
+    button.disabled = true; at('pair-told').textContent = '';
+    try { location.href = `/verdicts/${(await judged(JSON.parse(button.dataset.asking))).report_id}`; } catch (error) { at('pair-told').textContent = worded(error.message); button.disabled = false; }
   });
 }
 
-// Asks and waits; resolves to the document.
-async function judged(body, step) {
-  const first = await asked('/v1/verdicts?wait=1', body);
-  if (first.status === 200) return first.json;
-  return new Promise((resolve, reject) => {
-    const events = new EventSource(first.json.events);
-    const end = (act) => (event) => { events.close(); act(JSON.parse(event.data)); };
-    events.addEventListener('progress', (event) => step(JSON.parse(event.data)));
-    events.addEventListener('done', end((data) => asked(data.verdict).then((answer) => resolve(answer.json), reject)));
-    events.addEventListener('refused', end((data) => reject(new Error(data.problem.detail))));
-    events.onerror = () => step({});
-  });
+const doings = { reading: 'Reads the recording.', judging: 'Judges the levers.', advising: 'Searches the advice.', reporting: 'Draws the report.' };
+const lasting = (seconds) => (seconds < 59.5 ? `${Math.max(1, Math.round(seconds))} s` : `${Math.floor(seconds / 60)} min ${Math.floor(seconds % 60)} s`);
+
+// Says what a job does now.
+function doing({ state, behind, doing: step, first_answer: known }) {
+  if (state === 'queued') return behind ? `Waits in the queue behind ${behind} ${behind === 1 ? 'other' : 'others'}.` : 'Is next in the queue.';
+  const text = doings[step] || 'Begins.';
+  return known ? `${known.verdict.toUpperCase()}. ${worded(known.headline)} ${text}` : text;
+}
+
+// Shows in its place how far a job is; returns what takes its standings, and what ends it.
+function waiting(place) {
+  const [bar, status, timer] = place.querySelectorAll('progress, [role=status], [role=timer]');
+  let last = {}; let since = performance.now();
+  const count = () => {
+    const passed = (last.since_s || 0) + (performance.now() - since) / 1000;
+    const usually = last.usual_s ? ` Such a verdict usually takes ${lasting(last.usual_s)}${last.state === 'queued' ? ' once it begins' : ''}.` : '';
+    timer.textContent = `${lasting(passed)} so far.${usually}`;
+  };
+  const ticking = setInterval(count, 1000);
+  const step = (standing) => {
+    last = standing; since = performance.now();
+    if (standing.part === null || standing.part === undefined) bar.removeAttribute('value'); else bar.value = standing.part;
+    const text = doing(standing);
+    if (status.textContent !== text) status.textContent = text;
+    count();
+  };
+  const end = () => { clearInterval(ticking); place.hidden = true; status.textContent = ''; timer.textContent = ''; };
+  place.hidden = false; bar.removeAttribute('value');
+  return { step, end };
+}
+
+// Asks and waits, and says meanwhile how far it is; resolves to the document.
+async function judged(body) {
+  const shown = waiting(at('judging'));
+  try {
+    const first = await asked('/v1/verdicts?wait=0', body);
+    if (first.status === 200) return first.json;
+    shown.step(first.json);
+    return await new Promise((resolve, reject) => {
+      const events = new EventSource(first.json.events);
+      const end = (act) => (event) => { events.close(); act(JSON.parse(event.data)); };
+      events.addEventListener('progress', (event) => shown.step(JSON.parse(event.data)));
+      events.addEventListener('done', end((data) => asked(data.verdict).then((answer) => resolve(answer.json), reject)));
+      events.addEventListener('refused', end((data) => reject(new Error(data.problem.detail))));
+      // The browser asks again by itself unless it was refused.
+      events.onerror = () => { if (events.readyState === EventSource.CLOSED) reject(new Error('The server does not answer. Check the network, then try again.')); };
+    });
+  } finally { shown.end(); }
 }
 
 function question(form) {
@@ -200,7 +237,6 @@ function question(form) {
   showNumbers(form);
   if (location.hash === '#known') tell('This recording was known already.');
   submitting(form, at('judging-told'), async (data) => {
-    const bar = at('judging');
     const request = JSON.parse(form.dataset.request);
     for (const key of ['opens_when', 'filter', 'model', 'siblings']) if (data.get(key)) request[key] = data.get(key);
     const transfer = (data.get('transfer') || '').trim();
@@ -216,14 +252,7 @@ function question(form) {
     if (data.get('design')) body.design = data.get('design');
     const set = changesIn(form);
     if (set.length) body.set = set;
-    bar.hidden = false;
-    try {
-      const document = await judged(body, ({ part, first_answer: known }) => {
-        if (part === null || part === undefined) bar.removeAttribute('value'); else bar.value = part;
-        if (known) at('judging-known').textContent = `${known.verdict.toUpperCase()}. ${known.headline} Advice and report follow …`;
-      });
-      location.href = `/verdicts/${document.report_id}`;
-    } finally { bar.hidden = true; at('judging-known').textContent = ''; }
+    location.href = `/verdicts/${(await judged(body)).report_id}`;
   });
 }
 
@@ -290,8 +319,8 @@ function whatIf(section) {
   const varied = [...section.querySelectorAll('.varied')].map((box) => variedNumber(box, () => changed()));
   back.addEventListener('click', () => { for (const one of varied) one.reset(); changed(); });
   judge.addEventListener('click', async () => {
-    judge.disabled = true; told.textContent = 'The varied levers are judged …';
-    try { const document = await judged(body(), () => {}); location.href = `/verdicts/${document.report_id}`; } catch (error) { told.textContent = worded(error.message); judge.disabled = false; }
+    judge.disabled = true;
+    try { const document = await judged(body()); location.href = `/verdicts/${document.report_id}`; } catch (error) { told.textContent = worded(error.message); judge.disabled = false; }
   });
 }
 

@@ -163,8 +163,26 @@ const NOTED_MS: i64 = 5 * 60_000;
 struct TokenCache {
     /// Instant of that; `None` if they must be read again.
     read: Option<Instant>,
+    /// What [`Ledger::change`] said before that.
+    change: Option<i64>,
     tokens: Vec<StoredToken>,
     sessions: Vec<StoredSession>,
+}
+
+impl TokenCache {
+    fn read_again(&mut self, ledger: &dyn Ledger) -> Result<(), StoreError> {
+        // Before the tokens, so that a token which comes between the two is a change.
+        let change = ledger.change()?;
+        let tokens = ledger.tokens()?;
+        if self.read.is_some() || !self.tokens.is_empty() {
+            tell_changes(&self.tokens, &tokens);
+        }
+        self.tokens = tokens;
+        self.sessions = ledger.sessions()?;
+        self.change = Some(change);
+        self.read = Some(Instant::now());
+        Ok(())
+    }
 }
 
 /// Lifetimes of a session.
@@ -204,15 +222,28 @@ impl Door {
     ) -> Result<Recognition, StoreError> {
         let mut cache = locked(&self.cache);
         if cache.read.is_none_or(|read| read.elapsed() >= FRESH) {
-            let tokens = ledger.tokens()?;
-            if cache.read.is_some() || !cache.tokens.is_empty() {
-                tell_changes(&cache.tokens, &tokens);
-            }
-            cache.tokens = tokens;
-            cache.sessions = ledger.sessions()?;
-            cache.read = Some(Instant::now());
+            cache.read_again(ledger)?;
         }
         let recognition = self.recognise(Some(ledger), presented, &mut cache);
+        Ok(recognition.unwrap_or(Recognition::Stranger))
+    }
+
+    /// Checks a credential that the cache does not know, so that a new token works at once: reads tokens and sessions
+    /// again if anything was written since. A stranger's guesses therefore cost at most one reading for each commit.
+    ///
+    /// # Errors
+    ///
+    /// [`StoreError`] if tokens or sessions cannot be read; no visitor is admitted then.
+    pub fn look_anew(
+        &self,
+        ledger: &dyn Ledger,
+        presented: &Presented,
+    ) -> Result<Recognition, StoreError> {
+        let mut cache = locked(&self.cache);
+        if cache.read.is_none() || cache.change != Some(ledger.change()?) {
+            cache.read_again(ledger)?;
+        }
+        let recognition = self.recognise(Some(ledger), Some(presented), &mut cache);
         Ok(recognition.unwrap_or(Recognition::Stranger))
     }
 

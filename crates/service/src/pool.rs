@@ -27,4 +27,4 @@ pub use child::work as child_work;
 pub use crew::{ANSWERS, Crew, CrewOptions, OwnerFigures, Progress, WAITING};
 pub use orders::{HeldFirst, Orders};
 pub use slot::{ChildOptions, Delivered, Ending, Lost, Slot};
-pub use words::{Answer, Beat, FirstAnswer, How, Order, Trial};
+pub use words::{Answer, Beat, FirstAnswer, How, Order, Step, Trial};

@@ -260,6 +260,15 @@ impl Question {
         let text = serde_json::to_string(&plain).expect("a question has text keys only");
         sha256_hex(format!("{}{text}", latchgate::pipeline::NUMBERS_REVISION).as_bytes())
     }
+
+    /// Returns what decides most about the time of its verdict: the varied levers, and the tables of the design, each
+    /// mechanism being one.
+    pub fn kind(&self) -> String {
+        let tables = self.design.as_object().into_iter().flatten();
+        let tables = tables.filter(|(name, table)| table.is_object() && *name != "modified_from");
+        let tables: Vec<&str> = tables.map(|(name, _)| name.as_str()).collect();
+        format!("{} {}", self.request["members"], tables.join(" "))
+    }
 }
 
 /// The state of a job.
@@ -697,6 +706,8 @@ pub trait Ledger: Send + Sync {
     /// Puts the job of a report back in the queue, since its file `lost` is gone. Returns the job, or
     /// the reason why none can make the file.
     fn remake(&self, report_id: &str, lost: &str) -> Result<Remake, StoreError>;
+    /// Returns the place of a question that waits; `None` if it does not.
+    fn place(&self, id: &str) -> Result<Option<QueuePlace>, StoreError>;
     /// Returns the numbers of jobs that wait and run, of all owners and of one.
     fn load(&self, owner: &str) -> Result<Load, StoreError>;
     /// Returns further figures of the store.
@@ -746,6 +757,8 @@ pub trait Ledger: Send + Sync {
     /// Keeps the outcome of a gate.
     fn end_gate(&self, id: &str, outcome: &GateOutcome) -> Result<(), StoreError>;
 
+    /// Returns a number that differs from the one before if anything was written since, by whomever.
+    fn change(&self) -> Result<i64, StoreError>;
     /// Keeps a token and returns its number. Removes those whose rows do not fit their hashes.
     fn put_token(&self, token: &StoredToken) -> Result<i64, StoreError>;
     /// Revokes a token at once, with its sessions, or lets it end at `ends_ms`.
@@ -803,6 +816,15 @@ pub struct Load {
     pub running: u64,
     /// Jobs of one owner that wait or run.
     pub owner_jobs: u64,
+}
+
+/// Place of a question in the queue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct QueuePlace {
+    /// Jobs that come before it: those that run, its owner's earlier questions, and by turns those of other owners.
+    pub behind: u64,
+    /// Time since which it waits [ms since 1970].
+    pub since_ms: i64,
 }
 
 /// Figures of the store.
@@ -906,7 +928,7 @@ pub trait Blobs: Send + Sync {
     fn placing(&self) -> &RwLock<()>;
     /// Removes a blob, if it exists, and returns once that is on the disk.
     fn remove(&self, sha256: &str) -> Result<(), StoreError>;
-    /// Returns the bytes of all blobs: those that the last [`Blobs::collect`] found, with what came and went since.
+    /// Returns the bytes of all blobs: those that lay there at the start, with what came and went since.
     fn stored_bytes(&self) -> u64;
     /// Returns what is free on the blobs' disk.
     fn free(&self) -> Result<Free, StoreError>;

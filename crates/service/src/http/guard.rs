@@ -226,28 +226,38 @@ async fn admit(
     let headers = &headers;
     let refuse = |problem: Problem| Box::new(problem.into_response());
     same_origin(method, headers).map_err(refuse)?;
-    let recognition = match user_of_proxy(app, headers, peer).map_err(refuse)? {
+    let mut recognition = match user_of_proxy(app, headers, peer).map_err(refuse)? {
         Some(user) => Recognition::Known(user),
         None => match recognised(app, headers).await.map_err(refuse)? {
             Recognition::Open(_) if !is_local(app, version, headers, peer) => Recognition::Stranger,
             recognition => recognition,
         },
     };
-    // Strangers are limited by address, so that one cannot keep the others from signing in.
     let (rate, burst) = (app.config.rate_per_s, app.config.rate_burst);
-    let allowed = match &recognition {
-        Recognition::Open(visitor) | Recognition::Known(visitor) => {
-            app.of_tokens.take(&visitor.name, rate, burst)
-        }
-        Recognition::Stranger => {
-            let address = caller.network().to_string();
-            app.of_addresses.take(&address, rate, burst)
-        }
-    };
-    if let Err(wait) = allowed {
+    let too_many = |wait: u32| {
         let found = "more requests of this token or address".into();
         let status = StatusCode::TOO_MANY_REQUESTS;
-        return Err(refuse(Problem::later(status, "rate", rate, found, wait)));
+        refuse(Problem::later(status, "rate", rate, found, wait))
+    };
+    if recognition == Recognition::Stranger {
+        // Strangers are limited by address, so that one cannot keep the others from signing in.
+        let address = caller.network().to_string();
+        let allowed = app.of_addresses.take(&address, rate, burst);
+        allowed.map_err(too_many)?;
+    }
+    if !matches!(recognition, Recognition::Known(_))
+        && let Some(presented) = presented(headers)
+    {
+        // The token may have been made since the tokens were read.
+        let looked = app.on_disk(move |parts| parts.door.look_anew(&*parts.ledger, &presented));
+        match looked.await.map_err(refuse)? {
+            Recognition::Open(_) => {}
+            seen => recognition = seen,
+        }
+    }
+    if let Recognition::Open(visitor) | Recognition::Known(visitor) = &recognition {
+        let allowed = app.of_tokens.take(&visitor.name, rate, burst);
+        allowed.map_err(too_many)?;
     }
     let asked_as = if *method == Method::HEAD {
         "GET"

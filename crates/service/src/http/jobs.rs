@@ -1,9 +1,10 @@
 //! Progress of questions, requested once or streamed.
 
 use crate::app::App;
-use crate::pool::{FirstAnswer, Progress};
+use crate::clock::now_ms;
+use crate::pool::{FirstAnswer, Progress, Step};
 use crate::problem::{Placed, Problem};
-use crate::store::JobState;
+use crate::store::{Job, JobState};
 use axum::Json;
 use axum::extract::State;
 use axum::http::{StatusCode, header};
@@ -12,6 +13,8 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::convert::Infallible;
+use std::time::Duration;
+use tokio::sync::watch;
 use tokio_stream::wrappers::{ReceiverStream, WatchStream};
 use tokio_stream::{Stream, StreamExt};
 use utoipa::ToSchema;
@@ -29,6 +32,18 @@ pub(super) struct JobStanding {
     report_id: Option<String>,
     /// Where the verdict is, once it is done.
     verdict: Option<String>,
+    /// What is done now, while it runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    doing: Option<Step>,
+    /// Jobs that come before it, while it waits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    behind: Option<u64>,
+    /// How long it has waited, or has been worked on [s].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    since_s: Option<f64>,
+    /// How long the work on such a verdict usually takes [s]; absent until one of its kind was made since the start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    usual_s: Option<f64>,
     /// The verdict, where it is known before its advice and report.
     first_answer: Option<FirstAnswer>,
     /// Why there is none, where it was refused.
@@ -37,32 +52,54 @@ pub(super) struct JobStanding {
 }
 
 impl JobStanding {
-    fn of(job: &str, progress: &Progress) -> Self {
+    /// Describes a job at the point that `progress` says; what waits has a place in the queue.
+    async fn of(app: &App, job: &Job, progress: &Progress) -> Result<Self, Problem> {
         let state = &progress.state;
+        let id = job.id.clone();
+        let place = match state {
+            JobState::Queued => app.on_disk(move |parts| parts.ledger.place(&id)).await?,
+            _ => None,
+        };
+        let waits = place.map(|place| (now_ms() - place.since_ms).max(0) as f64 / 1e3);
+        let usual = (!state.has_ended()).then(|| app.crew.usual_time(&job.question));
+        let job = &job.id;
         let report_id = match state {
             JobState::Done { report_id } => Some(report_id.clone()),
             _ => None,
         };
-        Self {
+        Ok(Self {
             job: job.into(),
             state: state.name().into(),
             events: format!("/v1/jobs/{job}/events"),
             verdict: report_id.as_ref().map(|id| format!("/v1/verdicts/{id}")),
             report_id,
+            doing: progress.step,
+            behind: place.map(|place| place.behind),
+            since_s: waits.or(progress.began.map(|began| seconds(began.elapsed()))),
+            usual_s: usual.flatten().map(seconds),
             first_answer: progress.first_answer.clone(),
             problem: match state {
                 JobState::Refused { problem } => Some(problem.clone()),
                 _ => None,
             },
-        }
+        })
     }
 }
 
+/// Returns a time in seconds, to the millisecond.
+fn seconds(time: Duration) -> f64 {
+    time.as_millis() as f64 / 1e3
+}
+
 /// Answers that a question became a job.
-pub(super) fn accepted(job: &str, progress: &Progress) -> Response {
-    let place = [(header::LOCATION, format!("/v1/jobs/{job}"))];
-    let standing = Json(JobStanding::of(job, progress));
-    (StatusCode::ACCEPTED, place, standing).into_response()
+pub(super) async fn accepted(
+    app: &App,
+    job: &Job,
+    progress: &Progress,
+) -> Result<Response, Problem> {
+    let place = [(header::LOCATION, format!("/v1/jobs/{}", job.id))];
+    let standing = Json(JobStanding::of(app, job, progress).await?);
+    Ok((StatusCode::ACCEPTED, place, standing).into_response())
 }
 
 /// Reads a problem back.
@@ -70,10 +107,21 @@ pub(super) fn problem_of(problem: Value) -> Problem {
     Problem::of_value(problem).unwrap_or_else(|| Problem::not_found("answer"))
 }
 
-async fn state_of(app: &App, id: &str) -> Result<JobState, Problem> {
-    let job_id = id.to_string();
-    let job = app.on_disk(move |parts| parts.ledger.job(&job_id)).await?;
-    Ok(job.ok_or_else(|| Problem::not_found("such job"))?.state)
+/// Finds a job that is watched, and how far it is: it may have ended before it was watched.
+async fn find(
+    app: &App,
+    id: String,
+    watched: &watch::Receiver<Progress>,
+) -> Result<(Job, Progress), Problem> {
+    let job = app.on_disk(move |parts| parts.ledger.job(&id)).await?;
+    let job = job.ok_or_else(|| Problem::not_found("such job"))?;
+    let mut progress = Progress::from(job.state.clone());
+    let watched = watched.borrow();
+    if watched.state == progress.state {
+        progress = watched.clone();
+    }
+    drop(watched);
+    Ok((job, progress))
 }
 
 /// Says how far a job is.
@@ -89,13 +137,12 @@ pub(super) async fn get(
     Placed(id): Placed<String>,
 ) -> Result<Json<JobStanding>, Problem> {
     let watched = app.crew.watch(&id);
-    let state = state_of(&app, &id).await?;
-    let mut progress = Progress::from(state);
-    if progress.state == JobState::Running {
-        progress.first_answer = watched.borrow().first_answer.clone();
-    }
-    Ok(Json(JobStanding::of(&id, &progress)))
+    let (job, progress) = find(&app, id, &watched).await?;
+    Ok(Json(JobStanding::of(&app, &job, &progress).await?))
 }
+
+/// Time after which the standing of a job is told again: its place in the queue changes by what others do.
+const TOLD_AGAIN: Duration = Duration::from_secs(2);
 
 /// Tells how far a job is as it goes: `progress` events with `part`, then one `done` or `refused`.
 #[utoipa::path(
@@ -110,13 +157,17 @@ pub(super) async fn events(
     Placed(id): Placed<String>,
 ) -> Result<Events, Problem> {
     let watched = app.crew.watch(&id);
-    // The job may have ended before it was watched.
-    let state = state_of(&app, &id).await?;
-    let now = Progress::from(state);
-    let steps = tokio_stream::once(now).chain(WatchStream::from_changes(watched));
-    Ok(event_stream(steps.map(move |progress| {
-        let event = event(&id, &progress);
-        (event, progress.state.has_ended())
+    let (job, now) = find(&app, id, &watched).await?;
+    let changes = WatchStream::from_changes(watched.clone());
+    let steps = tokio_stream::once(now).chain(changes);
+    let steps = steps.timeout_repeating(tokio::time::interval(TOLD_AGAIN));
+    Ok(event_stream(steps.then(move |step| {
+        let progress = step.unwrap_or_else(|_| watched.borrow().clone());
+        let (app, job) = (app.clone(), job.clone());
+        async move {
+            let event = event(&app, &job, &progress).await;
+            (event, progress.state.has_ended())
+        }
     })))
 }
 
@@ -137,8 +188,12 @@ pub(super) fn event_stream(events: impl Stream<Item = (Event, bool)> + Send + 's
     Sse::new(ReceiverStream::new(received)).keep_alive(KeepAlive::default())
 }
 
-fn event(id: &str, progress: &Progress) -> Event {
-    let mut data = json!(JobStanding::of(id, progress));
+async fn event(app: &App, job: &Job, progress: &Progress) -> Event {
+    let standing = match JobStanding::of(app, job, progress).await {
+        Ok(standing) => standing,
+        Err(problem) => return Event::default().comment(problem.code),
+    };
+    let mut data = json!(standing);
     data["part"] = json!(progress.part);
     let name = match &progress.state {
         JobState::Done { .. } | JobState::Decided { .. } => "done",

@@ -38,6 +38,7 @@ use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 use latchgate::report::{self, escape::terminal as line};
 use maud::{DOCTYPE, Markup, html};
+use serde_json::json;
 use std::borrow::Cow;
 
 /// Returns a file that pages load: its media type and its text.
@@ -161,7 +162,7 @@ async fn home(
         h1 { "Would the door have stayed shut?" }
         @if visitor.may(Scope::Submit) { (drop_zone()) }
         h2 { "Verdicts" }
-        form.filters method="get" action="/" {
+        @if is_part || !list.verdicts.is_empty() { form.filters method="get" action="/" {
             label { "File, channel or design " input type="search" name="filter" value=(filter); }
             label { "Verdict "
                 select name="verdict" {
@@ -173,10 +174,10 @@ async fn home(
             @if !design.is_empty() { input type="hidden" name="design" value=(design); }
             button { "Show" }
             @if is_part { a href="/" { "Show all" } }
-        }
+        } }
         @if list.verdicts.is_empty() {
             @if is_part { p role="status" { "No verdict fits this search. " a href="/" { "Clear the search" } } }
-            @else { p { "None yet." } }
+            @else { p { "None yet." } @if visitor.may(Scope::Submit) { (sample()) } }
         } @else {
             (lists::verdicts(&list.verdicts, Some(&sorting)))
         }
@@ -199,6 +200,19 @@ fn drop_zone() -> Markup {
             progress id="upload" max="1" value="0" hidden aria-label="Upload" {}
             p id="upload-told" role="status" {}
         }
+    }
+}
+
+/// A pulse that stands for a recording where nobody has one at hand.
+const SAMPLE: &str = "pulse:half-sine,peak=30g,duration=10ms";
+
+/// Offers a first verdict.
+fn sample() -> Markup {
+    html! {
+        p { "No recording at hand? Try a half-sine pulse of 30 g and 10 ms against the paper's lever." }
+        p { button type="button" id="pair" data-asking=(json!({"recording": SAMPLE})) { "Judge the sample" } }
+        (fields::waiting("judging"))
+        p.error id="pair-told" role="alert" {}
     }
 }
 
@@ -269,7 +283,7 @@ async fn login(
     let signed_in = app
         .on_disk(move |parts| {
             let presented = Presented::Token(token);
-            let recognition = parts.door.look(&*parts.ledger, Some(&presented))?;
+            let recognition = parts.door.look_anew(&*parts.ledger, &presented)?;
             let session = match &recognition {
                 Recognition::Known(Visitor {
                     token: Some(token), ..

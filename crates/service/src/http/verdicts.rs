@@ -149,16 +149,12 @@ pub(super) async fn submit(
         app.crew.ring();
     }
     let running = watched.clone();
-    match ended(&app, job, watched, wait).await? {
+    match ended(&app, job.clone(), watched, wait).await? {
         JobState::Done { report_id } => answered(&app, &report_id).await,
         JobState::Refused { problem } => Err(jobs::problem_of(problem)),
-        state => {
-            let first_answer = running.borrow().first_answer.clone();
-            let progress = Progress {
-                first_answer,
-                ..state.into()
-            };
-            Ok(jobs::accepted(&id, &progress))
+        _ => {
+            let progress = running.borrow().clone();
+            jobs::accepted(&app, &job, &progress).await
         }
     }
 }

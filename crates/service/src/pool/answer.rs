@@ -1,6 +1,6 @@
 //! A child's answer to each order; the only code that reads an upload.
 
-use super::words::{Answer, FirstAnswer, How, Order};
+use super::words::{Answer, Beat, FirstAnswer, How, Order, Step};
 use crate::clock::now_ms;
 use crate::problem::{Problem, for_http};
 use crate::store::{Summary, sha256_hex};
@@ -40,14 +40,14 @@ impl Worker {
             .retain(|(key, _)| held_ids.iter().any(|id| key.starts_with(id.as_str())));
     }
 
-    /// Answers an order about `source`, whose text `head` begins with; `known` is told a verdict before its advice and
-    /// report are worked out.
+    /// Answers an order about `source`, whose text `head` begins with; `tell` takes each step of a verdict, and the
+    /// verdict before its advice and report are worked out.
     pub(super) fn answer(
         &mut self,
         order: &Order,
         (source, head): (&Source, &[u8]),
         control: &Control<'_>,
-        known: &dyn Fn(FirstAnswer),
+        tell: &dyn Fn(Beat),
     ) -> (Answer, Files) {
         let answered = match order {
             Order::Inspect { request, .. } => inspect(source, request, head, control),
@@ -56,7 +56,7 @@ impl Worker {
                 recording,
                 request,
                 design,
-            } => self.question(*how, (recording, source), (request, design), control, known),
+            } => self.question(*how, (recording, source), (request, design), control, tell),
             Order::Try { trial } => Ok((super::trials::attempt(*trial), Files::new())),
         };
         answered.unwrap_or_else(|problem| {
@@ -72,11 +72,21 @@ impl Worker {
         (recording, source): (&str, &Source),
         (request, design): (&Value, &Value),
         control: &Control<'_>,
-        known: &dyn Fn(FirstAnswer),
+        tell: &dyn Fn(Beat),
     ) -> Result<(Answer, Files), Problem> {
         /// Part of the work that is done with the verdict, about; its advice takes the rest.
         const VERDICT_PART: f64 = 0.2;
         let started = Instant::now();
+        let begin = |step: Step, first_answer: Option<FirstAnswer>| {
+            // Nobody follows the steps of the others, which are short.
+            if how == How::Judge {
+                tell(Beat {
+                    step: Some(step),
+                    first_answer,
+                    ..Beat::default()
+                });
+            }
+        };
         let mut stated = request.clone();
         if how == How::WhatIf
             && let Some(settings) = stated.as_object_mut()
@@ -85,7 +95,9 @@ impl Worker {
         }
         let question = request_of(&stated)?;
         let design = design_of(design, &question)?;
+        begin(Step::Reading, None);
         let prepared = self.prepared(recording, source, (&stated, &question), control);
+        begin(Step::Judging, None);
         if how == How::Decide {
             let (row, read) = match &prepared {
                 Ok(prepared) => (prepared.row(&design, control), prepared.recording()),
@@ -111,14 +123,16 @@ impl Worker {
             return Err(refusal(&outcome));
         }
         if let (How::Judge, Some(prepared)) = (how, prepared) {
-            known(FirstAnswer {
+            let first_answer = FirstAnswer {
                 verdict: outcome.document.verdict.name().into(),
                 headline: for_http(&report::headline(&outcome.document)),
-            });
+            };
+            begin(Step::Advising, Some(first_answer));
             let advised = control.during(verdict_part, 1.0, |control| {
                 prepared.advise(&design, &mut outcome.document, control)
             });
             advised.map_err(|error| Problem::of_recording(&error))?;
+            begin(Step::Reporting, None);
         }
         if how == How::WhatIf {
             let answer = Answer::WhatIf {

@@ -2,7 +2,7 @@
 
 use super::answer::Worker;
 use super::frame;
-use super::words::{Answer, Beat, ChildMessage, Enclosed, Enclosure, FirstAnswer, OrderMessage};
+use super::words::{Answer, Beat, ChildMessage, Enclosed, Enclosure, OrderMessage};
 use crate::jail;
 use latchgate::pipeline::{Control, Source};
 use std::io::{self, BufReader, Read, Write};
@@ -64,8 +64,8 @@ pub fn work(memory_bytes: u64) -> io::Result<()> {
             .map_or(nothing, |recordings| {
                 (recordings.source.clone(), Arc::clone(&recordings.head))
             });
-        let (answer, files) = beating(&out, |control, known| {
-            worker.answer(&message.order, (&source, &head), control, known)
+        let (answer, files) = beating(&out, |control, tell| {
+            worker.answer(&message.order, (&source, &head), control, tell)
         });
         deliver(&out, answer, &files, ids)?;
     }
@@ -80,11 +80,8 @@ fn say(out: &Mutex<io::Stdout>, message: &ChildMessage) -> io::Result<()> {
     out.flush()
 }
 
-/// Runs work while sending beats; the work hands over what answer it knows before its end.
-fn beating<T>(
-    out: &Mutex<io::Stdout>,
-    work: impl FnOnce(&Control<'_>, &dyn Fn(FirstAnswer)) -> T,
-) -> T {
+/// Runs work while sending beats; the work tells its steps, and what answer it knows before its end.
+fn beating<T>(out: &Mutex<io::Stdout>, work: impl FnOnce(&Control<'_>, &dyn Fn(Beat)) -> T) -> T {
     let last = Mutex::new(Instant::now());
     let proceed = |part: Option<f64>| {
         let Ok(mut last) = last.try_lock() else {
@@ -97,15 +94,11 @@ fn beating<T>(
         // If a beat cannot be sent the parent has gone, so the work stops.
         let beat = Beat {
             part,
-            first_answer: None,
+            ..Beat::default()
         };
         say(out, &ChildMessage::Beat(beat)).is_ok()
     };
-    let known = |answer: FirstAnswer| {
-        let beat = Beat {
-            part: None,
-            first_answer: Some(answer),
-        };
+    let tell = |beat: Beat| {
         // A parent that has gone is noticed at the next beat.
         let _ = say(out, &ChildMessage::Beat(beat));
     };
@@ -113,7 +106,7 @@ fn beating<T>(
         threads: 1,
         proceed: &proceed,
     };
-    work(&control, &known)
+    work(&control, &tell)
 }
 
 /// Sends an answer, then the bytes of its files. The work has ended: no beat can come between the two.

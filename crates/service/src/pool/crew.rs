@@ -3,15 +3,15 @@
 
 use super::orders::{HeldFirst, Orders};
 use super::slot::{ChildOptions, Delivered, Lost, Slot};
-use super::words::{Answer, Beat, FirstAnswer, How, Order};
+use super::words::{Answer, Beat, FirstAnswer, How, Order, Step};
 use crate::clock::{now_ms, running_ms};
 use crate::jail::Jail;
 use crate::problem::Problem;
-use crate::store::{Blobs, Job, JobState, Ledger, Manifest, StoreError, StoredResult};
+use crate::store::{Blobs, Job, JobState, Ledger, Manifest, Question, StoreError, StoredResult};
 use crate::supply::{Held, Supply};
 use axum::http::StatusCode;
 use latchgate::pipeline::NUMBERS_REVISION;
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -50,6 +50,10 @@ pub struct Progress {
     pub state: JobState,
     /// The part that is done, 0 to 1, if known.
     pub part: Option<f64>,
+    /// Instant at which a child began with it, while it runs.
+    pub began: Option<Instant>,
+    /// The step that it is at, while it runs.
+    pub step: Option<Step>,
     /// The verdict, where it is known before advice and report.
     pub first_answer: Option<FirstAnswer>,
 }
@@ -59,6 +63,8 @@ impl From<JobState> for Progress {
         Self {
             state,
             part: None,
+            began: None,
+            step: None,
             first_answer: None,
         }
     }
@@ -102,6 +108,9 @@ pub struct OwnerFigures {
 /// Largest number of owners with figures of their own; all others share one name.
 const OWNERS: usize = 1000;
 
+/// Number of finished verdicts whose times are kept.
+const FINISHED: usize = 100;
+
 /// Verdicts that are counted.
 pub const ANSWERS: [&str; 4] = ["pass", "fail", "undecided", "unusable"];
 
@@ -117,6 +126,8 @@ struct Shared {
     watched: Mutex<HashMap<String, watch::Sender<Progress>>>,
     counters: Counters,
     by_owner: Mutex<BTreeMap<String, OwnerFigures>>,
+    /// Kinds of the last verdicts, and the time that each took.
+    finished: Mutex<VecDeque<(String, Duration)>>,
 }
 
 /// The pool.
@@ -166,6 +177,7 @@ impl Crew {
             watched: Mutex::default(),
             counters: Counters::default(),
             by_owner: Mutex::default(),
+            finished: Mutex::default(),
         });
         let mut threads = Vec::new();
         let slots = (0..options.places).map(|_| Slot::new(options.child.clone()));
@@ -277,9 +289,22 @@ impl Crew {
     pub fn watch(&self, job: &str) -> watch::Receiver<Progress> {
         let queued = || watch::Sender::new(JobState::Queued.into());
         let mut watched = locked(&self.shared.watched);
-        watched.retain(|_, sender| sender.receiver_count() > 0);
+        watched.retain(|_, sender| {
+            sender.receiver_count() > 0 || sender.borrow().state == JobState::Running
+        });
         let sender = watched.entry(job.into()).or_insert_with(queued);
         sender.subscribe()
+    }
+
+    /// Returns the time that a verdict of a question's kind takes a place: the median of the last ones of this process;
+    /// `None` if there were none.
+    pub fn usual_time(&self, question: &Question) -> Option<Duration> {
+        let kind = question.kind();
+        let finished = locked(&self.shared.finished);
+        let same_kind = finished.iter().filter(|(other, _)| *other == kind);
+        let mut times: Vec<Duration> = same_kind.map(|(_, time)| *time).collect();
+        times.sort_unstable();
+        times.get(times.len() / 2).copied()
     }
 
     /// Lets each place finish its work and take no more, and waits for that.
@@ -522,7 +547,10 @@ impl Shared {
         let progress = progress.into();
         let mut watched = locked(&self.watched);
         let ended = progress.state.has_ended();
-        if let Some(sender) = watched.get(job) {
+        if progress.state == JobState::Running && !watched.contains_key(job) {
+            // Whoever begins to watch later finds how far it is.
+            watched.insert(job.into(), watch::Sender::new(progress));
+        } else if let Some(sender) = watched.get(job) {
             sender.send_replace(progress);
             if ended {
                 watched.remove(job);
@@ -532,8 +560,15 @@ impl Shared {
 
     /// Carries out a job and writes its outcome into the ledger.
     fn work(&self, slot: &mut Slot, job: &Job) {
-        self.tell(&job.id, JobState::Running);
-        let outcome = self.answer(slot, job);
+        let began = Instant::now();
+        self.tell(
+            &job.id,
+            Progress {
+                began: Some(began),
+                ..JobState::Running.into()
+            },
+        );
+        let outcome = self.answer(slot, job, began);
         let (id, attempt) = (&job.id, job.attempt);
         let made = match &outcome {
             Ok(Answered::Judged(result)) => {
@@ -554,6 +589,12 @@ impl Shared {
                 let report_id = result.report_id;
                 written.map(|()| {
                     self.count_answer(&result.summary.verdict);
+                    let mut finished = locked(&self.finished);
+                    finished.push_back((job.question.kind(), began.elapsed()));
+                    if finished.len() > FINISHED {
+                        finished.pop_front();
+                    }
+                    drop(finished);
                     done(JobState::Done { report_id });
                 })
             }
@@ -570,6 +611,10 @@ impl Shared {
                 self.lose(job, lost)
             }
         };
+        if written.is_err() {
+            // It waits until its lease runs out.
+            self.tell(id, JobState::Queued);
+        }
         match written {
             Ok(()) => {}
             Err(StoreError::Deleted) => {
@@ -630,7 +675,7 @@ impl Shared {
         Ok(())
     }
 
-    fn answer(&self, slot: &mut Slot, job: &Job) -> Result<Answered, Unanswered> {
+    fn answer(&self, slot: &mut Slot, job: &Job, began: Instant) -> Result<Answered, Unanswered> {
         let question = &job.question;
         let recording = self
             .ledger
@@ -648,15 +693,15 @@ impl Shared {
             design: question.design.clone(),
         };
         let mut lease_renewed = Instant::now();
-        let mut first_answer = None;
+        let mut progress = Progress {
+            began: Some(began),
+            ..JobState::Running.into()
+        };
         let mut beat = |beat: Beat| {
-            first_answer = beat.first_answer.or(first_answer.take());
-            let progress = Progress {
-                state: JobState::Running,
-                part: beat.part,
-                first_answer: first_answer.clone(),
-            };
-            self.tell(&job.id, progress);
+            progress.part = beat.part.or(progress.part);
+            progress.step = beat.step.or(progress.step);
+            progress.first_answer = beat.first_answer.or(progress.first_answer.take());
+            self.tell(&job.id, progress.clone());
             if lease_renewed.elapsed() > LEASE / 4 {
                 lease_renewed = Instant::now();
                 let lease = running_ms() + LEASE.as_millis() as i64;

@@ -155,8 +155,25 @@ pub(super) enum ChildMessage {
 pub struct Beat {
     /// The part that is done, 0 to 1, if known.
     pub part: Option<f64>,
+    /// The step that begins.
+    #[serde(default)]
+    pub step: Option<Step>,
     /// The verdict, once: advice and report follow.
     pub first_answer: Option<FirstAnswer>,
+}
+
+/// A step of the way to a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Step {
+    /// The recording is read and conditioned.
+    Reading,
+    /// The levers are replayed and judged.
+    Judging,
+    /// What would change the verdict is searched.
+    Advising,
+    /// The report is drawn.
+    Reporting,
 }
 
 /// A verdict that is known before its advice and report.

@@ -25,7 +25,8 @@ pub struct BlobFolder {
 }
 
 impl BlobFolder {
-    /// Opens a folder of blobs, made if absent; unfinished blobs of an earlier process are removed.
+    /// Opens a folder of blobs, made if absent; unfinished blobs of an earlier process are removed, and the bytes of
+    /// the others counted.
     ///
     /// # Errors
     ///
@@ -37,7 +38,27 @@ impl BlobFolder {
             fs::remove_file(entry?.path())?;
         }
         sync_folder(root)?;
-        Ok(Self::beside(root))
+        let folder = Self::beside(root);
+        let mut bytes = 0;
+        for place in folder.places()? {
+            for entry in fs::read_dir(place)? {
+                bytes += length_of(&entry?.path());
+            }
+        }
+        folder.stored.store(bytes, Ordering::Relaxed);
+        Ok(folder)
+    }
+
+    /// Lists the folders that hold blobs.
+    fn places(&self) -> Result<Vec<PathBuf>, StoreError> {
+        let mut places = Vec::new();
+        for entry in fs::read_dir(&self.root)? {
+            let place = entry?.path();
+            if !place.ends_with("unfinished") && place.is_dir() {
+                places.push(place);
+            }
+        }
+        Ok(places)
     }
 
     /// Opens a folder of blobs to read, in which another process may work.
@@ -135,11 +156,7 @@ impl Blobs for BlobFolder {
         let mut collected = Collected::default();
         let began = SystemTime::now();
         let (before_bytes, mut found_bytes) = (self.stored.load(Ordering::Relaxed), 0);
-        for folder in fs::read_dir(&self.root)? {
-            let folder = folder?.path();
-            if folder.ends_with("unfinished") || !folder.is_dir() {
-                continue;
-            }
+        for folder in self.places()? {
             for entry in fs::read_dir(&folder)? {
                 let entry = entry?;
                 let name = entry.file_name();

@@ -3,11 +3,12 @@
 
 use super::sql::{confirmed, text_of};
 use super::sum::of_row;
-use super::{Job, JobState, Load, Question, StoreError};
+use super::{Job, JobState, Load, Question, QueuePlace, StoreError};
 use crate::clock::now_ms;
 use crate::turns::Turns;
 use rusqlite::{Connection, OptionalExtension, Row, params};
 use serde_json::Value;
+use std::collections::BTreeSet;
 
 /// Version of this program.
 pub(super) const PROGRAM: &str = env!("CARGO_PKG_VERSION");
@@ -85,7 +86,7 @@ pub(super) fn submit(
     };
     let added = connection.execute(
         "INSERT OR IGNORE INTO jobs (id, owner, body, sum, state, lease_ms) VALUES (?, ?, ?, ?, ?, ?)",
-        // Until the job is taken, the column of its lease holds the time at which it came.
+        // While the job waits, the column of its lease holds the time at which it came or was put back.
         params![id, owner, body, of_row("job", id, &body), state, now_ms()],
     )?;
     let job = find(connection, id)?.ok_or(StoreError::Fenced)?;
@@ -95,8 +96,8 @@ pub(super) fn submit(
 /// Puts an answered job back in the queue. Its answer stays in case no other comes.
 pub(super) fn requeue(connection: &Connection, id: &str) -> Result<(), StoreError> {
     connection.execute(
-        "UPDATE jobs SET state = 'queued', failures = 0 WHERE id = ? AND state = 'done'",
-        [id],
+        "UPDATE jobs SET state = 'queued', failures = 0, lease_ms = ?2 WHERE id = ?1 AND state = 'done'",
+        params![id, now_ms()],
     )?;
     Ok(())
 }
@@ -237,9 +238,9 @@ pub(super) fn give_back(
     not_before_ms: i64,
 ) -> Result<i64, StoreError> {
     fenced(connection.execute(
-        "UPDATE jobs SET state = 'queued', failures = failures + ?3, not_before_ms = ?4
+        "UPDATE jobs SET state = 'queued', failures = failures + ?3, not_before_ms = ?4, lease_ms = ?5
          WHERE id = ?1 AND state = 'running' AND attempt = ?2",
-        params![id, attempt, i64::from(counts), not_before_ms],
+        params![id, attempt, i64::from(counts), not_before_ms, now_ms()],
     )?)?;
     let sql = "SELECT failures FROM jobs WHERE id = ?";
     Ok(connection.query_row(sql, [id], |row| row.get(0))?)
@@ -247,7 +248,7 @@ pub(super) fn give_back(
 
 pub(super) fn reclaim(
     connection: &Connection,
-    now_ms: i64,
+    running_ms: i64,
     every: bool,
 ) -> Result<usize, StoreError> {
     if every {
@@ -256,19 +257,52 @@ pub(super) fn reclaim(
         connection.execute(sql, [])?;
     }
     Ok(connection.execute(
-        "UPDATE jobs SET state = 'queued' WHERE state = 'running' AND (?2 OR lease_ms < ?1)",
-        params![now_ms, every],
+        "UPDATE jobs SET state = 'queued', lease_ms = ?3
+         WHERE state = 'running' AND (?2 OR lease_ms < ?1)",
+        params![running_ms, every, now_ms()],
     )?)
 }
 
-/// Returns the time at which the oldest waiting job came; of one that was put back, the time at which
-/// it was last held.
+/// Returns the time at which the oldest waiting job came; of one that was put back, the time of that.
 pub(super) fn oldest_ms(connection: &Connection) -> Result<Option<i64>, StoreError> {
     let sql = "SELECT lease_ms FROM jobs WHERE state = ? ORDER BY number LIMIT 1";
     let mut statement = connection.prepare_cached(sql)?;
     let mut oldest = |state: &str| statement.query_row([state], |row| row.get(0)).optional();
     let (question, pair): (Option<i64>, Option<i64>) = (oldest("queued")?, oldest("later")?);
     Ok(question.into_iter().chain(pair).min())
+}
+
+/// Returns the place of a question that waits; `None` if it does not. Of each other owner as many jobs come before it
+/// as it needs turns.
+pub(super) fn place(connection: &Connection, id: &str) -> Result<Option<QueuePlace>, StoreError> {
+    let count = |sql: &str, parameters: &[&dyn rusqlite::ToSql]| -> Result<u64, StoreError> {
+        let mut statement = connection.prepare_cached(sql)?;
+        let count: i64 = statement.query_row(parameters, |row| row.get(0))?;
+        Ok(count.unsigned_abs())
+    };
+    let sql = "SELECT number, owner, lease_ms FROM jobs WHERE id = ? AND state = 'queued'";
+    let found = connection
+        .query_row(sql, [id], |row| Ok((row.get(0)?, row.get(1)?, row.get(2)?)))
+        .optional()?;
+    let Some((number, owner, since_ms)): Option<(i64, String, i64)> = found else {
+        return Ok(None);
+    };
+    let running = "SELECT count(*) FROM jobs WHERE state = 'running'";
+    let earlier = "SELECT count(*) FROM jobs WHERE owner = ? AND state = 'queued' AND number < ?";
+    let earlier = count(earlier, &[&owner, &number])?;
+    let mut behind = count(running, &[])? + earlier;
+    let mut others = BTreeSet::new();
+    for state in WAITING {
+        let waiting = waiting(connection, state, i64::MAX)?;
+        others.extend(waiting.into_iter().map(|(other, _)| other));
+    }
+    others.remove(&owner);
+    let turns = i64::try_from(earlier).unwrap_or(i64::MAX - 1) + 1;
+    let of_other = "SELECT count(*) FROM (SELECT 1 FROM jobs WHERE owner = ? AND state IN ('queued', 'later') LIMIT ?)";
+    for other in &others {
+        behind += count(of_other, &[other, &turns])?;
+    }
+    Ok(Some(QueuePlace { behind, since_ms }))
 }
 
 /// Returns the owner who submitted a job first.

@@ -6,9 +6,9 @@ use super::sql::{confirmed, page, rows, text_of};
 use super::sum::of_row;
 use super::{
     Census, CheckedFiles, Deletion, GateOutcome, GateStanding, Job, LastRows, Ledger,
-    ListedRecording, Load, Manifest, Page, Question, RecordingFilter, Remake, ResultFilter,
-    StoreError, StoredDesign, StoredGate, StoredRecording, StoredResult, StoredSession,
-    StoredToken, deletions, gates, jobs, needed, recordings, results, tokens,
+    ListedRecording, Load, Manifest, Page, Question, QueuePlace, RecordingFilter, Remake,
+    ResultFilter, StoreError, StoredDesign, StoredGate, StoredRecording, StoredResult,
+    StoredSession, StoredToken, deletions, gates, jobs, needed, recordings, results, tokens,
 };
 use crate::turns::Turns;
 use rusqlite::{Connection, OpenFlags, OptionalExtension, Row, params};
@@ -41,6 +41,8 @@ pub struct SqliteLedger {
     path: PathBuf,
     program: Arc<str>,
     readers: Mutex<Vec<Connection>>,
+    /// Connection that looks for changes: SQLite counts for each connection those of all others.
+    watcher: Mutex<Option<Connection>>,
     changes: SyncSender<Change>,
     turns: Arc<Mutex<Turns>>,
 }
@@ -63,6 +65,7 @@ impl SqliteLedger {
             path: path.to_path_buf(),
             program: jobs::PROGRAM.into(),
             readers: Mutex::new(Vec::new()),
+            watcher: Mutex::default(),
             changes,
             turns: Arc::default(),
         })
@@ -85,6 +88,7 @@ impl SqliteLedger {
             path: path.to_path_buf(),
             program: jobs::PROGRAM.into(),
             readers: Mutex::new(vec![reader]),
+            watcher: Mutex::default(),
             changes,
             turns: Arc::default(),
         })
@@ -560,6 +564,10 @@ impl Ledger for SqliteLedger {
         })
     }
 
+    fn place(&self, id: &str) -> Result<Option<QueuePlace>, StoreError> {
+        self.read(|connection| jobs::place(connection, id))
+    }
+
     fn load(&self, owner: &str) -> Result<Load, StoreError> {
         self.read(|connection| jobs::load(connection, owner))
     }
@@ -664,6 +672,19 @@ impl Ledger for SqliteLedger {
     fn end_gate(&self, id: &str, outcome: &GateOutcome) -> Result<(), StoreError> {
         let (id, outcome) = (id.to_string(), outcome.clone());
         self.write(move |connection| gates::end(connection, &id, &outcome))
+    }
+
+    fn change(&self) -> Result<i64, StoreError> {
+        let mut watcher = self
+            .watcher
+            .lock()
+            .unwrap_or_else(std::sync::PoisonError::into_inner);
+        let connection = match &mut *watcher {
+            Some(connection) => connection,
+            none => none.insert(connect(&self.path)?),
+        };
+        let mut statement = connection.prepare_cached("PRAGMA data_version")?;
+        Ok(statement.query_row([], |row| row.get(0))?)
     }
 
     fn put_token(&self, token: &StoredToken) -> Result<i64, StoreError> {

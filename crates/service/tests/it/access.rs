@@ -949,3 +949,77 @@ fn cli_a_folder_has_one_service() {
         .get("/readyz")
         .expect(200);
 }
+
+/// A token that was just made works at once, in requests and at the page's sign-in, whatever was read a moment before.
+#[test]
+fn cli_a_new_token_works_at_once() {
+    let folder = Folder::new();
+    let first = folder.token("first", "read");
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    for number in 0..5 {
+        client
+            .clone()
+            .bearer(&first)
+            .get("/v1/verdicts")
+            .expect(200);
+        let token = folder.token(&format!("new-{number}"), "read");
+        client
+            .clone()
+            .bearer(&token)
+            .get("/v1/verdicts")
+            .expect(200);
+        let token = folder.token(&format!("person-{number}"), "read");
+        let form = client
+            .clone()
+            .with("Content-Type", "application/x-www-form-urlencoded");
+        form.send("POST", "/login", format!("token={token}").as_bytes())
+            .expect(303);
+        client
+            .clone()
+            .bearer("lg_0")
+            .get("/v1/verdicts")
+            .expect(401);
+    }
+}
+
+/// An unknown credential has the tokens read again if something was written since, and not otherwise.
+#[test]
+fn verif_a_guess_costs_no_reading() {
+    let folder = Folder::new();
+    let path = folder.0.join("ledger.sqlite");
+    let (ledger, beside) = (
+        SqliteLedger::open(&path).unwrap(),
+        SqliteLedger::open(&path).unwrap(),
+    );
+    let put = |secret: &str| {
+        let token = StoredToken {
+            number: 0,
+            sha256: latchgate_service::store::sha256_hex(secret.as_bytes()),
+            name: secret.into(),
+            label: String::new(),
+            scopes: "read".into(),
+            created_ms: 1,
+            ends_ms: None,
+            used_ms: None,
+            revoked: false,
+        };
+        beside.put_token(&token).unwrap();
+    };
+    let door = Door::new(SessionTimes {
+        idle_ms: 1000,
+        whole_ms: 1000,
+    });
+    let known = |secret: &str| {
+        let seen = door.look_anew(&ledger, &Presented::Token(secret.into()));
+        matches!(seen.unwrap(), Recognition::Known(_))
+    };
+    put("one");
+    assert!(known("one") && !known("two"));
+    let before = ledger.change().unwrap();
+    assert!(!known("two") && !known("three"));
+    assert_eq!(ledger.change().unwrap(), before, "a guess writes nothing");
+    put("two");
+    assert_ne!(ledger.change().unwrap(), before);
+    assert!(known("two") && !known("three"));
+}

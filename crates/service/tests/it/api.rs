@@ -1,6 +1,6 @@
 //! The interface by its routes: what is asked and what comes back.
 
-use crate::support::{Client, Folder, Service, root, signal, without_run};
+use crate::support::{Client, Folder, Service, root, signal, wait_for, without_run};
 use serde_json::{Value, json};
 use std::process::Command;
 
@@ -850,4 +850,71 @@ fn regress_a_refused_question_keeps_no_pulse() {
     let refused = ask(&client, 10).expect(507);
     assert!(refused.text().contains("own_bytes"), "{}", refused.text());
     assert_eq!(kept(&client).0, 1);
+}
+
+/// A job says what is done now, behind how many it waits, for how long, and how long its kind usually takes.
+#[test]
+fn cli_a_job_says_what_it_waits_for() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &["places=1"]);
+    let client = service.client();
+    let id = client.upload("surviving.csv")["id"].clone();
+    let ask = |set: &[&str], members: u64| {
+        let asking = json!({"recording": id, "request": {"members": members}, "set": set});
+        let accepted = client.post("/v1/verdicts?wait=0", &asking).expect(202);
+        accepted.header("location").unwrap().to_string()
+    };
+    let standing = |place: &str| client.get(place).expect(200).json();
+    let steps = |place: &str| -> Vec<Value> {
+        let events = client.get(&format!("{place}/events")).expect(200).text();
+        let steps = events
+            .lines()
+            .filter_map(|line| line.strip_prefix("data: "));
+        steps
+            .map(|step| serde_json::from_str(step).unwrap())
+            .collect()
+    };
+    let first = steps(&ask(&[], 128));
+    assert!(first.iter().all(|step| step["usual_s"].is_null()));
+    // The children stand still, so that what comes now must wait.
+    let children = service.children();
+    let tell_children = |signal: &str| {
+        let mut kill = std::process::Command::new("kill");
+        assert!(kill.arg(signal).args(&children).status().unwrap().success());
+    };
+    tell_children("-STOP");
+    let taken = ask(&["lever.preload_torque_nm=3"], 128);
+    wait_for("it is taken", || standing(&taken)["state"] == "running");
+    let (next, other) = (ask(&["lever.preload_torque_nm=4"], 128), ask(&[], 0));
+    let [taken_now, next_now, other_now] = [&taken, &next, &other].map(|place| standing(place));
+    let usual_s = taken_now["usual_s"].as_f64().unwrap();
+    assert!(usual_s > 0.0 && taken_now["behind"].is_null());
+    assert!(taken_now["since_s"].as_f64().unwrap() >= 0.0);
+    assert_eq!(
+        (&next_now["state"], &next_now["behind"]),
+        (&json!("queued"), &json!(1))
+    );
+    assert_eq!(next_now["usual_s"], usual_s);
+    assert!(next_now["since_s"].as_f64().unwrap() < 300.0 && next_now["doing"].is_null());
+    assert_eq!(
+        (&other_now["behind"], &other_now["usual_s"]),
+        (&json!(2), &Value::Null)
+    );
+    tell_children("-CONT");
+    let mut doings = std::collections::BTreeSet::new();
+    for step in first.into_iter().chain(steps(&taken)).chain(steps(&next)) {
+        doings.extend(step["doing"].as_str().map(String::from));
+    }
+    let known = ["advising", "judging", "reading", "reporting"];
+    assert!(doings.contains("advising"), "{doings:?}");
+    assert!(
+        doings.iter().all(|doing| known.contains(&&**doing)),
+        "{doings:?}"
+    );
+    let ended = standing(&next);
+    assert_eq!(ended["state"], "done");
+    assert!(
+        ended["since_s"].is_null() && ended["usual_s"].is_null(),
+        "{ended}"
+    );
 }

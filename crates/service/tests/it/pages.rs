@@ -109,6 +109,13 @@ fn cli_the_comparison_is_that_of_the_command_line() {
     let page = client.get(&format!("/compare?id={a}&id={b}")).expect(200);
     assert!(page.text().contains(written));
     assert!(page.text().contains(&format!("/compare?id={b}&amp;id={a}")));
+    // The list names the newest first, and its comparison goes from the oldest on.
+    let chosen = client.get(&format!("/compare?sort=oldest&id={b}&id={a}"));
+    assert!(chosen.expect(200).text().contains(written));
+    let turned = client.get(&format!("/compare?id={b}&id={a}")).expect(200);
+    assert!(!turned.text().contains(written));
+    let list = client.get("/").text();
+    assert!(list.contains("<input type=\"hidden\" name=\"sort\" value=\"oldest\">"));
     let one = client.get(&format!("/compare?id={a}")).expect(400);
     let none = client.get("/compare").expect(200);
     for page in [one, none] {
@@ -243,4 +250,24 @@ fn cli_a_form_marks_what_is_missing() {
     // A workbook is no table of text.
     let workbook = page("test.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0\0\0\0", "");
     assert!(!workbook.contains("Decimal mark"), "{workbook}");
+}
+
+/// Where nothing was judged yet, the first page offers a sample whose question the interface takes as it stands.
+#[test]
+fn cli_an_empty_home_offers_a_sample() {
+    let folder = Folder::new();
+    let service = Service::start(&folder, &[]);
+    let client = service.client();
+    let page = client.get("/").expect(200).text();
+    let asking = between(&page, "data-asking=\"", "\"").replace("&quot;", "\"");
+    let asking: Value = serde_json::from_str(&asking).unwrap();
+    assert_eq!(
+        asking["recording"],
+        "pulse:half-sine,peak=30g,duration=10ms"
+    );
+    let searched = client.get("/?filter=nowhere").expect(200).text();
+    assert!(!searched.contains("data-asking"), "{searched}");
+    client.post("/v1/verdicts?wait=60", &asking).expect(200);
+    let page = client.get("/").expect(200).text();
+    assert!(page.contains("pulse:half-sine") && !page.contains("data-asking"));
 }

@@ -127,9 +127,19 @@ fn verif_owners_are_served_in_turn() {
     }
     let mut order: Vec<String> = (0..5).map(|_| taken(&ledger, 10).id).collect();
     assert_eq!(order, ["busy0", "ann0", "zoe0", "busy1", "ann-pair"]);
+    // Five run, and Zoe's pair has its turn before any more of the busy one.
+    let behind = |id: &str| ledger.place(id).unwrap().map(|place| place.behind);
+    assert_eq!(behind("busy2"), Some(5 + 1));
+    assert_eq!(behind("busy9"), Some(5 + 7 + 1));
+    assert_eq!(behind("busy1"), None, "it runs");
     // Who comes later has his turn at once, with his question first.
     submit("new-pair".into(), "new", true);
     submit("new0".into(), "new", false);
+    assert_eq!(
+        behind("new0"),
+        Some(5 + 1 + 1),
+        "one turn of each other owner"
+    );
     assert_eq!(taken(&ledger, 10).id, "new0");
     let question = ledger.take_question(10, 110).unwrap().unwrap();
     assert_eq!(question.id, "busy2", "the others have pairs alone");
@@ -522,6 +532,11 @@ fn verif_a_blob_is_its_hash() {
             .count(),
         0
     );
+    // The next process counts what lies there.
+    let again = BlobFolder::open(&folder.0).unwrap();
+    assert_eq!((blobs.stored_bytes(), again.stored_bytes()), (10, 10));
+    again.remove(&file.sha256).unwrap();
+    assert_eq!(again.stored_bytes(), 0);
     assert!(matches!(
         blobs.open("../../etc/passwd"),
         Err(StoreError::Damaged { .. })

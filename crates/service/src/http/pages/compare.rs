@@ -1,4 +1,5 @@
-//! Verdicts side by side: the page of `latchgate compare`, with links.
+//! Verdicts side by side: the page of `latchgate compare`, with links. A list asks for the oldest first, so that the
+//! page reads from before to after.
 
 use super::layout;
 use super::verdict::{SERIES_BYTES, find};
@@ -14,8 +15,9 @@ use latchgate::report::escape::terminal as line;
 use latchgate::report::series::SampledSeries;
 use latchgate::report::{differences, html as report};
 use maud::{Markup, html};
+use std::collections::HashMap;
 
-/// Compares the verdicts that the query names, in its order.
+/// Compares the verdicts that the query names, in its order; with `sort=oldest` by when they were made.
 pub(super) async fn page(
     State(app): State<App>,
     Extension(visitor): Extension<Visitor>,
@@ -36,8 +38,16 @@ pub(super) async fn page(
         };
         return Ok((status, how_to_choose(&visitor, ids.len())).into_response());
     }
+    let oldest_first = query.split('&').any(|pair| pair == "sort=oldest");
     let _place = app.pages.acquire().await;
-    let page = app.apart(move |parts| drawn(parts, &visitor, &ids)).await?;
+    let page = app
+        .apart(move |parts| {
+            if oldest_first {
+                sort_by_age(parts, &mut ids)?;
+            }
+            drawn(parts, &visitor, &ids)
+        })
+        .await?;
     Ok(page.into_response())
 }
 
@@ -52,6 +62,17 @@ fn how_to_choose(visitor: &Visitor, chosen: usize) -> Markup {
         }
     };
     layout(Some(visitor), "Compare", &body)
+}
+
+/// Puts the oldest verdict first; unknown ones stay in their order, for the page to name.
+fn sort_by_age(parts: &Parts, ids: &mut [String]) -> Result<(), Problem> {
+    let mut made = HashMap::new();
+    for id in &*ids {
+        let result = parts.ledger.result(id)?;
+        made.insert(id.clone(), result.map(|result| result.created_ms));
+    }
+    ids.sort_by_key(|id| made[id]);
+    Ok(())
 }
 
 fn drawn(parts: &Parts, visitor: &Visitor, ids: &[String]) -> Result<Markup, Problem> {

@@ -44,6 +44,17 @@ pub(super) fn lever() -> Markup {
     }
 }
 
+/// Where a page says what is done for a verdict that it waits for. Steps are announced, seconds are not.
+pub(super) fn waiting(id: &str) -> Markup {
+    html! {
+        div.waiting id=(id) hidden {
+            progress aria-label="Judging" {}
+            p role="status" {}
+            p.muted role="timer" {}
+        }
+    }
+}
+
 /// Shows a unit behind a number; none of a ratio.
 pub(super) fn unit(unit: &str) -> String {
     match unit {

@@ -1,6 +1,6 @@
 //! Gates: the list with its form, the matrix with what changed first, and a pair of it.
 
-use super::{layout, show};
+use super::{fields, layout, show};
 use crate::app::App;
 use crate::auth::Visitor;
 use crate::gate::{question, read};
@@ -368,7 +368,8 @@ pub(super) async fn run(
         }
         p { "The gate took the decision alone." }
         p { button.primary type="button" id="pair" data-asking=(asking.to_string()) { "Make the report with its plots" } }
-        p id="pair-told" role="status" {}
+        (fields::waiting("judging"))
+        p.error id="pair-told" role="alert" {}
         p { a href=(format!("/gates/{id}")) { "Back to the gate “" (standing.gate.name) "”" } }
     };
     Ok(layout(

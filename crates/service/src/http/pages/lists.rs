@@ -78,6 +78,7 @@ pub(super) fn verdicts(verdicts: &[VerdictEntry], sorting: Option<&Sorting>) -> 
     };
     html! {
         form method="get" action="/compare" {
+            input type="hidden" name="sort" value="oldest";
             div.wide tabindex="0" role="region" aria-label="Verdicts" {
                 table.rows {
                     thead { tr {

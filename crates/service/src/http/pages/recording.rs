@@ -446,8 +446,7 @@ fn question(designs: &[DesignChoice]) -> Markup {
         (words())
         (fields::lever())
         p { button.primary { "Judge" } }
-        progress id="judging" hidden aria-label="Judging" {}
-        p id="judging-known" role="status" {}
+        (fields::waiting("judging"))
         p.error id="judging-told" role="alert" {}
     }
 }

@@ -194,6 +194,7 @@ fn what_if(verdict: &StoredVerdict, document: &Document) -> Markup {
                 }
             }
             p id="what-if-told" role="status" { "Type a number or move a slider." }
+            (fields::waiting("judging"))
             div id="what-if-card" {}
             p {
                 button type="button" id="what-if-judge" disabled { "Judge with varied levers" } " "
