@@ -442,8 +442,18 @@ fn peak(case: &Explained<'_>) -> Reason {
     if case.nominal.run.outcome.broke_down {
         return not_followed(run.method.name(), &largest_place);
     }
+    let error_rad = leading.run.uncertainty_rad();
     let largest = if run.peak_angle_rad > FRAC_PI_2 {
         format!("The largest angle is more than 90° ({largest_place})")
+    } else if 1.1 * error_rad >= run.peak_angle_rad.abs()
+        && run.peak_angle_rad.max(0.0) + error_rad > case.threshold_rad()
+    {
+        // As pages show it: an angle whose error is as large as itself has no figure.
+        let what = match case.answer {
+            Answer::Fail => "How far it opens",
+            _ => "Whether it opens",
+        };
+        format!("{what} cannot be computed ({largest_place})")
     } else {
         let ratio = run.peak_angle_rad / case.threshold_rad();
         let share = if ratio > 1.0 {

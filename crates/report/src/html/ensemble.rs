@@ -155,7 +155,7 @@ fn row(ensemble: &Ensemble, threshold: f64) -> Markup {
             (peak(quantiles.map(|q| q.max), threshold))
             td {
                 @match ensemble.ended {
-                    End::Decided => "decided",
+                    End::Decided => "enough for an answer",
                     End::LastLook => "last look, undecided",
                     End::NoMatter => "could not change the answer",
                     End::NoPass => "the error forbids a pass, too few open for a fail",

@@ -238,9 +238,9 @@ fn conditioning_facts(block: &ConditioningBlock) -> Markup {
         @if let Some(magnitude) = magnitude(block.peak_g, block.peak_time_s) {
             (fact("Largest magnitude as used", &magnitude))
         }
-        @if let Some(range) = range { (fact("Full scale, by the card", &range)) }
+        @if let Some(range) = range { (fact("Full scale, stated in the card", &range)) }
         @if block.synthetic {
-            (fact("Made by a formula, by the card", "yes: clipping and dead sensors were not looked for"))
+            (fact("Made by a formula, as the card states", "yes: clipping and dead sensors were not looked for"))
         }
         (fact("Order", "units, faults, bias, resampling, filter; the sign enters last, in the model"))
     }
