@@ -81,7 +81,12 @@ fn suites(summary: &GateSummary) -> Suites<'_> {
         };
         suite.push(TestCase {
             name: "static".into(),
-            brief: if standing.holds { "holds" } else { "does not hold" }.into(),
+            brief: if standing.holds {
+                "holds"
+            } else {
+                "does not hold"
+            }
+            .into(),
             message: standing.text(),
             text: match outcome {
                 TestOutcome::Passed => standing.text(),
@@ -123,7 +128,11 @@ fn pair_case(pair: &Pair, time: Option<Duration>) -> TestCase {
             TestOutcome::Passed => format!("{message}\n{id}"),
             _ => id,
         },
-        brief: format!("{}; {} required", pair.row.verdict.name(), pair.required.name()),
+        brief: format!(
+            "{}; {} required",
+            pair.row.verdict.name(),
+            pair.required.name()
+        ),
         outcome,
         message,
         time,

@@ -48,12 +48,14 @@ impl KnownPeak {
         };
         let upper_rad = peak_rad.max(0.0) + large;
         if upper_rad <= threshold_rad {
-            // Rounded up, since it is a bound.
-            let bound = upper_rad * (1.0 + 5e-3);
-            let (peak, bound_deg) = (peak_rad.max(0.0).to_degrees(), bound.to_degrees());
+            let peak = peak_rad.max(0.0).to_degrees();
             return Self::Within(AngleText {
-                degrees: format!("{}°, at most {}°", trimmed(peak, 2), trimmed(bound_deg, 3)),
-                radians: format!("{}\u{00A0}rad", trimmed(bound, 3)),
+                degrees: format!(
+                    "{}°, at most {}°",
+                    trimmed(peak, 2),
+                    bound(upper_rad.to_degrees())
+                ),
+                radians: format!("{}\u{00A0}rad", bound(upper_rad)),
             });
         }
         Self::Open(if opens {
@@ -71,6 +73,16 @@ impl KnownPeak {
             Self::Open(words) => words.into(),
         }
     }
+}
+
+/// Returns an upper bound with three digits, rounded up.
+pub fn bound(value: f64) -> String {
+    if value <= 0.0 || !value.is_finite() {
+        return trimmed(value, 3);
+    }
+    let unit = libm::pow(10.0, libm::log10(value).floor() - 2.0);
+    // What has three digits already is not raised by the rounding of a division.
+    trimmed((value / unit - 1e-9).ceil() * unit, 3)
 }
 
 /// Returns an angle [rad] in degrees with its uncertainty, rounded up, and the digits that this allows, four

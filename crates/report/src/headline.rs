@@ -3,7 +3,8 @@
 use crate::opening;
 use crate::words;
 use latchgate_document::Document;
-use latchgate_document::number::{count, trimmed};
+use latchgate_document::blocks::TransferBlock;
+use latchgate_document::number::{count, exact, trimmed};
 use latchgate_recording::Severity;
 use latchgate_verdict::decision::{NOISE_TIMES, unanimous};
 use latchgate_verdict::ensemble::{Driver, Varied};
@@ -21,6 +22,31 @@ const HEADLINE_LETTERS: usize = 240;
 /// Returns the meaning of a verdict in a sentence: what the lever does, or what would decide it, or
 /// why there is no answer. Without an ensemble the sentence speaks of the nominal lever alone.
 pub fn headline(document: &Document) -> String {
+    let of_factor = document.transfer.as_ref().and_then(of_factor);
+    let answer = answer_in_words(document);
+    match of_factor {
+        Some(of_factor) => {
+            let mut letters = answer.chars();
+            let first = letters.next().into_iter().flat_map(char::to_lowercase);
+            format!("{of_factor}{}", first.chain(letters).collect::<String>())
+        }
+        None => answer,
+    }
+}
+
+/// Returns the factor between sensor and latch to which the answer belongs, where not all of those judged answer alike.
+fn of_factor(block: &TransferBlock) -> Option<String> {
+    let is_mixed = block.answers.windows(2).any(|pair| pair[0] != pair[1]);
+    is_mixed.then(|| {
+        format!(
+            "At factor {}, the worst of {}: ",
+            exact(block.worst),
+            block.judged.len()
+        )
+    })
+}
+
+fn answer_in_words(document: &Document) -> String {
     let lever = match &document.ensemble {
         None if words::is_alone(document) => "This one lever",
         None if words::sparing_bound(document).is_none() => "The nominal lever",
@@ -244,7 +270,12 @@ fn several_errors(document: &Document, parts: &[Option<LargestPart>]) -> String 
             true => "not known at all".to_string(),
             false => format!("known to ±{}° only", trimmed(error_rad.to_degrees(), 2)),
         };
-        return format!("The largest angle is {known}: {FARTHER}");
+        let remedy = match error_rad > document.threshold_rad {
+            // No lever that stays is that far from the limit angle.
+            true => "a lever that impacts push off less, by its preload or its stop, may decide.",
+            false => FARTHER,
+        };
+        return format!("The largest angle is {known}: {remedy}");
     }
     let found = causes
         .into_iter()

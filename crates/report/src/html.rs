@@ -129,6 +129,7 @@ fn asked(document: &Document) -> Markup {
         &document.test,
         &document.recording,
         &document.design,
+        Some(document.screens.static_threshold_g),
         document.conditioning.as_ref(),
         document.transfer.as_ref(),
         &document.siblings,

@@ -19,7 +19,7 @@ use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Severity, TestFacts};
 use latchgate_verdict::conditioning::Cfc;
-use latchgate_verdict::decision::FAIL_SHARE_WITH_NOMINAL;
+use latchgate_verdict::decision::{FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES};
 use latchgate_verdict::in_plane::InPlane;
 use latchgate_verdict::margin::Quantity;
 use latchgate_verdict::wording::percent_bound;
@@ -822,7 +822,7 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 7] {
         numerical,
         interpolation,
         noise,
-        noise_97_5: _,
+        noise_97_5,
         model,
         filter,
         bias,
@@ -849,8 +849,8 @@ pub(super) fn budget(document: &Document) -> [BudgetRow; 7] {
         },
         BudgetRow {
             name: "noise",
-            meaning: "noise before contact, one standard deviation",
-            value: noise,
+            meaning: "noise before contact, twice its deviation or more, as drawn",
+            value: noise.map(|noise| (NOISE_TIMES * noise).max(noise_97_5.unwrap_or(0.0))),
             absent: unmeasured,
         },
         BudgetRow {

@@ -2,6 +2,7 @@
 
 use super::ensemble::every;
 use super::markup::stop_and_sign;
+use crate::angle::bound;
 use crate::escape::terminal as line;
 use crate::words;
 use latchgate_document::Document;
@@ -121,7 +122,7 @@ fn degrees(radians: f64) -> String {
     if radians > FRAC_PI_2 {
         return "> 90°".into();
     }
-    format!("{}°", trimmed(radians.to_degrees().max(0.0), 3))
+    format!("{}°", trimmed(radians.to_degrees(), 3))
 }
 
 fn of_a_pass(document: &Document, judged: &[Judged<'_>]) -> Vec<Condition> {
@@ -129,7 +130,10 @@ fn of_a_pass(document: &Document, judged: &[Judged<'_>]) -> Vec<Condition> {
     let at_most = format!("at most {}", degrees(limit_rad));
     let most = |angle_rad: f64, error_rad: Option<f64>| match error_rad {
         Some(error_rad) => Found {
-            text: degrees(angle_rad + error_rad),
+            text: match angle_rad + error_rad {
+                most if most > FRAC_PI_2 => "> 90°".into(),
+                most => format!("{}°", bound(most.to_degrees())),
+            },
             is_met: angle_rad + error_rad <= limit_rad,
         },
         None => Found {
@@ -209,7 +213,7 @@ fn of_a_fail(document: &Document, judged: &[Judged<'_>]) -> Vec<Condition> {
         }),
     }];
     let (nearly_all, most) = (percent(FAIL_SHARE_MIN), percent(FAIL_SHARE_WITH_NOMINAL));
-    let asked = format!("above {most} % with it, {nearly_all} % without");
+    let asked = format!("{nearly_all} %; above {most} % if the line above is met");
     rows.extend(share(document, judged, asked, |one| {
         let least = percent_bound(one.p_lower, f64::floor);
         let nominal_opens = judged.iter().any(|judged| {

@@ -36,7 +36,7 @@ pub(crate) fn page(document: &MarginDocument, figures: &[Figure]) -> String {
                         div.id { p { "latchgate " (line(&document.run.version)) } }
                     }
                     (card(document))
-                    (judged(&document.test, recording, &document.design, document.conditioning.as_ref(), document.transfer.as_ref(), &[]))
+                    (judged(&document.test, recording, &document.design, None, document.conditioning.as_ref(), document.transfer.as_ref(), &[]))
                     (lever(&document.design))
                     @if usable {
                         (answers(document))

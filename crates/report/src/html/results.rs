@@ -237,7 +237,7 @@ pub(super) fn budget(document: &Document) -> Markup {
     };
     html! {
         section #budget {
-            h2 { "How sure is the largest angle" }
+            h2 { "Uncertainty of the largest angle" }
             table.budget {
                 (heads(&["Part", "What was changed", "#Change [°]", "Against the distance to the limit"]))
                 tbody {
@@ -257,7 +257,7 @@ pub(super) fn budget(document: &Document) -> Markup {
                     }
                     tr.nominal {
                         th { "U" }
-                        td { "the first two and the noise (" (of(run)) ")" }
+                        td { "the sum of the first three (" (of(run)) ")" }
                         td.number { (counted.map_or_else(|| ABSENT.into(), |error| words::degrees_cell(error, 3))) }
                         @if is_beyond || counted.is_none() { td { (ABSENT) } }
                         @else if counted.is_some_and(|error| error >= margin) { td.above { "as large or larger" } }
@@ -395,7 +395,10 @@ pub(super) fn main_findings(document: &Document) -> Markup {
                     (false, 0) => {}
                     (false, _) => { "Further findings: " (hidden) ". " }
                 }
-                @if hidden > 0 { a href="#all-findings" { "All findings" } }
+                @if hidden > 0 {
+                    a.screen href="#all-findings" { "All findings" }
+                    span.paper { "They stand on the page, under All findings, and in verdict.json." }
+                }
             }
         }
     }

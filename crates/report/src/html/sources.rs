@@ -18,11 +18,12 @@ use latchgate_verdict::conditioning::FilterStandard;
 use latchgate_verdict::in_plane::InPlane;
 use maud::{Markup, html};
 
-/// Returns what was judged: test, channel, design, and who checked it.
+/// Returns what was judged: test, channel, design.
 pub(super) fn judged(
     test: &TestFacts,
     recording: &RecordingBlock,
     design: &Design,
+    lifts_off_g: Option<f64>,
     conditioning: Option<&ConditioningBlock>,
     transfer: Option<&TransferBlock>,
     together: &[SiblingBlock],
@@ -43,12 +44,16 @@ pub(super) fn judged(
                     tbody {
                         @if has_facts { (file(recording)) }
                         (fact("Design", &with_unstated(design)))
+                        @if let Some(lifts_off_g) = lifts_off_g.filter(|level| level.is_finite()) {
+                            (fact("Lifts off at rest", &format!("above {}\u{00A0}g", trimmed(lifts_off_g, 3))))
+                        }
                         (fact("Opening direction", &words::direction(recording)))
                         @if let Some(place) = sensor_place(recording, transfer) { (fact("Sensor's place", &place)) }
                         @if let Some(each) = siblings(together) { (fact("Channels judged", &each)) }
+                        @if let Some(samples) = samples(recording) { (fact("Samples", &samples)) }
                         @if let Some(block) = conditioning { (fact("Signal", &words::conditioned(block))) }
                         @if let Some(velocity) = recording.velocity_change_m_s {
-                            (fact("Velocity change", &format!("{}\u{00A0}m/s", trimmed(velocity, 3))))
+                            (fact("Velocity change", &format!("{}\u{00A0}m/s, as recorded", trimmed(velocity, 3))))
                         }
                     }
                 }
@@ -60,11 +65,26 @@ pub(super) fn judged(
 /// Returns the design with the number of its values that nobody stated.
 fn with_unstated(design: &Design) -> String {
     let name = words::design(design);
-    match design.not_stated.len() {
+    let numbers = shown(design);
+    let unstated =
+        numbers.filter(|parameter| design.not_stated.iter().any(|key| key == parameter.name));
+    match unstated.count() {
         0 => name,
         _ if design.repeats_reference() => name,
         count => format!("{name}; {count} values not stated, taken from the paper's example"),
     }
+}
+
+/// Returns number, rate and span of the samples.
+fn samples(recording: &RecordingBlock) -> Option<String> {
+    let (start_s, end_s) = (recording.start_s?, recording.end_s?);
+    let rate = hertz(recording.sample_rate_hz?);
+    let samples = count(recording.samples as u64);
+    Some(format!(
+        "{samples} at {rate}, {} to {}",
+        words::brief_time(start_s),
+        words::brief_time(end_s)
+    ))
 }
 
 fn file(recording: &RecordingBlock) -> Markup {
@@ -127,17 +147,20 @@ fn parts(rule: &str) -> Vec<&str> {
     parts
 }
 
+/// Returns the numbers of lever, stop and criterion.
+fn shown(design: &Design) -> impl Iterator<Item = &'static DesignParameter> {
+    let parameters = design.parameters();
+    parameters.filter(|parameter| !matches!(parameter.slot, Slot::InputScale | Slot::InputBias))
+}
+
 /// Returns the lever's numbers.
 pub(super) fn lever(design: &Design) -> Markup {
-    let numbers: Vec<_> = design
-        .parameters()
-        .filter(|parameter| !matches!(parameter.slot, Slot::InputScale | Slot::InputBias))
-        .collect();
+    let numbers: Vec<_> = shown(design).collect();
     let is_unstated =
         |parameter: &DesignParameter| design.not_stated.iter().any(|key| key == parameter.name);
     html! {
         section #lever {
-            h2 { "Lever" }
+            h2 { "Lever, stop and criterion" }
             div.sides {
                 @for half in numbers.chunks(numbers.len().div_ceil(2)) {
                     table.facts {
