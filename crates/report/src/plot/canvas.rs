@@ -210,8 +210,14 @@ pub enum Shape {
     Circle(f64),
     /// A square on its corner.
     Diamond(f64),
-    /// Two strokes across each other.
+    /// Two strokes across each other, on the diagonals.
     Cross(f64),
+    /// Two strokes across each other, upright and level.
+    Plus(f64),
+    /// A cross and a plus.
+    Star(f64),
+    /// A triangle on its tip.
+    Triangle(f64),
 }
 
 impl Shape {
@@ -224,6 +230,23 @@ impl Shape {
             Self::Cross(r) => {
                 canvas.line(class, beside(-r, -r), beside(r, r));
                 canvas.line(class, beside(-r, r), beside(r, -r));
+            }
+            Self::Plus(r) => {
+                canvas.line(class, beside(-r, 0.0), beside(r, 0.0));
+                canvas.line(class, beside(0.0, -r), beside(0.0, r));
+            }
+            Self::Star(r) => {
+                Self::Cross(0.8 * r).draw(canvas, class, point);
+                Self::Plus(1.1 * r).draw(canvas, class, point);
+            }
+            Self::Triangle(r) => {
+                let corners = [
+                    beside(-r, -r),
+                    beside(r, -r),
+                    beside(0.0, r),
+                    beside(-r, -r),
+                ];
+                canvas.polyline(class, corners.into_iter());
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Marks of methods: a colour and a shape for each, crosses for failures.
 
+use crate::work_precision::Status;
 use latchgate_report::plot::chart::Shape;
 use latchgate_report::plot::frame::{LegendEntry, Sample};
 
@@ -33,6 +34,18 @@ pub(super) const RULES: &str = "\
 /// Cross of a failure.
 pub(super) const CROSS: Shape = Shape::Cross(4.0);
 
+/// Marks of failures with what they say.
+pub(super) const FAILURES: [(Status, Shape, &str); 4] = [
+    (Status::ExtraImpacts, CROSS, "too many impacts"),
+    (Status::MissedImpacts, Shape::Plus(5.0), "missed impacts"),
+    (
+        Status::Tunnelled,
+        Shape::Triangle(4.5),
+        "went through the stop",
+    ),
+    (Status::Unstable, Shape::Star(4.5), "unstable"),
+];
+
 /// Returns the shape of a method's points: a circle if it locates events, a diamond if they lie on
 /// its grid.
 pub(super) fn shape(method: &str) -> Shape {
@@ -45,5 +58,17 @@ pub(super) fn shape(method: &str) -> Shape {
 /// Returns the entry of a method in the legend.
 pub(super) fn entry(method: &str) -> LegendEntry {
     let (line, dot) = (format!("line {method}"), format!("dot dot-{method}"));
-    LegendEntry::new(Sample::Marked(line, dot, shape(method)), method)
+    LegendEntry::new(Sample::Marked(line, dot, shape(method)), name(method))
+}
+
+/// Returns what a method is, with the word of `--method` where that says less.
+fn name(method: &str) -> &str {
+    match method {
+        "rk4" => "Runge-Kutta 4 on a grid (rk4)",
+        "rk4-located" => "Runge-Kutta 4, events located",
+        "dopri5" => "Dormand-Prince 5(4)",
+        "dopri5-samples" => "Dormand-Prince, sample by sample",
+        "moreau-jean" => "Moreau-Jean time stepping",
+        other => other,
+    }
 }

@@ -7,7 +7,7 @@ use latchgate_document::number::significant;
 use latchgate_kernel::range::Range;
 use latchgate_report::plot::chart::At::Value;
 use latchgate_report::plot::chart::{Chart, Edges, HALVES, Panel, Point, Shape};
-use latchgate_report::plot::frame::{OPEN, Scale};
+use latchgate_report::plot::frame::{LegendEntry, OPEN, Sample, Scale};
 
 /// Factor between the upper edge and the highest point, so that no mark stands on the edge.
 const HEADROOM: f64 = 30.0;
@@ -19,18 +19,23 @@ pub(super) fn chart(result: &WorkPrecision) -> Chart {
     let axes = ranges(result);
     let panels = result.truths.iter().zip(HALVES.into_iter().cycle());
     let notes = [
-        "Down is more exact, left is faster. A red cross has failed: u unstable, t tunnelled, m missed",
-        "impacts, x impacts too many; ring: rk4 at the paper's step; dotted: an error that matters to a",
-        "verdict (0.001 rad), and the bound on the truth's own error. In the last row the truth is a",
-        "formula, and the event-driven method follows four readings of its samples.",
+        "Down is more exact, left is faster. A red mark has failed. Ring: Runge-Kutta 4 at the paper's",
+        "step. Dotted: an error that matters to a verdict (0.001 rad), and the bound on the truth's own",
+        "error. In the last row the truth is a formula, and the event-driven method follows four",
+        "readings of its samples.",
     ];
     Chart {
         name: "work-precision",
         title: "Error of the peak angle against computing time".into(),
         notes: notes.map(String::from).into(),
-        legend: drawn(result).into_iter().map(methods::entry).collect(),
+        legend: drawn(result)
+            .into_iter()
+            .map(methods::entry)
+            .chain(failed(result))
+            .collect(),
         panels: panels
-            .map(|(truth, edges)| panel(result, truth, edges, axes))
+            .zip('a'..)
+            .map(|((truth, edges), letter)| panel(result, truth, letter, edges, axes))
             .collect(),
         room: [38.0, 104.0, 84.0],
         caption: "Each method at several settings, on each case and stop.".into(),
@@ -66,6 +71,17 @@ fn drawn(result: &WorkPrecision) -> Vec<&'static str> {
     methods
 }
 
+/// Returns the marks of the failures that there are.
+fn failed(result: &WorkPrecision) -> impl Iterator<Item = LegendEntry> {
+    let found = methods::FAILURES.into_iter().filter(|(status, _, _)| {
+        let mut rows = result.rows.iter();
+        rows.any(|row| row.status == *status)
+    });
+    found.map(|(_, shape, text)| {
+        LegendEntry::new(Sample::Marked(String::new(), "failure".into(), shape), text)
+    })
+}
+
 /// Returns the ranges of both axes, which all panels share so that they can be compared.
 fn ranges(result: &WorkPrecision) -> (Range, Range) {
     let mut times = Range::new(1.0, 1.0);
@@ -95,6 +111,7 @@ fn ranges(result: &WorkPrecision) -> (Range, Range) {
 fn panel(
     result: &WorkPrecision,
     truth: &Truth,
+    letter: char,
     edges: Edges,
     (times, errors): (Range, Range),
 ) -> Panel {
@@ -109,16 +126,13 @@ fn panel(
         let rows = result.rows.iter();
         rows.filter(|row| row.case == truth.case && row.model == truth.model)
     };
-    // Letters alternate above and below their crosses, so that those of neighbours do not overlap.
-    let failures = case_rows().filter(|row| row.status != Status::Ok);
-    let mut failures: Vec<_> = failures
-        .map(|row| (place(row), letter(row.status)))
-        .collect();
-    failures.sort_by(|a, b| a.0.x.total_cmp(&b.0.x));
-    let failures = failures.into_iter().zip([-4.0, 13.0].into_iter().cycle());
     let readings = case_rows().filter_map(|row| Some((place(row), reading(row)?)));
     Panel::new(&OPEN, edges, 262.0)
-        .title(format!("{}, {} stop", truth.title, truth.model.name()))
+        .title(format!(
+            "({letter}) {}, {} stop",
+            truth.title,
+            truth.model.name()
+        ))
         .x(
             "time over event-driven [–]",
             Scale::Logarithmic(times.low, times.high),
@@ -129,27 +143,22 @@ fn panel(
         )
         .level("edge", MATTERS_RAD)
         .level("edge", truth.peak_angle_bound_rad)
-        .each(failures, |panel, ((point, letter), down)| {
-            panel.text(
-                "tiny halo",
-                (Value(point.x, 6.0), Value(point.y, down)),
-                letter,
-            )
-        })
         .each(drawn(result), |panel, method| {
             let rows = case_rows().filter(|row| row.method == method);
             let on_line = rows.clone().filter(|row| {
                 row.peak_angle_error_rad.is_some() && reading(row) != Some("band-limited")
             });
-            let (right, failed): (Vec<&Row>, Vec<&Row>) =
-                rows.clone().partition(|row| row.status == Status::Ok);
+            let right = rows.clone().filter(|row| row.status == Status::Ok);
             let is_paper =
                 |row: &&Row| method == "rk4" && row.steps_per_period == Some(PAPER_STEPS);
             let dot = format!("dot dot-{method}");
             panel
                 .lines(format!("line {method}"), on_line.map(place))
-                .marks(dot, methods::shape(method), right.into_iter().map(place))
-                .marks("failure", methods::CROSS, failed.into_iter().map(place))
+                .marks(dot, methods::shape(method), right.map(place))
+                .each(methods::FAILURES, |panel, (status, shape, _)| {
+                    let failed = rows.clone().filter(|row| row.status == status);
+                    panel.marks("failure", shape, failed.map(place))
+                })
                 .marks("ring", Shape::Circle(9.0), rows.filter(is_paper).map(place))
         })
         .each(readings, |panel, (point, text)| {
@@ -169,15 +178,5 @@ fn reading(row: &Row) -> Option<&'static str> {
         "linear-4" => Some("lines ×4"),
         "linear-16" => Some("lines ×16"),
         other => Some(other),
-    }
-}
-
-fn letter(status: Status) -> &'static str {
-    match status {
-        Status::Ok => "",
-        Status::Unstable => "u",
-        Status::Tunnelled => "t",
-        Status::MissedImpacts => "m",
-        Status::ExtraImpacts => "x",
     }
 }
