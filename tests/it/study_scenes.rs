@@ -811,6 +811,7 @@ fn check_files(name: &str, arguments: &[&str], parameter: &str) {
     assert!(!printed["parameters"][parameter].is_null(), "{parameter}");
     assert!(printed["results"].is_object());
     assert!(printed["headlines"].as_array().unwrap().len() > 5);
+    crate::study::check_sentence(name, &printed);
     let stored = std::fs::read(out.join(format!("{name}.json"))).unwrap();
     assert_eq!(stored, output.stdout, "{name}.json is what stdout got");
     let csv = std::fs::read_to_string(out.join(format!("{name}.csv"))).unwrap();

@@ -1,6 +1,7 @@
 //! Files of a study: rows as CSV, headline figures as JSON, a chart as SVG.
 
 use crate::Headline;
+use crate::sentence::sentence;
 use crate::work_precision::Truth;
 use latchgate_document::{json, number};
 use latchgate_kernel::model::stop::StopModel;
@@ -206,6 +207,9 @@ pub fn text(summary: &Summary, written: &[PathBuf]) -> String {
         .filter_map(|path| path.file_name())
         .map(|name| name.to_string_lossy().into_owned())
         .collect();
+    if let Some(sentence) = sentence(&summary.study, &summary.headlines) {
+        out.push_str(&format!("\n{sentence}\n"));
+    }
     let folder = written.first().and_then(|path| path.parent());
     out.push_str(&format!(
         "\nwritten to {}: {}\n",

@@ -26,6 +26,7 @@ pub mod histories;
 pub mod orbit;
 pub mod parameters;
 pub mod restitution;
+pub mod sentence;
 pub mod shock;
 pub mod spectrogram;
 pub mod stability;
