@@ -260,3 +260,98 @@ fn cli_page_table_and_chart_are_written() {
     let refused = spectrum(&[SHORT, "--out", own.to_str().unwrap()]);
     assert_eq!(refused.code, 4, "{}", refused.err);
 }
+
+/// A half-sine of 11 ms and 30 g at 10 kHz that opens on its negative sign, noise in the last digits; from `held_s` on
+/// 20 ms of one value, as of a sensor that hangs.
+fn pushed(folder: &Folder, name: &str, transfer: &str, held_s: Option<f64>) -> String {
+    let mut text = String::from("time (s),acceleration y (g)\n");
+    for index in -300..1500 {
+        let time_s = f64::from(index) / 1e4;
+        let push = match (0.0..0.011).contains(&time_s) {
+            true => -30.0 * libm::sin(std::f64::consts::PI * time_s / 0.011),
+            false => 0.0,
+        };
+        let noise = 0.03 * libm::sin(f64::from(index * index % 3067));
+        let a = match held_s.is_some_and(|from| (from..from + 0.02).contains(&time_s)) {
+            true => 1.2345,
+            false => push + noise,
+        };
+        text += &format!("{time_s:.4},{a:.4}\n");
+    }
+    let card = format!("opens_when = \"negative\"\nplace = \"body\"\ntransfer = {transfer}\n");
+    folder.write(&format!("{name}.toml"), card);
+    folder.write(name, text)
+}
+
+/// Of the factors between sensor and latch the one that asks most counts, at every stroke.
+#[test]
+fn cli_the_factor_that_asks_most_makes_the_curve() {
+    let folder = Folder::new("spectrum-transfer");
+    let curve = |name: &str, transfer: &str| {
+        let document = document(&[&pushed(&folder, name, transfer, None)]);
+        numbers(&document["spectrum_m_s2"][0])
+    };
+    let (one, two) = (curve("one.csv", "1"), curve("two.csv", "2"));
+    assert_eq!(curve("span.csv", "\"1..2\""), two);
+    let more = one.iter().zip(&two).filter(|(one, two)| one < two).count();
+    assert!(more > 20, "{one:?} {two:?}");
+}
+
+/// A fault after the push ends the record for the curve, which says so.
+#[test]
+fn cli_a_fault_ends_the_record_of_a_curve() {
+    let folder = Folder::new("spectrum-cut");
+    let whole = document(&[&pushed(&folder, "whole.csv", "1", None)]);
+    let file = pushed(&folder, "held.csv", "1", Some(0.08));
+    let cut = document(&[&file]);
+    assert!(whole["recordings"][0]["judged_until_s"].is_null());
+    assert_eq!(cut["recordings"][0]["judged_until_s"], 0.08);
+    let [whole, held] = [&whole, &cut].map(|document| numbers(&document["spectrum_m_s2"][0]));
+    // At small strokes the push alone decides.
+    assert_eq!(whole[..8], held[..8]);
+    let told = spectrum(&[&file, "--no-report"]).out;
+    assert!(
+        told.contains("before a fault: the curve may") && told.contains("80.00 ms"),
+        "{told}"
+    );
+}
+
+/// A push that closes asks for nothing: the least lift-off that was followed is told as a bound, never a number as if
+/// it were the curve's.
+#[test]
+fn cli_a_curve_below_its_lowest_window_is_a_bound() {
+    let closing = "pulse:half-sine,peak=30g,duration=10ms,opens-when=negative";
+    let document = document(&[closing]);
+    assert!(
+        numbers(&document["spectrum_m_s2"][0])
+            .iter()
+            .all(Option::is_none)
+    );
+    let floor_g = document["recordings"][0]["floor_m_s2"].as_f64().unwrap() / 9.80665;
+    assert!((0.2..0.3).contains(&floor_g), "{floor_g}");
+    let told = spectrum(&[closing, "--no-report"]).out;
+    assert!(
+        told.contains("none opens") && told.contains("≤0.287"),
+        "{told}"
+    );
+}
+
+/// A lever whose centre of mass lies beyond its pivot opens on the other sign: what the rule fails is never above.
+#[test]
+fn cli_an_overbalanced_lever_is_above_no_curve_that_opens_it() {
+    let folder = Folder::new("spectrum-overbalanced");
+    let design = folder.write(
+        "over.toml",
+        "name = \"over\"\nbase = \"paper\"\n[lever]\ncenter_of_mass_m = -0.065\npreload_torque_nm = 0.5\n\
+         [tolerance]\npreload_torque_nm = \"2 %\"\nmass_kg = \"1 %\"\n",
+    );
+    for (sign, opens) in [("positive", false), ("negative", true)] {
+        let pulse = format!("pulse:half-sine,peak=30g,duration=10ms,opens-when={sign}");
+        let asked = ["replay", &pulse, "--design", &design, "--no-report"];
+        assert_eq!(latchgate(&asked).code, i32::from(opens), "{sign}");
+        let document = document(&[&pulse, "--design", &design]);
+        let point = &document["designs"][0];
+        assert_eq!(point["place"] == "above", !opens, "{point}");
+        assert!(point["reserve_load"].is_null(), "{point}");
+    }
+}
