@@ -227,7 +227,7 @@ pub struct ReplayArguments {
     /// Velocity change of the sensor's place, from another source [m/s] [default: the card]
     #[arg(help_heading = "Signal", long, value_name = "M/S", value_parser = parse_positive, allow_hyphen_values = true)]
     pub velocity_change: Option<f64>,
-    /// Confirm a doubt: clock (sample rate and length), axis (of a channel that is not lateral), noise (no more than the recorder's step)
+    /// Confirm a doubt: clock (sample rate and length), axis (of a channel that is not lateral), noise (no more than the recorder's step), processed (samples unlike a raw recording's)
     #[arg(help_heading = "Signal", long, value_name = "WORD", value_delimiter = ',', value_parser = ValueWords::of(Setting::Accept, AcceptedWord::from_word))]
     pub accept: Vec<AcceptedWord>,
     /// Factor from the sensor's place to the latch; each is judged, the worst counts [default: the card; 1 at door or latch]

@@ -72,10 +72,11 @@ impl Prepared {
                 }
                 let worst = transfer::index_of_worst(&assessments);
                 let at_latch = self.at_factor(several[worst]);
-                let whole = control.during(share(several.len()), 1.0, |control| {
+                let mut whole = control.during(share(several.len()), 1.0, |control| {
                     at_latch.decide_at_latch(design, extras, left[worst], control)
                 })?;
                 let answers = assessments.iter().map(|tried| tried.answer).collect();
+                whole.tell_work_limit(work);
                 (several[worst], whole, answers)
             }
         };

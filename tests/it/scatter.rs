@@ -387,6 +387,11 @@ fn cli_a_share_follows_its_value() {
         deviation(&["--set", "tolerance.preload_torque_nm=10 %"]),
         0.1 * 0.1
     );
+    // In quotes, as in a file.
+    assert_eq!(
+        deviation(&["--set", "tolerance.preload_torque_nm=\"10 %\""]),
+        0.1 * 0.1
+    );
     for (share, said) in [
         ("-5 %", "not from 0 % to less than 33 %"),
         ("33 %", "not from 0 % to less than 33 %"),

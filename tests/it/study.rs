@@ -400,11 +400,11 @@ fn verif_charts_are_whole() {
             StudyTable::of(&compared.rows).unwrap(),
             [
                 "event-driven",
-                "rk4",
-                "rk4-located",
-                "dopri5",
-                "dopri5-samples",
-                "moreau-jean",
+                "Runge-Kutta 4 on a grid (rk4)",
+                "Runge-Kutta 4, events located",
+                "Dormand-Prince 5(4)",
+                "Dormand-Prince, sample by sample",
+                "Moreau-Jean time stepping",
             ]
             .as_slice(),
         ),
@@ -412,11 +412,11 @@ fn verif_charts_are_whole() {
             chart::stability(&stable),
             StudyTable::of(&stable.rows).unwrap(),
             [
-                "rk4",
-                "rk4-located",
-                "dopri5",
-                "dopri5-samples",
-                "moreau-jean",
+                "Runge-Kutta 4 on a grid (rk4)",
+                "Runge-Kutta 4, events located",
+                "Dormand-Prince 5(4)",
+                "Dormand-Prince, sample by sample",
+                "Moreau-Jean time stepping",
             ]
             .as_slice(),
         ),

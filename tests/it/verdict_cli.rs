@@ -329,3 +329,31 @@ fn verif_the_filter_table_stands_beside_an_ensemble() {
         assert_eq!(rows(&[&["--members", "16"], kept].concat()), 5);
     }
 }
+
+/// Under a range of factors each is left a part of the work; the message tells the limit that was stated.
+#[test]
+fn cli_the_limit_of_work_is_told_as_it_was_stated() {
+    let arguments = [
+        "replay",
+        &signal_file("sled_30g_30ms.csv"),
+        "--set",
+        "lever.preload_torque_nm=4",
+        "--transfer",
+        "0.5..1",
+        "--limit",
+        "work=600000",
+        "--no-report",
+        "--format",
+        "json",
+    ];
+    let done = latchgate(&arguments);
+    assert_eq!(done.code, 3, "{}", done.out);
+    let document = done.document();
+    for list in ["why", "findings"] {
+        let entries = document[list].as_array().unwrap();
+        let told = entries.iter().find(|entry| entry["code"] == "work-limit");
+        let text = told.unwrap()["text"].as_str().unwrap();
+        assert!(text.contains("more than 600000 steps"), "{text}");
+        assert!(text.contains("work=6000000."), "{text}");
+    }
+}

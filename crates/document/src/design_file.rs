@@ -395,6 +395,11 @@ pub fn apply_override(design: &mut Design, assignment: &str) -> Result<(), Error
         ));
     };
     let (key, value) = (key.trim(), value.trim());
+    // A share may stand in quotes, as in a file.
+    let quoted = value
+        .strip_prefix('"')
+        .and_then(|value| value.strip_suffix('"'));
+    let value = quoted.unwrap_or(value);
     if key == "name" {
         design.name = value.to_string();
         return Ok(());
@@ -406,7 +411,10 @@ pub fn apply_override(design: &mut Design, assignment: &str) -> Result<(), Error
         Error::malformed(
             format!("a number for {key}"),
             format!("`{value}`"),
-            "write a decimal number with a dot",
+            match key.starts_with("tolerance.") {
+                true => "write a decimal number with a dot, or a share: 5%",
+                false => "write a decimal number with a dot",
+            },
         )
     })?;
     Ok(design.override_number(key, number)?)

@@ -62,6 +62,9 @@ fn answer_in_words(document: &Document) -> String {
                 .fold(0.0, f64::max);
             let share = share_of_limit(document, highest_rad);
             let varied = varied_levers(document, highest_rad);
+            if highest_rad <= 0.0 {
+                return format!("{lever} never leaves its stop, errors included{varied}.");
+            }
             format!("{lever} stays: at most {share} of the limit angle, errors included{varied}.")
         }
         (Answer::Fail, Some(_)) => {

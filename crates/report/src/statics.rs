@@ -371,10 +371,11 @@ pub fn text(document: &StaticDocument, report: Option<&Path>, look: Look) -> Str
         let _ = writeln!(
             out,
             "{}",
-            wrapped(&format!("        {line}"), look.width, 10)
+            wrapped(&format!("        {}", (look.worded)(&line)), look.width, 10)
         );
     }
     for (name, value) in facts(document) {
+        let value = (look.worded)(&value);
         let line = format!("  {name:<14} {}", super::escape::terminal(&value));
         let _ = writeln!(out, "{}", wrapped(&line, look.width, 17));
     }

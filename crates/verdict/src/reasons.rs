@@ -77,13 +77,7 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
     }
     if case.answer == Answer::Undecided {
         // What stands in the way of an answer comes before the size of the peak.
-        reasons.extend(case.work_limit.map(|limit| Reason {
-            code: "work-limit".into(),
-            text: format!(
-                "An answer takes more than {limit} steps, the limit `work`. Raise it: the setting `limit` = work={}. Or ask for fewer varied levers with the setting `members`.",
-                limit.saturating_mul(10)
-            ),
-        }));
+        reasons.extend(case.work_limit.map(work_limit));
         reasons.extend(mechanism::tie(case.results));
         reasons.extend(too_few_members(case));
         reasons.extend(others_not_followed(case));
@@ -139,6 +133,20 @@ pub(super) fn reasons(case: &Explained<'_>) -> Vec<Reason> {
         reasons.extend(nothing_asked(case));
     }
     reasons
+}
+
+/// Code of the reason and the finding of a question that took more work than it may.
+pub(super) const WORK_LIMIT: &str = "work-limit";
+
+/// Says that an answer takes more work than it may.
+pub(super) fn work_limit(limit: u64) -> Reason {
+    Reason {
+        code: WORK_LIMIT.into(),
+        text: format!(
+            "An answer takes more than {limit} steps, the limit `work`. Raise it: the setting `limit` = work={}. Or ask for fewer varied levers with the setting `members`.",
+            limit.saturating_mul(10)
+        ),
+    }
 }
 
 /// Says why there is no ensemble: none was asked for, or all of its members would be alike.

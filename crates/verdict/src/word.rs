@@ -4,7 +4,8 @@
 //! reruns take it as it is. Only the verdict waits: a pass becomes undecided until every word is there, and one
 //! message names all of them.
 
-use super::replay_findings::SCATTER_UNSTATED;
+use super::reasons::{WORK_LIMIT, work_limit};
+use super::replay_findings::{SCATTER_UNSTATED, work_limit_reached};
 use super::{Answer, Assessment, Reason};
 use latchgate_kernel::model::Design;
 use latchgate_recording::Finding;
@@ -81,13 +82,13 @@ const WORDS: &[Word] = &[
         code: "preload_torque_nm",
         what: "how far the preload scatters",
         setting: (Setting::Set, "tolerance.preload_torque_nm=VALUE"),
-        line: (File::Design, "tolerance.preload_torque_nm", "VALUE"),
+        line: (File::Design, "preload_torque_nm", "VALUE"),
     },
     Word {
         code: "mass_kg",
         what: "how far the mass scatters",
         setting: (Setting::Set, "tolerance.mass_kg=VALUE"),
-        line: (File::Design, "tolerance.mass_kg", "VALUE"),
+        line: (File::Design, "mass_kg", "VALUE"),
     },
 ];
 
@@ -127,6 +128,18 @@ impl Assessment {
         }
     }
 
+    /// Tells the limit of work that a person knows, where a part of it was left for this answer.
+    pub fn tell_work_limit(&mut self, limit: u64) {
+        let mut reasons = self.why.iter_mut();
+        if let Some(reason) = reasons.find(|reason| reason.code == WORK_LIMIT) {
+            reason.text = work_limit(limit).text;
+        }
+        let mut findings = self.findings.iter_mut();
+        if let Some(finding) = findings.find(|finding| finding.code == WORK_LIMIT) {
+            *finding = work_limit_reached(limit);
+        }
+    }
+
     /// Tells whether the answer is a pass, or would be with a person's word.
     pub fn passes_with_word(&self) -> bool {
         self.answer == Answer::Pass || self.word_missing
@@ -155,7 +168,10 @@ fn request(codes: &[&str]) -> String {
         listed(&what),
         settings.join(", ")
     );
-    for (file, name) in [(File::Card, "card"), (File::Design, "design")] {
+    for (file, name) in [
+        (File::Card, "in the card"),
+        (File::Design, "under [tolerance] of the design"),
+    ] {
         let lines = words.iter().filter(|word| word.line.0 == file);
         let lines = grouped(lines.map(|word| (word.line.1, word.line.2)));
         let line = |(key, values): &(&str, Vec<&str>)| match *key {
@@ -164,7 +180,7 @@ fn request(codes: &[&str]) -> String {
         };
         let lines: Vec<String> = lines.iter().map(line).collect();
         if !lines.is_empty() {
-            text += &format!(" For good, in the {name}: {}.", lines.join(", "));
+            text += &format!(" For good, {name}: {}.", lines.join(", "));
         }
     }
     // A finding without an entry above still holds the pass back, and says in its text what it asks.

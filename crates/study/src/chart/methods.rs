@@ -61,7 +61,7 @@ pub(super) fn entry(method: &str) -> LegendEntry {
     LegendEntry::new(Sample::Marked(line, dot, shape(method)), name(method))
 }
 
-/// Returns what a method is, with the word of `--method` where that says less.
+/// Returns what a method is, in words.
 fn name(method: &str) -> &str {
     match method {
         "rk4" => "Runge-Kutta 4 on a grid (rk4)",
