@@ -395,7 +395,7 @@ fn verif_an_undecided_verdict_names_the_remedy_that_decides() {
     let answer = &mut document.answers[last];
     answer.interpolation_error_rad = Some(0.2 * distance_rad);
     answer.uncertainty_rad = Some(2.1 * distance_rad);
-    let both = headline(&document);
+    let both = headline(document);
     assert!(
         both.contains("What lies between the samples is not known, and the noise hides the answer"),
         "{both}"

@@ -39,7 +39,7 @@ fn by_factor(block: &TransferBlock) -> String {
     let spans = each.chunk_by(|(_, one), (_, next)| one == next);
     let words = spans.filter_map(|span| {
         let ((from, answer), (to, _)) = (span.first()?, span.last()?);
-        let until = if from == to {
+        let until = if span.len() == 1 {
             String::new()
         } else {
             format!(" to {}", exact(**to))
