@@ -129,7 +129,7 @@ fn panel(
     let readings = case_rows().filter_map(|row| Some((place(row), reading(row)?)));
     Panel::new(&OPEN, edges, 262.0)
         .title(format!(
-            "({letter}) {}, {} stop",
+            "({letter}) {}, {}",
             truth.title,
             truth.model.name()
         ))
