@@ -10,23 +10,21 @@ struct Figures<'a>(&'a [Headline]);
 
 impl<'a> Figures<'a> {
     /// Those of subjects and names that start so, each with a value.
-    fn all(self, subject: &str, what: &str) -> impl Iterator<Item = (&'a Headline, f64)> {
+    fn all(self, subject: &'a str, what: &'a str) -> impl Iterator<Item = (&'a Headline, f64)> {
         let meant = move |line: &&Headline| {
             line.subject.starts_with(subject) && line.what.starts_with(what)
         };
-        let found: Vec<_> = self.0.iter().filter(meant).collect();
-        found
-            .into_iter()
-            .filter_map(|line| Some((line, line.value?)))
+        let found = self.0.iter().filter(meant);
+        found.filter_map(|line| Some((line, line.value?)))
     }
 
     /// The first of them.
-    fn first(self, subject: &str, what: &str) -> Option<f64> {
+    fn first(self, subject: &'a str, what: &'a str) -> Option<f64> {
         self.all(subject, what).next().map(|(_, value)| value)
     }
 
     /// The first of them, as text.
-    fn text(self, subject: &str, what: &str) -> Option<String> {
+    fn text(self, subject: &'a str, what: &'a str) -> Option<String> {
         Some(trimmed(self.first(subject, what)?, 3))
     }
 
@@ -141,14 +139,13 @@ fn bifurcation(figures: Figures<'_>) -> Option<String> {
 }
 
 fn catch(figures: Figures<'_>) -> Option<String> {
-    let open = |subject: &str, what: &str| figures.text(subject, what);
     Some(format!(
         "Two pulses open the lever alone at {} of {} gaps and beside an irreversible catch at {}; ringing opens it there at {} of {} frequencies.",
-        open("two pulses, lever alone", "gaps that open")?,
-        open("two pulses, lever alone", "gaps tried")?,
-        open("two pulses, irreversible", "gaps that open")?,
-        open("ringing, irreversible", "frequencies that open")?,
-        open("ringing, irreversible", "frequencies tried")?,
+        figures.text("two pulses, lever alone", "gaps that open")?,
+        figures.text("two pulses, lever alone", "gaps tried")?,
+        figures.text("two pulses, irreversible", "gaps that open")?,
+        figures.text("ringing, irreversible", "frequencies that open")?,
+        figures.text("ringing, irreversible", "frequencies tried")?,
     ))
 }
 
@@ -178,8 +175,7 @@ fn histories(figures: Figures<'_>) -> Option<String> {
 }
 
 fn parameters(figures: Figures<'_>) -> Option<String> {
-    let holds = figures.all("", "values within the limit");
-    let holds: Vec<_> = holds.collect();
+    let holds: Vec<_> = figures.all("", "values within the limit").collect();
     let first = holds.first()?.0.model;
     let of_first = holds.iter().filter(|(line, _)| line.model == first);
     let (some, none): (Vec<_>, Vec<_>) = of_first.partition(|(_, values)| *values > 0.0);

@@ -7,6 +7,7 @@ use crate::escape::terminal as line;
 use crate::words;
 use latchgate_document::Document;
 use latchgate_document::number::{ABSENT, count, trimmed};
+use latchgate_document::request::PolaritySource;
 use latchgate_kernel::replay::Run;
 use latchgate_verdict::decision::{
     FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, OPENING_DRAWS_MAX, PASS_DRAWS,
@@ -110,8 +111,8 @@ fn judged(document: &Document) -> Vec<Judged<'_>> {
 
 /// Returns what joins the answers.
 fn together(document: &Document) -> &'static str {
-    if document.recording.opens_when_source.name() != "undeclared" && document.polarities.len() > 1
-    {
+    let is_declared = document.recording.opens_when_source != PolaritySource::Undeclared;
+    if is_declared && document.polarities.len() > 1 {
         "the worse direction counts"
     } else {
         "all alike, else undecided"
@@ -251,8 +252,9 @@ fn share(
         found: each(judged, |one| match (one.ensemble, one.answer.bound) {
             (Some(ensemble), _) => found(ensemble),
             (None, Some(bound)) => Found {
-                text: format!("decided by the {}", bound.name()),
-                is_met: true,
+                text: format!("none can: {}", bound.name()),
+                // Where none opens a pass has what it asks, and a fail has not.
+                is_met: document.verdict != Answer::Fail,
             },
             (None, None) => Found::absent(),
         }),
