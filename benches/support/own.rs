@@ -8,16 +8,22 @@ use latchgate_kernel::replay::batch::{self, MemberPeak};
 use latchgate_kernel::replay::{self, Method, Run, RunOptions};
 use latchgate_kernel::signal::{Reading, Signal};
 use latchgate_kernel::units::OpensWhen;
+use latchgate_verdict::conditioning::between::{self, Between};
+use std::borrow::Cow;
 use std::hint::black_box;
 use std::ops::Range;
 
 /// Rounds of a race where times count.
 const ROUNDS: usize = 24;
 
-/// Races on the recording and on its chattering twentieth, both stops, and prints the tables.
+/// The readings that are timed: the default of a verdict, and the one that the other programs solve.
+const READINGS: [Between; 2] = [Between::BandLimited, Between::Linear];
+
+/// Races on the recording and on its chattering twentieth, both stops, and prints the tables: by the default
+/// reading of the samples first, then by straight lines.
 ///
-/// `others` adds entries to those on the recording. Unless `timed` each program runs for one
-/// round, to show that it runs.
+/// `others` adds entries to those on straight lines through the recording. Unless `timed` each program runs
+/// for one round, to show that it runs.
 pub fn contest(
     timed: bool,
     others: &dyn for<'a> Fn(&'a Signal, StopModel, &Run) -> Vec<Entry<'a>>,
@@ -30,17 +36,18 @@ pub fn contest(
     };
     println!("Time: the least of {rounds_said}, in which the programs of a table run in turns,");
     println!("lap by lap (two threads: as a whole), per sample interval of one lever.");
-    println!("Off: distance from the kernel's answer.\n");
+    println!("Off: distance from the kernel's answer on the same reading.\n");
     for (scale, scene) in [
         (1.0, "recording of 0.3 s, 10 kHz, 200 g"),
         (scenes::CHATTER, "the same times 0.05: chatter"),
     ] {
         for stop in [StopModel::Rigid, StopModel::Soft] {
             let signal = scenes::recording(scale);
-            let truth = truth(&signal, stop);
-            let mut entries = kernel(&signal, stop, &truth);
+            let [band_limited, straight] = READINGS.map(|between| read(&signal, between));
+            let mut entries = of_reading("band-limited", &band_limited, stop);
+            entries.extend(of_reading("straight", &straight, stop));
+            let truth = truth(&straight, stop);
             entries.push(paper(&signal, stop, &truth));
-            entries.extend(batches(&signal, stop));
             if scale >= 1.0 {
                 entries.extend(others(&signal, stop, &truth));
             }
@@ -60,13 +67,28 @@ pub fn contest(
     }
 }
 
-/// Returns what the kernel says of `signal` for the reference lever, with its error bound.
-fn truth(signal: &Signal, stop: StopModel) -> Run {
-    run(signal, &RunOptions::new(stop, OpensWhen::Negative))
+/// Returns the samples of `signal` as they are read between.
+fn read(signal: &Signal, between: Between) -> Reading<'static> {
+    between::read(Cow::Owned(signal.clone()), between).expect("the scene is valid")
 }
 
-fn run(signal: &Signal, options: &RunOptions) -> Run {
-    replay::run(signal, &Design::reference(), options)
+/// Returns the kernel and its batches on one reading.
+fn of_reading<'a>(name: &str, reading: &'a Reading<'static>, stop: StopModel) -> Vec<Entry<'a>> {
+    let mut entries = kernel(reading, stop);
+    entries.extend(batches(reading, stop));
+    for entry in &mut entries {
+        entry.name = format!("{name}: {}", entry.name);
+    }
+    entries
+}
+
+/// Returns what the kernel says of a reading for the reference lever, with its error bound.
+fn truth(reading: &Reading<'_>, stop: StopModel) -> Run {
+    run(reading, &RunOptions::new(stop, OpensWhen::Negative))
+}
+
+fn run<'a>(reading: impl Into<Reading<'a>>, options: &RunOptions) -> Run {
+    replay::run(reading, &Design::reference(), options)
         .expect("the scene is valid")
         .run
 }
@@ -82,66 +104,50 @@ pub fn distance(truth: &Run, peak_rad: f64, final_rad: f64, crossing_s: Option<f
     }
 }
 
-/// The kernel without and with its error bound.
-fn kernel<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Vec<Entry<'a>> {
+/// The kernel without and with its error bound, on two axes and beside a catch.
+fn kernel<'a>(reading: &'a Reading<'static>, stop: StopModel) -> Vec<Entry<'a>> {
     let with_bound = RunOptions::new(stop, OpensWhen::Negative);
     let bound = Off {
-        peak_rad: Some(truth.numerical_error_rad),
+        peak_rad: Some(truth(reading, stop).numerical_error_rad),
         ..Off::default()
     };
-    vec![
-        single(
-            "kernel",
-            signal,
-            scenes::plain(stop, Method::EventDriven),
-            Off::default(),
-        ),
-        single(
-            "kernel, error bound (shown) included",
-            signal,
-            with_bound,
-            bound,
-        ),
-        across(signal, stop),
-        beside_a_catch(signal, stop),
-    ]
-}
-
-/// The kernel with a second in-plane channel, half of the judged one.
-fn across(signal: &Signal, stop: StopModel) -> Entry<'static> {
-    let mut second = signal.clone();
-    second.samples.iter_mut().for_each(|a| *a *= 0.5);
-    let reading = Reading::from(signal.clone()).beside(Reading::from(second));
-    let reading = reading.expect("both have one clock");
-    let design = Design::reference();
-    let options = scenes::plain(stop, Method::EventDriven);
-    Entry {
-        name: "kernel, two in-plane axes".into(),
-        samples: signal.samples.len() - 1,
-        levers: 1,
-        off: Off::default(),
-        run: Box::new(move |_| {
-            black_box(replay::run(black_box(&reading), &design, &options).expect("two axes run"));
-        }),
-    }
-}
-
-/// The kernel with an inertia catch, which meets the lever.
-fn beside_a_catch<'a>(signal: &'a Signal, stop: StopModel) -> Entry<'a> {
-    let design = Design {
+    let plain = scenes::plain(stop, Method::EventDriven);
+    let two_axes = reading.clone().beside(reading.scaled(0.5, 0.0));
+    let beside_a_catch = Design {
         lever: Design::reference().lever,
         ..latchgate_study::catch::example()
     };
-    let options = scenes::plain(stop, Method::EventDriven);
-    Entry {
-        name: "kernel, beside an inertia catch".into(),
-        samples: signal.samples.len() - 1,
-        levers: 1,
-        off: Off::default(),
-        run: Box::new(move |_| {
-            black_box(replay::run(black_box(signal), &design, &options).expect("a catch runs"));
-        }),
-    }
+    let own = Design::reference();
+    vec![
+        single(
+            "kernel",
+            reading,
+            own.clone(),
+            plain.clone(),
+            Off::default(),
+        ),
+        single(
+            "kernel, error bound shown",
+            reading,
+            own.clone(),
+            with_bound,
+            bound,
+        ),
+        single(
+            "two in-plane axes",
+            two_axes.expect("both have one clock"),
+            own,
+            plain.clone(),
+            Off::default(),
+        ),
+        single(
+            "beside a catch",
+            reading,
+            beside_a_catch,
+            plain,
+            Off::default(),
+        ),
+    ]
 }
 
 /// The paper's method at the paper's step.
@@ -154,26 +160,38 @@ fn paper<'a>(signal: &'a Signal, stop: StopModel, truth: &Run) -> Entry<'a> {
         got.final_angle_rad,
         got.first_crossing_s,
     );
-    single("the paper's RK4, 3 steps a sample", signal, options, off)
+    single(
+        "straight: the paper's RK4, 3 steps a sample",
+        signal,
+        Design::reference(),
+        options,
+        off,
+    )
 }
 
-fn single<'a>(name: &str, signal: &'a Signal, options: RunOptions, off: Off) -> Entry<'a> {
-    let design = Design::reference();
+fn single<'a>(
+    name: &str,
+    reading: impl Into<Reading<'a>>,
+    design: Design,
+    options: RunOptions,
+    off: Off,
+) -> Entry<'a> {
+    let reading = reading.into();
     Entry {
         name: name.into(),
-        samples: signal.samples.len() - 1,
+        samples: reading.signal().samples.len() - 1,
         levers: 1,
         off,
         run: Box::new(move |_| {
-            black_box(replay::run(black_box(signal), &design, &options).expect("ran before"));
+            black_box(replay::run(black_box(&reading), &design, &options).expect("ran before"));
         }),
     }
 }
 
 /// A batch on one and on two threads, and how far the farthest of 25 members is off its own
 /// scalar run.
-fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
-    let peaks = peaks(signal, stop, 1, 0..scenes::LEVERS);
+fn batches<'a>(reading: &'a Reading<'static>, stop: StopModel) -> Vec<Entry<'a>> {
+    let peaks = peaks(reading, stop, 1, 0..scenes::LEVERS);
     let farthest = (0..scenes::LEVERS)
         .step_by(scenes::LEVERS / 25)
         .map(|index| {
@@ -181,14 +199,14 @@ fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
                 lever: scenes::lever(index).lever,
                 ..Design::reference()
             };
-            let alone = replay::run(signal, &design, &scenes::plain(stop, Method::EventDriven))
+            let alone = replay::run(reading, &design, &scenes::plain(stop, Method::EventDriven))
                 .expect("the scene is valid");
             (alone.run.peak_angle_rad - peaks[index].peak_angle_rad).abs()
         })
         .fold(0.0, f64::max);
     let entry = |name: &str, run| Entry {
         name: format!("batch of {}, {name}", scenes::LEVERS),
-        samples: signal.samples.len() - 1,
+        samples: reading.signal().samples.len() - 1,
         levers: scenes::LEVERS,
         off: Off {
             peak_rad: Some(farthest),
@@ -202,7 +220,7 @@ fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
             Box::new(move |laps| {
                 for first in (0..scenes::LEVERS).step_by(LAP_LEVERS) {
                     let last = scenes::LEVERS.min(first + LAP_LEVERS);
-                    black_box(self::peaks(black_box(signal), stop, 1, first..last));
+                    black_box(self::peaks(black_box(reading), stop, 1, first..last));
                     laps.end_lap();
                 }
             }),
@@ -210,7 +228,7 @@ fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
         entry(
             "2 threads",
             Box::new(move |_| {
-                black_box(self::peaks(black_box(signal), stop, 2, 0..scenes::LEVERS));
+                black_box(self::peaks(black_box(reading), stop, 2, 0..scenes::LEVERS));
             }),
         ),
     ]
@@ -220,12 +238,14 @@ fn batches<'a>(signal: &'a Signal, stop: StopModel) -> Vec<Entry<'a>> {
 const LAP_LEVERS: usize = 64;
 
 fn peaks(
-    signal: &Signal,
+    reading: &Reading<'_>,
     stop: StopModel,
     threads: usize,
     levers: Range<usize>,
 ) -> Vec<MemberPeak> {
     let options = scenes::peaks_only(stop, threads);
     let lever = |index| scenes::lever(levers.start + index);
-    batch::peaks(signal, levers.len(), &lever, &options).expect("the scene is valid")
+    let parts = replay::subdivision(reading.signal().rate, &Design::reference(), stop);
+    batch::peaks(&reading.divided(parts), levers.len(), &lever, &options)
+        .expect("the scene is valid")
 }

@@ -112,11 +112,7 @@ impl ModelArgument {
 
     /// Returns the stops that a study runs; `auto` are both.
     pub fn stops(self) -> Vec<StopModel> {
-        match self {
-            Self::Auto => vec![StopModel::Rigid, StopModel::Soft],
-            Self::Rigid => vec![StopModel::Rigid],
-            Self::Soft => vec![StopModel::Soft],
-        }
+        self.choice().stops().to_vec()
     }
 }
 

@@ -15,6 +15,7 @@ use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::{Limits, Source};
 use latchgate_verdict::Polarity;
+use latchgate_verdict::awaited;
 use latchgate_verdict::margin::{self, Advice, Quantity};
 use latchgate_verdict::response_spectrum::plane::{Place as DesignPlace, PlanePoint};
 use latchgate_verdict::response_spectrum::{
@@ -520,6 +521,10 @@ fn point(design: &Design, curves: &[Curve], index: usize) -> DesignPoint {
         reason: point
             .is_none()
             .then(|| "a lever beside a catch has no place in the plane".into()),
+        awaits: awaited(
+            curves.iter().flat_map(|curve| &curve.block.findings),
+            design,
+        ),
         reserve_load: load.as_ref().and_then(Reserve::value),
         reserve_load_reason: load.and_then(|load| load.reason),
         reserve_preload: preload.as_ref().and_then(Reserve::value),

@@ -117,6 +117,63 @@ fn cli_a_design_has_its_place_and_reserves() {
 }
 
 #[test]
+fn cli_a_design_above_waits_for_the_words_of_a_pass() {
+    let folder = Folder::new("spectrum-words");
+    let head = "base = \"paper\"\n[lever]\npreload_torque_nm = 4.0\n";
+    let stated = "[tolerance]\npreload_torque_nm = \"2 %\"\nmass_kg = \"1 %\"\n";
+    let whole = folder.write("whole.toml", format!("name = \"whole\"\n{head}{stated}"));
+    let bare = folder.write("bare.toml", format!("name = \"bare\"\n{head}"));
+    let file = folder.path().join("sled.csv");
+    std::fs::copy(signal_file("sled_30g_30ms.csv"), &file).unwrap();
+    let file = file.to_str().unwrap();
+    let arguments = [
+        file,
+        "--opens-when",
+        "negative",
+        "--design",
+        &whole,
+        "--design",
+        &bare,
+    ];
+    let unplaced = document(&arguments);
+    let awaits = |document: &Value, design: usize| -> String {
+        let awaits = document["designs"][design]["awaits"].as_array().unwrap();
+        let awaits = awaits.iter().map(|what| what.as_str().unwrap());
+        awaits.collect::<Vec<_>>().join("; ")
+    };
+    assert!(awaits(&unplaced, 0).contains("factor from the sensor's place"));
+    assert!(!awaits(&unplaced, 0).contains("scatter"));
+    assert!(
+        awaits(&unplaced, 1).ends_with("how far the preload scatters; how far the mass scatters")
+    );
+    // On one line, however wide the terminal.
+    let text = || {
+        let out = spectrum(&[&arguments[..], &["--no-report"]].concat()).out;
+        out.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let waiting = text();
+    assert!(waiting.contains("above every curve;"), "{waiting}");
+    assert!(!waiting.contains("curve: stays"), "{waiting}");
+    assert!(
+        waiting.contains("a pass needs a person's word on"),
+        "{waiting}"
+    );
+    // With every word there, in the card, it stays.
+    std::fs::copy(
+        signal_file("sled_30g_30ms.csv.toml"),
+        folder.path().join("sled.csv.toml"),
+    )
+    .unwrap();
+    assert_eq!(awaits(&document(&arguments), 0), "");
+    let stated = text();
+    assert_eq!(
+        stated.matches("above every curve: stays").count(),
+        1,
+        "{stated}"
+    );
+}
+
+#[test]
 fn cli_a_lever_beside_a_catch_has_no_place() {
     let folder = Folder::new("spectrum-catch");
     let design = folder.path().join("catch.toml");

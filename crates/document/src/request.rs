@@ -24,7 +24,6 @@ pub use value::{
 };
 
 use latchgate_kernel::model::Design;
-use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::range::Window;
 use latchgate_kernel::replay::{ADAPTIVE_TOLERANCE_MIN, Method};
 use latchgate_kernel::units::{
@@ -408,7 +407,7 @@ impl Request {
         self.check_values()?;
         self.check_format()?;
         if let Some(angle) = self.phi0_rad.filter(|angle| *angle < 0.0)
-            && self.model != ModelChoice::Only(StopModel::Soft)
+            && self.model.stops().iter().any(|stop| !stop.yields())
         {
             return Err(Error::out_of_range(
                 "the setting `phi0` [rad]",
@@ -492,8 +491,8 @@ impl Request {
 
     fn check_method(&self) -> Result<(), Error> {
         let name = self.method.name();
-        if !self.method.admits(StopModel::Soft) && self.model != ModelChoice::Only(StopModel::Rigid)
-        {
+        let mut stops = self.model.stops().iter();
+        if stops.any(|stop| !self.method.admits(*stop)) {
             return Err(Error::out_of_range(
                 Setting::Method.to_string(),
                 format!(

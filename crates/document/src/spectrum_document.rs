@@ -195,6 +195,8 @@ pub struct DesignPoint {
     pub place_by: Option<usize>,
     /// Why it has no place.
     pub reason: Option<String>,
+    /// What a person must still say of design and recordings before a pass counts, each as a phrase.
+    pub awaits: Vec<String>,
     /// Reserve in load: times which a recording, its noise with it, is the first that does not pass, of the curve
     /// where that is least [-]; `None` with a reason.
     pub reserve_load: Option<f64>,

@@ -16,6 +16,7 @@ mod catch;
 mod catch_run;
 mod contact_fast;
 pub mod double_double;
+mod drive;
 mod energy;
 mod eventless_step;
 mod flight_fast;
@@ -34,7 +35,7 @@ use crate::model::Design;
 use crate::model::excitation::{Harmonic, Sampled};
 use crate::model::stop::StopModel;
 use crate::parallel::Control;
-use crate::signal::{CURVED, Mix, Pieces, Projection, Reading, STRAIGHT};
+use crate::signal::{CURVED, Pieces, Projection, Reading, STRAIGHT};
 use crate::units::{OpensWhen, SampleRate};
 pub use breakdown::Breakdown;
 pub use catch_run::CatchRun;
@@ -45,12 +46,9 @@ use std::ops::Sub;
 
 pub use harmonic::{Section, Strobe, StrobeMap};
 
-use contact_fast::FastContact;
-use energy::{energy_of, impulse_ahead, stays_below};
-use flight_fast::FastFlight;
-use kernel::{CURVED_TRUNCATION, Coasting, Kernel};
+use drive::EventDriven;
+use energy::energy_of;
 use methods::Problem;
-use recorder::Recorder;
 use serde::{Deserialize, Serialize};
 
 /// How a run is integrated.
@@ -467,7 +465,7 @@ fn followed<const K: usize>(
 pub fn subdivision(rate: SampleRate, design: &Design, stop: StopModel) -> usize {
     /// Beyond it a sample is as cheap by series.
     const PARTS_MAX: f64 = 64.0;
-    if stop == StopModel::Rigid {
+    if !stop.yields() {
         return 1;
     }
     let Design { lever, stop, .. } = design;
@@ -523,10 +521,9 @@ fn check_initial(options: &RunOptions) -> Result<(), Error> {
         return Ok(());
     };
     let (angle, velocity) = (state.angle_rad, state.velocity_rad_s);
-    let least = if options.stop == StopModel::Rigid {
-        0.0
-    } else {
-        -ANGLE_LIMIT
+    let least = match options.stop.yields() {
+        true => -ANGLE_LIMIT,
+        false => 0.0,
     };
     if !(least..=ANGLE_LIMIT).contains(&angle)
         || !velocity.is_finite()
@@ -549,274 +546,6 @@ const ANGLE_LIMIT: f64 = 100.0;
 
 /// Largest initial angular velocity taken [rad/s].
 const VELOCITY_LIMIT: f64 = 1e5;
-
-/// The event-driven run, compiled for what the machine has and chosen when it runs.
-struct EventDriven<'a, const K: usize> {
-    pieces: Pieces<'a, K>,
-    question: Question<'a>,
-}
-
-impl<const K: usize> pulp::WithSimd for EventDriven<'_, K> {
-    type Output = RunOutcome;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) -> RunOutcome {
-        match self.question.design.catch {
-            Some(parts) if !parts.never_moves() => catch::run(self.pieces, &self.question, parts),
-            _ => self.run(),
-        }
-    }
-}
-
-/// Puts the lever of an event-driven run where it starts, at `start` [s].
-fn begin(start: f64, design: &Design, options: &RunOptions) -> Kernel {
-    let recorder = Recorder::new(design.criterion.threshold_rad, options.trace);
-    let mut kernel = Kernel::new(
-        design,
-        options.stop,
-        options.initial,
-        options.tolerance_rad,
-        recorder,
-    );
-    if !options.error_bound {
-        kernel = kernel.without_error_bound();
-        if options.peak_only {
-            kernel = kernel.for_peak();
-        }
-    }
-    if let Some(noise) = options.noise_m2_s3 {
-        kernel.carry_noise(noise);
-    }
-    let (angle, velocity) = (kernel.angle, kernel.velocity);
-    if angle > 0.0 || (angle >= 0.0 && velocity > 0.0) {
-        kernel.recorder.release(start);
-    }
-    kernel.recorder.point(start, angle, velocity);
-    kernel
-}
-
-impl<const K: usize> EventDriven<'_, K> {
-    #[inline(always)]
-    fn run(&self) -> RunOutcome {
-        let Self { pieces, question } = self;
-        let Question {
-            options,
-            first,
-            last,
-            within,
-            ..
-        } = *question;
-        let signal = pieces.signal;
-        let mut kernel = begin(signal.start_s, question.design, options).for_samples(last);
-        if K > STRAIGHT {
-            // A run that is compared with another need not be as exact.
-            let times = if options.error_bound { 0.1 } else { 100.0 };
-            kernel = kernel.letting_pass(times * CURVED_TRUNCATION);
-        }
-        kernel.at_most(within.steps_max);
-        let mut looked = 0;
-        let sign = options.opens_when.sign() * question.design.lever.unbalance_sign();
-        let interval = signal.rate.interval().seconds();
-        let lift_off = kernel.lift_off_acceleration();
-        let fast_flight = FastFlight::new(&kernel, interval, sign);
-        let (along, turning) = (Mix::scaled(sign, 0.0), Mix::scaled(1.0, 0.0));
-        let pressed = FastContact::<K>::new(&kernel, interval, along, turning);
-        let across = pieces.second();
-        let mut ends = None;
-        if options.peak_only {
-            ends = Some(PeakEnd::new(pieces, question));
-        }
-        let mut index = 0;
-        while index < last {
-            if index == first {
-                self.open_window(&mut kernel, index);
-            }
-            let mut stop_at = if index < first { first } else { last };
-            if let Some(ends) = &mut ends {
-                if ends.here(question, &kernel, index) {
-                    return self.finish(kernel, index, true);
-                }
-                stop_at = stop_at.min(ends.asked);
-            }
-            // Without closures, which would not be compiled for the machine's vectors.
-            let mut carried = 0;
-            if kernel.dwells() {
-                // Pressed onto the rigid stop all through the samples: nothing moves.
-                carried = pieces.above(index, stop_at, sign, lift_off);
-            } else {
-                if let Some(fast_flight) = &fast_flight {
-                    carried = fast_flight.fly(&mut kernel, pieces, index, stop_at);
-                }
-                if carried == 0
-                    && let Some(pressed) = &pressed
-                {
-                    carried = pressed.press(&mut kernel, pieces, index, stop_at);
-                }
-            }
-            if carried > 0 {
-                index += carried;
-                continue;
-            }
-            let mut base = pieces.terms(index);
-            for a in &mut base {
-                *a *= sign;
-            }
-            let radial = across.as_ref().map(|across| across.terms(index));
-            kernel.advance(signal.time_s(index), interval, &base, radial.as_ref());
-            index += 1;
-            kernel.stuck |= within.ends(kernel.work.steps, &mut looked);
-            if kernel.stuck {
-                break;
-            }
-        }
-        if first >= last {
-            self.open_window(&mut kernel, last);
-        }
-        self.finish(kernel, last, false)
-    }
-
-    fn open_window(&self, kernel: &mut Kernel, index: usize) {
-        let error = kernel.angle_error();
-        let (angle, time) = (kernel.angle, self.pieces.signal.time_s(index));
-        kernel.recorder.open_window(angle, time, error);
-    }
-
-    /// Ends the run at a sample, where the lever `rests` or need not be followed.
-    fn finish(&self, kernel: Kernel, index: usize, rests: bool) -> RunOutcome {
-        let end = self.pieces.signal.time_s(index);
-        finish(kernel, end, &self.question, rests)
-    }
-}
-
-/// Where a run of which the peak alone is asked may end.
-struct PeakEnd {
-    /// ∫|a| dt from every [`Self::ASKED_EVERY`]th sample on [m/s].
-    ahead: Vec<f64>,
-    /// The sample at which it is asked next.
-    asked: usize,
-}
-
-impl PeakEnd {
-    /// Samples between two questions, in contact or flight without events.
-    const ASKED_EVERY: usize = 128;
-
-    fn new<const K: usize>(pieces: &Pieces<'_, K>, question: &Question<'_>) -> Self {
-        Self {
-            ahead: impulse_ahead(pieces, question.last, Self::ASKED_EVERY),
-            asked: question.first,
-        }
-    }
-
-    /// Tells, where it is time to ask, whether nothing to come can raise the peak.
-    fn here(&mut self, question: &Question<'_>, kernel: &Kernel, index: usize) -> bool {
-        if index < self.asked {
-            return false;
-        }
-        self.asked = index + Self::ASKED_EVERY;
-        let Question {
-            design, options, ..
-        } = question;
-        let whose = (&design.lever, &design.stop, options.stop);
-        let best = kernel.recorder.highest();
-        stays_below(
-            whose,
-            kernel.state(),
-            best,
-            self.ahead[index / Self::ASKED_EVERY],
-        )
-    }
-}
-
-/// Ends an event-driven run at `end` [s]: closes the window, coasts on unless the lever `rests` or need
-/// not be followed, tells what there was.
-fn finish(mut body: impl Coasting, end: f64, question: &Question<'_>, rests: bool) -> RunOutcome {
-    let Question {
-        design,
-        options,
-        within,
-        ..
-    } = *question;
-    let kernel = body.lever();
-    let (angle, velocity) = (kernel.angle, kernel.velocity);
-    let error = kernel.angle_error();
-    kernel.recorder.close_window(angle, end, error);
-    kernel.recorder.point(end, angle, velocity);
-    let moving = !rests && energy_j(design, options.stop, angle, velocity) > MOVING_ENERGY_J;
-    let stuck = kernel.stuck;
-    let (peak, work, trace) = (
-        kernel.recorder.peak,
-        kernel.work,
-        kernel.recorder.trace.take(),
-    );
-    let finished = kernel.recorder.clone();
-    if angle >= peak.angle {
-        kernel.deviation = kernel.sensitivity.deviation();
-    }
-    let in_window = kernel.deviation;
-    let coast = if moving && !stuck {
-        body.coast(end, within)
-    } else {
-        None
-    };
-    let (catch, catch_trace) = body.catch_run().unzip();
-    let spent = body.spent();
-    let tie = catch.and_then(|catch| catch.tie_s);
-    let kernel = body.lever();
-    let too_many = kernel.took_too_many();
-    let finite_peak = peak.angle.is_finite() && peak.bound().is_finite();
-    let broke_down = stuck || (moving && coast.is_none()) || !finite_peak;
-    let numerical_error_rad = if !options.error_bound {
-        f64::INFINITY
-    } else if peak.bound().is_finite() && tie.is_none() {
-        peak.bound()
-    } else {
-        f64::MAX
-    };
-    RunOutcome {
-        run: Run {
-            model: options.stop,
-            method: options.method.kind(),
-            opens_when: options.opens_when,
-            peak_angle_rad: finite(peak.angle),
-            peak_time_s: peak.time,
-            first_crossing_s: finished.first_crossing,
-            time_above_threshold_s: finished.time_above,
-            first_release_s: finished.first_release,
-            impacts: finished.impacts,
-            impact_list: finished.impact_list,
-            final_angle_rad: finite(angle),
-            final_velocity_rad_s: finite(velocity),
-            moving_at_end: moving,
-            coast_peak_angle_rad: coast.map(|peak| peak.angle),
-            numerical_error_rad,
-            error: ErrorStatement::Bound(numerical_error_rad),
-            work,
-        },
-        trace: trace.unwrap_or_default(),
-        catch,
-        catch_trace: catch_trace.unwrap_or_default(),
-        spent,
-        coast_error_rad: coast.map_or(0.0, |peak| finite(peak.bound())),
-        deviation_rad: options
-            .noise_m2_s3
-            .map(|_| finite(in_window.max(kernel.deviation))),
-        final_error_rad: options.error_bound.then(|| finite(error)),
-        broke_down,
-        breakdown: match broke_down {
-            true if too_many => Some(Breakdown::TooManySteps),
-            true if !finite_peak => Some(Breakdown::NotFinite),
-            true => kernel.breakdown,
-            false => None,
-        },
-        lowest_angle_rad: None,
-    }
-}
-
-/// The number, or the largest there is in place of what is none: a run that broke down still
-/// has to be written down.
-fn finite(value: f64) -> f64 {
-    if value.is_finite() { value } else { f64::MAX }
-}
 
 /// Energy above which a lever counts as moving [J].
 const MOVING_ENERGY_J: f64 = 1e-9;

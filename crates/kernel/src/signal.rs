@@ -605,10 +605,11 @@ impl Ends {
 #[inline(always)]
 fn range<const K: usize>(control: &[f64; K]) -> Range {
     let (mut low, mut high) = (control[0], control[0]);
-    for c in &control[1..] {
+    for n in 1..K {
+        let c = control[n];
         // Of a number that is none the first stays.
-        low = if *c < low { *c } else { low };
-        high = if *c > high { *c } else { high };
+        low = if c < low { c } else { low };
+        high = if c > high { c } else { high };
     }
     Range { low, high }
 }
@@ -647,8 +648,8 @@ impl Mix {
     #[inline(always)]
     pub(crate) fn of<const K: usize>(&self, own: &Piece<K>, other: &Piece<K>) -> ([f64; K], f64) {
         let mut terms = own.scaled(self.own, self.offset);
-        for (term, other) in terms.iter_mut().zip(&other.terms) {
-            *term = self.other.mul_add(*other, *term);
+        for n in 0..K {
+            terms[n] = self.other.mul_add(other.terms[n], terms[n]);
         }
         let strongest = own.strongest(self.own, self.offset) + other.strongest(self.other, 0.0);
         (terms, strongest)
@@ -685,8 +686,8 @@ impl<const K: usize> Piece<K> {
 #[inline(always)]
 pub(crate) fn value<const K: usize>(terms: &[f64; K], at: f64) -> f64 {
     let mut sum = terms[K - 1];
-    for term in terms[..K - 1].iter().rev() {
-        sum = sum * at + term;
+    for n in (0..K - 1).rev() {
+        sum = sum * at + terms[n];
     }
     sum
 }
@@ -715,8 +716,8 @@ pub(crate) fn bend<const K: usize>(terms: &[f64; K], at: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn bend_at_most<const K: usize>(terms: &[f64; K]) -> f64 {
     let mut sum = 0.0;
-    for (n, term) in terms.iter().enumerate().skip(2) {
-        sum += (n * (n - 1)) as f64 * term.abs();
+    for n in 2..K {
+        sum += (n * (n - 1)) as f64 * terms[n].abs();
     }
     sum
 }

@@ -178,7 +178,8 @@ pub(crate) fn makers(document: &SpectrumDocument) -> Vec<String> {
 /// Says where a design lies.
 pub(crate) fn design(document: &SpectrumDocument, design: &DesignPoint) -> String {
     let place = match design.place {
-        Some(Place::Above) => "above every curve: stays",
+        Some(Place::Above) if design.awaits.is_empty() => "above every curve: stays",
+        Some(Place::Above) => "above every curve",
         Some(Place::Zone) => "in the zone, where small things decide",
         Some(Place::Below) => "below the zone: opens",
         None => "without a place",
@@ -188,8 +189,15 @@ pub(crate) fn design(document: &SpectrumDocument, design: &DesignPoint) -> Strin
     let by = by.filter(|_| names.len() > 1 && design.place != Some(Place::Above));
     let by = by.map_or_else(String::new, |name| format!(" ({name})"));
     let reason = design.reason.as_ref().map(|reason| format!(": {reason}"));
+    let awaits = match (design.place, &*design.awaits) {
+        (Some(Place::Above), [_, ..]) => {
+            let what = design.awaits.join(", ");
+            format!("; a pass needs a person's word on {what}")
+        }
+        _ => String::new(),
+    };
     format!(
-        "{}: stroke {} mm, lift-off {}; {place}{by}{}{}",
+        "{}: stroke {} mm, lift-off {}; {place}{by}{}{}{awaits}",
         design.name,
         significant(design.stroke_m * 1e3, 3),
         g(design.liftoff_m_s2),

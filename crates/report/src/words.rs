@@ -211,16 +211,16 @@ pub(super) fn stops(document: &Document) -> Option<String> {
         return document
             .nominal
             .as_ref()
-            .map(|run| format!("{} alone", stop(run.model)));
+            .map(|run| format!("{} alone", run.model.label()));
     }
     let each: Vec<String> = document
         .models
         .values()
         .map(|run| match opening::of_run(document, run) {
-            Some(opens) => format!("{} {opens}", stop(run.model)),
+            Some(opens) => format!("{} {opens}", run.model.label()),
             None => match peak_with_error(document, run) {
-                KnownPeak::Open(words) => format!("{}: {words}", stop(run.model)),
-                _ => format!("{} stays, {}", stop(run.model), short_peak(document, run)),
+                KnownPeak::Open(words) => format!("{}: {words}", run.model.label()),
+                _ => format!("{} stays, {}", run.model.label(), short_peak(document, run)),
             },
         })
         .collect();
@@ -567,17 +567,9 @@ pub(super) fn margin(threshold_rad: f64, peak_rad: f64) -> (f64, f64) {
     (margin, margin / threshold_rad * 100.0)
 }
 
-/// Returns the stop in words.
-pub(super) fn stop(model: StopModel) -> &'static str {
-    match model {
-        StopModel::Rigid => "rigid stop",
-        StopModel::Soft => "soft stop",
-    }
-}
-
 /// Returns the stop and the opening direction: `rigid stop, negative acceleration`.
 pub(super) fn place(model: StopModel, opens_when: OpensWhen) -> String {
-    format!("{}, {} acceleration", stop(model), opens_when.name())
+    format!("{}, {} acceleration", model.label(), opens_when.name())
 }
 
 /// Returns the polarity in words.

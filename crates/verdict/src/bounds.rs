@@ -11,7 +11,6 @@ use super::runs::RunSetup;
 use super::statics::StaticLever;
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::lever::Lever;
-use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::Method;
 use latchgate_kernel::replay::batch::SensorView;
@@ -77,10 +76,10 @@ pub(super) fn bound(
     };
     let intervals = sensors[0].ranges.len();
     let lifts = (1.0 - ROOM) * -loosest.lever.lift_off_acceleration_m_s2();
-    let first = match model {
-        StopModel::Rigid => (0..intervals).find(|index| least(*index) < lifts),
-        // In a soft stop it moves from the first sample on.
-        StopModel::Soft => Some(0),
+    let first = match model.yields() {
+        false => (0..intervals).find(|index| least(*index) < lifts),
+        // In a stop that yields it moves from the first sample on.
+        true => Some(0),
     };
     let Some(first) = first else {
         return Ok(Some(Bound::NeverLifts));

@@ -39,21 +39,19 @@ pub(super) fn budget(
         let result = results.iter().find(|result| result.variant == variant)?;
         Some(result.run.run().peak_angle_rad)
     };
-    let other_stop = Variant {
-        model: match variant.model {
-            StopModel::Rigid => StopModel::Soft,
-            StopModel::Soft => StopModel::Rigid,
-        },
-        ..variant
-    };
-    let model_peak = peak_of(other_stop);
+    let others = StopModel::ALL
+        .into_iter()
+        .filter(|model| *model != variant.model);
+    let others: Vec<Variant> = others.map(|model| Variant { model, ..variant }).collect();
     let mut reruns = own_reruns(setup, conditioned, variant, unfiltered_peak.is_none())?;
-    if model_peak.is_none() && admits_start(setup, other_stop.model) {
-        reruns.push(Rerun {
-            part: BudgetPart::Model,
-            reading: setup.readings.own()?,
-            variant: other_stop,
-        });
+    for variant in &others {
+        if peak_of(*variant).is_none() && admits_start(setup, variant.model) {
+            reruns.push(Rerun {
+                part: BudgetPart::Model,
+                reading: setup.readings.own()?,
+                variant: *variant,
+            });
+        }
     }
     if !setup
         .work
@@ -71,7 +69,11 @@ pub(super) fn budget(
         interpolation: Some(nominal.run.interpolation_error_rad),
         noise: Some(nominal.run.noise_rad),
         noise_97_5: nominal.run.noise_draws.map(|draws| draws.quantile_rad),
-        model: model_peak.map(change),
+        model: others
+            .iter()
+            .filter_map(|other| peak_of(*other))
+            .map(change)
+            .reduce(f64::max),
         filter: unfiltered_peak
             .or(conditioned.filter.is_none().then_some(peak))
             .map(change),
@@ -135,10 +137,10 @@ fn own_reruns<'a>(
     Ok(reruns)
 }
 
-/// A lever that starts inside the soft stop has no counterpart on the rigid one.
+/// A lever that starts inside a stop that yields has no counterpart on one that does not.
 fn admits_start(setup: &RunSetup<'_>, model: StopModel) -> bool {
     let outside = |angle| angle >= 0.0;
-    model == StopModel::Soft || setup.policy.initial_angle_rad.is_none_or(outside)
+    model.yields() || setup.policy.initial_angle_rad.is_none_or(outside)
 }
 
 fn shifted(signal: &Signal, shift: f64) -> Signal {

@@ -65,7 +65,7 @@ pub use policy::{AssessDetail, AssessExtras, DrawnRuns, ModelChoice, Polarity, P
 pub use quantile_band::QuantileBand;
 pub use series::{SampledSeries, SeriesRun};
 pub use what_if::WhatIf;
-pub use word::TOGETHER;
+pub use word::{TOGETHER, awaited};
 
 use crate::conditioning::spectrum::{AmplitudeSpectrum, Spectrogram};
 use latchgate_kernel::model::stop::StopModel;

@@ -29,9 +29,8 @@ impl ModelChoice {
     /// Returns the stops that are judged.
     pub fn stops(self) -> &'static [StopModel] {
         match self {
-            Self::Auto => &[StopModel::Rigid, StopModel::Soft],
-            Self::Only(StopModel::Rigid) => &[StopModel::Rigid],
-            Self::Only(StopModel::Soft) => &[StopModel::Soft],
+            Self::Auto => &StopModel::ALL,
+            Self::Only(stop) => stop.alone(),
         }
     }
 }
@@ -123,12 +122,9 @@ impl Policy {
         if self.initial_angle_rad.is_none() && self.initial_velocity_rad_s.is_none() {
             return None;
         }
-        let rest_angle_rad = || match model {
-            StopModel::Rigid => 0.0,
-            StopModel::Soft => stop.rest_angle_rad(lever),
-        };
+        let rest_angle_rad = stop.rest_angle_rad(model, lever);
         Some(State::new(
-            self.initial_angle_rad.unwrap_or_else(rest_angle_rad),
+            self.initial_angle_rad.unwrap_or(rest_angle_rad),
             self.initial_velocity_rad_s.unwrap_or(0.0),
         ))
     }

@@ -149,6 +149,9 @@ pub(super) fn work_limit(limit: u64) -> Reason {
     }
 }
 
+/// Code of the reason that nothing about lever and reading was varied.
+pub(super) const NOTHING_VARIED: &str = "nothing-varied";
+
 /// Says why there is no ensemble: none was asked for, or all of its members would be alike.
 fn nothing_asked(case: &Explained<'_>) -> Option<Reason> {
     let (code, text) = match (case.policy.members, case.varied) {
@@ -157,7 +160,7 @@ fn nothing_asked(case: &Explained<'_>) -> Option<Reason> {
             "No varied lever was asked (the setting `members` = 0). The scatter of lever, stop and sensor is not judged.",
         ),
         (_, None) => (
-            "nothing-varied",
+            NOTHING_VARIED,
             "No tolerance or input uncertainty moves it: this one lever was judged on this one reading, and no share is stated.",
         ),
         _ => return None,

@@ -66,8 +66,7 @@ pub(super) fn replay_findings(
     runs: &[&VariantRun],
 ) -> Vec<Finding> {
     let mut findings = implausible(design);
-    findings.extend(scatter_unstated(design));
-    findings.extend(linkage_may_part(design));
+    findings.extend(of_design(design));
     findings.extend(mechanism::finding(design));
     if policy.polarity == Polarity::Undeclared {
         findings.push(Finding::warning(
@@ -165,6 +164,12 @@ pub(crate) fn implausible(design: &Design) -> Vec<Finding> {
 /// Code of the finding of a design that does not state its scatter.
 pub(super) const SCATTER_UNSTATED: &str = "scatter-unstated";
 
+/// Returns the findings of a design, whatever it is replayed with, that hold a pass back.
+pub(super) fn of_design(design: &Design) -> Vec<Finding> {
+    let findings = [scatter_unstated(design), linkage_may_part(design)];
+    findings.into_iter().flatten().collect()
+}
+
 /// Returns the finding of a design that does not state how far preload and unbalance scatter: springs and masses that
 /// differ from the drawing opened doors, and a pass must know of them. 0 is a statement.
 fn scatter_unstated(design: &Design) -> Option<Finding> {
@@ -232,7 +237,7 @@ fn method_findings(
             ),
         )),
     }
-    for stop in [StopModel::Rigid, StopModel::Soft] {
+    for stop in StopModel::ALL {
         if runs.iter().any(|of| of.run().model == stop) {
             for text in method.known_failures(design, stop, interval, policy.tolerance_rad) {
                 if !findings.iter().any(|known| known.text == text) {

@@ -566,7 +566,7 @@ impl<'a> Levers<'a> {
         let mut followed = 0;
         for stop in ModelChoice::Auto.stops() {
             let lowest_m_s2 = windows.last().map_or(0.0, |last| self.edges_m_s2[last + 1]);
-            let strokes = match *stop == StopModel::Rigid && lowest_m_s2 > self.never_lifting_m_s2 {
+            let strokes = match !stop.yields() && lowest_m_s2 > self.never_lifting_m_s2 {
                 true => vec![vec![0.0; LEVERS]; windows.len()],
                 false => {
                     followed += LEVERS * windows.len();

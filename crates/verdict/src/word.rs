@@ -4,8 +4,9 @@
 //! reruns take it as it is. Only the verdict waits: a pass becomes undecided until every word is there, and one
 //! message names all of them.
 
-use super::reasons::{WORK_LIMIT, work_limit};
-use super::replay_findings::{SCATTER_UNSTATED, work_limit_reached};
+use super::ensemble::{Ensemble, Varied};
+use super::reasons::{NOTHING_VARIED, WORK_LIMIT, work_limit};
+use super::replay_findings::{SCATTER_UNSTATED, of_design, work_limit_reached};
 use super::{Answer, Assessment, Reason};
 use latchgate_kernel::model::Design;
 use latchgate_recording::Finding;
@@ -99,22 +100,20 @@ impl Assessment {
     /// Turns a pass into an undecided verdict where `findings`, or those of the replay, ask for a person's word.
     /// Where only the direction is undecided, what a pass would wait for beside it is named with it.
     pub fn wait_for_word(&mut self, findings: &[Finding], design: &Design) {
-        let asking = findings.iter().chain(&self.findings);
-        let asking = asking.filter(|finding| finding.needs_word);
-        let mut codes: Vec<&str> = asking.map(|finding| &*finding.code).collect();
+        let mut codes = asking(findings.iter().chain(&self.findings), design);
         if codes.is_empty() {
             return;
-        }
-        if codes.contains(&SCATTER_UNSTATED) {
-            codes.retain(|code| *code != SCATTER_UNSTATED);
-            codes.extend(design.missing_tolerances());
         }
         let first = self.why.first().map_or("", |reason| &reason.code);
         let by_direction = ["polarity-decides", "polarity-undeclared"].contains(&first);
         let code = "needs-word".into();
         match self.answer {
             Answer::Pass => {
-                let text = format!("The lever stays. {}", request(&codes));
+                let lever = match self.is_of_one_lever() {
+                    true => "This one lever",
+                    false => "The lever",
+                };
+                let text = format!("{lever} stays. {}", request(&codes));
                 self.why.insert(0, Reason { code, text });
                 self.answer = Answer::Undecided;
                 self.word_missing = true;
@@ -126,6 +125,13 @@ impl Assessment {
             }
             _ => {}
         }
+    }
+
+    /// Tells whether no value of the lever was varied.
+    fn is_of_one_lever(&self) -> bool {
+        let nothing = |reason: &Reason| reason.code == NOTHING_VARIED;
+        let readings = |ensemble: &Ensemble| ensemble.varied == Varied::Readings;
+        self.why.iter().any(nothing) || self.ensemble.as_ref().is_some_and(readings)
     }
 
     /// Tells the limit of work that a person knows, where a part of it was left for this answer.
@@ -144,6 +150,34 @@ impl Assessment {
     pub fn passes_with_word(&self) -> bool {
         self.answer == Answer::Pass || self.word_missing
     }
+}
+
+/// Returns the codes of the words for which `findings` ask; of unstated scatter the keys of the tolerances.
+fn asking<'a>(findings: impl Iterator<Item = &'a Finding>, design: &Design) -> Vec<&'a str> {
+    let asking = findings.filter(|finding| finding.needs_word);
+    let mut codes: Vec<&str> = asking.map(|finding| &*finding.code).collect();
+    if codes.contains(&SCATTER_UNSTATED) {
+        codes.retain(|code| *code != SCATTER_UNSTATED);
+        codes.extend(design.missing_tolerances());
+    }
+    codes
+}
+
+/// Returns what a person must still say before a pass of `design` under recordings with these `findings` counts, each
+/// as a phrase: "the clock", "how far the preload scatters".
+pub fn awaited<'a>(findings: impl Iterator<Item = &'a Finding>, design: &Design) -> Vec<String> {
+    let of_design = of_design(design);
+    let mut codes = asking(findings, design);
+    codes.extend(asking(of_design.iter(), design));
+    let words = WORDS.iter().filter(|word| codes.contains(&word.code));
+    let mut awaited: Vec<String> = words.map(|word| word.what.to_string()).collect();
+    for code in codes {
+        let other = format!("what `{code}` asks");
+        if !WORDS.iter().any(|word| word.code == code) && !awaited.contains(&other) {
+            awaited.push(other);
+        }
+    }
+    awaited
 }
 
 /// Returns the message that names everything that findings of these codes ask for.

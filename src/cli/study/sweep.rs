@@ -136,7 +136,7 @@ pub(super) fn parse_grid(text: &str) -> Result<(u32, u32), String> {
 
 /// Returns an initial state that every one of `stops` admits.
 pub(super) fn start(phi0: f64, omega0: f64, stops: &[StopModel]) -> Result<State, Failure> {
-    if phi0 < 0.0 && stops.contains(&StopModel::Rigid) {
+    if phi0 < 0.0 && stops.iter().any(|stop| !stop.yields()) {
         return Err(Failure::Usage(Error::out_of_range(
             "--phi0 [rad]",
             "0 or more on a rigid stop; choose --model soft to start inside the stop",

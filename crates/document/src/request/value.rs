@@ -255,13 +255,9 @@ impl Word for Between {
 
 impl Word for ModelChoice {
     fn all() -> Vec<(Self, &'static str)> {
-        [
-            Self::Auto,
-            Self::Only(StopModel::Rigid),
-            Self::Only(StopModel::Soft),
-        ]
-        .map(|model| (model, model.name()))
-        .to_vec()
+        let each = StopModel::ALL.into_iter().map(Self::Only);
+        let all = std::iter::once(Self::Auto).chain(each);
+        all.map(|model| (model, model.name())).collect()
     }
 }
 

@@ -136,7 +136,7 @@ impl DesignParameter {
     /// Returns whether it is a number of one of these stops, or of none: the rigid stop has its restitution alone.
     pub fn counts_at(&self, stops: &[StopModel]) -> bool {
         let is_of_stop = matches!(self.slot, Slot::Stop(_));
-        !is_of_stop || self.key() == "restitution" || stops.contains(&StopModel::Soft)
+        !is_of_stop || self.key() == "restitution" || stops.iter().any(|stop| stop.yields())
     }
 }
 

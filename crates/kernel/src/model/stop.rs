@@ -17,11 +17,39 @@ pub enum StopModel {
 }
 
 impl StopModel {
+    /// Every model, in the order in which they are named.
+    pub const ALL: [Self; 2] = [Self::Rigid, Self::Soft];
+
     /// Returns the word that options and verdicts use.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rigid => "rigid",
             Self::Soft => "soft",
+        }
+    }
+
+    /// Returns what people are told of it.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Rigid => "rigid stop",
+            Self::Soft => "soft stop",
+        }
+    }
+
+    /// Returns it as a list of one.
+    pub fn alone(self) -> &'static [Self] {
+        match self {
+            Self::Rigid => &[Self::Rigid],
+            Self::Soft => &[Self::Soft],
+        }
+    }
+
+    /// Tells whether a lever sinks into it: it has angles below 0, holds energy there and gives speed back over
+    /// time. What does not yield turns a lever round at φ = 0 and carries it at rest.
+    pub fn yields(self) -> bool {
+        match self {
+            Self::Rigid => false,
+            Self::Soft => true,
         }
     }
 }
@@ -66,9 +94,20 @@ impl Stop {
         (self.contact_stiffness_nm_per_rad(lever) / lever.moment_of_inertia_kg_m2).sqrt()
     }
 
-    /// Returns the angle of a lever at rest on the soft stop without excitation, −T0/kR [rad].
-    pub fn rest_angle_rad(&self, lever: &Lever) -> f64 {
-        -lever.preload_torque_nm / self.contact_stiffness_nm_per_rad(lever)
+    /// Returns the angle of a lever at rest without excitation [rad]: 0 on a stop that does not yield, else −T0/kR.
+    pub fn rest_angle_rad(&self, model: StopModel, lever: &Lever) -> f64 {
+        match model.yields() {
+            true => -lever.preload_torque_nm / self.contact_stiffness_nm_per_rad(lever),
+            false => 0.0,
+        }
+    }
+
+    /// Returns the stiffness that turns a lever back at an angle [N m/rad]: below 0 that of a stop that yields.
+    pub fn stiffness_at_nm_per_rad(&self, model: StopModel, lever: &Lever, angle_rad: f64) -> f64 {
+        match model.yields() && angle_rad < 0.0 {
+            true => self.contact_stiffness_nm_per_rad(lever),
+            false => lever.spring_stiffness_nm_per_rad,
+        }
     }
 
     /// Moves the soft stop's damping along with a restitution that was moved away from that of

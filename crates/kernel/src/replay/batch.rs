@@ -469,8 +469,8 @@ impl<S: pulp::Simd> LaneMix<S> {
         if K == STRAIGHT {
             terms[1] = self.own.fused(constant(piece.end), self.offset) - terms[0];
         } else {
-            for (b, term) in terms.iter_mut().zip(&piece.terms).skip(1) {
-                *b = self.own * constant(*term);
+            for n in 1..K {
+                terms[n] = self.own * constant(piece.terms[n]);
             }
         }
         let low = self.own.fused(constant(piece.range.low), self.offset);
@@ -488,8 +488,9 @@ impl<S: pulp::Simd> LaneMix<S> {
         other: &Piece<K>,
     ) -> ([Lanes<S>; K], Lanes<S>) {
         let (mut terms, strongest) = self.scaled(simd, own);
-        for (b, term) in terms.iter_mut().zip(&other.terms) {
-            *b = self.other.fused(Lanes::splat(simd, *term), *b);
+        for n in 0..K {
+            let term = Lanes::splat(simd, other.terms[n]);
+            terms[n] = self.other.fused(term, terms[n]);
         }
         let largest = other.range.low.abs().max(other.range.high.abs());
         (terms, strongest + self.other.magnitude() * largest)

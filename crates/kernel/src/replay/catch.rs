@@ -6,11 +6,12 @@
 
 use super::catch_run::CatchRun;
 use super::contact_fast::FastContact;
+use super::drive::{Body, begin, limited};
 use super::flight_fast::FastFlight;
 use super::forcing::{Forcing, Polynomial};
-use super::kernel::{Arrival, CURVED_TRUNCATION, Ceiling, Coasting, Kernel};
+use super::kernel::{Arrival, Ceiling, Coasting, Kernel};
 use super::recorder::Recorder;
-use super::{PeakEnd, Question, RunOutcome, TracePoint, begin, finish};
+use super::{Question, TracePoint};
 use crate::model::catch::Catch;
 use crate::model::stop::StopModel;
 use crate::signal::{Mix, Pieces, STRAIGHT};
@@ -19,7 +20,7 @@ use crate::signal::{Mix, Pieces, STRAIGHT};
 const TIE_DEVIATIONS: f64 = 2.0;
 
 /// A lever and a catch.
-struct Pair<'a, const K: usize> {
+pub(super) struct Pair<'a, const K: usize> {
     pieces: Pieces<'a, K>,
     interval: f64,
     /// Recorded acceleration to the model's.
@@ -41,64 +42,8 @@ struct Pair<'a, const K: usize> {
     record: CatchRun,
 }
 
-/// Runs the lever and the catch of a design through the samples up to the last judged one.
-#[inline(always)]
-pub(super) fn run<const K: usize>(
-    pieces: Pieces<'_, K>,
-    question: &Question<'_>,
-    parts: Catch,
-) -> RunOutcome {
-    let mut pair = Pair::new(pieces, question, parts);
-    let (first, last) = (question.first, question.last);
-    let mut looked = 0;
-    let mut ends = None;
-    if question.options.peak_only {
-        ends = Some(PeakEnd::new(&pieces, question));
-    }
-    let mut index = 0;
-    while index < last {
-        if index == first {
-            pair.open_window(index);
-        }
-        let mut stop_at = if index < first { first } else { last };
-        if let Some(ends) = &mut ends {
-            // A catch takes energy from its lever, and never gives any.
-            if ends.here(question, &pair.lever, index) {
-                return finish(pair, pieces.signal.time_s(index), question, true);
-            }
-            stop_at = stop_at.min(ends.asked);
-        }
-        let held = pair.held_samples(index, stop_at);
-        if held > 0 {
-            index += held;
-            continue;
-        }
-        let carried = pair.lever_samples(index, stop_at);
-        if carried > 0 {
-            pair.catch_samples(index, index + carried);
-            index += carried;
-            continue;
-        }
-        let mut base = pieces.terms(index);
-        for a in &mut base {
-            *a *= pair.sign;
-        }
-        pair.carry(pieces.signal.time_s(index), pair.interval, &base);
-        index += 1;
-        pair.lever.stuck |= pair.catch.stuck;
-        pair.lever.stuck |= question.within.ends(pair.lever.work.steps, &mut looked);
-        if pair.lever.stuck {
-            break;
-        }
-    }
-    if first >= last {
-        pair.open_window(last);
-    }
-    finish(pair, pieces.signal.time_s(last), question, false)
-}
-
 impl<'a, const K: usize> Pair<'a, K> {
-    fn new(pieces: Pieces<'a, K>, question: &Question<'_>, parts: Catch) -> Self {
+    pub(super) fn new(pieces: Pieces<'a, K>, question: &Question<'_>, parts: Catch) -> Self {
         let (options, design) = (question.options, question.design);
         let signal = pieces.signal;
         let sign = options.opens_when.sign() * design.lever.unbalance_sign();
@@ -121,16 +66,8 @@ impl<'a, const K: usize> Pair<'a, K> {
         }
         catch.recorder.open_window(0.0, signal.start_s, 0.0);
         catch.recorder.point(signal.start_s, 0.0, 0.0);
-        let mut kernels = [begin(signal.start_s, design, options), catch];
-        for kernel in &mut kernels {
-            *kernel = kernel.clone().for_samples(question.last);
-            if K > STRAIGHT {
-                let times = if options.error_bound { 0.1 } else { 100.0 };
-                *kernel = kernel.clone().letting_pass(times * CURVED_TRUNCATION);
-            }
-            kernel.at_most(question.within.steps_max);
-        }
-        let [lever, catch] = kernels;
+        let lever = begin(signal.start_s, design, options);
+        let [lever, catch] = [lever, catch].map(|kernel| limited::<K>(kernel, question));
         let (along, across) = (Mix::scaled(sign, 0.0), Mix::scaled(1.0, 0.0));
         let beyond = lever.angle > parts.lever_angle_rad;
         let mut pair = Self {
@@ -183,12 +120,6 @@ impl<'a, const K: usize> Pair<'a, K> {
             }
             (false, false) => (f64::NEG_INFINITY, Ceiling::gate(engagement)),
         };
-    }
-
-    fn open_window(&mut self, index: usize) {
-        let error = self.lever.angle_error();
-        let (angle, time) = (self.lever.angle, self.pieces.signal.time_s(index));
-        self.lever.recorder.open_window(angle, time, error);
     }
 
     /// Where the lever leans on the engaged catch: carries the catch through whole samples that keep it there,
@@ -466,6 +397,29 @@ impl<'a, const K: usize> Pair<'a, K> {
         let noises = [self.catch.sensitivity.deviation(), arrival.deviation];
         let [of_catch, of_lever] = [0, 1].map(|body| errors[body] + TIE_DEVIATIONS * noises[body]);
         of_catch + of_lever * (self.catch.velocity / speed).abs()
+    }
+}
+
+impl<const K: usize> Body for Pair<'_, K> {
+    #[inline(always)]
+    fn calm_samples(&mut self, index: usize, stop_at: usize) -> usize {
+        let held = self.held_samples(index, stop_at);
+        if held > 0 {
+            return held;
+        }
+        let carried = self.lever_samples(index, stop_at);
+        self.catch_samples(index, index + carried);
+        carried
+    }
+
+    #[inline(always)]
+    fn sample(&mut self, index: usize) {
+        let mut base = self.pieces.terms(index);
+        for a in &mut base {
+            *a *= self.sign;
+        }
+        self.carry(self.pieces.signal.time_s(index), self.interval, &base);
+        self.lever.stuck |= self.catch.stuck;
     }
 }
 

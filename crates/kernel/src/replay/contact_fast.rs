@@ -106,8 +106,8 @@ impl Add for Eight {
 
     #[inline(always)]
     fn add(mut self, other: Self) -> Self {
-        for (a, b) in self.0.iter_mut().zip(&other.0) {
-            *a += b;
+        for n in 0..POINTS {
+            self.0[n] += other.0[n];
         }
         self
     }
@@ -118,8 +118,8 @@ impl Sub for Eight {
 
     #[inline(always)]
     fn sub(mut self, other: Self) -> Self {
-        for (a, b) in self.0.iter_mut().zip(&other.0) {
-            *a -= b;
+        for n in 0..POINTS {
+            self.0[n] -= other.0[n];
         }
         self
     }
@@ -130,8 +130,8 @@ impl Mul for Eight {
 
     #[inline(always)]
     fn mul(mut self, other: Self) -> Self {
-        for (a, b) in self.0.iter_mut().zip(&other.0) {
-            *a *= b;
+        for n in 0..POINTS {
+            self.0[n] *= other.0[n];
         }
         self
     }
@@ -402,8 +402,8 @@ impl<const K: usize> FastContact<K> {
             let moves = angle.abs() + slope.abs();
             let allowed = self.tolerance.of(moves);
             let mut linear = self.angle * angle + self.slope * slope - self.powers[0] * push;
-            for (power, b) in self.powers.iter().zip(&b).skip(1) {
-                linear = linear - *power * *b;
+            for n in 1..K {
+                linear = linear - self.powers[n] * b[n];
             }
             let excitation = self.at_nodes(&b);
             let mut small = excitation * lessened(linear);
@@ -477,8 +477,8 @@ impl<const K: usize> FastContact<K> {
     #[inline(always)]
     fn at_nodes(&self, terms: &[f64; K]) -> Eight {
         let mut values = Eight::splat(terms[0]);
-        for (nodes, term) in self.nodes.iter().zip(terms).skip(1) {
-            values = values + *nodes * *term;
+        for n in 1..K {
+            values = values + self.nodes[n] * terms[n];
         }
         values
     }
@@ -487,8 +487,8 @@ impl<const K: usize> FastContact<K> {
     #[inline(always)]
     fn moved(&self, linear: Eight, small: Eight) -> Eight {
         let mut moved = linear;
-        for (column, small) in self.mutual.iter().zip(small.0) {
-            moved = moved + *column * small;
+        for n in 0..POINTS {
+            moved = moved + self.mutual[n] * small.0[n];
         }
         moved
     }
@@ -506,9 +506,9 @@ impl<const K: usize> FastContact<K> {
         let (to_angle, to_slope, to_powers) =
             (&self.end.to_angle, &self.end.to_slope, &self.end.to_powers);
         let mut forced = AngleSlope::new(to_powers[0].angle * push, to_powers[0].slope * push);
-        for (power, b) in to_powers.iter().zip(b).skip(1) {
-            forced.angle += power.angle * b;
-            forced.slope += power.slope * b;
+        for n in 1..K {
+            forced.angle += to_powers[n].angle * b[n];
+            forced.slope += to_powers[n].slope * b[n];
         }
         let kept = AngleSlope::new(
             to_angle.angle * angle + to_slope.angle * slope,

@@ -223,9 +223,9 @@ impl<'a, const K: usize> Replay<'a, K> {
         let (first, last) = options
             .window
             .map_or((0, last), |(from, to)| (from.min(last), to.min(last)));
-        let (phase, angle) = match options.stop {
-            StopModel::Rigid => (Phase::Dwell, ZERO),
-            StopModel::Soft => (
+        let (phase, angle) = match options.stop.yields() {
+            false => (Phase::Dwell, ZERO),
+            true => (
                 Phase::Contact,
                 -quotient(number(lever.preload_torque_nm), contact_stiffness),
             ),
@@ -331,8 +331,9 @@ impl<'a, const K: usize> Replay<'a, K> {
             self.highest.hi(),
             energy(self.angle.hi(), self.velocity.hi()),
         );
-        if self.stop == StopModel::Soft && best <= 0.0 {
-            let least = energy(self.design.stop.rest_angle_rad(&self.design.lever), 0.0);
+        if self.stop.yields() && best <= 0.0 {
+            let Design { stop, lever, .. } = self.design;
+            let least = energy(stop.rest_angle_rad(self.stop, lever), 0.0);
             return now - least <= NOTHING_J;
         }
         now <= energy(best, 0.0) * (1.0 - ROUNDING)
@@ -444,8 +445,8 @@ impl<'a, const K: usize> Replay<'a, K> {
 
     /// The lever is at its stop's angle.
     fn meet(&mut self, terms: &[TwoFloat; K], part: TwoFloat) {
-        self.phase = match (self.stop, self.phase) {
-            (StopModel::Rigid, _) => {
+        self.phase = match (self.stop.yields(), self.phase) {
+            (false, _) => {
                 self.velocity = -(self.velocity * self.restitution);
                 let pressed = self.free.pressing + evaluate(terms, part);
                 match self.velocity.hi() < REST_SPEED && pressed > ZERO {
@@ -456,8 +457,8 @@ impl<'a, const K: usize> Replay<'a, K> {
                     false => Phase::Flight,
                 }
             }
-            (StopModel::Soft, Phase::Contact) => Phase::Flight,
-            (StopModel::Soft, _) => Phase::Contact,
+            (true, Phase::Contact) => Phase::Flight,
+            (true, _) => Phase::Contact,
         };
     }
 
@@ -552,7 +553,7 @@ impl<'a, const K: usize> Replay<'a, K> {
                 lowest = lowest.min(polynomial::evaluate(doubles, at));
             }
         });
-        self.stop == StopModel::Rigid && lowest < GRAZE * size
+        !self.stop.yields() && lowest < GRAZE * size
     }
 
     /// Keeps the highest angle at which the lever turns up to `reached`.

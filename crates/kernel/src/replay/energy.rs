@@ -13,11 +13,7 @@ pub(super) fn energy_of(
     angle: f64,
     velocity: f64,
 ) -> f64 {
-    let stiffness = if angle < 0.0 && model == StopModel::Soft {
-        stop.contact_stiffness_nm_per_rad(lever)
-    } else {
-        lever.spring_stiffness_nm_per_rad
-    };
+    let stiffness = stop.stiffness_at_nm_per_rad(model, lever, angle);
     0.5 * lever.moment_of_inertia_kg_m2 * velocity * velocity
         + lever.preload_torque_nm * angle
         + 0.5 * stiffness * angle * angle
@@ -37,9 +33,9 @@ pub(super) fn stays_below(
 ) -> bool {
     /// Room for rounding and for the replay's own error.
     const ROOM: f64 = 1e-6;
-    let stored = match model {
-        StopModel::Rigid => 0.0,
-        StopModel::Soft => {
+    let stored = match model.yields() {
+        false => 0.0,
+        true => {
             let stiffness = stop.contact_stiffness_nm_per_rad(lever);
             0.5 * lever.preload_torque_nm * lever.preload_torque_nm / stiffness
         }

@@ -50,8 +50,8 @@ impl<T: Real, const K: usize, const ACROSS: bool> Push<T, K, ACROSS> {
     fn swing(&self) -> T {
         let mut sum = self.along[0].constant(0.0);
         if ACROSS {
-            for term in &self.across {
-                sum = sum + term.magnitude();
+            for n in 0..K {
+                sum = sum + self.across[n].magnitude();
             }
         }
         sum
@@ -61,8 +61,8 @@ impl<T: Real, const K: usize, const ACROSS: bool> Push<T, K, ACROSS> {
     #[inline(always)]
     fn size(&self) -> T {
         let mut size = self.along[0].magnitude();
-        for term in &self.along[1..] {
-            size = size + term.magnitude();
+        for n in 1..K {
+            size = size + self.along[n].magnitude();
         }
         if ACROSS {
             size = size + self.swing();
@@ -74,12 +74,12 @@ impl<T: Real, const K: usize, const ACROSS: bool> Push<T, K, ACROSS> {
     #[inline(always)]
     pub(super) fn change(&self) -> T {
         let mut change = self.along[1].magnitude();
-        for (n, term) in self.along.iter().enumerate().skip(2) {
-            change = change + term.magnitude() * n as f64;
+        for n in 2..K {
+            change = change + self.along[n].magnitude() * n as f64;
         }
         if ACROSS {
-            for (n, term) in self.across.iter().enumerate().skip(1) {
-                change = change + term.magnitude() * n as f64;
+            for n in 1..K {
+                change = change + self.across[n].magnitude() * n as f64;
             }
         }
         change
@@ -360,12 +360,12 @@ impl<T: Real> Orders<T> {
     fn weights<const K: usize>(b: &[T; K], m: usize) -> [T; 2] {
         let zero = b[0].constant(0.0);
         let (mut angle, mut slope) = (zero, zero);
-        for (k, term) in b.iter().enumerate() {
+        for k in 0..K {
             let n = m + k;
             if n >= 8 {
                 let (once, twice) = (-1.0 / (n + 1) as f64, -1.0 / ((n + 1) * (n + 2)) as f64);
-                angle = term.fused(zero.constant(twice), angle);
-                slope = term.fused(zero.constant(once), slope);
+                angle = b[k].fused(zero.constant(twice), angle);
+                slope = b[k].fused(zero.constant(once), slope);
             }
         }
         [angle, slope]
@@ -487,12 +487,16 @@ impl<T: Real> Orders<T> {
         b: &Push<T, K, ACROSS>,
     ) -> T {
         let mut next = b.along[1].magnitude() * self.c[9].magnitude();
-        for (k, term) in b.along.iter().enumerate().skip(2) {
-            next = term.magnitude().fused(self.c[10 - k].magnitude(), next);
+        for k in 2..K {
+            next = b.along[k]
+                .magnitude()
+                .fused(self.c[10 - k].magnitude(), next);
         }
         if ACROSS {
-            for (k, term) in b.across.iter().enumerate().skip(1) {
-                next = term.magnitude().fused(self.s[10 - k].magnitude(), next);
+            for k in 1..K {
+                next = b.across[k]
+                    .magnitude()
+                    .fused(self.s[10 - k].magnitude(), next);
             }
         }
         self.last.fused(self.next, next * (2.0 / 132.0))

@@ -85,6 +85,55 @@ enum Phase {
     Held,
 }
 
+/// The next step of a flight.
+enum FlightStep {
+    /// It lasts so long [s].
+    Flies(f64),
+    /// There is none: the lever rests from this local time on [s].
+    Rests(f64),
+}
+
+/// What a lever in flight comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Met {
+    /// Its stop at φ = 0.
+    Stop,
+    /// The gate below.
+    GateBelow,
+    /// The stop or the gate above.
+    Above,
+}
+
+/// Where a step of flight comes to what is below and above, as parts of the step.
+struct Crossings {
+    stop: Option<f64>,
+    gate_below: Option<f64>,
+    above: Option<f64>,
+}
+
+impl Crossings {
+    /// Returns the first of them.
+    fn first(&self) -> Option<f64> {
+        let all = [self.stop, self.gate_below, self.above];
+        all.into_iter().flatten().reduce(f64::min)
+    }
+
+    /// Returns what the lever meets, at most one of which a step is short enough to reach.
+    fn met(&self) -> Option<Met> {
+        let hits = |part: f64| self.above.is_none_or(|above| part <= above);
+        match (self.stop, self.above, self.gate_below) {
+            (Some(part), ..) if hits(part) => Some(Met::Stop),
+            (_, Some(_), _) => Some(Met::Above),
+            (_, _, Some(_)) => Some(Met::GateBelow),
+            _ => None,
+        }
+    }
+
+    fn passes_a_gate(&self) -> bool {
+        self.gate_below.is_some() || self.above.is_some()
+    }
+}
+
 /// What ends a flight above: a stop, or a gate at which whoever drives the lever decides.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ceiling {
@@ -269,13 +318,11 @@ impl Kernel {
     ) -> Self {
         let inertia = lever.moment_of_inertia_kg_m2;
         let pressing = lever.preload_torque_nm / inertia;
-        let (phase, state) = match (stop, initial) {
-            (StopModel::Rigid, None) => (Phase::Dwell, State::new(0.0, 0.0)),
-            (StopModel::Soft, None) => {
-                let at_rest = State::new(stop_of.rest_angle_rad(lever), 0.0);
-                (Phase::Contact, at_rest)
-            }
-            (StopModel::Soft, Some(state)) if state.angle_rad < 0.0 => (Phase::Contact, state),
+        let at_rest = State::new(stop_of.rest_angle_rad(stop, lever), 0.0);
+        let (phase, state) = match (stop.yields(), initial) {
+            (false, None) => (Phase::Dwell, at_rest),
+            (true, None) => (Phase::Contact, at_rest),
+            (true, Some(state)) if state.angle_rad < 0.0 => (Phase::Contact, state),
             (_, Some(state)) => (Phase::Flight, state),
         };
         let mut kernel = Self {
@@ -326,7 +373,7 @@ impl Kernel {
         let phase = CONTACT_PHASE_MAX / kernel.contact.stiffness.sqrt();
         kernel.flight_step_max = kernel.free.step_max();
         kernel.contact_step_max = kernel.contact.step_max().min(phase);
-        if stop == StopModel::Soft {
+        if stop.yields() {
             // A static equilibrium computed in double precision is off by its rounding.
             kernel
                 .sensitivity
@@ -423,9 +470,9 @@ impl Kernel {
         self.turns = TURNS_MAX / 2;
     }
 
-    /// Returns the coefficients in contact, if the stop is a soft one.
+    /// Returns the coefficients in contact, if the stop yields.
     pub(super) fn contact_branch(&self) -> Option<&Branch> {
-        (self.stop == StopModel::Soft).then_some(&self.contact)
+        self.stop.yields().then_some(&self.contact)
     }
 
     /// Returns whether the lever is in the soft stop, off φ = 0.
@@ -470,7 +517,7 @@ impl Kernel {
         const GRAZED_MAX: f64 = 1e-4;
         self.settle_error();
         let error = self.sensitivity.angle_error_soon(time);
-        if self.stop != StopModel::Rigid {
+        if self.stop.yields() {
             return error;
         }
         let grazed = GRAZE_DEVIATIONS * self.sensitivity.deviation();
@@ -712,71 +759,15 @@ impl Kernel {
         self.recorder.point(stretch.time() + local, 0.0, 0.0);
     }
 
-    /// Flight to the end of the sample, the end of the series' reach, or the stop.
+    /// Flight to the end of the sample, the end of the series' reach, or what it meets first.
     fn flight<F: Forcing, const N: usize>(&mut self, stretch: &F, local: f64) -> f64 {
-        if self.angle <= 0.0 && !self.lifting {
-            if !self.leaves(stretch, local) {
-                self.land(stretch, local);
-                return local;
-            }
-            // Known already but of a start on the stop.
-            self.recorder.release(stretch.time() + local);
-        }
-        let is_above = self.angle >= self.ceiling.angle;
-        if is_above && !self.lifting && self.velocity >= 0.0 {
-            match self.ceiling.restitution {
-                // Pushed off at once: nothing holds it there.
-                Some(_)
-                    if self.velocity <= 0.0 && self.acceleration_above(stretch, local) < 0.0 => {}
-                Some(restitution) => {
-                    self.strike(stretch, local, restitution);
-                    return local;
-                }
-                None => {
-                    self.at_gate = true;
-                    return local;
-                }
-            }
-        }
-        let slope = match is_above {
-            true => self.pressing_above(stretch).1.slope_at(local),
-            false => stretch.slope_at(local),
-        };
-        if self.lifting && slope >= 0.0 {
-            // The torque vanished at the very end of a sample and comes back in the next.
-            self.lifting = false;
-            self.phase = if is_above { Phase::Held } else { Phase::Dwell };
+        if self.stays_at_an_end(stretch, local) {
             return local;
         }
-        let mut step = (stretch.length() - local)
-            .min(self.flight_step_max)
-            .min(across_step_max(stretch))
-            .min(stretch.step_max());
-        if self.lifting || (self.angle <= 0.0 && self.velocity <= 0.0) {
-            step = step.min(libm::cbrt(6.0 * FIRST_STEP_ANGLE / slope.abs()));
-            let bend = stretch.bend();
-            if !F::LONG && bend > 0.0 {
-                step = step.min((24.0 * FIRST_STEP_ANGLE / bend).sqrt().sqrt());
-            }
-        }
-        let pressed = self.free.pressing + stretch.at(local);
-        if self.angle <= 0.0 && self.velocity > 0.0 && pressed > 0.0 {
-            if let Some(rests_at) = self.chatter(stretch, local) {
-                return rests_at;
-            }
-            // A small bounce: a step of a little more than its flight keeps the root well
-            // inside the step.
-            step = step.min(2.5 * self.velocity / pressed);
-        }
-        if is_above && self.velocity < 0.0 {
-            let pressed = self.acceleration_above(stretch, local);
-            if pressed > 0.0 {
-                if let Some(rests_at) = self.chatter_above(stretch, local, pressed) {
-                    return rests_at;
-                }
-                step = step.min(-2.5 * self.velocity / pressed);
-            }
-        }
+        let step = match self.flight_step(stretch, local) {
+            FlightStep::Rests(at) => return at,
+            FlightStep::Flies(step) => step,
+        };
         let start = Start {
             angle: self.angle,
             turned: self.turned,
@@ -801,64 +792,146 @@ impl Kernel {
         if reach.is_nan() || reach <= 0.0 {
             return self.give_up(stretch);
         }
-        let (below, above) = (self.gate_below, self.ceiling.angle);
-        let mut hit = match below.is_finite() {
-            true => None,
-            false => hit(&series, reach, 1.0),
-        };
-        let fall = below
-            .is_finite()
-            .then(|| hit_at(&series, reach, 1.0, below))
-            .flatten();
-        let rise = above
-            .is_finite()
-            .then(|| hit_at(&series, reach, -1.0, above))
-            .flatten();
-        let earliest = [hit, fall, rise].into_iter().flatten().reduce(f64::min);
-        hit = hit.filter(|part| rise.is_none_or(|rise| *part <= rise));
-        let part = earliest.unwrap_or(reach);
+        let crossings = self.crossings(&series, reach);
+        let part = crossings.first().unwrap_or(reach);
+        let met = crossings.met();
         if self.bounds_error {
-            self.near_graze(&series, part, step, hit.is_some());
-            self.near_gates(&series, part, step, fall.or(rise).is_some());
+            self.near_graze(&series, part, step, met == Some(Met::Stop));
+            self.near_gates(&series, part, step, crossings.passes_a_gate());
         }
         self.take_in(&series, stretch, local, part, step, &start);
-        if hit.is_none() && earliest.is_some() {
-            return self.meet(
-                stretch,
-                (local + part * step).min(stretch.length()),
-                rise.is_some(),
-            );
-        }
-        if hit.is_some() {
-            let reached = (local + part * step).min(stretch.length());
-            self.set_on_stop(self.velocity.min(0.0));
-            self.land(stretch, reached);
-            return reached;
-        }
-        if part >= 1.0 && step >= stretch.length() - local {
-            return stretch.length();
-        }
+        let whole = part >= 1.0 && step >= stretch.length() - local;
         let reached = (local + part * step).min(stretch.length());
-        self.recorder
-            .point(stretch.time() + reached, self.angle, self.velocity);
+        match met {
+            Some(Met::Stop) => {
+                self.set_on_stop(self.velocity.min(0.0));
+                self.land(stretch, reached);
+            }
+            Some(Met::GateBelow) => self.come_to_gate_below(),
+            Some(Met::Above) => self.come_above(stretch, reached),
+            None if whole => return stretch.length(),
+            None => {
+                let time = stretch.time() + reached;
+                self.recorder.point(time, self.angle, self.velocity);
+            }
+        }
         reached
     }
 
-    /// The lever comes to what is above it, or to the gate below; returns the local time.
-    fn meet<F: Forcing>(&mut self, stretch: &F, local: f64, rises: bool) -> f64 {
-        if !rises {
-            self.angle = self.gate_below;
-            self.turned = Turned::of(self.angle);
-            self.turns = 0;
-            self.at_gate = true;
-            return local;
+    /// Tells whether a flight ends where it begins: on the stop, at what is above, or at a gate; what happens there
+    /// has then happened.
+    #[inline]
+    fn stays_at_an_end<F: Forcing>(&mut self, stretch: &F, local: f64) -> bool {
+        if self.angle <= 0.0 && !self.lifting {
+            if !self.leaves(stretch, local) {
+                self.land(stretch, local);
+                return true;
+            }
+            // Known already but of a start on the stop.
+            self.recorder.release(stretch.time() + local);
         }
+        let (is_above, rises) = (self.angle >= self.ceiling.angle, self.velocity >= 0.0);
+        if !is_above || self.lifting || !rises {
+            return false;
+        }
+        match self.ceiling.restitution {
+            // Pushed off at once: nothing holds it there.
+            Some(_) if self.velocity <= 0.0 && self.acceleration_above(stretch, local) < 0.0 => {
+                false
+            }
+            Some(restitution) => {
+                self.strike(stretch, local, restitution);
+                true
+            }
+            None => {
+                self.at_gate = true;
+                true
+            }
+        }
+    }
+
+    /// Chooses the next step of a flight, which small bounces that sum up and a torque that comes back end at once.
+    #[inline]
+    fn flight_step<F: Forcing>(&mut self, stretch: &F, local: f64) -> FlightStep {
+        let is_above = self.angle >= self.ceiling.angle;
+        let slope = match is_above {
+            true => self.pressing_above(stretch).1.slope_at(local),
+            false => stretch.slope_at(local),
+        };
+        if self.lifting && slope >= 0.0 {
+            // The torque vanished at the very end of a sample and comes back in the next.
+            self.lifting = false;
+            self.phase = if is_above { Phase::Held } else { Phase::Dwell };
+            return FlightStep::Rests(local);
+        }
+        let mut step = (stretch.length() - local)
+            .min(self.flight_step_max)
+            .min(across_step_max(stretch))
+            .min(stretch.step_max());
+        if self.lifting || (self.angle <= 0.0 && self.velocity <= 0.0) {
+            step = step.min(libm::cbrt(6.0 * FIRST_STEP_ANGLE / slope.abs()));
+            let bend = stretch.bend();
+            if !F::LONG && bend > 0.0 {
+                step = step.min((24.0 * FIRST_STEP_ANGLE / bend).sqrt().sqrt());
+            }
+        }
+        let pressed = self.free.pressing + stretch.at(local);
+        if self.angle <= 0.0 && self.velocity > 0.0 && pressed > 0.0 {
+            if let Some(rests_at) = self.chatter(stretch, local) {
+                return FlightStep::Rests(rests_at);
+            }
+            // A small bounce: a step of a little more than its flight keeps the root well
+            // inside the step.
+            step = step.min(2.5 * self.velocity / pressed);
+        }
+        if is_above && self.velocity < 0.0 {
+            let pressed = self.acceleration_above(stretch, local);
+            if pressed > 0.0 {
+                if let Some(rests_at) = self.chatter_above(stretch, local, pressed) {
+                    return FlightStep::Rests(rests_at);
+                }
+                step = step.min(-2.5 * self.velocity / pressed);
+            }
+        }
+        FlightStep::Flies(step)
+    }
+
+    /// Returns where a step of flight comes to what is below and above, up to `reach`.
+    #[inline]
+    fn crossings<const N: usize>(&self, series: &TaylorSeries<N>, reach: f64) -> Crossings {
+        let (below, above) = (self.gate_below, self.ceiling.angle);
+        let has_gate = below.is_finite();
+        Crossings {
+            stop: match has_gate {
+                true => None,
+                false => hit(series, reach, 1.0),
+            },
+            gate_below: match has_gate {
+                true => hit_at(series, reach, 1.0, below),
+                false => None,
+            },
+            above: match above.is_finite() {
+                true => hit_at(series, reach, -1.0, above),
+                false => None,
+            },
+        }
+    }
+
+    /// The lever comes to the gate below.
+    fn come_to_gate_below(&mut self) {
+        self.angle = self.gate_below;
+        self.turned = Turned::of(self.angle);
+        self.turns = 0;
+        self.at_gate = true;
+    }
+
+    /// The lever comes to what is above it.
+    fn come_above<F: Forcing>(&mut self, stretch: &F, local: f64) {
         self.put_above(self.velocity.max(0.0));
         match self.ceiling.restitution {
             Some(restitution) => self.strike(stretch, local, restitution),
             None => self.at_gate = true,
         }
-        local
     }
 
     /// Widens the error after a turn so close to the stop above that an impact could have been missed, or made,
@@ -1080,15 +1153,15 @@ impl Kernel {
         self.recorder.impact(time, before);
         self.recorder.point(time, 0.0, before);
         let pressed = self.free.pressing + stretch.at(local);
-        match self.stop {
-            StopModel::Soft => {
+        match self.stop.yields() {
+            true => {
                 self.pass_stop(
                     self.free.damping - self.contact.damping,
                     before * stretch.length(),
                 );
                 self.phase = Phase::Contact;
             }
-            StopModel::Rigid => {
+            false => {
                 let after = -self.restitution * before;
                 if after <= SPEED_MIN {
                     self.rest_or_leave(pressed);
@@ -1121,7 +1194,7 @@ impl Kernel {
     fn chatter<F: Forcing>(&mut self, stretch: &F, local: f64) -> Option<f64> {
         let speed = self.velocity;
         let counted = speed > COUNTED_SPEED && !self.recorder.peak_alone;
-        if self.stop != StopModel::Rigid || self.restitution >= 1.0 || counted {
+        if self.stop.yields() || self.restitution >= 1.0 || counted {
             return None;
         }
         let pressed = self.free.pressing + stretch.at(local);
@@ -1302,7 +1375,7 @@ impl Kernel {
         step: f64,
         hit: bool,
     ) {
-        if hit || self.stop != StopModel::Rigid || series.slope() >= 0.0 {
+        if hit || self.stop.yields() || series.slope() >= 0.0 {
             return;
         }
         if series.at(part).slope <= 0.0 {
@@ -1335,7 +1408,7 @@ impl Kernel {
     /// Tells whether the energy left, at a = 0, is too small to reach beyond `angle`.
     fn cannot_rise_above(&self, angle: f64) -> bool {
         let potential = |u: f64| {
-            let stiffness = if u < 0.0 && self.stop == StopModel::Soft {
+            let stiffness = if u < 0.0 && self.stop.yields() {
                 self.contact.stiffness
             } else {
                 self.free.stiffness
@@ -1343,7 +1416,7 @@ impl Kernel {
             self.free.pressing * u + 0.5 * stiffness * u * u
         };
         let energy = 0.5 * self.velocity * self.velocity + potential(self.angle);
-        if self.stop == StopModel::Soft && angle <= 0.0 {
+        if self.stop.yields() && angle <= 0.0 {
             // A compressed stop holds energy too: as long as there is any, it may throw the
             // lever out. What remains here is worth a nanoradian per second.
             return energy <= 1e-18;

@@ -32,11 +32,12 @@ mod rk4;
 mod rk4_located;
 
 use super::breakdown::Breakdown;
+use super::drive::finite;
 use super::kernel::{Coasting, Kernel};
 use super::recorder::Recorder;
 use super::{
     ErrorStatement, MOVING_ENERGY_J, Method, Run, RunOptions, RunOutcome, State, TracePoint,
-    Within, Work, energy_j, finite,
+    Within, Work, energy_j,
 };
 use crate::error::Error;
 use crate::model::design::Design;
@@ -120,11 +121,8 @@ impl<E> Problem<'_, E> {
     /// Returns the state to start from.
     fn start_state(&self) -> State {
         self.initial.unwrap_or_else(|| {
-            let angle = match self.stop {
-                StopModel::Rigid => 0.0,
-                StopModel::Soft => self.design.stop.rest_angle_rad(&self.design.lever),
-            };
-            State::new(angle, 0.0)
+            let Design { stop, lever, .. } = self.design;
+            State::new(stop.rest_angle_rad(self.stop, lever), 0.0)
         })
     }
 }
@@ -252,9 +250,9 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
     let moving = breakdown.is_none()
         && energy_j(problem.design, problem.stop, angle, velocity) > MOVING_ENERGY_J;
     let coast = if moving {
-        let start_angle = match problem.stop {
-            StopModel::Rigid => angle.max(0.0),
-            StopModel::Soft => angle,
+        let start_angle = match problem.stop.yields() {
+            true => angle,
+            false => angle.max(0.0),
         };
         let start = State::new(start_angle, velocity);
         let recorder = Recorder::new(problem.design.criterion.threshold_rad, false);
@@ -304,7 +302,7 @@ fn outcome<E>(problem: &Problem<'_, E>, options: &RunOptions, raw: Raw, error: f
 impl Method {
     /// Tells whether the method knows this stop.
     pub fn admits(self, stop: StopModel) -> bool {
-        !matches!((self, stop), (Self::MoreauJean { .. }, StopModel::Soft))
+        !(matches!(self, Self::MoreauJean { .. }) && stop.yields())
     }
 
     /// Returns the steps per natural period of a fixed-step method.
@@ -334,7 +332,7 @@ impl Method {
             .steps_per_period()
             .map(|steps| step_seconds(design, steps));
         let frequency = design.stop.contact_angular_frequency_rad_s(&design.lever);
-        let soft = stop == StopModel::Soft;
+        let soft = stop.yields();
         match (self, step) {
             (Self::Rk4 { .. }, Some(step)) => {
                 let reach = frequency * step;

@@ -70,7 +70,7 @@ fn key_figures(document: &Document) -> Markup {
     let Some(run) = words::leading_run(document) else {
         return html! {};
     };
-    let (time, stop) = (words::brief_time(run.peak_time_s), words::stop(run.model));
+    let (time, stop) = (words::brief_time(run.peak_time_s), run.model.label());
     let degrees = trimmed(document.threshold_rad.to_degrees(), 3);
     html! {
         dl.key {

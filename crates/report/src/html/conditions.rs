@@ -70,7 +70,7 @@ pub(super) fn conditions(document: &Document) -> Markup {
                         @for one in &judged {
                             th scope="col" {
                                 @if several { (stop_and_sign(one.run.model, one.run.opens_when)) }
-                                @else { (words::capital(words::stop(one.run.model))) }
+                                @else { (words::capital(one.run.model.label())) }
                             }
                         }
                     }

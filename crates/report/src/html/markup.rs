@@ -60,5 +60,5 @@ pub(super) fn channel_and_design(recording: &RecordingBlock, design: &Design) ->
 
 /// Returns the stop and the opening sign of a run in words.
 pub(super) fn stop_and_sign(model: StopModel, opens_when: OpensWhen) -> String {
-    format!("{}, {}", words::stop(model), words::opens(opens_when))
+    format!("{}, {}", model.label(), words::opens(opens_when))
 }

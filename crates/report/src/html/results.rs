@@ -232,7 +232,7 @@ pub(super) fn budget(document: &Document) -> Markup {
     let is_beyond = run.peak_angle_rad > FRAC_PI_2;
     let counted = words::uncertainty(document, run);
     let of = |run: &Run| match document.polarities.len() {
-        0 | 1 => words::stop(run.model).to_string(),
+        0 | 1 => run.model.label().to_string(),
         _ => stop_and_sign(run.model, run.opens_when),
     };
     html! {

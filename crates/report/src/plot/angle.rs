@@ -2,7 +2,7 @@
 
 use super::PlotContext;
 use super::chart::{At, Chart, Panel, Point, Shape};
-use super::frame::{LegendEntry, Sample, Scale};
+use super::frame::{LegendEntry, Sample, Scale, StopClasses};
 use crate::{opening, words};
 use latchgate_document::Document;
 use latchgate_kernel::model::stop::StopModel;
@@ -23,11 +23,10 @@ pub(super) fn classes(
     let mut first = None;
     runs.map(move |(model, opens_when)| {
         let same = *first.get_or_insert(opens_when) == opens_when;
-        match (model, same) {
-            (StopModel::Rigid, true) => "run-rigid",
-            (StopModel::Rigid, false) => "run-rigid other",
-            (StopModel::Soft, true) => "run-soft",
-            (StopModel::Soft, false) => "run-soft other",
+        let classes = StopClasses::of(model);
+        match same {
+            true => classes.run,
+            false => classes.other,
         }
     })
 }
@@ -138,7 +137,7 @@ pub(super) fn legend(traces: &[&Trace], nominal: bool) -> Vec<LegendEntry> {
         .zip(trace_classes(traces))
         .enumerate()
         .map(|(index, (trace, class))| {
-            let stop = words::stop(trace.model);
+            let stop = trace.model.label();
             let opens = words::opens(trace.opens_when);
             let nominal = if index == 0 && nominal {
                 " (nominal)"
@@ -161,7 +160,7 @@ pub(super) fn result_sentence(document: &Document) -> String {
     let crossing = crossing.unwrap_or_else(|| "it stays below the limit angle".into());
     format!(
         "The nominal lever ({}, {}): {}; {crossing}.",
-        words::stop(run.model),
+        run.model.label(),
         words::opens(run.opens_when),
         words::peak(document, run),
     )

@@ -514,13 +514,9 @@ impl<'a> EventPanel<'a> {
 
 fn run_name(document: &Document, run: &SeriesRun) -> String {
     if document.polarities.len() > 1 {
-        format!(
-            "{}, {}",
-            words::stop(run.model),
-            words::opens(run.opens_when)
-        )
+        format!("{}, {}", run.model.label(), words::opens(run.opens_when))
     } else {
-        words::stop(run.model).into()
+        run.model.label().into()
     }
 }
 

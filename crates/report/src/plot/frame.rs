@@ -376,15 +376,38 @@ pub fn stop_legend(
     class: fn(StopModel) -> &'static str,
     shown: &dyn Fn(StopModel) -> bool,
 ) -> Vec<LegendEntry> {
-    let stops = [
-        (StopModel::Rigid, "rigid stop"),
-        (StopModel::Soft, "soft stop"),
-    ];
+    let stops = StopModel::ALL.into_iter().filter(|model| shown(*model));
     stops
-        .into_iter()
-        .filter(|(model, _)| shown(*model))
-        .map(|(model, text)| LegendEntry::line(class(model), text))
+        .map(|model| LegendEntry::line(class(model), model.label()))
         .collect()
+}
+
+/// Style classes of what is drawn of a stop, in its colour.
+pub(super) struct StopClasses {
+    /// Its run.
+    pub(super) run: &'static str,
+    /// Its run in a second opening direction.
+    pub(super) other: &'static str,
+    /// The band of its varied levers.
+    pub(super) ribbon: &'static str,
+}
+
+impl StopClasses {
+    /// Returns those of a stop.
+    pub(super) fn of(model: StopModel) -> Self {
+        match model {
+            StopModel::Rigid => Self {
+                run: "run-rigid",
+                other: "run-rigid other",
+                ribbon: "ribbon of-rigid",
+            },
+            StopModel::Soft => Self {
+                run: "run-soft",
+                other: "run-soft other",
+                ribbon: "ribbon of-soft",
+            },
+        }
+    }
 }
 
 /// Writes title, notes and legend at the top and returns the height at which the first panel may start.

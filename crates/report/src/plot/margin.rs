@@ -3,7 +3,7 @@
 use super::Figure;
 use super::chart::At::{High, Low, Value};
 use super::chart::{ACROSS, Chart, Edges, HALVES, Panel, Point, Shape};
-use super::frame::{LegendEntry, OPEN, Scale, WIDE};
+use super::frame::{LegendEntry, OPEN, Scale, StopClasses, WIDE};
 use crate::words;
 use latchgate_document::MarginDocument;
 use latchgate_document::number::{significant, trimmed};
@@ -32,13 +32,10 @@ pub(crate) fn figures(document: &MarginDocument, margins: &Margins) -> Vec<Figur
 /// Durations that are named on the curve [ms].
 const NAMED_MS: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 
-/// Classes of the curves of limits, by stop.
-const CLASSES: [&str; 2] = ["run-rigid", "run-soft"];
-
 fn limit(limit: &LimitCurve) -> Chart {
     let mut stops: Vec<StopModel> = limit.points.iter().map(|point| point.model).collect();
     stops.dedup();
-    let curves = || stops.iter().copied().zip(CLASSES);
+    let curves = || stops.iter().map(|stop| (*stop, StopClasses::of(*stop).run));
     let points = |stop| {
         let points = limit.points.iter().filter(move |point| point.model == stop);
         points.filter_map(|point| Some((point.duration_s * 1e3, values(point)?)))
@@ -96,8 +93,8 @@ fn limit(limit: &LimitCurve) -> Chart {
                 .marks("cross", Shape::Diamond(7.0), [Point::new(x, y)])
                 .beside("strong halo", (Value(x, 0.0), Value(y, 5.0)), text)
         });
-    let entries = curves()
-        .map(|(stop, class)| LegendEntry::line(class, format!("limit, {}", words::stop(stop))));
+    let entries =
+        curves().map(|(stop, class)| LegendEntry::line(class, format!("limit, {}", stop.label())));
     let bounds = LegendEntry::line("edge", "bounds of very long and very short pulses");
     Chart {
         name: "margin-limit",

@@ -3,12 +3,10 @@
 use super::PlotContext;
 use super::angle::result_sentence;
 use super::chart::{Chart, Point, Points};
-use super::frame::{LegendEntry, Sample, Scale, extent};
+use super::frame::{LegendEntry, Sample, Scale, StopClasses, extent};
 use crate::words;
 use latchgate_document::number::count;
-use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::range::Range;
-use latchgate_verdict::QuantileBand;
 use latchgate_verdict::ensemble::Varied;
 
 pub(super) const NAME: &str = "spread";
@@ -33,7 +31,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     let outline = outline
         .into_iter()
         .chain(along(&band.p05).into_iter().rev());
-    let (ribbon, run) = classes(band);
+    let StopClasses { ribbon, run, .. } = StopClasses::of(band.model);
     let panel = context
         .over_time(250.0)
         .y(
@@ -51,11 +49,7 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         .map_or(Varied::Levers, |ensemble| ensemble.varied)
         .members();
     let members = count(u64::try_from(band.members).unwrap_or(u64::MAX));
-    let which = format!(
-        "{}, {}",
-        words::stop(band.model),
-        words::opens(band.opens_when)
-    );
+    let which = format!("{}, {}", band.model.label(), words::opens(band.opens_when));
     Some(Chart {
         name: NAME,
         title: format!("Spread of the {members_word}"),
@@ -79,12 +73,4 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
         ),
         ..context.chart()
     })
-}
-
-/// Returns the classes of the band and of the run within it, in the colour of their stop.
-fn classes(band: &QuantileBand) -> (&'static str, &'static str) {
-    match band.model {
-        StopModel::Rigid => ("ribbon of-rigid", "run-rigid"),
-        StopModel::Soft => ("ribbon of-soft", "run-soft"),
-    }
 }

@@ -2,7 +2,6 @@
 
 use super::Problem;
 use crate::model::excitation::Excitation;
-use crate::model::stop::StopModel;
 use crate::numerics::Motion;
 
 /// u'' = −pressing − damping·u' − stiffness·u − gain·(a_t cos u − a_r sin u) on one smooth branch.
@@ -36,7 +35,7 @@ impl<E: Excitation> SmoothBranch<'_, E> {
     /// Returns the lever's equation below φ = 0: in the soft stop, or off a rigid one.
     pub(super) fn contact<'a>(problem: &Problem<'a, E>) -> SmoothBranch<'a, E> {
         let free = Self::free(problem);
-        if problem.stop == StopModel::Rigid {
+        if !problem.stop.yields() {
             return free;
         }
         let (lever, stop) = (&problem.design.lever, &problem.design.stop);

@@ -11,7 +11,6 @@ use super::lever::SmoothBranch;
 use super::record::Record;
 use super::{Breakdown, Problem, Raw, STEPS_MAX, State, Work};
 use crate::model::excitation::Excitation;
-use crate::model::stop::StopModel;
 use crate::numerics::event;
 
 /// A bounce slower than this is taken for rest [rad/s]: with a pressed reference lever the
@@ -95,9 +94,9 @@ pub(super) fn run<E: Excitation, S: Stepper>(
 ) -> Raw {
     let start = problem.start_state();
     let (q, v) = (start.angle_rad, start.velocity_rad_s);
-    let phase = match problem.stop {
-        StopModel::Rigid if problem.initial.is_none() => LocatedPhase::Dwell,
-        StopModel::Soft if q < 0.0 => LocatedPhase::Contact,
+    let phase = match problem.stop.yields() {
+        false if problem.initial.is_none() => LocatedPhase::Dwell,
+        true if q < 0.0 => LocatedPhase::Contact,
         _ => LocatedPhase::Flight,
     };
     let mut driver = EventDriver {
@@ -270,7 +269,7 @@ impl<E: Excitation, S: Stepper> EventDriver<'_, E, S> {
         if leaves {
             self.phase = LocatedPhase::Flight;
             self.record.release(self.t);
-        } else if self.problem.stop == StopModel::Soft {
+        } else if self.problem.stop.yields() {
             self.record.impact(self.t, self.v);
             self.phase = LocatedPhase::Contact;
         } else {

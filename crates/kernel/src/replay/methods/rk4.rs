@@ -9,7 +9,6 @@ use super::record::Record;
 use super::{Breakdown, Problem, Raw, State, Work};
 use crate::model::design::Design;
 use crate::model::excitation::Excitation;
-use crate::model::stop::StopModel;
 use crate::numerics::rk4;
 
 /// Points of a trace at most.
@@ -51,7 +50,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
         let now = t + h;
         work.steps += 1;
         work.rhs += rk4::STAGES;
-        if problem.stop == StopModel::Rigid && q < 0.0 {
+        if q < 0.0 && !problem.stop.yields() {
             record.lowest = record.lowest.min(q);
             q = 0.0;
             if v < 0.0 {
@@ -59,7 +58,7 @@ pub(super) fn run<E: Excitation>(problem: &Problem<'_, E>, steps_per_period: u32
                 record.impact(now, v);
                 v *= -problem.design.stop.restitution;
             }
-        } else if problem.stop == StopModel::Soft && q < 0.0 && before >= 0.0 {
+        } else if q < 0.0 && before >= 0.0 {
             work.events += 1;
             record.impact(now, v);
         }
