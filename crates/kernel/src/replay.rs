@@ -1,6 +1,7 @@
 //! Replay: drives the lever with a signal and records what it does.
 //!
-//! The kernel: `kernel` takes flight, contact, dwell and chatter from event to event by the steps of
+//! `drive` is the one loop: it carries a body through the samples. The body's `kernel` takes flight,
+//! contact, dwell and chatter from event to event, some of which `ends` names, by the steps of
 //! `taylor` under `forcing`; whole samples without events go to `flight_fast`, by `eventless_step`,
 //! and to `contact_fast`. `sensitivity` carries the bound on rounding along, `tangent` the exact
 //! derivatives, and `recorder` keeps peak, crossings, impacts and trace.
@@ -17,6 +18,7 @@ mod catch_run;
 mod contact_fast;
 pub mod double_double;
 mod drive;
+mod ends;
 mod energy;
 mod eventless_step;
 mod flight_fast;

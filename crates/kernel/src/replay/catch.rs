@@ -7,9 +7,10 @@
 use super::catch_run::CatchRun;
 use super::contact_fast::FastContact;
 use super::drive::{Body, begin, limited};
+use super::ends::{Arrival, Ceiling};
 use super::flight_fast::FastFlight;
 use super::forcing::{Forcing, Polynomial};
-use super::kernel::{Arrival, Ceiling, Coasting, Kernel};
+use super::kernel::{Coasting, Kernel};
 use super::recorder::Recorder;
 use super::{Question, TracePoint};
 use crate::model::catch::Catch;
@@ -100,7 +101,7 @@ impl<'a, const K: usize> Pair<'a, K> {
             ..
         } = self.parts;
         let (lever, catch) = (&mut self.lever, &mut self.catch);
-        (lever.gate_below, lever.ceiling) = match (self.beyond, self.engaged) {
+        (lever.ends.gate_below, lever.ends.above) = match (self.beyond, self.engaged) {
             (true, _) => (blocked, Ceiling::NONE),
             (false, true) => {
                 let restitution = self.parts.engagement_restitution;
@@ -108,7 +109,7 @@ impl<'a, const K: usize> Pair<'a, K> {
             }
             (false, false) => (f64::NEG_INFINITY, Ceiling::gate(blocked)),
         };
-        (catch.gate_below, catch.ceiling) = match (self.engaged, self.beyond) {
+        (catch.ends.gate_below, catch.ends.above) = match (self.engaged, self.beyond) {
             (true, _) if self.parts.reversible => {
                 let restitution = self.parts.end_stop_restitution;
                 (engagement, Ceiling::stop(end, restitution))
@@ -202,7 +203,7 @@ impl<'a, const K: usize> Pair<'a, K> {
         while rest.length() > 0.0 && !self.locked {
             let reached = self.catch.advance_over(&rest);
             self.note_graze(rest.time() + reached);
-            if !self.catch.at_gate {
+            if !self.catch.ends.at_gate {
                 break;
             }
             self.catch_at_gate(rest.time() + reached);
@@ -212,7 +213,7 @@ impl<'a, const K: usize> Pair<'a, K> {
 
     /// Keeps when the catch turned close to its engagement angle.
     fn note_graze(&mut self, time: f64) {
-        if std::mem::take(&mut self.catch.grazes_gate) {
+        if std::mem::take(&mut self.catch.ends.grazes_gate) {
             self.grazed_s.get_or_insert(time);
         }
     }
@@ -262,7 +263,7 @@ impl<'a, const K: usize> Pair<'a, K> {
     fn lever_first<const J: usize>(&mut self, lever: &Polynomial<J>, catch: &Polynomial<J>) -> f64 {
         let reached = self.lever.advance_over(lever);
         self.catch_over(&catch.between(0.0, reached));
-        if self.lever.at_gate {
+        if self.lever.ends.at_gate {
             let arrival = self.lever.arrival(lever.time() + reached);
             if !self.catch.is_held() {
                 self.tie_if_close(&arrival);
@@ -296,13 +297,13 @@ impl<'a, const K: usize> Pair<'a, K> {
             reached = self.catch.advance_over(catch);
             self.note_graze(catch.time() + reached);
         }
-        let impacts = self.lever.strikes;
+        let impacts = self.lever.ends.strikes;
         let came = self.lever.advance_over(&lever.between(0.0, reached));
         let time = lever.time() + came;
-        if std::mem::take(&mut self.lever.grazes_gate) {
+        if std::mem::take(&mut self.lever.ends.grazes_gate) {
             self.record.tie_s.get_or_insert(time);
         }
-        if self.lever.at_gate {
+        if self.lever.ends.at_gate {
             self.record.lever_arrives_s.get_or_insert(time);
             self.record
                 .lever_arrives_rad_s
@@ -321,10 +322,10 @@ impl<'a, const K: usize> Pair<'a, K> {
             self.pass(time);
             return came;
         }
-        if self.lever.strikes > impacts {
+        if self.lever.ends.strikes > impacts {
             self.struck(impacts == 0, before, catch);
         }
-        if self.catch.at_gate && !self.locked {
+        if self.catch.ends.at_gate && !self.locked {
             self.catch_at_gate(catch.time() + reached);
             if !self.engaged && self.lever.is_held() {
                 self.slip(lever, reached);
@@ -353,7 +354,7 @@ impl<'a, const K: usize> Pair<'a, K> {
 
     /// The lever has met the engaged catch within a stretch, at the start of which the catch was `before`.
     fn struck<const J: usize>(&mut self, is_first: bool, before: Kernel, catch: &Polynomial<J>) {
-        let Some(strikes) = self.lever.new_strikes.take() else {
+        let Some(strikes) = self.lever.ends.new_strikes.take() else {
             return;
         };
         if is_first {
@@ -362,7 +363,7 @@ impl<'a, const K: usize> Pair<'a, K> {
                 .lever_arrives_rad_s
                 .get_or_insert(strikes[0].velocity);
         }
-        self.record.stops = self.lever.strikes;
+        self.record.stops = self.lever.ends.strikes;
         if self.locked {
             return;
         }

@@ -166,20 +166,14 @@ impl<const K: usize> StepResponse<K> {
     fn at(stiffness: f64, damping: f64, part: f64) -> Self {
         // The impulse response; the others are its derivative and integrals.
         let x = impulse_response(stiffness, damping, part);
-        // From the small to the large; n times integrated a power j of the part is divided by j+1 … j+n.
-        let integral = |times: usize| {
-            x.iter().enumerate().rev().fold(0.0, |sum, (j, x)| {
-                let divided = (1..=times).fold(*x, |x, n| x * (part * INVERSE[j + n]));
-                sum + divided
-            })
-        };
+        let integrals = integrals::<K>(x, part);
         let terms = x.iter().enumerate().rev();
         let rate = terms.fold(0.0, |sum, (j, x)| sum + j as f64 * x) / part;
-        let impulse = integral(0);
+        let impulse = integrals[0];
         let mut factorial = 1.0;
         let to_powers = std::array::from_fn(|n| {
             factorial *= n.max(1) as f64;
-            AngleSlope::new(factorial * integral(n + 1), factorial * integral(n))
+            AngleSlope::new(factorial * integrals[n + 1], factorial * integrals[n])
         });
         Self {
             to_angle: AngleSlope::new(rate + damping * impulse, -stiffness * impulse),
@@ -187,6 +181,22 @@ impl<const K: usize> StepResponse<K> {
             to_powers,
         }
     }
+}
+
+/// Returns a series over a part of a sample, and its first to K-th integrals there, from its `terms`.
+fn integrals<const K: usize>(mut terms: [f64; TERMS as usize], part: f64) -> [f64; CURVED + 1] {
+    let mut integrals = [0.0; CURVED + 1];
+    for (times, integral) in integrals[..=K].iter_mut().enumerate() {
+        if times > 0 {
+            // n times integrated a power j of the part is divided by j+1 … j+n.
+            for (j, term) in terms.iter_mut().enumerate() {
+                *term *= part * INVERSE[j + times];
+            }
+        }
+        // From the small to the large.
+        *integral = terms.iter().rev().fold(0.0, |sum, term| sum + term);
+    }
+    integrals
 }
 
 /// Terms of a series over a sample: 2.8^32/32! is below 1e-21.

@@ -207,10 +207,10 @@ impl Calm {
         let (peak, threshold, above) = kernel.recorder.awaits(error);
         Self {
             peak,
-            floor: error.max(kernel.gate_below + error),
+            floor: error.max(kernel.ends.gate_below + error),
             threshold,
             above,
-            ceiling: kernel.ceiling.angle - error,
+            ceiling: kernel.ends.above.angle - error,
         }
     }
 

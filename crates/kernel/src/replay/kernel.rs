@@ -8,6 +8,7 @@
 
 use super::breakdown::Breakdown;
 use super::catch_run::CatchRun;
+use super::ends::{Arrival, Ceiling, Ends, Met, hit};
 use super::forcing::{Forcing, Polynomial, SINE_ORDER, Sine};
 use super::recorder::{COUNTED_SPEED, Peak, Recorder};
 use super::sensitivity::{Sensitivity, Smooth, Smooths, StateMap};
@@ -93,88 +94,6 @@ enum FlightStep {
     Rests(f64),
 }
 
-/// What a lever in flight comes to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Met {
-    /// Its stop at φ = 0.
-    Stop,
-    /// The gate below.
-    GateBelow,
-    /// The stop or the gate above.
-    Above,
-}
-
-/// Where a step of flight comes to what is below and above, as parts of the step.
-struct Crossings {
-    stop: Option<f64>,
-    gate_below: Option<f64>,
-    above: Option<f64>,
-}
-
-impl Crossings {
-    /// Returns the first of them.
-    fn first(&self) -> Option<f64> {
-        let all = [self.stop, self.gate_below, self.above];
-        all.into_iter().flatten().reduce(f64::min)
-    }
-
-    /// Returns what the lever meets, at most one of which a step is short enough to reach.
-    fn met(&self) -> Option<Met> {
-        let hits = |part: f64| self.above.is_none_or(|above| part <= above);
-        match (self.stop, self.above, self.gate_below) {
-            (Some(part), ..) if hits(part) => Some(Met::Stop),
-            (_, Some(_), _) => Some(Met::Above),
-            (_, _, Some(_)) => Some(Met::GateBelow),
-            _ => None,
-        }
-    }
-
-    fn passes_a_gate(&self) -> bool {
-        self.gate_below.is_some() || self.above.is_some()
-    }
-}
-
-/// What ends a flight above: a stop, or a gate at which whoever drives the lever decides.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Ceiling {
-    /// Its angle [rad].
-    pub(super) angle: f64,
-    /// Sine and cosine of that.
-    turned: Turned,
-    /// Coefficient of restitution of a stop [-]; `None` of a gate.
-    restitution: Option<f64>,
-}
-
-impl Ceiling {
-    /// Nothing.
-    pub(super) const NONE: Self = Self {
-        angle: f64::INFINITY,
-        turned: Turned::ZERO,
-        restitution: None,
-    };
-
-    /// Returns a stop.
-    pub(super) fn stop(angle: f64, restitution: f64) -> Self {
-        Self {
-            restitution: Some(restitution),
-            ..Self::gate(angle)
-        }
-    }
-
-    /// Returns a gate.
-    pub(super) fn gate(angle: f64) -> Self {
-        let turned = match angle.is_finite() {
-            true => Turned::of(angle),
-            false => Turned::ZERO,
-        };
-        Self {
-            angle,
-            turned,
-            restitution: None,
-        }
-    }
-}
-
 /// Bounces on a stop that a lever is pressed onto, from just after an impact on.
 struct Bounces {
     /// v, away from the stop [rad/s].
@@ -216,22 +135,6 @@ impl Bounces {
     }
 }
 
-/// How a lever comes to a stop above or to a gate.
-///
-/// An impact scales the error of the angle by its restitution, and rest wipes it out: how uncertain the
-/// arrival was is known only before.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Arrival {
-    /// When [s].
-    pub(super) time: f64,
-    /// Angular velocity [rad/s].
-    pub(super) velocity: f64,
-    /// Bound on the error of the angle [rad].
-    pub(super) error: f64,
-    /// Standard deviation of the angle from the noise [rad].
-    pub(super) deviation: f64,
-}
-
 /// One lever on one stop.
 #[derive(Debug, Clone)]
 pub(super) struct Kernel {
@@ -264,18 +167,8 @@ pub(super) struct Kernel {
     pub(super) rests: u64,
     pub(super) recorder: Recorder,
     pub(super) work: Work,
-    /// What is above the lever.
-    pub(super) ceiling: Ceiling,
-    /// Angle below which it ends at a gate; −∞ where only its own stop is below [rad].
-    pub(super) gate_below: f64,
-    /// It has come to a gate, and waits there.
-    pub(super) at_gate: bool,
-    /// It turned so close to a gate that it may as well have passed it.
-    pub(super) grazes_gate: bool,
-    /// Times it met the stop above.
-    pub(super) strikes: u64,
-    /// The first and the last of them since they were looked at.
-    pub(super) new_strikes: Option<[Arrival; 2]>,
+    /// What ends its flight beside its own stop.
+    pub(super) ends: Ends,
     /// Longest step in flight [s].
     flight_step_max: f64,
     /// Longest step in contact [s].
@@ -356,12 +249,7 @@ impl Kernel {
             rests: 0,
             recorder,
             work: Work::default(),
-            ceiling: Ceiling::NONE,
-            gate_below: f64::NEG_INFINITY,
-            at_gate: false,
-            grazes_gate: false,
-            strikes: 0,
-            new_strikes: None,
+            ends: Ends::NONE,
             flight_step_max: f64::INFINITY,
             contact_step_max: f64::INFINITY,
             steps_max: STEPS_MAX.0,
@@ -538,7 +426,7 @@ impl Kernel {
     /// Returns the acceleration along, in the model's sign, above which a lever that rests on the stop above
     /// falls from it [m/s²].
     pub(super) fn letting_go_acceleration(&self) -> f64 {
-        let Ceiling { angle, turned, .. } = self.ceiling;
+        let Ceiling { angle, turned, .. } = self.ends.above;
         let level = self.free.pressing + self.free.stiffness * angle;
         -level / (self.gain * turned.cosine)
     }
@@ -580,7 +468,7 @@ impl Kernel {
 
     /// Advances over a stretch to its end, or to a gate; returns the local time reached.
     pub(super) fn advance_over<const K: usize>(&mut self, stretch: &Polynomial<K>) -> f64 {
-        self.at_gate = false;
+        self.ends.at_gate = false;
         self.pass::<_, FLIGHT_ORDER>(stretch)
     }
 
@@ -593,7 +481,7 @@ impl Kernel {
     fn pass<F: Forcing, const N: usize>(&mut self, stretch: &F) -> f64 {
         let mut local = 0.0;
         let mut guard = 0;
-        while local < stretch.length() && !self.at_gate {
+        while local < stretch.length() && !self.ends.at_gate {
             local = match self.phase {
                 Phase::Dwell => self.dwell(stretch, local),
                 Phase::Held => self.held(stretch, local),
@@ -611,7 +499,7 @@ impl Kernel {
         } else if self.took_too_many() {
             self.stuck = true;
         }
-        let end = if self.at_gate {
+        let end = if self.ends.at_gate {
             local
         } else {
             stretch.length()
@@ -654,7 +542,7 @@ impl Kernel {
 
     /// Returns what presses the lever onto what is above it: a constant and what is added to it [rad/s²].
     fn pressing_above<F: Forcing>(&self, stretch: &F) -> (f64, F) {
-        let Ceiling { angle, turned, .. } = self.ceiling;
+        let Ceiling { angle, turned, .. } = self.ends.above;
         let level = -self.free.pressing - self.free.stiffness * angle;
         (level, stretch.onto(turned.sine, turned.cosine))
     }
@@ -672,10 +560,10 @@ impl Kernel {
         self.settle_error();
         self.work.events += 1;
         if before > COUNTED_SPEED {
-            self.strikes += 1;
+            self.ends.strikes += 1;
             let strike = self.arrival(time);
-            let first = self.new_strikes.map_or(strike, |[first, _]| first);
-            self.new_strikes = Some([first, strike]);
+            let first = self.ends.new_strikes.map_or(strike, |[first, _]| first);
+            self.ends.new_strikes = Some([first, strike]);
         }
         if self.recorder.judging {
             self.recorder.peak.offer(self.angle, time, 0.0);
@@ -712,8 +600,8 @@ impl Kernel {
 
     /// Puts the lever on what is above it.
     fn put_above(&mut self, velocity: f64) {
-        self.angle = self.ceiling.angle;
-        self.turned = self.ceiling.turned;
+        self.angle = self.ends.above.angle;
+        self.turned = self.ends.above.turned;
         self.turns = 0;
         self.velocity = velocity;
     }
@@ -792,7 +680,7 @@ impl Kernel {
         if reach.is_nan() || reach <= 0.0 {
             return self.give_up(stretch);
         }
-        let crossings = self.crossings(&series, reach);
+        let crossings = self.ends.crossings(&series, reach);
         let part = crossings.first().unwrap_or(reach);
         let met = crossings.met();
         if self.bounds_error {
@@ -830,11 +718,11 @@ impl Kernel {
             // Known already but of a start on the stop.
             self.recorder.release(stretch.time() + local);
         }
-        let (is_above, rises) = (self.angle >= self.ceiling.angle, self.velocity >= 0.0);
+        let (is_above, rises) = (self.angle >= self.ends.above.angle, self.velocity >= 0.0);
         if !is_above || self.lifting || !rises {
             return false;
         }
-        match self.ceiling.restitution {
+        match self.ends.above.restitution {
             // Pushed off at once: nothing holds it there.
             Some(_) if self.velocity <= 0.0 && self.acceleration_above(stretch, local) < 0.0 => {
                 false
@@ -844,7 +732,7 @@ impl Kernel {
                 true
             }
             None => {
-                self.at_gate = true;
+                self.ends.at_gate = true;
                 true
             }
         }
@@ -853,7 +741,7 @@ impl Kernel {
     /// Chooses the next step of a flight, which small bounces that sum up and a torque that comes back end at once.
     #[inline]
     fn flight_step<F: Forcing>(&mut self, stretch: &F, local: f64) -> FlightStep {
-        let is_above = self.angle >= self.ceiling.angle;
+        let is_above = self.angle >= self.ends.above.angle;
         let slope = match is_above {
             true => self.pressing_above(stretch).1.slope_at(local),
             false => stretch.slope_at(local),
@@ -896,41 +784,20 @@ impl Kernel {
         FlightStep::Flies(step)
     }
 
-    /// Returns where a step of flight comes to what is below and above, up to `reach`.
-    #[inline]
-    fn crossings<const N: usize>(&self, series: &TaylorSeries<N>, reach: f64) -> Crossings {
-        let (below, above) = (self.gate_below, self.ceiling.angle);
-        let has_gate = below.is_finite();
-        Crossings {
-            stop: match has_gate {
-                true => None,
-                false => hit(series, reach, 1.0),
-            },
-            gate_below: match has_gate {
-                true => hit_at(series, reach, 1.0, below),
-                false => None,
-            },
-            above: match above.is_finite() {
-                true => hit_at(series, reach, -1.0, above),
-                false => None,
-            },
-        }
-    }
-
     /// The lever comes to the gate below.
     fn come_to_gate_below(&mut self) {
-        self.angle = self.gate_below;
+        self.angle = self.ends.gate_below;
         self.turned = Turned::of(self.angle);
         self.turns = 0;
-        self.at_gate = true;
+        self.ends.at_gate = true;
     }
 
     /// The lever comes to what is above it.
     fn come_above<F: Forcing>(&mut self, stretch: &F, local: f64) {
         self.put_above(self.velocity.max(0.0));
-        match self.ceiling.restitution {
+        match self.ends.above.restitution {
             Some(restitution) => self.strike(stretch, local, restitution),
-            None => self.at_gate = true,
+            None => self.ends.at_gate = true,
         }
     }
 
@@ -943,7 +810,7 @@ impl Kernel {
         step: f64,
         hit: bool,
     ) {
-        let (below, above) = (self.gate_below, self.ceiling.angle);
+        let (below, above) = (self.ends.gate_below, self.ends.above.angle);
         let turns = series.slope() * series.at(part).slope < 0.0;
         if hit || !turns || !(below.is_finite() || above.is_finite()) {
             return;
@@ -963,10 +830,10 @@ impl Kernel {
             true
         });
         let away = above - highest;
-        let is_stop = self.ceiling.restitution.is_some();
-        self.grazes_gate |= lowest - below <= error.max(grazed);
-        self.grazes_gate |= !is_stop && away <= error.max(grazed);
-        let Some(restitution) = self.ceiling.restitution else {
+        let is_stop = self.ends.above.restitution.is_some();
+        self.ends.grazes_gate |= lowest - below <= error.max(grazed);
+        self.ends.grazes_gate |= !is_stop && away <= error.max(grazed);
+        let Some(restitution) = self.ends.above.restitution else {
             return;
         };
         let curvature = 2.0 * series.bend().abs() / (step * step);
@@ -1229,7 +1096,7 @@ impl Kernel {
 
     /// The same below the stop above, where no bounce is a peak.
     fn chatter_above<F: Forcing>(&mut self, stretch: &F, local: f64, pressed: f64) -> Option<f64> {
-        let restitution = self.ceiling.restitution?;
+        let restitution = self.ends.above.restitution?;
         let (_, onto) = self.pressing_above(stretch);
         let bounces = Bounces {
             speed: -self.velocity,
@@ -1247,7 +1114,7 @@ impl Kernel {
         }
         self.work.events += 1;
         self.recorder
-            .point(stretch.time() + end, self.ceiling.angle, 0.0);
+            .point(stretch.time() + end, self.ends.above.angle, 0.0);
         self.rest_above(self.acceleration_above(stretch, end));
         Some(end)
     }
@@ -1343,7 +1210,7 @@ impl Kernel {
         if reach.is_nan() || reach <= 0.0 {
             return self.give_up(stretch);
         }
-        let hit = hit(&series, reach, -1.0);
+        let hit = hit(&series, reach, -1.0, 0.0);
         let part = hit.unwrap_or(reach);
         self.take_in(&series, stretch, local, part, step, &start);
         if hit.is_none() && part >= 1.0 && step >= stretch.length() - local {
@@ -1495,54 +1362,4 @@ fn across_step_max<F: Forcing>(stretch: &F) -> f64 {
     } else {
         f64::INFINITY
     }
-}
-
-/// Returns the part of the step at which the angle reaches `level`, from above with `side` +1, from below with
-/// −1.
-fn hit_at<const N: usize>(
-    series: &TaylorSeries<N>,
-    reach: f64,
-    side: f64,
-    level: f64,
-) -> Option<f64> {
-    let slope = side * series.slope();
-    let start = side * (series.start() - level);
-    if start + (slope - series.curved.angle).min(0.0) > 0.0 {
-        return None;
-    }
-    let mut signed = [0.0; N];
-    let signed = &mut signed[..series.coefficients().len()];
-    for (to, from) in signed.iter_mut().zip(series.coefficients()) {
-        *to = side * from;
-    }
-    signed[0] = start;
-    first_fall(signed, reach)
-}
-
-/// Returns the first place up to `reach` at which a polynomial falls through zero; a start at zero is none.
-#[inline]
-fn first_fall(polynomial: &[f64], reach: f64) -> Option<f64> {
-    // A step that begins at zero has a known root there; it is divided out.
-    let skip = polynomial.iter().position(|c| *c != 0.0)?;
-    if skip == 0 && polynomial[0] < 0.0 {
-        return None;
-    }
-    polynomial::first_fall(&polynomial[skip..], reach)
-}
-
-/// Returns the part of the step at which the angle reaches zero; `side` is +1 in flight
-/// and −1 in contact.
-#[inline]
-fn hit<const N: usize>(series: &TaylorSeries<N>, reach: f64, side: f64) -> Option<f64> {
-    // Above σ (slope − curved σ) from the start on, which is lowest at an end.
-    let (start, slope) = (side * series.start(), side * series.slope());
-    if start + (slope - series.curved.angle).min(0.0) > 0.0 {
-        return None;
-    }
-    let mut signed = [0.0; N];
-    let signed = &mut signed[..series.coefficients().len()];
-    for (to, from) in signed.iter_mut().zip(series.coefficients()) {
-        *to = side * from;
-    }
-    first_fall(signed, reach)
 }
