@@ -40,6 +40,12 @@ const DRAWS: u32 = 16;
 /// Draws where they are told and no more.
 const DRAWS_TOLD: u32 = 4;
 
+/// Draws of a search at a value that is none of its answers.
+const DRAWS_OF_SEARCH: u32 = 16;
+
+/// Times the largest change by these draws that U must bear there.
+const TIMES_OF_SEARCH: f64 = 3.0;
+
 /// Steps of the recorder that are added to every sample in turn.
 pub(super) const HALF_STEPS: [f64; 2] = [-0.5, 0.5];
 
@@ -189,8 +195,43 @@ pub(super) fn draw(
         let least_rad = noise.half_steps_rad.max(noise.parts_rad[1]);
         passes_with(*place, least_rad)
     };
-    let candidates: Vec<usize> = passing.into_iter().filter(still_passes).collect();
+    let mut candidates: Vec<usize> = passing.into_iter().filter(still_passes).collect();
+    if setup.drawn_runs == Some(DrawnRuns::Doubtful) {
+        let is_open = |place: usize, noise_rad: f64| !passes_with(place, noise_rad);
+        candidates = left_open_by_few(setup, runs, noises, &candidates, is_open)?;
+    }
     draw_of_passes(setup, runs, noises, &candidates)
+}
+
+/// Returns the runs, each by its place, whose pass few draws of the recorded noise leave open: one of them opens, or
+/// the pass does not bear [`TIMES_OF_SEARCH`] their largest change. The others' noise is that.
+fn left_open_by_few(
+    setup: &RunSetup<'_>,
+    runs: &[RunOutcome],
+    noises: &mut [CarriedNoise],
+    places: &[usize],
+    is_open: impl Fn(usize, f64) -> bool,
+) -> Result<Vec<usize>, Error> {
+    if places.is_empty() || !are_allowed(setup, runs, places, DRAWS_OF_SEARCH) {
+        return Ok(places.to_vec());
+    }
+    let mut left_open = Vec::new();
+    let reruns = replayed(setup, runs, places, DRAWS_OF_SEARCH, (true, 0.0))?;
+    for (&place, reruns) in places.iter().zip(reruns) {
+        let noise = &mut noises[place];
+        let changes = reruns.iter().map(|rerun| rerun.change_rad);
+        let largest_rad = changes.fold(0.0, f64::max);
+        // U counts a deviation twice.
+        let deviation_rad = (0.5 * TIMES_OF_SEARCH * largest_rad).max(noise.half_steps_rad);
+        // As U adds them.
+        let with_between_rad = deviation_rad + noise.parts_rad[1];
+        if reruns.iter().any(|rerun| rerun.opens) || is_open(place, with_between_rad) {
+            left_open.push(place);
+        } else {
+            noise.parts_rad[0] = deviation_rad;
+        }
+    }
+    Ok(left_open)
 }
 
 /// Draws the recorded noise of runs that could pass.
@@ -303,12 +344,12 @@ fn replayed(
     let numbers: Vec<u32> = (0..draws).collect();
     let of_draws = setup.share(places.len(), &numbers, |&number| {
         let make = || noisy(&setup.readings, setup.policy.seed, spectra, between, number);
-        let noisy = match (with_recorded && between <= 0.0, draws) {
-            (true, PASS_DRAWS) => {
-                let of = (number, draws);
+        let noisy = match with_recorded && between <= 0.0 {
+            true => {
+                let of = (number, PASS_DRAWS);
                 setup.readings.drawn(setup.policy.seed, of, make)?
             }
-            _ => make()?,
+            false => make()?,
         };
         let rerun = |place: &usize| {
             let (run, window) = (&runs[*place], setup.window);

@@ -170,8 +170,9 @@ pub enum DrawnRuns {
     /// All of them.
     #[default]
     All,
-    /// Those that eight times the standard deviation to first order would keep from a pass: enough for a search
-    /// that asks again, with [`Self::All`], at the value it names.
+    /// Those that eight times the standard deviation to first order would keep from a pass, and of these all draws
+    /// only where 16 leave the pass open: enough for a search that asks again, with [`Self::All`], at the value it
+    /// names.
     Doubtful,
 }
 
