@@ -122,7 +122,7 @@ pub(super) fn preload(document: &Document) -> Option<String> {
     let holds = document.verdict == Answer::Pass && advice.covers(Quantity::Preload, present);
     let parameter = DesignParameter::named("lever.preload_torque_nm");
     let is_stated =
-        |parameter: &&DesignParameter| design.tolerance.get(parameter.tolerance_key()).is_some();
+        |parameter: &&DesignParameter| design.tolerance.contains_key(parameter.tolerance_key());
     let deviation = parameter
         .filter(is_stated)
         .and_then(|one| design.deviation(one));

@@ -15,9 +15,8 @@ pub mod draw;
 pub(super) mod drivers;
 
 use super::Answer;
-use super::decision::ShareBounds;
+use super::decision::{ROUNDING_PART, ShareBounds};
 use super::policy::Variant;
-use super::runs::ROUNDING_PART;
 use super::wording::{degrees, percent, percent_bound};
 pub use bounds::LOOKS;
 use draw::TRUNCATION;

@@ -2,7 +2,7 @@
 
 use super::PlotContext;
 use super::chart::{At, Chart, Panel, Point, Shape};
-use super::event::{BAR_END, ErrorBar};
+use super::error_bar::{BAR_END, ErrorBar};
 use super::frame::{LegendEntry, Sample, Scale};
 use crate::{opening, words};
 use latchgate_document::Document;
