@@ -208,6 +208,7 @@ fn answer(
         return Ok(summary.exit_code);
     }
     let limits = common.limits().map_err(Failure::Usage)?;
+    let date = arguments.date.clone().unwrap_or_else(clock::date_of_run);
     let reports = match arguments.reports {
         ReportsArgument::None => Reports::None,
         ReportsArgument::Failing => Reports::Failing,
@@ -215,7 +216,14 @@ fn answer(
     };
     let progress = Progress::new("reports").that_keeps();
     let written = progress.watch("reports", common.thread_count(), |control| {
-        gate::files::write(folder, (plan, store), &summary, reports, &limits, control)
+        gate::files::write(
+            folder,
+            (plan, store),
+            (&summary, &date),
+            reports,
+            &limits,
+            control,
+        )
     });
     drop(progress);
     if let Err(error) = &written {

@@ -16,7 +16,7 @@ use std::time::Instant;
 pub(super) fn command(arguments: &MarginArguments, common: &Common) -> Result<u8, Failure> {
     let started = Instant::now();
     let request = arguments.request(common).map_err(Failure::Usage)?;
-    let design = requested_design(&arguments.replay, &request.replay, common)?;
+    let design = requested_design(&arguments.replay, &request.replay, common)?.design;
     if let Some(out) = &arguments.replay.out {
         let inputs = Inputs::of(&arguments.replay, &[]);
         inputs.check_report_folder(out).map_err(Failure::Data)?;

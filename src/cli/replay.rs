@@ -7,7 +7,7 @@ mod answer;
 pub use answer::message;
 
 use super::clock;
-use super::design::requested_design;
+use super::design::{RequestedDesign, requested_design};
 use super::failure::Failure;
 use super::inputs::Inputs;
 use super::options::{Common, ReplayCommand, is_pulse, source_of};
@@ -36,7 +36,7 @@ struct ReplayedFile {
 pub(super) fn command(arguments: &ReplayCommand, common: &Common) -> Result<u8, Failure> {
     // Errors that the command line alone shows come before those of files: exit code 2, not 4.
     let request = arguments.replay.request(common).map_err(Failure::Usage)?;
-    let design = requested_design(&arguments.replay, &request, common)?;
+    let RequestedDesign { design, file } = requested_design(&arguments.replay, &request, common)?;
     let inputs = Inputs::of(&arguments.replay, &arguments.further);
     if let Some(series) = &arguments.series {
         inputs.check_series_file(series).map_err(Failure::Data)?;
@@ -83,13 +83,10 @@ pub(super) fn command(arguments: &ReplayCommand, common: &Common) -> Result<u8, 
         let run = &mut outcome.document.run;
         run.elapsed_s = started.elapsed().as_secs_f64();
         run.date = Some(clock::date_of_run());
-        run.by.clone_from(&arguments.by);
-        let design_file = arguments
-            .replay
-            .design
-            .as_ref()
-            .and_then(|file| file.file_name());
-        run.design_file = design_file.map(|name| name.to_string_lossy().into_owned());
+        if arguments.by.is_some() {
+            run.by.clone_from(&arguments.by);
+        }
+        run.set_design_file(file.clone());
         if is_single_text {
             // The answer comes before the search for advice, which takes longer.
             progress::wipe();

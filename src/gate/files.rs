@@ -35,7 +35,7 @@ pub enum Reports {
 
 /// Writes `summary.json`, `summary.csv`, `junit.xml`, `summary.md` and `index.html` into a folder, and the full
 /// reports below it; returns how many of these were left out. What a report searches beside its verdict is kept in the
-/// store, so that it is searched once.
+/// store, so that it is searched once. The reports state `date` as the day of the run.
 ///
 /// The folder is made beside and put in place at the end, so that it holds the files of one run.
 ///
@@ -45,7 +45,7 @@ pub enum Reports {
 pub fn write(
     folder: &Path,
     (plan, store): (&Plan, &Store),
-    summary: &GateSummary,
+    (summary, date): (&GateSummary, &str),
     reports: Reports,
     limits: &Limits,
     control: &Control<'_>,
@@ -70,7 +70,7 @@ pub fn write(
         control.unmeasured(|control| {
             let control = control.with_threads(1);
             write_report(
-                beside.path(),
+                (beside.path(), date),
                 (plan, number),
                 &summary.pairs[number],
                 (store, &known),
@@ -107,7 +107,7 @@ pub fn write(
 
 /// Writes the full report of a pair; returns its folder, relative to `folder`.
 fn write_report(
-    folder: &Path,
+    (folder, date): (&Path, &str),
     (plan, number): (&Plan, usize),
     pair: &Pair,
     (store, known): (&Store, &BTreeMap<String, Advised>),
@@ -143,6 +143,9 @@ fn write_report(
     }
     let prepared = prepared.filter(|_| outcome.refusal.is_none());
     let document = &mut outcome.document;
+    document.run.date = Some(date.into());
+    let design_file = plan.design_files.get(&design.name);
+    document.run.set_design_file(design_file.cloned());
     match (known.get(&document.report_id), prepared) {
         (Some(advised), _) => {
             document.preload_answer.clone_from(&advised.preload);

@@ -8,9 +8,11 @@ use super::file::{
 };
 use crate::pipeline::{Answer, Design, Limits, Request, Source, design_from_bytes, read_within};
 use glob::{MatchOptions, Pattern};
+use latchgate_document::blocks::DesignFile;
 use latchgate_document::design_file::apply_override;
 use latchgate_recording::error::{Error, Place};
 use latchgate_recording::pulse;
+use latchgate_recording::source::sha256;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,6 +26,8 @@ pub struct Plan {
     pub recordings: Vec<PlannedRecording>,
     /// Designs, in the order of their names.
     pub designs: Vec<Design>,
+    /// Files of those that were read from one, by the design's name.
+    pub(super) design_files: BTreeMap<String, DesignFile>,
     rules: Vec<Rule>,
     /// Exceptions, in the order of the file.
     pub exceptions: Vec<PlannedException>,
@@ -187,8 +191,10 @@ impl Plan {
     ) -> Result<Self, Vec<Error>> {
         let mut errors = Vec::new();
         let recordings = recordings(&file.recordings, folder, output_folders, &mut errors);
-        let designs = designs(&file.designs, folder, limits, &mut errors);
-        Self::from_parts(gate, file, recordings, designs, errors)
+        let (designs, design_files) = designs(&file.designs, folder, limits, &mut errors);
+        let mut plan = Self::from_parts(gate, file, recordings, designs, errors)?;
+        plan.design_files = design_files;
+        Ok(plan)
     }
 
     /// Makes a plan of recordings and designs that are already looked up, both in the order of
@@ -217,6 +223,7 @@ impl Plan {
             gate: gate.into(),
             recordings,
             designs,
+            design_files: BTreeMap::new(),
             rules: Vec::new(),
             exceptions: Vec::new(),
             part: false,
@@ -539,33 +546,45 @@ fn designs(
     folder: &Path,
     limits: &Limits,
     errors: &mut Vec<Error>,
-) -> Vec<Design> {
+) -> (Vec<Design>, BTreeMap<String, DesignFile>) {
     let mut by_name: BTreeMap<String, Design> = BTreeMap::new();
+    let mut files = BTreeMap::new();
     for entry in entries {
         if errors.len() >= ERRORS_MAX {
             break;
         }
         match design(entry, folder, limits) {
-            Ok(design) if by_name.contains_key(&design.name) => {
+            Ok((design, _)) if by_name.contains_key(&design.name) => {
                 let what = format!("one design named `{}`", design.name);
                 let error = Error::malformed(&what, "two", "give one of them another `name`");
                 errors.push(error.at(entry.place.clone()));
             }
-            Ok(design) => {
+            Ok((design, file)) => {
+                files.extend(file.map(|file| (design.name.clone(), file)));
                 by_name.insert(design.name.clone(), design);
             }
             Err(error) => errors.push(error.at(entry.place.clone())),
         }
     }
-    by_name.into_values().collect()
+    (by_name.into_values().collect(), files)
 }
 
-fn design(entry: &DesignEntry, folder: &Path, limits: &Limits) -> Result<Design, Error> {
+fn design(
+    entry: &DesignEntry,
+    folder: &Path,
+    limits: &Limits,
+) -> Result<(Design, Option<DesignFile>), Error> {
+    let mut design_file = None;
     let mut design = match &entry.file {
         None => Design::reference(),
         Some(file) => {
             let limit = ("settings_bytes", limits.settings_bytes);
             let bytes = read_within(&folder.join(file), file, "read the design file", limit)?;
+            let name = Path::new(file).file_name().unwrap_or_default();
+            design_file = Some(DesignFile {
+                name: name.to_string_lossy().into_owned(),
+                sha256: sha256(&bytes),
+            });
             design_from_bytes(file, &bytes, limits)?
         }
     };
@@ -576,5 +595,5 @@ fn design(entry: &DesignEntry, folder: &Path, limits: &Limits) -> Result<Design,
         design.name.clone_from(name);
     }
     design.validate()?;
-    Ok(design)
+    Ok((design, design_file))
 }

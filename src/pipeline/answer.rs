@@ -222,6 +222,7 @@ pub(crate) fn run_block() -> RunBlock {
         date: None,
         by: None,
         design_file: None,
+        design_file_sha256: None,
         elapsed_s: 0.0,
     }
 }
@@ -342,6 +343,9 @@ fn empty(facts: &RecordingFacts, conditioned: Option<&Conditioned>, design: &Des
         },
         test: facts.test.clone(),
         request: facts.request.clone(),
-        run: run_block(),
+        run: RunBlock {
+            by: facts.card.by.clone(),
+            ..run_block()
+        },
     }
 }

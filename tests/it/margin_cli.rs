@@ -265,7 +265,10 @@ fn cli_an_isolated_pass_is_warned_of() {
     let plain = |text: &str| text.replace('\u{a0}', " ");
     assert!(plain(&text).contains(&plain(said)), "{}", done.out);
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();
-    let first = page.split("<ul class=\"why\"><li>").nth(1).unwrap();
+    let first = page
+        .split("<ul class=\"why\"><li class=\"caution\">")
+        .nth(1);
+    let first = first.unwrap();
     assert!(
         first.starts_with("Isolated pass, do not design to it"),
         "{}",

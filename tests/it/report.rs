@@ -5,10 +5,13 @@ mod fixture;
 mod terminal;
 
 use fixture::Case;
+use latchgate_document::design_file::apply_override;
 use latchgate_document::{Document, json, number};
+use latchgate_kernel::model::stop::StopModel;
 use latchgate_report::plot::chart::Point;
 use latchgate_report::terminal::Look;
 use latchgate_report::{escape, html, plot, series, sparkline, text};
+use latchgate_verdict::margin::Advice;
 use latchgate_verdict::{Answer, Ensemble};
 use std::path::PathBuf;
 
@@ -317,7 +320,7 @@ fn verif_an_ensemble_is_shown_with_all_that_it_rests_on() {
     check_holds(
         &shown,
         &[
-            "varied       1731 of 2048 varied levers open (more than 82 % of levers and readings, at 98.75 % confidence)",
+            "varied       1 731 of 2 048 varied levers open (rigid stop, more than 82 % of levers and readings, at 98.75 % confidence); soft stop: 1 731 of 2 048",
             "sensitive    to bias of the acceleration (-0.83), restitution of the stop (0.24)",
             "by filter    nominal lever alone: none 7.45° (",
         ],
@@ -336,6 +339,194 @@ fn verif_an_ensemble_is_shown_with_all_that_it_rests_on() {
     let page = render(&case);
     check_holds(&page, &["No parameter drives the peak"]);
     assert!(!page.contains("id=\"drivers\"") && !page.contains("id=\"spread\""));
+}
+
+/// Where levers could not be followed, or rounding has lost the runs of a stop, the confidence is stated with their
+/// number and how they count.
+#[test]
+fn verif_lost_levers_stand_beside_the_confidence() {
+    let mut case = fixture::failing();
+    case.document.ensembles[0].failed_to_run = 3;
+    for run in case.document.models.values_mut() {
+        run.numerical_error_rad = 0.02 * f64::from(u8::from(run.model == StopModel::Rigid));
+    }
+    let shown = text::render(&case.document, None, Look::default());
+    let share = "more than 82 % of levers and readings, at 98.75 % confidence; 3 could not be followed and count as shut)";
+    check_holds(&shown, &[share]);
+    let page = render(&case);
+    check_holds(
+        &page,
+        &[
+            "Rigid stop: 3 could not be followed and count as shut.",
+            "Soft stop: 1 could not be followed and counts as shut.",
+            "Impacts carry rounding to 1.1° on the rigid stop. Its 2048 varied levers count as computed",
+        ],
+    );
+    assert_eq!(page.matches("Impacts carry rounding").count(), 1);
+}
+
+/// The share shown first is that on which the answer hangs, whichever stop leads in the angle.
+#[test]
+fn verif_the_share_of_the_decisive_stop_leads() {
+    let mut case = fixture::failing();
+    let document = &mut case.document;
+    document.verdict = Answer::Pass;
+    document.opens = None;
+    for answer in &mut document.answers {
+        answer.answer = Answer::Pass;
+    }
+    for (ensemble, (exceeded, upper)) in
+        document.ensembles.iter_mut().zip([(2, 0.004), (40, 0.031)])
+    {
+        ensemble.exceeded = exceeded;
+        (ensemble.p_lower, ensemble.p_upper) = (0.0, upper);
+        ensemble.p_upper_with_coast = upper;
+    }
+    document.ensemble = document.ensembles.first().cloned();
+    let shown = text::render(document, None, Look::default());
+    let first = "varied       40 of 2 048 varied levers open (soft stop, fewer than 3.1 % of";
+    check_holds(&shown, &[first, "); rigid stop: 2 of 2 048"]);
+    let page = render(&case);
+    let tile = page
+        .split("<dt>Varied levers that open</dt>")
+        .nth(1)
+        .unwrap();
+    let tile = tile.split("</div>").next().unwrap();
+    check_holds(
+        tile,
+        &[
+            "40 of 2\u{202f}048",
+            "soft stop: fewer than 3.1",
+            "rigid stop: 2 of 2\u{202f}048",
+        ],
+    );
+}
+
+/// A preload down to which a pass holds stands with its distance in standard deviations, where these are stated.
+#[test]
+fn verif_the_preload_margin_is_told_in_standard_deviations() {
+    let mut case = fixture::passing();
+    let document = &mut case.document;
+    let mut advice = Advice {
+        safe_from: Some(0.083),
+        until: 0.3,
+        does_not: Some(0.082),
+        tried: 40,
+        reason: None,
+        text: "Passes down to a preload of 0.083 N·m".into(),
+    };
+    document.preload_answer = Some(advice.clone());
+    let told = "standard deviations of the stated scatter below the present value.";
+    document.design.tolerance.clear();
+    let unstated = text::render(document, None, Look::default());
+    assert!(!unstated.contains("standard deviations of"), "{unstated}");
+    for (scatter, expected) in [
+        ("5 %", Some("that is 3.4 ")),
+        ("0.004", Some("that is 4.2 ")),
+        ("0", None),
+    ] {
+        let assignment = format!("tolerance.preload_torque_nm={scatter}");
+        apply_override(&mut document.design, &assignment).unwrap();
+        let shown = text::render(document, None, Look::default());
+        let expected = expected.map(|start| format!("{start}{told}"));
+        let is_told = expected
+            .as_ref()
+            .is_some_and(|text| shown.contains(&**text));
+        assert_eq!(is_told, expected.is_some(), "{scatter}: {shown}");
+        assert_eq!(
+            shown.contains(told),
+            expected.is_some(),
+            "{scatter}: {shown}"
+        );
+    }
+    // A value that passes with all above and is the least tried has none to spare.
+    apply_override(&mut document.design, "tolerance.preload_torque_nm=5 %").unwrap();
+    advice.safe_from = Some(0.1);
+    document.preload_answer = Some(advice);
+    let page = render(&case);
+    check_holds(
+        &page,
+        &["; the present value is the lowest of them: no margin."],
+    );
+}
+
+/// The largest angle has its error as a bar, which ends at the angle plus its error where the panel reaches that far.
+#[test]
+fn verif_the_largest_angle_has_its_error_as_a_bar() {
+    let mut case = fixture::passing();
+    let document = &mut case.document;
+    let error_rad = 0.01;
+    for answer in &mut document.answers {
+        answer.uncertainty_rad = Some(error_rad);
+    }
+    let limit_rad = document.threshold_rad;
+    let figures = plot::figures(&case.document, Some(&case.evidence));
+    for name in ["event", "angle"] {
+        let figure = figures.iter().find(|figure| figure.name == name).unwrap();
+        let heights = |class: &str| -> Vec<[f64; 2]> {
+            let lines = figure.body.split("<line ").skip(1);
+            let lines = lines.filter(|line| line.contains(&format!("class=\"{class}\"")));
+            let number = |line: &str, key: &str| {
+                let value = line.split(&format!(" {key}=\"")).nth(1).unwrap();
+                value.split('"').next().unwrap().parse::<f64>().unwrap()
+            };
+            lines
+                .map(|line| [number(line, "y1"), number(line, "y2")])
+                .collect()
+        };
+        let (bars, zeros, limits) = (heights("mark error-bar"), heights("zero"), heights("limit"));
+        let bar = bars
+            .iter()
+            .find(|[y1, y2]| (y1 - y2).abs() > 15.0 || name == "angle");
+        let [low, high] = *bar.unwrap_or_else(|| panic!("{name}: {bars:?}"));
+        // One radian, by the lines of zero and of the limit angle in the last panel.
+        let radian = (zeros.last().unwrap()[0] - limits.last().unwrap()[0]) / limit_rad;
+        let length = (low - high) / radian;
+        assert!(
+            (length - 2.0 * error_rad).abs() < 2e-4 || name == "angle",
+            "{name}: {length}"
+        );
+    }
+    // Of a fail whose angle is not known a bar would say nothing.
+    let mut case = fixture::failing();
+    for answer in &mut case.document.answers {
+        answer.uncertainty_rad = Some(9.0);
+    }
+    let figures = plot::figures(&case.document, Some(&case.evidence));
+    let event = figures
+        .iter()
+        .find(|figure| figure.name == "event")
+        .unwrap();
+    assert!(!event.body.contains("mark error-bar"));
+}
+
+/// Page two: the answers of the rule in a table, the hash of the design, the velocity change with its scatter.
+#[test]
+fn verif_the_sheet_holds_rule_design_and_velocity() {
+    let mut case = fixture::failing();
+    let criterion = case.document.design.criterion;
+    case.document.decision_rule = latchgate_verdict::decision_rule(&criterion).into();
+    let hash = "ab".repeat(32);
+    check_holds(
+        &render(&case),
+        &[
+            "<th>pass</th><td>if the upper bound of p, those",
+            "<th>fail</th><td>if the lower bound of p is at least 95 %",
+            "<th>undecided</th><td>if neither holds at the last look",
+            &format!("SHA-256 of the design file</th><td><code>{hash}"),
+            "<th>Velocity change</th><td>4.1\u{a0}m/s ± 0.15\u{a0}m/s (one standard deviation)",
+        ],
+    );
+    case.document.decision_rule = latchgate_verdict::NOMINAL_DECISION_RULE.as_str().into();
+    case.document.run.set_design_file(None);
+    let hash = latchgate_document::identity::design_sha256(&case.document.design);
+    check_holds(
+        &render(&case),
+        &[
+            "<th>undecided</th><td>otherwise</td>",
+            &format!("SHA-256 of the design, as judged</th><td><code>{hash}"),
+        ],
+    );
 }
 
 /// The first line of an undecided verdict names what decides, and nothing that does not.

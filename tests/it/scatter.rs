@@ -321,7 +321,7 @@ fn cli_without_scatter_there_is_no_share_of_levers() {
     let text = judged(&surviving, &readings, &[]).out;
     assert!(text.contains("This one lever stays"), "{text}");
     let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(flat.contains("0 of 128 readings of this recording open (fewer than 3.4 % of readings, at 98.75 % confidence)"), "{flat}");
+    assert!(flat.contains("0 of 128 readings of this recording open (soft stop, fewer than 3.4 % of readings, at 98.75 % confidence); rigid stop: 0 of 128"), "{flat}");
     assert!(!flat.contains("varied levers"), "{flat}");
     assert!(
         flat.contains("nothing of the lever; reading: scale ±1 %, bias ±0.1 g"),

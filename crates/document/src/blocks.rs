@@ -138,8 +138,28 @@ pub struct RunBlock {
     pub by: Option<String>,
     /// Name of the design file, where there is one.
     pub design_file: Option<String>,
+    /// SHA-256 of its bytes.
+    #[serde(default)]
+    pub design_file_sha256: Option<String>,
     /// Time the run took [s].
     pub elapsed_s: f64,
+}
+
+impl RunBlock {
+    /// Names the file from which the design was read.
+    pub fn set_design_file(&mut self, file: Option<DesignFile>) {
+        (self.design_file, self.design_file_sha256) =
+            file.map(|file| (file.name, file.sha256)).unzip();
+    }
+}
+
+/// A design file as it was read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DesignFile {
+    /// Its name without folders.
+    pub name: String,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
 }
 
 /// The factors between the sensor's place and the latch, as a person states them.

@@ -41,6 +41,11 @@ pub fn margin_id(recording: &RecordingBlock, request: &MarginRequest, design: &D
     hash(&question)
 }
 
+/// Returns the SHA-256 of a design as it was judged: of its block in a verdict's document, as canonical JSON.
+pub fn design_sha256(design: &Design) -> String {
+    hash(&json!(design))
+}
+
 /// Returns the same of latch response spectra.
 pub fn spectrum_id(
     recordings: &[RecordingBlock],

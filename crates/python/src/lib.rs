@@ -537,7 +537,8 @@ fn run_gate(
         let summary: GateSummary = gate::summarise(&plan, run.recordings, asked);
         if let Some(folder) = &out {
             let reports = files::Reports::Failing;
-            files::write(folder, (&plan, &store), &summary, reports, &limits, control)?;
+            let dated = (&summary, date.as_str());
+            files::write(folder, (&plan, &store), dated, reports, &limits, control)?;
         }
         let mut text = Vec::new();
         summary.write_json(&mut text)?;

@@ -90,6 +90,8 @@ pub struct Card {
     pub licence: Option<String>,
     /// Anything else.
     pub notes: Option<String>,
+    /// Who makes the reports of it.
+    pub by: Option<String>,
 }
 
 impl Card {
@@ -139,7 +141,7 @@ impl Card {
     }
 
     /// Lists the keys of texts with their places.
-    fn texts(&mut self) -> [(&'static str, &mut Option<String>); 9] {
+    fn texts(&mut self) -> [(&'static str, &mut Option<String>); 10] {
         [
             ("test", &mut self.test.test),
             ("vehicle", &mut self.test.vehicle),
@@ -150,6 +152,7 @@ impl Card {
             ("source", &mut self.source),
             ("licence", &mut self.licence),
             ("notes", &mut self.notes),
+            ("by", &mut self.by),
         ]
     }
 

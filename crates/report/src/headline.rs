@@ -99,7 +99,7 @@ fn share_of_limit(document: &Document, angle_rad: f64) -> String {
 /// Returns the largest angle of the varied levers of a pass over all stops and opening directions; nothing if the
 /// nominal levers reach it.
 fn varied_levers(document: &Document, nominal_rad: f64) -> String {
-    let ensembles = ensembles(document);
+    let ensembles = words::ensembles(document);
     if let Some(worst) = ensembles.iter().max_by_key(|ensemble| ensemble.exceeded)
         && worst.exceeded > 0
     {
@@ -122,14 +122,6 @@ fn varied_levers(document: &Document, nominal_rad: f64) -> String {
         varied.members(),
         share_of_limit(document, highest_rad)
     )
-}
-
-/// Returns the ensemble of each stop and opening direction.
-fn ensembles(document: &Document) -> Vec<&Ensemble> {
-    match document.ensembles.as_slice() {
-        [] => document.ensemble.iter().collect(),
-        several => several.iter().collect(),
-    }
 }
 
 /// Returns the instant from which a recording is unusable, if known, and the cause without its remedy.
@@ -171,10 +163,19 @@ fn would_decide(document: &Document) -> String {
             let mut reasons = document.why.iter();
             let others = reasons.find(|reason| reason.code == "needs-word");
             let others = others.map_or_else(String::new, |reason| format!(" {}", reason.text));
-            format!(
-                "State the opening direction, the setting `opens_when`: {}.{others}",
-                each.join(", ")
-            )
+            let mut answers = words::directions(document).into_iter().map(|row| row.word);
+            let first = answers.next();
+            match first.filter(|first| !others.is_empty() && answers.all(|word| word == *first)) {
+                // What is to be stated stands in the reason.
+                Some(word) => format!(
+                    "{} in both opening directions.{others}",
+                    words::capital(word)
+                ),
+                None => format!(
+                    "State the opening direction, the setting `opens_when`: {}.{others}",
+                    each.join(", ")
+                ),
+            }
         }
         "stop-model-decides" => {
             "The stops answer differently: state which one the latch has, the setting `model`."
@@ -199,13 +200,9 @@ fn would_decide(document: &Document) -> String {
     }
 }
 
-/// Returns how many of the levers of the shown ensemble open: `46 % of the varied levers open (4644 of 10 000). `.
+/// Returns how many of the levers of the decisive ensemble open: `46 % of the varied levers open (4644 of 10 000). `.
 fn share_that_opens(document: &Document) -> String {
-    let Some(shown) = document
-        .ensemble
-        .as_ref()
-        .filter(|shown| shown.exceeded > 0)
-    else {
+    let Some(shown) = words::decisive_ensemble(document).filter(|shown| shown.exceeded > 0) else {
         return String::new();
     };
     let (exceeded, members) = (u64::from(shown.exceeded), u64::from(shown.members));
@@ -325,12 +322,12 @@ fn distance_to_limit_rad(document: &Document, answer: &RunAnswer) -> Option<f64>
 /// Returns what would decide where neither few nor most varied levers open: the remedy of the input that drives
 /// the largest angle most, among those that would decide if they were known better.
 fn remedy_of_scatter(document: &Document) -> String {
-    let ensembles = ensembles(document);
+    let ensembles = words::ensembles(document);
     let drivers = document
         .ensemble
         .iter()
         .flat_map(|ensemble| &ensemble.drivers);
-    let deciding = drivers.filter(|driver| decides(document, &ensembles, &driver.parameter));
+    let deciding = drivers.filter(|driver| decides(document, ensembles, &driver.parameter));
     let share = |driver: &&Driver| driver.share.unwrap_or(0.0);
     match deciding.max_by(|a, b| share(a).total_cmp(&share(b))) {
         Some(driver) if driver.parameter == "input.bias_g" => format!(
@@ -355,7 +352,7 @@ fn remedy_of_scatter(document: &Document) -> String {
 }
 
 /// Returns true if all stops and opening directions would give one answer if a parameter were known better.
-fn decides(document: &Document, ensembles: &[&Ensemble], parameter: &str) -> bool {
+fn decides(document: &Document, ensembles: &[Ensemble], parameter: &str) -> bool {
     let answer_if_known = |answer: &RunAnswer| {
         if answer.answer != Answer::Undecided {
             return answer.answer;

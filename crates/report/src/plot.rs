@@ -16,6 +16,7 @@ pub mod canvas;
 mod catch;
 pub mod chart;
 mod drivers;
+mod error_bar;
 pub(crate) mod event;
 pub mod frame;
 pub mod heat;

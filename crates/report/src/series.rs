@@ -147,9 +147,13 @@ pub fn write(path: &Path, series: &SampledSeries) -> Result<(), Error> {
         .map_err(|error| Error::io_at("write the series", path, &error))
 }
 
-/// Writes a number with all its digits; nothing for one that is not finite.
+/// Writes a number with all its digits, a very small one with its power of ten; nothing for one that is not finite.
 fn cell(out: &mut String, value: f64) {
-    if value.is_finite() {
-        let _ = write!(out, "{value}");
-    }
+    let is_tiny = value.abs() < 1e-12 && value.abs() > 0.0;
+    // Writing into a String cannot fail.
+    let _ = match value.is_finite() {
+        true if is_tiny => write!(out, "{value:e}"),
+        true => write!(out, "{value}"),
+        false => Ok(()),
+    };
 }

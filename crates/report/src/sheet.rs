@@ -26,7 +26,7 @@ fn rules(foot: &str) -> String {
 
 fn foot(identity: &str) -> String {
     format!(
-        "@page{{size:A4;margin:13mm 15mm 15mm;\
+        "@page{{size:A4;margin:11mm 15mm 13mm;\
          @bottom-left{{content:\"latchgate report {identity}\";font:8pt sans-serif;color:#56616c}}\
          @bottom-right{{content:\"page \" counter(page) \" of \" counter(pages);font:8pt sans-serif;color:#56616c}}}}\n"
     )

@@ -42,7 +42,7 @@ pub fn answer(document: &Document, look: Look) -> String {
     } else if let Some(first) = document.test.test.as_ref().or(test.first()) {
         out.line("test", first);
     }
-    out.line("design", &words::design(&document.design));
+    out.line("design", &words::with_unstated(&document.design));
     if document.verdict == Answer::Unusable {
         if let Some(text) = words::before_fault(document) {
             out.line("before", text);
@@ -66,8 +66,8 @@ pub fn afterwards(
     look: Look,
 ) -> String {
     let mut out = TerminalLines::new(look);
-    if let Some(preload) = &document.preload_answer {
-        let text = format!("{}.", preload.text);
+    if let Some(preload) = words::preload(document) {
+        let text = format!("{preload}.");
         if words::is_isolated_pass(document) {
             out.graded("advice", Severity::Warning, &text);
         } else {
@@ -83,7 +83,12 @@ pub fn afterwards(
         out.line(if index == 0 { "sled pulse" } else { "" }, &text);
     }
     if let Some(restitution) = words::restitution(document) {
-        out.line("restitution", &format!("{restitution}."));
+        let text = format!("{restitution}.");
+        if words::is_isolated_restitution(document) {
+            out.graded("restitution", Severity::Warning, &text);
+        } else {
+            out.line("restitution", &text);
+        }
     }
     if let Some(report) = report {
         out.raw("report", &look.path(&report.join(REPORT_FILE)));
@@ -123,8 +128,8 @@ fn judged(out: &mut TerminalLines, document: &Document) {
     if let Some(text) = words::catch(document) {
         out.line("catch", text);
     }
-    if let Some(ensemble) = &document.ensemble {
-        out.line("varied", &words::varied(ensemble));
+    if let Some(text) = words::varied(document) {
+        out.line("varied", &text);
     } else if let Some(bound) = words::sparing_bound(document) {
         let text = format!(
             "none of the varied levers can open: the worst {}",
@@ -242,9 +247,15 @@ fn detail(out: &mut TerminalLines, document: &Document) {
         .filters
         .iter()
         .filter_map(|row| {
-            let peak = words::degrees_cell(row.peak_angle_rad?, 3);
-            let answer = row.verdict.map_or("not possible", Answer::name);
-            Some(format!("{} {peak}° ({answer})", filter_name(row.filter)))
+            let peak = words::filtered_angle(document, row, row.peak_angle_rad?, row.verdict);
+            let degree = if peak.ends_with(|c: char| c.is_ascii_digit()) {
+                "°"
+            } else {
+                ""
+            };
+            let answer = words::filtered_answer(document, row);
+            let filter = filter_name(row.filter);
+            Some(format!("{filter} {peak}{degree} ({answer})"))
         })
         .collect();
     if !filters.is_empty() {

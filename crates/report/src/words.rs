@@ -8,22 +8,22 @@ use crate::codes;
 use crate::opening;
 use latchgate_document::Document;
 use latchgate_document::blocks::{ConditioningBlock, RecordingBlock};
-use latchgate_document::number::{exact, significant, trimmed};
+use latchgate_document::number::{ABSENT, count, exact, significant, trimmed};
 use latchgate_document::request::PolaritySource;
 use latchgate_kernel::model::Design;
-use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, DesignParameter, PARAMETERS};
+use latchgate_kernel::model::parameters::{CATCH_PARAMETERS, DesignParameter, PARAMETERS, Slot};
 use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::model::tolerance::Tolerance;
 use latchgate_kernel::replay::Run;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY};
 use latchgate_recording::card::CardPolarity;
 use latchgate_recording::{Finding, Severity, TestFacts};
-use latchgate_verdict::conditioning::Cfc;
+use latchgate_verdict::conditioning::{Cfc, VELOCITY_STRETCH_S};
 use latchgate_verdict::decision::{FAIL_SHARE_WITH_NOMINAL, NOISE_TIMES};
 use latchgate_verdict::in_plane::InPlane;
-use latchgate_verdict::margin::Quantity;
+use latchgate_verdict::margin::{Advice, Quantity};
 use latchgate_verdict::wording::percent_bound;
-use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget};
+use latchgate_verdict::{Answer, Bound, Ensemble, ErrorBudget, FilterRow};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -83,11 +83,64 @@ pub(super) fn leading_run(document: &Document) -> Option<&Run> {
 /// Returns true if some preload between that of a pass and the advised one does not pass.
 pub(super) fn is_isolated_pass(document: &Document) -> bool {
     let present = document.design.lever.preload_torque_nm;
-    let advice = document.preload_answer.as_ref();
-    document.verdict == Answer::Pass
-        && advice.is_some_and(|advice| {
-            advice.safe_from.is_some() && !advice.covers(Quantity::Preload, present)
-        })
+    is_isolated(
+        document,
+        document.preload_answer.as_ref(),
+        Quantity::Preload,
+        present,
+    )
+}
+
+/// Returns true if some restitution between that of a pass and the largest that is sure to pass does not.
+pub(super) fn is_isolated_restitution(document: &Document) -> bool {
+    let present = document.design.stop.restitution;
+    is_isolated(
+        document,
+        document.restitution_answer.as_ref(),
+        Quantity::Restitution,
+        present,
+    )
+}
+
+fn is_isolated(
+    document: &Document,
+    advice: Option<&Advice>,
+    quantity: Quantity,
+    present: f64,
+) -> bool {
+    let is_apart =
+        |advice: &Advice| advice.safe_from.is_some() && !advice.covers(quantity, present);
+    document.verdict == Answer::Pass && advice.is_some_and(is_apart)
+}
+
+/// Returns the advised preload; of one down to which a pass holds, with its distance in standard deviations of the
+/// preload's scatter, where that is stated.
+pub(super) fn preload(document: &Document) -> Option<String> {
+    let advice = document.preload_answer.as_ref()?;
+    let design = &document.design;
+    let present = design.lever.preload_torque_nm;
+    let holds = document.verdict == Answer::Pass && advice.covers(Quantity::Preload, present);
+    let parameter = DesignParameter::named("lever.preload_torque_nm");
+    let is_stated =
+        |parameter: &&DesignParameter| design.tolerance.contains_key(parameter.tolerance_key());
+    let deviation = parameter
+        .filter(is_stated)
+        .and_then(|one| design.deviation(one));
+    let deviation = deviation.filter(|deviation| holds && *deviation > 0.0);
+    let below = advice.safe_from.zip(deviation).map(|(from, deviation)| {
+        let deviations = (present - from) / deviation;
+        // A margin is rounded down; what has two digits already is not lowered by the rounding of a division.
+        let unit = if deviations < 10.0 { 0.1 } else { 1.0 };
+        let deviations = (deviations / unit + 1e-9).floor() * unit;
+        match deviations > 0.0 {
+            true => format!(
+                "; that is {} standard deviations of the stated scatter below the present value",
+                trimmed(deviations, 4)
+            ),
+            false => "; the present value is the lowest of them: no margin".into(),
+        }
+    });
+    Some(format!("{}{}", advice.text, below.unwrap_or_default()))
 }
 
 /// Returns the largest restitution at which a pass stays one. The restitution of a stop is seldom measured, and never
@@ -95,8 +148,7 @@ pub(super) fn is_isolated_pass(document: &Document) -> bool {
 pub(super) fn restitution(document: &Document) -> Option<String> {
     let advice = document.restitution_answer.as_ref()?;
     let tried = advice.tried;
-    let present = document.design.stop.restitution;
-    if advice.safe_from.is_some() && !advice.covers(Quantity::Restitution, present) {
+    if is_isolated_restitution(document) {
         // A sentence for other restitutions would deny this pass.
         return Some(advice.text.clone());
     }
@@ -227,27 +279,106 @@ pub(super) fn stops(document: &Document) -> Option<String> {
     Some(each.join("; "))
 }
 
-/// Returns how many of the varied levers open.
-pub(super) fn varied(ensemble: &Ensemble) -> String {
-    format!(
-        "{} open{} ({}{})",
-        ensemble.who_opens(),
+/// Returns the ensemble of each stop and opening direction.
+pub(super) fn ensembles(document: &Document) -> &[Ensemble] {
+    match document.ensembles.is_empty() {
+        true => document.ensemble.as_slice(),
+        false => &document.ensembles,
+    }
+}
+
+/// Returns the ensemble on which the answer hangs: of a pass the one of which most may open, of a fail the one of
+/// which fewest do, else the one without an answer of which most may open.
+pub(super) fn decisive_ensemble(document: &Document) -> Option<&Ensemble> {
+    let answers_so = |ensemble: &&Ensemble| {
+        let mut answers = document.answers.iter();
+        answers.any(|answer| {
+            (answer.model, answer.opens_when) == (ensemble.model, ensemble.opens_when)
+                && answer.answer == document.verdict
+        })
+    };
+    // Of equal ones that of the run whose angle is shown.
+    let shown = leading_run(document).map(|run| (run.model, run.opens_when));
+    let is_shown = |ensemble: &Ensemble| shown == Some((ensemble.model, ensemble.opens_when));
+    let weight = |ensemble: &Ensemble| match document.verdict {
+        Answer::Fail => -ensemble.p_lower,
+        _ => ensemble.p_upper_with_coast,
+    };
+    let candidates = ensembles(document).iter().filter(answers_so);
+    let decisive = candidates.max_by(|a, b| {
+        let by_weight = weight(a).total_cmp(&weight(b));
+        by_weight.then_with(|| is_shown(a).cmp(&is_shown(b)))
+    });
+    decisive.or(document.ensemble.as_ref())
+}
+
+/// Returns the shares that stand beside a decisive one: `rigid stop: 0 of 128`, or that a bound spares a stop.
+pub(super) fn other_shares(document: &Document, decisive: &Ensemble) -> Vec<String> {
+    let several = document.polarities.len() > 1;
+    let others = judged_runs(document)
+        .into_iter()
+        .filter(|run| (run.model, run.opens_when) != (decisive.model, decisive.opens_when));
+    let each = others.filter_map(|run| {
+        let place = match several {
+            true => place(run.model, run.opens_when),
+            false => run.model.label().to_string(),
+        };
+        let mut own = ensembles(document).iter();
+        let own = own.find(|one| (one.model, one.opens_when) == (run.model, run.opens_when));
+        match (own, document.answer_of(run)?.bound) {
+            (Some(own), _) => Some(format!(
+                "{place}: {} of {}",
+                count(u64::from(own.exceeded)),
+                count(u64::from(own.members))
+            )),
+            (None, Some(_)) => Some(format!("{place}: none can")),
+            (None, None) => None,
+        }
+    });
+    each.collect()
+}
+
+/// Returns the stop and direction of an ensemble where several were judged, with a comma behind.
+fn place_among_several(document: &Document, ensemble: &Ensemble) -> String {
+    match (document.polarities.len() > 1, document.models.len() > 1) {
+        (true, _) => format!("{}, ", place(ensemble.model, ensemble.opens_when)),
+        (false, true) => format!("{}, ", ensemble.model.label()),
+        (false, false) => String::new(),
+    }
+}
+
+/// Returns how many of the varied levers open, of the decisive stop first.
+pub(super) fn varied(document: &Document) -> Option<String> {
+    let ensemble = decisive_ensemble(document)?;
+    let others = other_shares(document, ensemble);
+    let others = others.into_iter().map(|other| format!("; {other}"));
+    Some(format!(
+        "{} of {} {} open{} ({}{}{}){}",
+        count(u64::from(ensemble.exceeded)),
+        count(u64::from(ensemble.members)),
+        ensemble.varied.members(),
         until(ensemble),
+        place_among_several(document, ensemble),
         share(ensemble),
         match ensemble.exceeded_in_coast {
             0 => String::new(),
             members => format!("; {members} more may open later"),
-        }
-    )
+        },
+        others.collect::<String>()
+    ))
 }
 
-/// Returns the share of levers and readings that open, as its bound.
+/// Returns the share of levers and readings that open, as its bound, with what the bound counts of those that could
+/// not be followed.
 pub(super) fn share(ensemble: &Ensemble) -> String {
     let answer = match ensemble.p_lower > FAIL_SHARE_WITH_NOMINAL {
         true => Answer::Fail,
         false => Answer::Pass,
     };
-    ensemble.share_that_opens(answer).replace(" %", "\u{00A0}%")
+    let lost = ensemble.lost_in_words(answer);
+    let lost = lost.map_or_else(String::new, |lost| format!("; {lost}"));
+    let share = ensemble.share_that_opens(answer);
+    format!("{}{lost}", share.replace(" %", "\u{00A0}%"))
 }
 
 /// Tells whether nothing varies, so that one lever was judged on one reading of the recording.
@@ -275,11 +406,7 @@ pub(super) fn what_was_varied(document: &Document) -> Option<String> {
         })?
     });
     let levers: Vec<String> = of_each.collect();
-    let measured = document.conditioning.as_ref();
-    let measured = measured.map_or(0.0, |block| {
-        block.bias_standard_error_m_s2 / STANDARD_GRAVITY
-    });
-    let bias_g = design.input.bias_g.max(measured);
+    let bias_g = bias_error_g(design, document.conditioning.as_ref());
     let mut readings = Vec::new();
     if design.input.scale > 0.0 {
         readings.push(format!(
@@ -304,6 +431,36 @@ pub(super) fn what_was_varied(document: &Document) -> Option<String> {
     Some(format!(
         "{levers}; reading: {readings} (one standard deviation each)"
     ))
+}
+
+/// Returns one standard deviation of the sensor's zero, the larger of what the design states and what was measured [g].
+fn bias_error_g(design: &Design, conditioning: Option<&ConditioningBlock>) -> f64 {
+    let measured = conditioning.map_or(0.0, |block| {
+        block.bias_standard_error_m_s2 / STANDARD_GRAVITY
+    });
+    design.input.bias_g.max(measured)
+}
+
+/// Returns the velocity change with one standard deviation, which the sensor's scale and its zero give it:
+/// `5.91 m/s ± 0.3 m/s`.
+pub(super) fn velocity_change(
+    recording: &RecordingBlock,
+    design: &Design,
+    conditioning: Option<&ConditioningBlock>,
+) -> Option<String> {
+    let velocity = recording.velocity_change_m_s?;
+    let stretch_s = (recording.end_s? - recording.start_s?).min(VELOCITY_STRETCH_S);
+    let of_scale = design.input.scale * velocity;
+    let of_bias = bias_error_g(design, conditioning) * STANDARD_GRAVITY * stretch_s;
+    let deviation = libm::hypot(of_scale, of_bias);
+    Some(match deviation > 0.0 {
+        true => format!(
+            "{}\u{00A0}m/s ± {}\u{00A0}m/s (one standard deviation)",
+            trimmed(velocity, 3),
+            trimmed(deviation, 2)
+        ),
+        false => format!("{}\u{00A0}m/s", trimmed(velocity, 3)),
+    })
 }
 
 /// Returns how far a number scatters, as the design states it, with its unit; `None` if it does not say.
@@ -453,6 +610,36 @@ pub(super) fn bounded_angle(radians: f64) -> String {
         trimmed(radians.to_degrees(), 3),
         trimmed(radians, 3)
     )
+}
+
+/// Returns the largest angle after a filter, as a cell of a table whose head says degrees: an error that leaves no answer
+/// leaves no figure either, but for the run that the verdict rests on, whose error is known.
+pub(super) fn filtered_angle(
+    document: &Document,
+    row: &FilterRow,
+    radians: f64,
+    answer: Option<Answer>,
+) -> String {
+    let nominal = document.nominal.as_ref().filter(|_| row.chosen);
+    let is_known = match nominal {
+        Some(run) => has_figure(document, run),
+        None => answer != Some(Answer::Undecided),
+    };
+    match is_known || radians > FRAC_PI_2 {
+        true => degrees_cell(radians, 3),
+        false => "not known".into(),
+    }
+}
+
+/// Returns the answer after a filter: of the one in use that of the verdict, where the varied levers make it a fail.
+pub(super) fn filtered_answer(document: &Document, row: &FilterRow) -> &'static str {
+    match row.verdict {
+        None => ABSENT,
+        Some(Answer::Undecided) if row.chosen && document.verdict == Answer::Fail => {
+            "fail, by the varied levers"
+        }
+        Some(answer) => answer.name(),
+    }
 }
 
 /// Returns an angle in a cell of a table whose head says degrees; beyond 90° that alone.
@@ -633,6 +820,31 @@ pub(super) fn design(design: &Design) -> String {
         (true, false) => format!("the paper's example lever, modified: {}", keys.join("; ")),
         (false, true) => design.name.clone(),
         (false, false) => format!("{}, modified: {}", design.name, keys.join("; ")),
+    }
+}
+
+/// Returns the numbers of lever, stop and criterion.
+pub(super) fn lever_parameters(design: &Design) -> impl Iterator<Item = &'static DesignParameter> {
+    let parameters = design.parameters();
+    parameters.filter(|parameter| !matches!(parameter.slot, Slot::InputScale | Slot::InputBias))
+}
+
+/// Returns those of them that nobody stated.
+pub(super) fn unstated(design: &Design) -> Vec<&'static DesignParameter> {
+    let is_unstated =
+        |parameter: &&DesignParameter| design.not_stated.iter().any(|key| key == parameter.name);
+    lever_parameters(design).filter(is_unstated).collect()
+}
+
+/// Returns the design with the number of its values that nobody stated.
+pub(super) fn with_unstated(shown: &Design) -> String {
+    let name = design(shown);
+    match unstated(shown).len() {
+        0 => name,
+        // These names say it.
+        _ if shown.repeats_reference() || shown.is_reference_overridden() => name,
+        1 => format!("{name}; 1 value not stated, taken from the paper's example"),
+        count => format!("{name}; {count} values not stated, taken from the paper's example"),
     }
 }
 

@@ -89,10 +89,13 @@ pub enum Way {
 /// End of the name of a user whom a proxy names; no token's holder has such a name. So the two are never one owner.
 pub const OF_PROXY: &str = "@proxy";
 
+/// Name of a visitor where no token exists: nobody is known.
+pub const NOBODY: &str = "local";
+
 /// The sender of a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Visitor {
-    /// Name of the token's holder, or of a proxy's user with [`OF_PROXY`]; `local` where no token exists.
+    /// Name of the token's holder, or of a proxy's user with [`OF_PROXY`]; [`NOBODY`] where no token exists.
     pub name: String,
     scopes: Vec<Scope>,
     /// Number of the token.
@@ -263,7 +266,7 @@ impl Door {
     ) -> Option<Recognition> {
         if cache.tokens.is_empty() {
             return Some(Recognition::Open(Visitor {
-                name: "local".into(),
+                name: NOBODY.into(),
                 scopes: Scope::ALL.to_vec(),
                 token: None,
                 way: Way::Open,

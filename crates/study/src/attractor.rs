@@ -375,7 +375,7 @@ fn compare(
             outcome.run.final_angle_rad,
             outcome.run.final_velocity_rad_s,
         );
-        if forced.stop == latchgate_kernel::model::stop::StopModel::Rigid {
+        if !forced.stop.yields() {
             state.angle_rad = state.angle_rad.max(0.0);
         }
         let bounded = state.angle_rad.abs() <= 100.0 && state.velocity_rad_s.abs() <= 1e5;

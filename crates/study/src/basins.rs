@@ -7,7 +7,6 @@
 
 use super::Headline;
 use super::orbit::{self, ForcedLever, Orbit};
-use latchgate_kernel::model::stop::StopModel;
 use latchgate_kernel::parallel::Control;
 use latchgate_kernel::range::Range;
 use latchgate_kernel::replay::strobe_batch::{self, Ending};
@@ -388,7 +387,7 @@ fn capture_radius(
                     })
                 })
             })
-            .filter(|state| forced.stop == StopModel::Soft || state.angle_rad >= 0.0)
+            .filter(|state| forced.stop.yields() || state.angle_rad >= 0.0)
             .collect();
         if all_converge(options, attractor, &states, control)? {
             return Ok(radius);

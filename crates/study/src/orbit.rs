@@ -339,7 +339,7 @@ pub(super) fn find_within(
         let part = (STEP_MAX / size).min(1.0);
         state.angle_rad += part * step.angle_rad;
         state.velocity_rad_s += part * step.velocity_rad_s;
-        if forced.stop == StopModel::Rigid && state.angle_rad < 0.0 {
+        if !forced.stop.yields() && state.angle_rad < 0.0 {
             state.angle_rad = 0.0;
         }
     }

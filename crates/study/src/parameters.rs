@@ -71,8 +71,8 @@ impl Number {
     /// Returns true if the number matters on a stop.
     fn is_of(self, model: StopModel) -> bool {
         match self {
-            Self::Restitution => model == StopModel::Rigid,
-            Self::StopStiffness => model == StopModel::Soft,
+            Self::Restitution => !model.yields(),
+            Self::StopStiffness => model.yields(),
             _ => true,
         }
     }

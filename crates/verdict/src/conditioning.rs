@@ -34,7 +34,7 @@ use serde::{Deserialize, Serialize};
 
 pub use between::Between;
 pub use bias::Noise;
-pub use crash::velocity_change_m_s;
+pub use crash::{VELOCITY_STRETCH_S, velocity_change_m_s};
 use latchgate_kernel::signal::Reading;
 pub use latchgate_kernel::signal::Signal;
 use quality::RawQuality;

@@ -63,6 +63,9 @@ pub const FAIL_SHARE_WITH_NOMINAL: f64 = 0.5;
 /// Standard deviations of the peak from noise that U counts.
 pub const NOISE_TIMES: f64 = 2.0;
 
+/// Part of the limit angle from which on the error that a run states of itself is told, and looked at twice.
+pub(crate) const ROUNDING_PART: f64 = 0.01;
+
 /// Draws of the recorded noise under which a run that could pass is replayed.
 pub const PASS_DRAWS: u32 = 128;
 

@@ -15,9 +15,9 @@ pub mod draw;
 pub(super) mod drivers;
 
 use super::Answer;
-use super::decision::ShareBounds;
+use super::decision::{ROUNDING_PART, ShareBounds};
 use super::policy::Variant;
-use super::wording::{percent, percent_bound};
+use super::wording::{degrees, percent, percent_bound};
 pub use bounds::LOOKS;
 use draw::TRUNCATION;
 use latchgate_kernel::model::Design;
@@ -255,6 +255,42 @@ impl Ensemble {
             self.members,
             self.varied.members()
         )
+    }
+
+    /// Says how many members could not be followed, and how they count in the bounds that an answer rests on; `None`
+    /// if all could.
+    pub fn lost_in_words(&self, answer: Answer) -> Option<String> {
+        let counted = match answer {
+            Answer::Pass => "as open",
+            Answer::Fail => "as shut",
+            Answer::Undecided | Answer::Unusable => {
+                "as open in the upper bound and as shut in the lower"
+            }
+        };
+        match self.failed_to_run {
+            0 => None,
+            1 => Some(format!("1 could not be followed and counts {counted}")),
+            lost => Some(format!("{lost} could not be followed and count {counted}")),
+        }
+    }
+
+    /// Says that rounding has lost the runs of this stop, and how its members count: where impacts have carried the
+    /// rounding of its nominal run, `numerical_error_rad` [rad], to a part of the limit angle that a finding tells.
+    pub fn rounding_in_words(
+        &self,
+        numerical_error_rad: f64,
+        threshold_rad: f64,
+    ) -> Option<String> {
+        (numerical_error_rad > ROUNDING_PART * threshold_rad).then(|| {
+            format!(
+                "Impacts carry rounding to {} on the {} stop. Its {} {} count as computed: the confidence \
+                 is that of the draws alone",
+                degrees(numerical_error_rad, 2),
+                self.model.name(),
+                self.members,
+                self.varied.members()
+            )
+        })
     }
 
     /// Returns the bounds of the share that exceeds the threshold.

@@ -7,11 +7,12 @@
 //! range of their peaks. To it comes twice what a noise as strong as the cubics' change would do ([`noise`]).
 
 use super::Answer;
+use super::decision::ROUNDING_PART;
 use super::decision::{NOISE_TIMES, NoiseDraws, VariantRun};
 use super::noise::{self, CarriedNoise};
 use super::policy::Variant;
 use super::readings::{CORNERS, SampleReading};
-use super::runs::{ROUNDING_PART, RunDetail, RunSetup, variant_of};
+use super::runs::{RunDetail, RunSetup, variant_of};
 use crate::conditioning::Between;
 use latchgate_kernel::replay::{MethodKind, Run, RunOutcome};
 use latchgate_kernel::signal::Signal;

@@ -16,11 +16,13 @@ use super::policy::{ModelChoice, Polarity, Policy, Variant};
 use super::variant::VariantResult;
 use super::what_if::{Change, ChangedSide, WhatIf};
 use super::wording::{
-    angle, brief_instant, degrees, instant, percent, percent_bound, place, sentence, signed,
+    angle, brief_instant, degrees, degrees_at_most, instant, percent, percent_bound, place,
+    sentence, signed,
 };
 use super::{Answer, ErrorBudget, Reason};
 use crate::conditioning::Noise;
 use latchgate_kernel::model::Design;
+use latchgate_kernel::model::parameters::DesignParameter;
 use latchgate_kernel::units::{OpensWhen, STANDARD_GRAVITY, plain, short};
 use latchgate_recording::{Finding, Severity};
 use std::f64::consts::FRAC_PI_2;
@@ -194,7 +196,7 @@ fn ensemble(case: &Explained<'_>) -> Option<Reason> {
         .filter_map(|result| result.ensemble.as_ref())
         .collect();
     if named.is_empty() {
-        named.push(nominal);
+        named.push(decisive(case).unwrap_or(nominal));
     }
     let list: Vec<String> = named
         .iter()
@@ -206,8 +208,40 @@ fn ensemble(case: &Explained<'_>) -> Option<Reason> {
     let (code, rule) = rule_of_shares(case.answer, nominal, &named);
     Some(Reason {
         code: code.into(),
-        text: format!("{} {rule}.{until}", list.join(" ")),
+        text: format!(
+            "{} {rule}.{until}{}",
+            list.join(" "),
+            lost_to_rounding(case, &named)
+        ),
     })
+}
+
+/// Returns the ensemble on which the answer hangs: of a pass the one of which most may open, else the nominal one; of
+/// equal ones that of the stop whose angle is told.
+fn decisive<'a>(case: &Explained<'a>) -> Option<&'a Ensemble> {
+    if case.answer != Answer::Pass {
+        return case.nominal.ensemble.as_ref();
+    }
+    let told = case.leading().variant;
+    let ensembles = case
+        .results
+        .iter()
+        .filter_map(|result| result.ensemble.as_ref());
+    ensembles.max_by(|a, b| {
+        let by_share = a.p_upper_with_coast.total_cmp(&b.p_upper_with_coast);
+        by_share.then_with(|| (a.variant() == told).cmp(&(b.variant() == told)))
+    })
+}
+
+/// Says of which of these ensembles rounding has lost the runs.
+fn lost_to_rounding(case: &Explained<'_>, named: &[&Ensemble]) -> String {
+    let sentences = named.iter().filter_map(|ensemble| {
+        let mut results = case.results.iter();
+        let result = results.find(|result| result.variant == ensemble.variant())?;
+        let error_rad = result.run.run().numerical_error_rad;
+        ensemble.rounding_in_words(error_rad, case.threshold_rad())
+    });
+    sentences.map(|sentence| format!(" {sentence}.")).collect()
 }
 
 /// Says why the levers of the ensemble were not followed.
@@ -226,10 +260,8 @@ fn spared(case: &Explained<'_>) -> Option<Reason> {
 
 /// Says how many levers of one ensemble cross, with the bound that the answer rests on.
 fn who_cross(ensemble: &Ensemble, answer: Answer) -> String {
-    let lost = match ensemble.failed_to_run {
-        0 => String::new(),
-        lost => format!(", {lost} not followed"),
-    };
+    let lost = ensemble.lost_in_words(answer);
+    let lost = lost.map_or_else(String::new, |lost| format!(", {lost}"));
     format!(
         "{} open{lost}: {} ({}).",
         ensemble.who_opens(),
@@ -374,12 +406,19 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
                 Change::Less => "one standard deviation less",
                 Change::BiasKept => "left in the recording",
             };
-            let (side, before) = side(case, what_if)?;
+            let (side, result) = side(case, what_if)?;
+            let before_rad = result.run.run().peak_angle_rad;
+            let effect = match has_figure(case, result) {
+                true => format!(
+                    "gives {} instead of {}",
+                    degrees(side.peak_angle_rad, 3),
+                    degrees(before_rad, 3)
+                ),
+                false => format!("computes one that {}", opens_or_stays(case, side)),
+            };
             Some(format!(
-                "{how} ({} g) gives {} instead of {} ({})",
+                "{how} ({} g) {effect} ({})",
                 signed(what_if.change),
-                degrees(side.peak_angle_rad, 3),
-                degrees(before, 3),
                 place(side.variant()),
             ))
         })
@@ -400,12 +439,19 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
         .filter(moved)
         .filter(|what_if| !is_bias(what_if))
         .filter_map(|what_if| {
-            let (side, _) = side(case, what_if)?;
+            let (side, result) = side(case, what_if)?;
+            let effect = match has_figure(case, result) {
+                true => degrees(side.peak_angle_rad, 3),
+                false => opens_or_stays(case, side).into(),
+            };
+            let parameter = DesignParameter::named(&what_if.input);
+            let noun = parameter.map_or(&*what_if.input, |parameter| parameter.noun);
+            let unit = parameter.map_or("1", |parameter| parameter.unit);
+            let unit = unit.trim_matches('1').replace(' ', "·");
+            let blank = if unit.is_empty() { "" } else { " " };
             Some(format!(
-                "{} {} ({})",
-                what_if.input,
-                signed(what_if.change),
-                degrees(side.peak_angle_rad, 3)
+                "{noun} {}{blank}{unit} ({effect})",
+                signed(what_if.change)
             ))
         })
         .collect();
@@ -421,9 +467,32 @@ fn deciding_inputs(case: &Explained<'_>) -> Vec<Reason> {
     reasons
 }
 
+/// Returns true if the largest angle of a run has a figure: its error is smaller than itself, or keeps it below the
+/// limit.
+fn has_figure(case: &Explained<'_>, result: &VariantResult) -> bool {
+    let peak_rad = result.run.run().peak_angle_rad;
+    let error_rad = result.run.uncertainty_rad();
+    1.1 * error_rad < peak_rad.abs() || peak_rad.max(0.0) + error_rad <= case.threshold_rad()
+}
+
+/// Returns the largest angle with its error of a run whose error is as large as the angle [rad].
+fn upper_of_small(result: &VariantResult) -> Option<f64> {
+    let peak_rad = result.run.run().peak_angle_rad;
+    let error_rad = result.run.uncertainty_rad();
+    (peak_rad > 0.0 && 1.1 * error_rad >= peak_rad).then_some(peak_rad + error_rad)
+}
+
+/// Names the side of the limit angle on which a moved input puts the nominal lever, as computed.
+fn opens_or_stays(case: &Explained<'_>, side: ChangedSide) -> &'static str {
+    match side.peak_angle_rad > case.threshold_rad() {
+        true => "opens",
+        false => "stays",
+    }
+}
+
 /// Returns the stop and polarity that changes sides, that of the nominal run if it is among
-/// them, and its nominal peak [rad].
-fn side(case: &Explained<'_>, what_if: &WhatIf) -> Option<(ChangedSide, f64)> {
+/// them, and its result.
+fn side<'a>(case: &Explained<'a>, what_if: &WhatIf) -> Option<(ChangedSide, &'a VariantResult)> {
     let side = what_if
         .changes_side
         .iter()
@@ -431,7 +500,7 @@ fn side(case: &Explained<'_>, what_if: &WhatIf) -> Option<(ChangedSide, f64)> {
         .or(what_if.changes_side.first())?;
     let mut results = case.results.iter();
     let result = results.find(|result| result.variant == side.variant())?;
-    Some((*side, result.run.run().peak_angle_rad))
+    Some((*side, result))
 }
 
 /// One reason for each blocking finding.
@@ -453,18 +522,23 @@ fn peak(case: &Explained<'_>) -> Reason {
     if case.nominal.run.outcome.broke_down {
         return not_followed(run.method.name(), &largest_place);
     }
-    let error_rad = leading.run.uncertainty_rad();
     let largest = if run.peak_angle_rad > FRAC_PI_2 {
         format!("The largest angle is more than 90° ({largest_place})")
-    } else if 1.1 * error_rad >= run.peak_angle_rad.abs()
-        && run.peak_angle_rad.max(0.0) + error_rad > case.threshold_rad()
-    {
+    } else if !has_figure(case, leading) {
         // As pages show it: an angle whose error is as large as itself has no figure.
         let what = match case.answer {
             Answer::Fail => "How far it opens",
             _ => "Whether it opens",
         };
         format!("{what} cannot be computed ({largest_place})")
+    } else if let Some(upper_rad) = upper_of_small(leading) {
+        // An error as large as the angle leaves it two digits and an upper bound.
+        format!(
+            "The largest angle is {}, with its error at most {}, at {} ({largest_place})",
+            degrees(run.peak_angle_rad, 2),
+            degrees_at_most(upper_rad),
+            brief_instant(run.peak_time_s),
+        )
     } else {
         let ratio = run.peak_angle_rad / case.threshold_rad();
         let share = if ratio > 1.0 {

@@ -1,9 +1,8 @@
 //! Findings of the replay itself.
 
-use super::decision::VariantRun;
+use super::decision::{ROUNDING_PART, VariantRun};
 use super::mechanism;
 use super::policy::{Polarity, Policy};
-use super::runs::ROUNDING_PART;
 use super::wording::{degrees, instant};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::linkage::parting;

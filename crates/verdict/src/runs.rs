@@ -53,9 +53,6 @@ pub(crate) struct RunSetup<'a> {
     pub(crate) work: &'a Meter,
 }
 
-/// Part of the limit angle from which on the error that a run states of itself is told, and looked at twice.
-pub(crate) const ROUNDING_PART: f64 = 0.01;
-
 /// Samples, of all runs, from which further threads gain more than their start costs.
 const SHARED_SAMPLES: usize = 20_000;
 

@@ -52,6 +52,14 @@ pub(crate) fn degrees(radians: f64, digits: usize) -> String {
     format!("{}°", plain(radians.to_degrees(), digits))
 }
 
+/// Returns an upper bound of an angle in degrees with three digits, rounded up.
+pub(crate) fn degrees_at_most(radians: f64) -> String {
+    let value = radians.to_degrees();
+    let unit = libm::pow(10.0, libm::log10(value).floor() - 2.0);
+    // What has three digits already is not raised by the rounding of a division.
+    format!("{}°", short((value / unit - 1e-9).ceil() * unit, 3))
+}
+
 /// Returns a share that somebody set, in percent.
 pub fn percent(share: f64) -> String {
     short(100.0 * share, 6)

@@ -663,3 +663,26 @@ fn cli_a_report_names_its_maker() {
         assert_eq!(done.code, 2, "{name:?}");
     }
 }
+
+/// What a signer looks for: the maker, of the card unless one is stated, and the design file with its hash.
+#[test]
+fn cli_a_report_names_its_maker_and_the_hash_of_its_design_file() {
+    let folder = Folder::new("maker-of-card");
+    let recording = folder.write("a.csv", table(weak));
+    folder.write("a.csv.toml", "unit = \"g\"\nby = \"B. Card\"\n");
+    let design = "name = \"mine\"\nbase = \"paper\"\n";
+    let file = folder.write("mine.toml", design);
+    let run = |more: &[&str]| {
+        let words = ["replay", &recording, "--design", &file, "--members", "0"];
+        let answer = ["--no-report", "--format", "json"];
+        let done = latchgate(&[&words[..], &answer, more].concat());
+        let document: Value = serde_json::from_str(&done.out).unwrap();
+        document["run"].clone()
+    };
+    let of_card = run(&[]);
+    assert_eq!(of_card["by"], "B. Card");
+    assert_eq!(of_card["design_file"], "mine.toml");
+    let sha256 = latchgate_recording::source::sha256(design.as_bytes());
+    assert_eq!(of_card["design_file_sha256"], sha256.as_str());
+    assert_eq!(run(&["--by", "A. Option"])["by"], "A. Option");
+}

@@ -346,6 +346,8 @@ fn cli_full_reports_are_written_for_what_is_not_as_required() {
         "gate.toml",
         "--out",
         "out",
+        "--date",
+        "2027-03-31",
     ]));
     assert_eq!(done.code, 1, "{}{}", done.out, done.err);
     let folders: Vec<String> = fs::read_dir(yard.out("reports"))
@@ -365,6 +367,8 @@ fn cli_full_reports_are_written_for_what_is_not_as_required() {
     assert!(page.contains("time_s,acceleration_recorded_m_s2"));
     let verdict = fs::read_to_string(yard.out(&format!("reports/{one}/verdict.json"))).unwrap();
     let verdict: serde_json::Value = serde_json::from_str(&verdict).unwrap();
+    assert_eq!(verdict["run"]["date"], "2027-03-31");
+    assert!(page.contains("<th>Run on</th><td>2027-03-31"));
     assert!(
         verdict["report_id"]
             .as_str()

@@ -502,6 +502,7 @@ fn case(file: &str, samples: &[f64], polarities: &[OpensWhen], verdict: Answer) 
             date: Some("2026-03-01".into()),
             by: Some("A. Maker <QA>".into()),
             design_file: Some("my-latch.toml".into()),
+            design_file_sha256: Some("ab".repeat(32)),
             elapsed_s: 0.012_345,
         },
     };

@@ -96,11 +96,21 @@ fn key_figures(document: &Document) -> Markup {
 }
 
 fn varied_levers(document: &Document) -> Markup {
-    if let Some(ensemble) = &document.ensemble {
+    if let Some(ensemble) = words::decisive_ensemble(document) {
         let crossing = count(u64::from(ensemble.exceeded));
         let crossing = format!("{crossing} of {}", count(u64::from(ensemble.members)));
         let name = format!("{} that open", words::capital(ensemble.varied.members()));
-        return item(&name, &crossing, &words::share(ensemble));
+        let others = words::other_shares(document, ensemble);
+        let share = match others.is_empty() {
+            true => words::share(ensemble),
+            false => format!(
+                "{}: {}; {}",
+                ensemble.model.label(),
+                words::share(ensemble),
+                others.join("; ")
+            ),
+        };
+        return item(&name, &crossing, &share);
     }
     match words::sparing_bound(document) {
         Some(bound) => {
@@ -137,20 +147,32 @@ fn rests_on(document: &Document) -> Markup {
             "After the record ends the lever could still reach {coast}."
         ));
     }
-    if let Some(preload) = &document.preload_answer {
-        let place = if words::is_isolated_pass(document) {
-            0
+    // An isolated pass is told first and in the colour of a warning.
+    let mut cautions = Vec::new();
+    for (text, is_isolated) in [
+        (words::preload(document), words::is_isolated_pass(document)),
+        (
+            words::restitution(document),
+            words::is_isolated_restitution(document),
+        ),
+    ] {
+        let place = if is_isolated {
+            &mut cautions
         } else {
-            lines.len()
+            &mut lines
         };
-        lines.insert(place, words::sentence(&preload.text));
+        place.extend(text.map(|text| words::sentence(&text)));
     }
-    lines.extend(words::restitution(document).map(|text| format!("{text}.")));
     lines.extend(words::what_was_varied(document).map(|text| format!("Varied: {text}.")));
     if document.verdict == Answer::Pass {
         lines.push(format!("{}.", words::capital(words::UNSEEN)));
     }
-    html! { ul.why { @for text in &lines { li { (line(text)) } } } }
+    html! {
+        ul.why {
+            @for text in &cautions { li.caution { (line(text)) } }
+            @for text in &lines { li { (line(text)) } }
+        }
+    }
 }
 
 /// Returns every reason.

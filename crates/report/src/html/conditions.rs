@@ -1,6 +1,5 @@
 //! The conditions of the decision rule: what it asks of each stop and opening direction, and what was found.
 
-use super::ensemble::every;
 use super::markup::stop_and_sign;
 use crate::angle::bound;
 use crate::escape::terminal as line;
@@ -90,14 +89,34 @@ pub(super) fn conditions(document: &Document) -> Markup {
                     }
                 }
             }
+            @for text in lost(document, &judged) { p.note { (line(&text)) "." } }
         }
     }
+}
+
+/// Says of which stops members could not be followed or rounding has lost the runs, and how they count.
+fn lost(document: &Document, judged: &[Judged<'_>]) -> Vec<String> {
+    let answer = match document.verdict {
+        Answer::Fail => Answer::Fail,
+        _ => Answer::Pass,
+    };
+    let of_each = judged.iter().filter_map(|one| {
+        let ensemble = one.ensemble?;
+        let not_followed = ensemble.lost_in_words(answer).map(|lost| {
+            let place = words::capital(ensemble.model.label());
+            format!("{place}: {lost}")
+        });
+        let error_rad = one.run.numerical_error_rad;
+        let rounded = ensemble.rounding_in_words(error_rad, document.threshold_rad);
+        Some(not_followed.into_iter().chain(rounded))
+    });
+    of_each.flatten().collect()
 }
 
 fn judged(document: &Document) -> Vec<Judged<'_>> {
     let runs = words::judged_runs(document).into_iter();
     let judged = runs.filter_map(|run| {
-        let ensembles = every(document).iter();
+        let ensembles = words::ensembles(document).iter();
         let mut own =
             ensembles.filter(|one| (one.model, one.opens_when) == (run.model, run.opens_when));
         Some(Judged {
@@ -207,8 +226,11 @@ fn of_a_fail(document: &Document, judged: &[Judged<'_>]) -> Vec<Condition> {
         asked: format!("above {}", degrees(limit_rad)),
         found: each(judged, |one| Found {
             text: match one.answer.uncertainty_rad {
-                Some(error_rad) => degrees(one.run.peak_angle_rad - error_rad),
-                None => "not known".into(),
+                Some(error_rad) if opens(one) || words::has_figure(document, one.run) => {
+                    degrees(one.run.peak_angle_rad - error_rad)
+                }
+                // An error as large as the angle leaves no figure of it.
+                _ => "not known".into(),
             },
             is_met: opens(one),
         }),
@@ -241,7 +263,9 @@ fn share(
     asked: String,
     found: impl Fn(&Ensemble) -> Found,
 ) -> Option<Condition> {
-    let varied = every(document).first().map(|one| one.varied.members());
+    let varied = words::ensembles(document)
+        .first()
+        .map(|one| one.varied.members());
     let is_spared = judged.iter().any(|one| one.answer.bound.is_some());
     (varied.is_some() || is_spared).then(|| Condition {
         what: format!(

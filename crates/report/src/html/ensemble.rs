@@ -8,27 +8,19 @@ use latchgate_document::Document;
 use latchgate_document::number::{ABSENT, count, significant, trimmed};
 
 use latchgate_kernel::units::OpensWhen;
-use latchgate_verdict::Answer;
 use latchgate_verdict::decision::{FAIL_SHARE_MIN, FAIL_SHARE_WITH_NOMINAL, looks_in_words};
 use latchgate_verdict::ensemble::{End, Ensemble};
 use latchgate_verdict::what_if::Change;
 use latchgate_verdict::wording::{filter_name, percent, percent_bound};
+use latchgate_verdict::{Answer, FilterRow};
 use maud::{Markup, html};
-
-/// Returns the ensembles of a document.
-pub(super) fn every(document: &Document) -> &[Ensemble] {
-    match document.ensembles.is_empty() {
-        true => document.ensemble.as_slice(),
-        false => &document.ensembles,
-    }
-}
 
 /// Returns the ensemble of each stop and opening direction.
 pub(super) fn ensemble(document: &Document) -> Markup {
     let Some(shown) = &document.ensemble else {
         return html! {};
     };
-    let ensembles = every(document);
+    let ensembles = words::ensembles(document);
     html! {
         // A phone scrolls the table sideways; the tab index lets keys scroll it too.
         section #ensembles tabindex="0" {
@@ -109,14 +101,8 @@ fn hundredths(length: f64) -> String {
 }
 
 fn share_sentence(ensemble: &Ensemble) -> String {
-    let lost = match ensemble.failed_to_run {
-        0 => String::new(),
-        lost => format!(
-            ", {} could not be followed and count{} against either answer",
-            count(u64::from(lost)),
-            if lost == 1 { "s" } else { "" }
-        ),
-    };
+    let lost = ensemble.lost_in_words(Answer::Undecided);
+    let lost = lost.map_or_else(String::new, |lost| format!(", {lost}"));
     format!(
         "{} of {} {} open{}{lost}: {} ({}).{}",
         count(u64::from(ensemble.exceeded)),
@@ -175,6 +161,21 @@ fn peak(radians: Option<f64>, threshold_rad: f64) -> Markup {
     let text = radians.map_or_else(
         || ABSENT.into(),
         |peak| words::degrees_cell(peak, ANGLE_DIGITS),
+    );
+    html! { td.number .above[above] { (text) } }
+}
+
+/// As [`peak`], after a filter.
+fn filtered(
+    document: &Document,
+    row: &FilterRow,
+    radians: Option<f64>,
+    answer: Option<Answer>,
+) -> Markup {
+    let above = radians.is_some_and(|peak| peak > document.threshold_rad);
+    let text = radians.map_or_else(
+        || ABSENT.into(),
+        |peak| words::filtered_angle(document, row, peak, answer),
     );
     html! { td.number .above[above] { (text) } }
 }
@@ -281,6 +282,8 @@ pub(super) fn filters(document: &Document) -> Markup {
             })
             .collect(),
     };
+    // Of the filter in use the varied levers have answered too.
+    let joint = words::directions(document);
     let has_undecided = document.filters.iter().any(|row| {
         let mut answers = row.by_direction.iter().map(|direction| direction.answer);
         match signs.is_empty() {
@@ -302,13 +305,16 @@ pub(super) fn filters(document: &Document) -> Markup {
                         tr .nominal[row.chosen] {
                             th { (filter_name(row.filter)) }
                             @if signs.is_empty() {
-                                (peak(row.peak_angle_rad, document.threshold_rad))
-                                td { (row.verdict.map_or("–", Answer::name)) }
+                                (filtered(document, row, row.peak_angle_rad, row.verdict))
+                                td { (words::filtered_answer(document, row)) }
                             }
                             @for sign in &signs {
                                 @let direction = row.by_direction.iter().find(|direction| direction.opens_when == *sign);
-                                (peak(direction.and_then(|direction| direction.peak_angle_rad), document.threshold_rad))
-                                td { (direction.map_or("–", |direction| direction.answer.name())) }
+                                @let answer = direction.map(|direction| direction.answer);
+                                (filtered(document, row, direction.and_then(|direction| direction.peak_angle_rad), answer))
+                                @let joint = joint.iter().find(|joint| row.chosen && joint.sign == sign.name());
+                                @if let Some(joint) = joint { td { (joint.word) } }
+                                @else { td { (answer.map_or("–", Answer::name)) } }
                             }
                             td {
                                 @if let Some(reason) = &row.reason { (line(&words::sentence(reason))) }

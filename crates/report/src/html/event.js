@@ -102,6 +102,7 @@
       }
     });
     if (own === data.panels.length - 1) {
+      if (data.bar) high = Math.max(high, data.bar.high);
       high = whole ? Math.max(high, 1.2 * data.limit) : hold(high, 1.2 * data.limit, 4 * data.limit);
       if (!whole) low = Math.max(low, -0.5 * data.limit);
     }
@@ -173,6 +174,12 @@
         if (hidden.has(curve.column)) return;
         element(inside, "path", { class: curve.class, d: path(columns[curve.column], panel.factor, y, from, to) });
       });
+      const bar = final ? data.bar : null;
+      if (bar) {
+        const at = x(bar.at_s);
+        line(inside, "mark error-bar", at, y(bar.low), at, y(bar.high));
+        [bar.low, bar.high].forEach((end) => line(inside, "mark error-bar", at - 5, y(end), at + 5, y(end)));
+      }
       data.marks.forEach((mark) => {
         const seen = inView(mark);
         if (!seen) return;
@@ -187,12 +194,14 @@
       element(drawn, "text", { "text-anchor": "middle", transform: "translate(" + (data.left - 61) + " " + (panel.top + panel.bottom) / 2 + ") rotate(-90)" }, panel.title);
       if (final) {
         const degrees = 180 / Math.PI;
+        let letters = 0;
         ticks(low * degrees, high * degrees, (panel.bottom - panel.top) / 50).forEach((tick) => {
           const at = y(tick.value / degrees);
+          letters = Math.max(letters, tick.text.length);
           line(drawn, "tick", data.right, at, data.right + 5, at);
           element(drawn, "text", { class: "muted", x: data.right + 9, y: at + 5 }, tick.text);
         });
-        element(drawn, "text", { "text-anchor": "middle", transform: "translate(892 " + (panel.top + panel.bottom) / 2 + ") rotate(-90)" }, "angle \u03c6 [\u00b0]");
+        element(drawn, "text", { "text-anchor": "middle", transform: "translate(" + (data.right + 25 + 8.5 * letters) + " " + (panel.top + panel.bottom) / 2 + ") rotate(-90)" }, "angle \u03c6 [\u00b0]");
         element(drawn, "text", { x: (data.left + data.right) / 2, y: panel.bottom + 42, "text-anchor": "middle" }, "time [" + data.unit + "]");
       }
     });

@@ -89,7 +89,7 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
     [
         ("Answer of this run", verdict.into()),
         ("Peak angle [°]", known(degrees(run.peak_angle_rad))),
-        ("Time of the peak [ms]", ms(run.peak_time_s)),
+        ("Time of the peak [ms]", known(ms(run.peak_time_s))),
         (
             "Margin, limit − peak [°]",
             // A peak beyond 90° has no figure, and so no share of the limit.
@@ -112,11 +112,11 @@ fn quantities(document: &Document, run: &Run) -> [(&'static str, String); 18] {
         ("Impacts faster than 0.001 rad/s", count(run.impacts)),
         (
             "Angle at the window’s end [°]",
-            degrees(run.final_angle_rad),
+            known(degrees(run.final_angle_rad)),
         ),
         (
             "Angular velocity there [rad/s]",
-            number(run.final_velocity_rad_s),
+            known(number(run.final_velocity_rad_s)),
         ),
         ("Still moving at the end", moving.into()),
         (

@@ -8,6 +8,7 @@ use latchgate_document::Document;
 use latchgate_document::blocks::{
     ConditioningBlock, InPlaneBlock, RecordingBlock, SiblingBlock, TransferBlock,
 };
+use latchgate_document::identity::design_sha256;
 use latchgate_document::number::{ABSENT, count, exact, significant, trimmed};
 use latchgate_kernel::model::Design;
 use latchgate_kernel::model::parameters::{DesignParameter, Slot};
@@ -28,22 +29,20 @@ pub(super) fn judged(
     transfer: Option<&TransferBlock>,
     together: &[SiblingBlock],
 ) -> Markup {
-    let has_facts = !words::test_facts(test).is_empty();
     html! {
         section #judged {
             h2 { "What was judged" }
             div.sides {
                 table.facts {
                     tbody {
+                        (fact("File", &recording.file))
+                        @if let Some(channel) = &recording.channel { (fact("Channel", channel)) }
                         @for (name, value) in words::test_facts(test) { (fact(name, &value)) }
-                        // Without facts of a test the first column is that of the file.
-                        @if !has_facts { (file(recording)) }
                     }
                 }
                 table.facts {
                     tbody {
-                        @if has_facts { (file(recording)) }
-                        (fact("Design", &with_unstated(design)))
+                        (fact("Design", &words::with_unstated(design)))
                         @if let Some(lifts_off_g) = lifts_off_g.filter(|level| level.is_finite()) {
                             (fact("Lifts off at rest", &format!("above {}\u{00A0}g", trimmed(lifts_off_g, 3))))
                         }
@@ -52,26 +51,13 @@ pub(super) fn judged(
                         @if let Some(each) = siblings(together) { (fact("Channels judged", &each)) }
                         @if let Some(samples) = samples(recording) { (fact("Samples", &samples)) }
                         @if let Some(block) = conditioning { (fact("Signal", &words::conditioned(block))) }
-                        @if let Some(velocity) = recording.velocity_change_m_s {
-                            (fact("Velocity change", &format!("{}\u{00A0}m/s, as recorded", trimmed(velocity, 3))))
+                        @if let Some(velocity) = words::velocity_change(recording, design, conditioning) {
+                            (fact("Velocity change", &velocity))
                         }
                     }
                 }
             }
         }
-    }
-}
-
-/// Returns the design with the number of its values that nobody stated.
-fn with_unstated(design: &Design) -> String {
-    let name = words::design(design);
-    let numbers = shown(design);
-    let unstated =
-        numbers.filter(|parameter| design.not_stated.iter().any(|key| key == parameter.name));
-    match unstated.count() {
-        0 => name,
-        _ if design.repeats_reference() => name,
-        count => format!("{name}; {count} values not stated, taken from the paper's example"),
     }
 }
 
@@ -85,13 +71,6 @@ fn samples(recording: &RecordingBlock) -> Option<String> {
         words::brief_time(start_s),
         words::brief_time(end_s)
     ))
-}
-
-fn file(recording: &RecordingBlock) -> Markup {
-    html! {
-        (fact("File", &recording.file))
-        @if let Some(channel) = &recording.channel { (fact("Channel", channel)) }
-    }
 }
 
 /// Returns the lines to sign on.
@@ -109,12 +88,24 @@ pub(super) fn record(document: &Document) -> Markup {
     html! {
         section #record {
             h2 { "Decision rule and record" }
-            div.statement.rule { @for part in parts(&document.decision_rule) { p { (line(part)) } } }
+            div.statement.rule {
+                @for part in parts(&document.decision_rule) {
+                    @let (before, answers) = answers(part);
+                    p { (line(before)) }
+                    @if !answers.is_empty() {
+                        table { tbody { @for (answer, condition) in &answers { (fact(answer, condition)) } } }
+                    }
+                }
+            }
             div.sides {
                 table.facts {
                     tbody {
                         (code_fact("SHA-256 of the recording", recording.sha256.as_deref().unwrap_or("not read")))
                         @if let Some(sha256) = &recording.card_sha256 { (code_fact("SHA-256 of its card", sha256)) }
+                        @match &run.design_file_sha256 {
+                            Some(sha256) => (code_fact("SHA-256 of the design file", sha256)),
+                            None => (code_fact("SHA-256 of the design, as judged", &design_sha256(&document.design))),
+                        }
                         (code_fact("Report", &document.report_id))
                     }
                 }
@@ -147,15 +138,45 @@ fn parts(rule: &str) -> Vec<&str> {
     parts
 }
 
-/// Returns the numbers of lever, stop and criterion.
-fn shown(design: &Design) -> impl Iterator<Item = &'static DesignParameter> {
-    let parameters = design.parameters();
-    parameters.filter(|parameter| !matches!(parameter.slot, Slot::InputScale | Slot::InputBias))
+/// Splits a part of the rule that says when each answer is given: what stands before, and each answer with its
+/// condition. Of another part all of it stands before.
+fn answers(part: &str) -> (&str, Vec<(&'static str, String)>) {
+    const ANSWERS: [(&str, [&str; 3]); 3] = [
+        ("pass", [": pass, if ", ": pass if ", ": pass, "]),
+        ("fail", ["; fail, if ", "; fail if ", "; fail, "]),
+        (
+            "undecided",
+            ["; undecided, if ", "; else undecided", "; undecided, "],
+        ),
+    ];
+    let starts = ANSWERS.map(|(answer, words)| {
+        let found = words
+            .iter()
+            .find_map(|word| Some((part.find(word)?, word.len())));
+        found.map(|(at, length)| (answer, at, at + length))
+    });
+    let [Some(pass), Some(fail), Some(undecided)] = starts else {
+        return (part, Vec::new());
+    };
+    if !(pass.1 < fail.1 && fail.1 < undecided.1) {
+        return (part, Vec::new());
+    }
+    let condition = |from: usize, until: usize| match part[from..until].trim_matches(['.', ' ']) {
+        "" => "otherwise".to_string(),
+        condition => format!("if {condition}"),
+    };
+    let rows = vec![
+        (pass.0, condition(pass.2, fail.1)),
+        (fail.0, condition(fail.2, undecided.1)),
+        (undecided.0, condition(undecided.2, part.len())),
+    ];
+    // The colon belongs to what stands before.
+    (&part[..=pass.1], rows)
 }
 
 /// Returns the lever's numbers.
 pub(super) fn lever(design: &Design) -> Markup {
-    let numbers: Vec<_> = shown(design).collect();
+    let numbers: Vec<_> = words::lever_parameters(design).collect();
     let is_unstated =
         |parameter: &DesignParameter| design.not_stated.iter().any(|key| key == parameter.name);
     html! {

@@ -2,6 +2,7 @@
 
 use super::PlotContext;
 use super::chart::{At, Chart, Panel, Point, Shape};
+use super::error_bar::{BAR_END, ErrorBar};
 use super::frame::{LegendEntry, Sample, Scale, StopClasses};
 use crate::{opening, words};
 use latchgate_document::Document;
@@ -12,8 +13,8 @@ use latchgate_verdict::{Answer, Trace};
 
 pub(super) const NAME: &str = "angle";
 
-/// Most traces of a drawing: two stops, each with two opening directions.
-const TRACES: usize = 4;
+/// Most traces of a drawing: each stop with two opening directions.
+const TRACES: usize = 2 * StopModel::ALL.len();
 
 /// Returns the class of each run: a colour for each stop, the same in every picture, and another
 /// dash for a second opening direction.
@@ -54,20 +55,22 @@ pub(super) fn chart(context: &PlotContext) -> Option<Chart> {
     let panels = match zoom_range {
         None => {
             let panel = panel(context, &traces, 290.0, main_range);
-            vec![marks(context, impacts(context, panel), |_| true)]
+            vec![marks(context, impacts(context, panel), main_range, |_| {
+                true
+            })]
         }
         Some(zoom) => {
             let is_in_zoom = |angle: f64| zoom.contains(angle);
             let main = panel(context, &traces, 240.0, main_range).x("", context.time());
-            let main = marks(context, main, |angle| !is_in_zoom(angle));
-            let zoom = impacts(context, panel(context, &traces, 170.0, zoom));
+            let main = marks(context, main, main_range, |angle| !is_in_zoom(angle));
+            let lower = impacts(context, panel(context, &traces, 170.0, zoom));
             let side = if above {
                 "around the limit"
             } else {
                 "below the limit"
             };
-            let zoom = zoom.text("muted halo", (At::High(-8.0), At::High(18.0)), side);
-            vec![main, marks(context, zoom, is_in_zoom)]
+            let lower = lower.text("muted halo", (At::High(-8.0), At::High(18.0)), side);
+            vec![main, marks(context, lower, zoom, is_in_zoom)]
         }
     };
     let result = result_sentence(document);
@@ -194,7 +197,12 @@ fn impacts(context: &PlotContext, panel: Panel) -> Panel {
 }
 
 /// Marks peak and first crossing of the nominal run, where this panel shows their angle best.
-fn marks(context: &PlotContext, panel: Panel, is_best: impl Fn(f64) -> bool) -> Panel {
+fn marks(
+    context: &PlotContext,
+    panel: Panel,
+    range: Range,
+    is_best: impl Fn(f64) -> bool,
+) -> Panel {
     // Faulty samples show no event.
     let usable = context.document.verdict != Answer::Unusable;
     let run = context.document.nominal.as_ref().filter(|_| usable);
@@ -223,7 +231,21 @@ fn marks(context: &PlotContext, panel: Panel, is_best: impl Fn(f64) -> bool) -> 
         .each(peak, |panel, run| {
             let (x, y) = (run.peak_time_s * scale, run.peak_angle_rad);
             let text = format!("peak {}", words::short_peak(context.document, run));
+            let bar = ErrorBar::of_run(context.document, run);
             panel
+                .each(
+                    bar.and_then(|bar| bar.within(range)),
+                    |panel, (span, ends)| {
+                        let place = |angle: f64| (At::Value(x, 0.0), At::Value(angle, 0.0));
+                        let panel =
+                            panel.segment("mark error-bar", place(span.low), place(span.high));
+                        panel.each(ends.into_iter().flatten(), |panel, end| {
+                            let (left, right) = (At::Value(x, -BAR_END), At::Value(x, BAR_END));
+                            let end = At::Value(end, 0.0);
+                            panel.segment("mark error-bar", (left, end), (right, end))
+                        })
+                    },
+                )
                 .marks("mark", Shape::Circle(4.5), [Point::new(x, y)])
                 .beside("strong halo", (At::Value(x, 0.0), At::Value(y, -7.0)), text)
         })

@@ -4,7 +4,8 @@
 //! page of two verdicts in `overlay`.
 
 use super::canvas::{Anchor, Canvas, Point};
-use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Scale};
+use super::error_bar::ErrorBar;
+use super::frame::{self, Frame, LEFT, LegendEntry, RIGHT, Sample, Scale};
 use super::{Figure, WIDTH, acceleration, angle, origin, time_unit};
 use crate::{opening, words};
 use latchgate_document::Document;
@@ -25,9 +26,10 @@ const ACTIVE: f64 = 0.05;
 /// How far above the limit angle the panel of the angle reaches, in limit angles.
 const REACH: f64 = 4.0;
 
-/// Heights of the three panels, and the gap between two.
-const HEIGHTS: [f64; 3] = [150.0, 110.0, 190.0];
-const GAP: f64 = 16.0;
+/// Heights of the three panels, and the gap between two: as wide as a printed page, the drawing leaves room for the
+/// rest of page one.
+const HEIGHTS: [f64; 3] = [84.0, 60.0, 122.0];
+const GAP: f64 = 12.0;
 
 /// An instant or a span that is marked in all panels.
 pub(super) struct EventMark {
@@ -108,6 +110,8 @@ pub(super) struct EventDrawing<'a> {
     /// The limit angle [rad], and how it is named.
     pub(super) limit: (f64, String),
     pub(super) marks: Vec<EventMark>,
+    /// The largest angle with its error.
+    pub(super) bar: Option<ErrorBar>,
     /// Factor from seconds to the time shown, and its unit.
     pub(super) time_unit: (f64, &'static str),
     /// Identity of the drawing outside its page.
@@ -122,11 +126,19 @@ pub(crate) fn draw(document: &Document, series: &SampledSeries) -> Option<(Figur
     }
     let view = view(document, series);
     let limit = document.threshold_rad;
+    // Faulty samples show no event.
+    let usable = document.verdict != Answer::Unusable;
+    let leading = words::leading_run(document).filter(|_| usable);
+    // How far a lever opens that fails may be unknown, and does not matter.
+    let leading =
+        leading.filter(|run| document.verdict != Answer::Fail || words::has_figure(document, run));
+    let bar = leading.and_then(|run| ErrorBar::of_run(document, run));
     let drawing = EventDrawing {
         title: "Acceleration, velocity and angle of the lever",
         time_s: &series.time_s,
         view,
-        panels: panels(document, series, view),
+        panels: panels(document, series, view, bar),
+        bar,
         limit: (limit, limit_name(limit)),
         marks: marks(document, series, view),
         time_unit: time_unit(Window::new(first, last)),
@@ -151,6 +163,10 @@ impl EventDrawing<'_> {
             .map(|curve| LegendEntry::line(curve.class, curve.name.clone()))
             .collect();
         entries.push(LegendEntry::line("limit", self.limit.1.clone()));
+        if self.bar.is_some() {
+            let sample = Sample::Tick("mark error-bar");
+            entries.push(LegendEntry::new(sample, "largest angle with its error"));
+        }
         canvas.begin_group("legend");
         let head = frame::header(&mut canvas, LEFT, self.title, &[], &entries);
         canvas.end_group();
@@ -195,6 +211,9 @@ impl EventDrawing<'_> {
                 let points = self.time_s.iter().zip(curve.values);
                 let points = points.map(|(at, value)| Point::new(at * scale, value * panel.factor));
                 frame.function(canvas, curve.class, points);
+            }
+            if let Some(bar) = self.bar.filter(|_| last) {
+                bar.draw(canvas, &frame, panel.range, scale);
             }
             canvas.end_group();
             for mark in &self.marks {
@@ -297,6 +316,7 @@ impl EventDrawing<'_> {
             "limit": self.limit.0,
             "panels": panels,
             "marks": marks,
+            "bar": self.bar,
         })
     }
 }
@@ -337,9 +357,22 @@ fn marks(document: &Document, series: &SampledSeries, view: Window) -> Vec<Event
         }
         Some(run) => {
             marks.extend(EventMark::opening(document, ""));
+            let run = words::leading_run(document).unwrap_or(run);
             let has_figure = words::has_figure(document, run);
-            if run.peak_angle_rad > 0.0 && run.peak_angle_rad <= FRAC_PI_2 && has_figure {
-                let text = format!("largest angle {}", words::short_peak(document, run));
+            let shown = match has_figure {
+                true => Some(format!(
+                    "largest angle {}",
+                    words::short_peak(document, run)
+                )),
+                false if document.verdict == Answer::Undecided => {
+                    Some("largest angle not known".into())
+                }
+                false => None,
+            };
+            if let Some(text) = shown
+                && run.peak_angle_rad > 0.0
+                && run.peak_angle_rad <= FRAC_PI_2
+            {
                 marks.push(EventMark::at(run.peak_time_s, text, "peak"));
             }
         }
@@ -394,7 +427,10 @@ fn view(document: &Document, series: &SampledSeries) -> Window {
             include(*time);
         }
     }
-    if let Some(run) = &document.nominal {
+    for run in [document.nominal.as_ref(), words::leading_run(document)]
+        .into_iter()
+        .flatten()
+    {
         if run.peak_angle_rad > FRAC_PI_2 {
             past_a_right_angle(series, run)
                 .into_iter()
@@ -426,11 +462,20 @@ pub(super) fn with_room(span: Range, record: Window) -> Window {
     }
 }
 
-fn panels<'a>(document: &Document, series: &'a SampledSeries, view: Window) -> [EventPanel<'a>; 3] {
+fn panels<'a>(
+    document: &Document,
+    series: &'a SampledSeries,
+    view: Window,
+    bar: Option<ErrorBar>,
+) -> [EventPanel<'a>; 3] {
+    let side = match &document.nominal {
+        Some(run) if document.polarities.len() < 2 => format!(", {}", words::opens(run.opens_when)),
+        _ => String::new(),
+    };
     let acceleration = vec![
         EventCurve {
             class: "raw",
-            name: "as recorded".into(),
+            name: format!("as recorded{side}"),
             read: "recorded".into(),
             column: 1,
             values: &series.recorded_m_s2,
@@ -464,24 +509,25 @@ fn panels<'a>(document: &Document, series: &'a SampledSeries, view: Window) -> [
             values: &run.angle_rad,
         })
         .collect();
-    let side = match &document.nominal {
-        Some(run) if document.polarities.len() < 2 => match run.opens_when {
-            latchgate_kernel::units::OpensWhen::Negative => ", − opens",
-            latchgate_kernel::units::OpensWhen::Positive => ", + opens",
-        },
-        _ => "",
-    };
     let limit = document.threshold_rad;
     let shown = (&*series.time_s, view);
     let in_g = 1.0 / STANDARD_GRAVITY;
     [
-        EventPanel::new(format!("a [g]{side}"), acceleration, in_g, shown, None),
-        EventPanel::new("velocity [m/s]".into(), velocity, 1.0, shown, None),
-        EventPanel::new("angle φ [rad]".into(), angles, 1.0, shown, Some(limit)),
+        EventPanel::new("a [g]".into(), acceleration, in_g, shown, None),
+        EventPanel::new("v [m/s]".into(), velocity, 1.0, shown, None),
+        EventPanel::new("angle φ [rad]".into(), angles, 1.0, shown, Some(limit))
+            .reaching(bar.map_or(0.0, |bar| bar.high), limit),
     ]
 }
 
 impl<'a> EventPanel<'a> {
+    /// Shows the end of an error bar [rad] as well, at most a few times the limit angle.
+    fn reaching(mut self, high_rad: f64, limit_rad: f64) -> Self {
+        let room = 0.06 * (self.range.high - self.range.low);
+        self.range.high = self.range.high.max(high_rad.min(REACH * limit_rad) + room);
+        self
+    }
+
     /// Shows the least and largest value in view, zero included; of the angle at most a few times
     /// the limit angle, which is included.
     pub(super) fn new(

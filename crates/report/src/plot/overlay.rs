@@ -136,7 +136,7 @@ pub(crate) fn draw(
                 None,
             ),
             EventPanel::new(
-                "velocity [m/s]".into(),
+                "v [m/s]".into(),
                 curves("velocity", 1 + verdicts, &series.velocity_m_s),
                 1.0,
                 shown,
@@ -152,6 +152,7 @@ pub(crate) fn draw(
         ],
         limit: (limit, limit_name(limit)),
         marks: marks(documents, view),
+        bar: None,
         time_unit: time_unit(view),
         origin: &format!("reports {}", names.join(", ")),
     };

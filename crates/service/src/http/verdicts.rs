@@ -228,6 +228,7 @@ pub(super) async fn what_if(
         recording: question.recording,
         request: question.request,
         design: question.design,
+        by: String::new(),
     };
     let asked = app.crew.ask(&visitor.name, order, Some(stored.manifest));
     match asked.await?.answer {

@@ -56,7 +56,11 @@ impl Worker {
                 recording,
                 request,
                 design,
-            } => self.question(*how, (recording, source), (request, design), control, tell),
+                by,
+            } => {
+                let question = (request, design, by.as_str());
+                self.question(*how, (recording, source), question, control, tell)
+            }
             Order::Try { trial } => Ok((super::trials::attempt(*trial), Files::new())),
         };
         answered.unwrap_or_else(|problem| {
@@ -70,7 +74,7 @@ impl Worker {
         &mut self,
         how: How,
         (recording, source): (&str, &Source),
-        (request, design): (&Value, &Value),
+        (request, design, by): (&Value, &Value, &str),
         control: &Control<'_>,
         tell: &dyn Fn(Beat),
     ) -> Result<(Answer, Files), Problem> {
@@ -144,6 +148,9 @@ impl Worker {
         let today = pipeline::calendar::day(now_ms().div_euclid(86_400_000));
         let run = &mut outcome.document.run;
         (run.elapsed_s, run.date) = (started.elapsed().as_secs_f64(), Some(today));
+        if !by.is_empty() {
+            run.by = Some(by.into());
+        }
         let answer = Answer::Verdict {
             report_id: outcome.document.report_id.clone(),
             summary: Box::new(summary(&outcome.document)),

@@ -4,6 +4,7 @@
 use super::orders::{HeldFirst, Orders};
 use super::slot::{ChildOptions, Delivered, Lost, Slot};
 use super::words::{Answer, Beat, FirstAnswer, How, Order, Step};
+use crate::auth::NOBODY;
 use crate::clock::{now_ms, running_ms};
 use crate::jail::Jail;
 use crate::problem::Problem;
@@ -691,6 +692,10 @@ impl Shared {
             recording: question.recording.clone(),
             request: question.request.clone(),
             design: question.design.clone(),
+            by: match &*job.owner {
+                NOBODY => String::new(),
+                owner => owner.into(),
+            },
         };
         let mut lease_renewed = Instant::now();
         let mut progress = Progress {

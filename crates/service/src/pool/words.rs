@@ -26,6 +26,8 @@ pub enum Order {
         request: Value,
         /// The lever.
         design: Value,
+        /// Who asks, the maker of the report; empty where the service knows nobody.
+        by: String,
     },
     /// Try something that the jail must stop.
     Try {

@@ -271,3 +271,17 @@ fn cli_an_empty_home_offers_a_sample() {
     let page = client.get("/").expect(200).text();
     assert!(page.contains("pulse:half-sine") && !page.contains("data-asking"));
 }
+
+/// A report names who asked for it first, where a token tells.
+#[test]
+fn cli_a_report_names_who_asked_for_it() {
+    let folder = Folder::new();
+    let token = folder.token("lab", "read,submit");
+    let service = Service::start(&folder, &[]);
+    let client = service.client().bearer(&token);
+    let id = judged(&client, "surviving.csv", &json!({"members": 0}), &json!([]));
+    let document = client.get(&format!("/v1/verdicts/{id}")).json();
+    assert_eq!(document["run"]["by"], "lab");
+    let report = client.get(&format!("/v1/verdicts/{id}/report.html"));
+    assert!(report.text().contains("<th>Made by</th><td>lab</td>"));
+}

@@ -10,7 +10,7 @@ use latchgate_kernel::units::plain;
 use latchgate_recording::{Finding, Stated};
 
 /// Stretch over which a velocity change is taken [s]: that of a crash, with the restitution.
-const STRETCH_S: f64 = 0.3;
+pub const VELOCITY_STRETCH_S: f64 = 0.3;
 
 /// Velocity changes of crashes [m/s]. The sills and centres of vehicles that were at hand went
 /// through 3.9 to 7.5 m/s sideways; the same channels read in m/s² for g stay below 0.8.
@@ -33,7 +33,7 @@ const SHORTEST_S: f64 = 0.06;
 /// the largest |∫a dt| over any 0.3 s of it, or over all of it where it is shorter.
 pub fn velocity_change_m_s(signal: &Signal) -> f64 {
     let velocity = velocity_m_s(signal);
-    let steps = (STRETCH_S * signal.rate.hertz()).round() as usize;
+    let steps = (VELOCITY_STRETCH_S * signal.rate.hertz()).round() as usize;
     let steps = steps.min(velocity.len().saturating_sub(1));
     let later = velocity.iter().skip(steps);
     let changes = velocity.iter().zip(later);
