@@ -246,6 +246,6 @@ fn peaks(
     let options = scenes::peaks_only(stop, threads);
     let lever = |index| scenes::lever(levers.start + index);
     let parts = replay::subdivision(reading.signal().rate, &Design::reference(), stop);
-    batch::peaks(&reading.divided(parts), levers.len(), &lever, &options)
+    batch::peaks(reading.divided(parts), levers.len(), &lever, &options)
         .expect("the scene is valid")
 }

@@ -12,6 +12,7 @@
 //! `breakdown` says why a lever could not be followed.
 
 pub mod batch;
+mod body;
 mod breakdown;
 mod catch;
 mod catch_run;

@@ -1,5 +1,10 @@
 //! The signal that drives a lever, and how it is read between its samples.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "in code compiled for the machine's vectors adaptors such as zip stay calls"
+)]
+
 use crate::error::Error;
 use crate::range::Range;
 use crate::units::SampleRate;

@@ -8,6 +8,11 @@
 //! what impacts make of them: each of the two is within the error that the scalar run states, so
 //! that they differ by twice that at most, and mostly by a tenth of it.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "in code compiled for the machine's vectors adaptors such as zip stay calls"
+)]
+
 use super::contact_fast::FastContact;
 use super::energy::{energy_of, impulse_ahead, stays_below};
 use super::eventless_step::{Bounds, LaneState, Push, StepCoefficients, TURN_MAX, chosen};

@@ -4,9 +4,9 @@
 //! each angle ends a stretch there, exactly. Whoever cannot be influenced by the other goes first: below φb the
 //! catch, beyond it the lever, which then stops the catch at ψb.
 
+use super::body::{Body, begin, limited};
 use super::catch_run::CatchRun;
 use super::contact_fast::FastContact;
-use super::drive::{Body, begin, limited};
 use super::ends::{Arrival, Ceiling};
 use super::flight_fast::FastFlight;
 use super::forcing::{Forcing, Polynomial};

@@ -12,6 +12,11 @@
 //! the decay of the energy of a damped oscillator, which the acceleration itself is, driven by the
 //! excitation's second derivative.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "in code compiled for the machine's vectors adaptors such as zip stay calls"
+)]
+
 use super::kernel::Kernel;
 use super::sensitivity::{Smooths, StateMap};
 use super::taylor::{AngleSlope, Branch, Tolerance};

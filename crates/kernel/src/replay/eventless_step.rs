@@ -3,6 +3,11 @@
 //!
 //! The formulas are written once, for one lever and for several side by side.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "in code compiled for the machine's vectors adaptors such as zip stay calls"
+)]
+
 use crate::numerics::lanes::{Lanes, Mask, Real};
 
 /// Largest bound on the turn within a sample [rad] for which sine and cosine, as power series of the

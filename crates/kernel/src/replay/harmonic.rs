@@ -88,7 +88,7 @@ impl pulp::WithSimd for HarmonicRun<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _simd: S) -> RunOutcome {
-        let mut kernel = super::drive::begin(0.0, self.design, self.options);
+        let mut kernel = super::body::begin(0.0, self.design, self.options);
         let quarters = Quarters::new(self.excitation, &kernel);
         if self.options.trace {
             kernel.recorder.trace_gap_s = quarters.length / TRACE_POINTS_PER_QUARTER;
