@@ -269,7 +269,8 @@ def test_the_plot_has_the_marks_of_the_report(fail):
     import matplotlib.pyplot as plt
 
     axes = fail.plot()
-    assert [axis.get_ylabel() for axis in axes] == ["a [g], − opens", "velocity [m/s]", "angle φ [rad]"]
+    assert [axis.get_ylabel() for axis in axes] == ["a [g]", "v [m/s]", "angle φ [rad]"]
+    assert "as recorded, negative opens" in axes[0].get_legend_handles_labels()[1]
     labels = axes[-1].get_legend_handles_labels()[1]
     assert {"soft stop", "rigid stop", "t = 0", "limit angle 0.1 rad"} <= set(labels)
     assert any(label.startswith("opens 14.4") for label in labels)

@@ -175,6 +175,9 @@ class Result:
             axis.set_ylim(*panel["range"])
             axis.set_ylabel(panel["title"])
         last = axes[-1]
+        if bar := event["bar"]:
+            at = bar["at_s"] * scale
+            last.vlines(at, bar["low"], bar["high"], color="black", label="largest angle with its error")
         last.axhline(event["limit"], color="black", linestyle=":", label=f"limit angle {event['limit']:g} rad")
         last.set_xlim(*(edge * scale for edge in event["view"]))
         last.set_xlabel(f"time [{event['unit']}]")
